@@ -17,12 +17,13 @@ from lutgen.history.causes import ON_THE_DISPLAY, Cause, causes
 from lutgen.history.colour_points import COLOURS, PARAMETERS, ColourPoints, changed, covariance, fit
 from lutgen.history.explain import SECOND, explain, explanations
 from lutgen.history.pair import FACTS, SessionPair, line_shift
-from lutgen.history.steadiness import drift_by_repeats, steadiness
+from lutgen.history.steadiness import steadiness
 from lutgen.history.transfer import full_light_ratio
 from lutgen.history.verdicts import KINDS, RIVAL, SessionVerdict, pronounce
 from lutgen.readings import read_campaign, read_session
 from lutgen.readings.campaign import Campaign, CampaignEntry
 from lutgen.readings.session import Session
+from lutgen.readings.steadiness import drift_by_repeats
 from tests.virtual_sessions import __main__ as scoring
 from tests.virtual_sessions.campaigns import life, write
 from tests.virtual_sessions.causes import SIZES, case
@@ -265,6 +266,19 @@ def test_dimming_between_five_patches_is_a_rival_of_hdr(tmp_path: Path) -> None:
     texts = [csv_text(code, xyz) for xyz in (still, dimmed)]
     (found,) = explain(read_campaign(write(tmp_path, texts, [0, 10]))).verdicts
     assert (found.kind, found.names) == ("one-of", ("hdr", "drift"))
+
+
+def test_a_display_has_changed_where_aging_is_certain_whatever_else_happened(tmp_path: Path) -> None:
+    states = [State(), State(aged=np.exp(-np.array([0.18, 0.21, 0.6])), curve=1.1)]
+    campaign = read_campaign(write(tmp_path, life(states), [0, 900]))
+    inputs = np.linspace(0.0, 1.0, 33)
+    loaded = [np.column_stack([inputs, *[inputs**state.curve] * 3]) for state in states]
+    entries = [
+        replace(entry, session=replace(entry.session, calibration=curves))
+        for entry, curves in zip(campaign.entries, loaded, strict=True)
+    ]
+    (found,) = explain(replace(campaign, entries=tuple(entries))).verdicts
+    assert (found.kind, found.names, found.display) == ("several", ("aging", "calibration"), "changed")
 
 
 def test_curves_that_only_the_files_bend_are_a_calibration(tmp_path: Path) -> None:

@@ -24,6 +24,7 @@ from lutgen.criticism.influence import wrong_rows
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.refine import refine
 from lutgen.criticism.shared_errors import with_shared_errors
+from lutgen.criticism.verdict import AGREES, NOTHING_COMPARED
 from lutgen.display import MODES, REFERENCES, SELECTIONS, DisplayModel, load_model, save_model
 from lutgen.display.modes import luminance_law
 from lutgen.display.native import NativeDisplay
@@ -233,6 +234,18 @@ def test_curves_of_srgb_serve_where_none_of_its_own_is_better() -> None:
     assert NativeDisplay.from_record(native.as_record()) == native
 
 
+@pytest.mark.parametrize(("lifted", "source"), [(1.12, "srgb"), (1.0, "greys")])
+def test_a_few_mixtures_tell_whether_greys_make_better_curves_than_srgb(lifted: float, source: str) -> None:
+    """Middle greys alone are brighter than all other colours, as behind a calibration of the greys."""
+    readings = session(Panel(gammas=(2.2, 2.2, 2.2), extra=(0.0, 0.0, 0.0)), [*TIPS, BLACK, *GREYS, *MIXTURES[:10]])
+    grey = (readings.drive == readings.drive[:, :1]).all(axis=1) & (readings.drive[:, 0] % 1.0 > 0)
+    light = code_to_linear(readings.drive) if lifted > 1.0 else readings.drive**2.6
+    shown = light @ np.array(readings.xyz_cd_m2[1:4]) * np.where(grey, lifted, 1.0)[:, np.newaxis]
+    native = NativeDisplay.of(replace(readings, xyz_cd_m2=shown))
+    assert native.source == source
+    assert any("Curves are those of sRGB" in each for each in native.remarks) == (source == "srgb")
+
+
 def test_many_mixtures_serve_where_ramps_make_no_curve() -> None:
     rng = np.random.default_rng(11)
     many = [tuple(code) for code in np.round(rng.uniform(0.05, 1.0, (80, 3)), 3).tolist()]
@@ -347,6 +360,56 @@ def test_a_tip_read_once_is_never_left_out() -> None:
     residual = np.zeros_like(found.linear.residual)
     residual[EVERYTHING.index(TIPS[2])] = 100.0
     assert wrong_rows(replace(found, linear=found.linear._replace(residual=residual))) == ()
+
+
+def test_levels_that_its_curves_run_through_are_no_white_and_primaries() -> None:
+    readings = session(Panel(), [*TIPS, BLACK, *GREYS], hours=(0.0,))
+    said = compare(readings, baseline="native").sentence()
+    assert "nothing but white, primaries, and the levels that the display's own curves run through" in said
+    verdict = diagnose(readings, baseline="native").verdict
+    assert (verdict.name, verdict.sentence) == ("consistent", AGREES)
+    tips_alone = session(Panel(), TIPS, hours=(0.0,))
+    assert "nothing but white and primaries, which the model takes as given" in compare(tips_alone).sentence()
+    assert diagnose(tips_alone).verdict.sentence == NOTHING_COMPARED
+
+
+@pytest.mark.parametrize(("more", "said"), [(1.02, "at 18000 h it is 2.0% more than foretold from 0 h"), (1.0, "")])
+def test_what_a_whole_session_has_more_is_said_beside_nothing_else(more: float, said: str) -> None:
+    """The comparison fails, since a session's usual gain is 0.3 %; no effect is named for it."""
+    codes = [*TIPS, *TIPS, BLACK, *GREYS, *RAMPS, *MIXTURES]
+    readings = session(Panel(fading=0.0), codes)
+    noise = 0.002 * np.random.default_rng(4).normal(size=readings.hours.size)
+    light = np.where(readings.hours > 0, more, 1.0) + noise
+    moved = replace(readings, xyz_cd_m2=readings.xyz_cd_m2 * light[:, np.newaxis])
+    verdict = diagnose(moved, baseline="native-first-hour", instrument="0.002,0.003").verdict
+    assert verdict.name == "consistent"
+    if said:
+        assert said in verdict.sentence
+    else:
+        assert verdict.sentence == AGREES
+
+
+def test_a_session_of_another_brightness_is_said_where_nothing_explains_it() -> None:
+    """A display that was dimmed to two thirds, and whose greens were made paler in its menu."""
+    readings = session(Panel(fading=0.0), [*TIPS, *TIPS, BLACK, *GREYS, *RAMPS, *MIXTURES])
+    paler = np.where(readings.drive[:, 1] > readings.drive[:, [0, 2]].max(axis=1), 0.5, 1.0)
+    dimmed = np.where(readings.hours > 0, 0.66 * paler, 1.0)
+    moved = replace(readings, xyz_cd_m2=readings.xyz_cd_m2 * dimmed[:, np.newaxis])
+    verdict = diagnose(moved, baseline="native-first-hour", instrument="0.002,0.003").verdict
+    assert verdict.name == "unexplained"
+    (remark,) = (each for each in verdict.remarks if each.startswith("Whole sessions differ in light: at 0 h it is"))
+    assert "lutgen sessions explain" in remark
+
+
+def test_a_failure_that_mean_colour_differences_hide_is_placed() -> None:
+    """Black has doubled, by a fiftieth of a cd/m²: many σ of a good meter, and no colour difference on average."""
+    readings = session(Panel(fading=0.0, black=(0.02, 0.02, 0.03)), [*TIPS, BLACK, BLACK, *GREYS, *RAMPS, *MIXTURES])
+    noise = np.random.default_rng(6).normal(size=(readings.hours.size, 1))
+    light = readings.xyz_cd_m2 * (1.0 + 0.006 * noise)
+    light[(readings.hours > 0) & ~readings.drive.any(axis=1)] += 0.02
+    found = compare(replace(readings, xyz_cd_m2=light), baseline="native", instrument="0.01,0.0005")
+    assert found.error.delta_e_mean <= found.floor.delta_e_mean
+    assert "the noise in few readings, or in dark ones: mean ΔE2000" in found.sentence()
 
 
 def test_noise_of_the_first_session_is_no_aging() -> None:

@@ -20,6 +20,7 @@ from lutgen.display.own_model.ladder import mixtures_error
 from lutgen.display.own_model.native_curves import added_up, best_source, held_out_of_all, straight
 from lutgen.errors import LutgenError
 from lutgen.readings import Measurements, read_measurements, read_session
+from tests.own_model_table import NEAR, sample_of
 from tests.own_model_twin import on_mixtures
 
 if TYPE_CHECKING:
@@ -39,9 +40,6 @@ TABLE = (
 #: Processor time in seconds on an idle core; a busy one takes up to twice as long.
 FASTEST, BUSY = 3.0, 2.0
 
-#: Share by which the ladder may miss a figure, or its twin.
-NEAR = 1.1
-
 
 def folder() -> Path:
     named = os.environ.get("LUTGEN_REAL_DATA")
@@ -54,14 +52,6 @@ def folder() -> Path:
 def session(pattern: str) -> Session:
     (file,) = folder().glob(f"*/{pattern}*")
     return read_session(file)
-
-
-def sample_of(read: Session) -> Sample:
-    """The readings nearest to the middle of the screen."""
-    here = read.central
-    return Sample.of(
-        read.drive[here], read.xyz[here], lines=read.lines[here], file=read.file, calibration=read.calibration
-    )
 
 
 @cache

@@ -18,6 +18,7 @@ from lutgen.criticism.refine import Refinement, refine, terms_of
 from lutgen.display import DisplayModel, load_model, save_model
 from lutgen.display.modes import luminance_law
 from lutgen.errors import LutgenError
+from tests import native_displays as native
 from tests.criticism_twin import TIPS, Fault, Reading, display, noisy, table
 from tests.readings_text import read
 from tests.virtual_display.campaign import Campaign, csv_text, truth
@@ -72,6 +73,16 @@ def test_the_sentence_and_the_json_say_how_far_it_fell() -> None:
         fitted = [each for each in told["parameters"][name].values() if each["free"]]
         assert fitted
         assert all(each["stderr"] is None or each["stderr"] > 0 for each in fitted)
+
+
+def test_an_error_that_falls_in_units_of_noise_alone_is_said_to_do_so() -> None:
+    made = both()
+    assert not made.sentence().endswith("Mean ΔE2000 does not.")
+    last = made.steps[-1]
+    worse = replace(last.comparison, error=replace(last.comparison.error, delta_e_mean=99.0))
+    told = replace(made, steps=(*made.steps[:-1], replace(last, comparison=worse))).sentence()
+    assert "the error falls" in told
+    assert told.endswith("Mean ΔE2000 does not.")
 
 
 def error(model: DisplayModel, hidden: Campaign, hours: float, code: Array) -> float:
@@ -173,6 +184,20 @@ def test_tips_that_effects_hide_are_solved_again() -> None:
     measured = DisplayModel(made.model.measurements).tips.at(18_000.0)
     np.testing.assert_allclose(shown[:, 2], measured[:, 2], rtol=0.002)
     assert (made.model.latent.xyz_cd_m2[:, 3, 1] < made.model.measurements.tips()[1][:, 3, 2]).all()
+
+
+def test_white_and_primaries_stay_as_they_were_read_where_more_than_noise_is_left() -> None:
+    """The curves of this display are no effect that was named; the fit moves the tips to make up for them."""
+    codes = [*native.TIPS, native.BLACK, *native.GREYS, *native.RAMPS, *native.MIXTURES]
+    made = refine(native.session(native.Panel(), codes), ["crosstalk"])
+    assert not made.after.agrees
+    problem = made.found.problem
+    here = problem.is_tip_anchor
+    white = problem.measured_tips[0, 0, 1]
+    shown = made.model.shown_tips(18_000.0)
+    np.testing.assert_allclose(shown, made.model.measurements.tips()[1][-1], rtol=0.005, atol=0.002)
+    assert np.abs(made.found.predicted[here] - problem.xyz[here]).max() > 0.02 * white
+    np.testing.assert_allclose(made.after.predicted[here], problem.xyz[here], rtol=0.005, atol=0.002 * white)
 
 
 def tips_only() -> Measurements:

@@ -166,6 +166,8 @@ WRITTEN_OTHERWISE = {
     "a spreadsheet's line of the separator": table(90.0, "sep=,"),
     "a spreadsheet's empty rows": table(90.0, tail=",,,,,\n,,,,,\n"),
     "Argyll's names of columns": table(90.0, columns="RGB_R,RGB_G,RGB_B,XYZ_X,XYZ_Y,XYZ_Z"),
+    "names that say whose they are": table(90.0, columns="Device R,Device G,Device B,CIE X,CIE Y,CIE Z"),
+    "with units": table(90.0, columns="CodeR,CodeG,CodeB,Measured X (cd/m2),Measured Y (cd/m2),Measured Z (cd/m2)"),
     "Windows": table(90.0).replace("\n", "\r\n"),
     "tabs": table(90.0).replace(",", "\t"),
     "white stated, XYZ to 100": table(100.0, "# white_cd_m2: 90"),

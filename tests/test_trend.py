@@ -16,6 +16,7 @@ from lutgen.history.trend import ENOUGH, FEWEST, shortest, trend
 from lutgen.names import LIMIT_SETS
 from lutgen.readings import read_campaign, read_session
 from lutgen.report.campaign import trend_headline, trend_page
+from lutgen.report.parts import Table
 from tests import trend_coverage
 from tests.quick import mostly_slow
 from tests.virtual_sessions.campaigns import life, write
@@ -158,6 +159,14 @@ def test_too_few_sessions_promise_nothing(tmp_path: Path) -> None:
     found = trend(fading(tmp_path, 3000.0, days=[0, 250]), [parse_limit("white>=50%")])
     assert found.passings[0].status == "cannot-tell"
     assert trend_headline(found).endswith("when one will be cannot be told from these sessions.")
+
+
+def test_one_session_that_is_left_has_no_table_of_laws(tmp_path: Path) -> None:
+    found = trend(read_campaign(write(tmp_path, life([State(), State(brightness=0.5)]), [0, 30])), [])
+    assert int(found.kept.sum()) == 1
+    parts = [*trend_page(found)]
+    assert "1 session: a time cannot be told from fewer than 4." in parts
+    assert not any("likeliest law" in each.headings for each in parts if isinstance(each, Table))
 
 
 def test_a_session_of_another_setting_is_left_out_unless_asked_for(tmp_path: Path) -> None:

@@ -35,17 +35,24 @@ def anchored(problem: Problem, terms: Sequence[Term]) -> Array:
 
     Tips are solved at every hour, under baselines that foretell at hour 0 only.
     """
-    fixed = tuple(replace(term, free=()) for term in terms)
+    fixed, gains = _given(terms), np.zeros(max(int(problem.gains.max()) + 1, 1))
+    return predict(problem, State(fixed, anchored_tips(problem, terms), gains))
+
+
+def anchored_tips(problem: Problem, terms: Sequence[Term]) -> Array:
+    """Latent tips behind that prediction, (H, 4, 3), cd/m²."""
     part = problem.part(problem.rows[problem.is_tip_anchor])
-    solved = fit(part, fixed)
+    solved = fit(part, _given(terms))
     tips = problem.measured_tips.copy()
     if problem.foretells:
         tips[:] = solved.tips[0]
-    else:
-        tips[np.isin(problem.hours, part.hours)] = solved.tips
-        tips = interpolated(problem, tips)
-    state = State(fixed, tips, np.zeros(max(int(problem.gains.max()) + 1, 1)))
-    return predict(problem, state)
+        return tips
+    tips[np.isin(problem.hours, part.hours)] = solved.tips
+    return interpolated(problem, tips)
+
+
+def _given(terms: Sequence[Term]) -> tuple[Term, ...]:
+    return tuple(replace(term, free=()) for term in terms)
 
 
 def noise_only(problem: Problem, predicted: Array, draws: int = DRAWS) -> Iterator[Array]:

@@ -11,6 +11,7 @@ import numpy as np
 from lutgen.colorimetry import delta_e_2000, xyz_to_lab
 from lutgen.criticism.anchored import DRAWS, anchored, noise_only
 from lutgen.criticism.direction import Direction, direction
+from lutgen.criticism.drift import Drift, drifts
 from lutgen.criticism.families import slices
 from lutgen.criticism.first_session import FirstSession, first_session
 from lutgen.criticism.linear import whiten
@@ -121,6 +122,11 @@ class Comparison:
         """How far the paper's fresh display is from the first session, and what its own curves leave."""
         return first_session(self.problem)
 
+    @cached_property
+    def drifts(self) -> tuple[Drift, ...]:
+        """Sessions whose light changed while they were measured."""
+        return drifts(self.problem)
+
     @property
     def ratio(self) -> float:
         """Error in floors, by root mean square."""
@@ -135,11 +141,17 @@ class Comparison:
         """Say in plain words how well the model does."""
         if not self.where:
             taken = "white and primaries, which the model takes as given"
+            if not self.problem.is_tip_anchor.all():
+                taken = "white, primaries, and the levels that the display's own curves run through"
             return f"These readings hold nothing but {taken}: there is nothing to compare."
         size = f"mean ΔE2000 {self.error.delta_e_mean:.2f} where noise alone gives {self.floor.delta_e_mean:.2f}"
         if self.agrees:
+            if self.drifts:
+                return f"The model agrees with these measurements as well as they repeat, and they drift: {size}."
             return f"The model agrees with the measurements: {size}."
-        return f"The model fails by {times(self.ratio)} the noise: {size}. {self.direction.sentence()}"
+        few = self.error.delta_e_mean <= self.floor.delta_e_mean
+        where = " in few readings, or in dark ones" if few else ""
+        return f"The model fails by {times(self.ratio)} the noise{where}: {size}. {self.direction.sentence()}"
 
     def as_json(self) -> dict[str, Any]:
         """Return what ``--json`` prints."""
@@ -158,6 +170,7 @@ class Comparison:
             "floor": asdict(self.floor),
             "where": [{**asdict(each), "mean_residual_xyz": list(each.mean_residual_xyz)} for each in self.where],
             "worst": [{**asdict(each), "code": list(each.code)} for each in self.worst],
+            "drifts": [{**asdict(each), "code": list(each.code)} for each in self.drifts],
             "first_session": asdict(self.first_session) if self.first_session else None,
             "left_out": [int(readings.lines[row]) for row in left_out(self.problem)],
         }

@@ -17,7 +17,7 @@ import scipy  # its parts load when they are first used: the first comparison ne
 from scipy.special import chdtrc
 
 from lutgen.display.native import NativeDisplay, first_session_rows, sample_of
-from lutgen.display.own_model.native_curves import added_up, parts_of
+from lutgen.display.own_model.native_curves import FEW, added_up, parts_of
 from lutgen.errors import LutgenError
 from lutgen.readings.rest import is_tip
 
@@ -37,8 +37,8 @@ START, LOW, HIGH = (0.005, 0.01), (1e-6, 1e-6), (0.3, 10.0)
 #: A reading further off than this, in σ of three numbers, is a misreading, not the model's fault.
 MISREAD = 8.0
 
-#: With fewer colours nobody can tell what curves miss; and the chance at which noise is taken for it.
-FEW, SIGNIFICANT = 6, 0.01
+#: The chance at which noise is taken for what curves miss.
+SIGNIFICANT = 0.01
 
 #: Share and floor are found for the correlation, and the correlation for these, in turns.
 ROUNDS = 3

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lutgen.criticism.anchored import anchored_tips
 from lutgen.criticism.compare import SCHEMA, Comparison, compare_problem
 from lutgen.criticism.diagnose import Diagnosis, candidates, diagnose, known_under, parameters_of
 from lutgen.criticism.fit import Fit, fit, start_state
@@ -28,6 +29,7 @@ from lutgen.numerals import times
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
+    from lutgen.colorimetry import Array
     from lutgen.effects import Effect
     from lutgen.readings import Measurements
 
@@ -110,7 +112,8 @@ class Refinement:
             f"{after.floor.delta_e_mean:.2f})."
         )
         if self.improves:
-            return f"With {names} the error falls {course}"
+            colour = " Mean ΔE2000 does not." if after.error.delta_e_mean > before.error.delta_e_mean else ""
+            return f"With {names} the error falls {course}{colour}"
         if after.ratio < before.ratio:
             return f"With {names} the error falls {course} But readings withheld from the fit are predicted no better."
         return f"With {names} the error does not fall: it goes {course}"
@@ -324,7 +327,7 @@ def model_of(found: Fit, diagnosis: Diagnosis | None, before: Comparison, after:
     """Make the display model that a fit has found, with its provenance."""
     problem = found.problem
     knots = problem.is_knot
-    tips = found.tips if found.terms else start_state(problem, ()).tips
+    tips = _tips_of(found, after)
     parameters = parameters_of(found)
     applied = tuple(
         AppliedEffect(
@@ -353,7 +356,6 @@ def model_of(found: Fit, diagnosis: Diagnosis | None, before: Comparison, after:
         selection=problem.selection,
         conditions=_at_rest(problem, [term.effect for term in found.terms]),
         effects=applied,
-        # Without effects the model stays as it was: tips that make up for what no effect explains are no display's.
         latent=LatentTips(problem.hours[knots], np.array(tips[knots])),
         covariance=joint_covariance(found),
         baseline=problem.baseline,
@@ -362,6 +364,17 @@ def model_of(found: Fit, diagnosis: Diagnosis | None, before: Comparison, after:
         verdict=diagnosis.verdict.name if diagnosis else "",
         fit=record,
     )
+
+
+def _tips_of(found: Fit, after: Comparison) -> Array:
+    """Latent tips for a model file, (H, 4, 3), cd/m².
+
+    Tips that make up for what no effect explains are no display's: without effects they are those that were read, and
+    where more than noise is left, those that ``after`` has, solved from their own readings.
+    """
+    if not found.terms:
+        return start_state(found.problem, ()).tips
+    return found.tips if after.agrees else anchored_tips(found.problem.as_baked, found.terms)
 
 
 def _at_rest(problem: Problem, effects: Sequence[Effect]) -> Conditions:

@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.criticism.drift import drifts
 from lutgen.criticism.families import condition_of, family_of
 from lutgen.criticism.first_day import white_moved
 from lutgen.criticism.imitation import Imitated, nearest, overlap
 from lutgen.criticism.leftover import is_even, is_within_scatter
 from lutgen.criticism.probes import Probed, free_term, probe
 from lutgen.criticism.search import HALF, STRONG
+from lutgen.criticism.session_light import more_light
 from lutgen.criticism.shares import shares_of_delta_e
 from lutgen.criticism.tails import SLIP
 from lutgen.criticism.weighing import Weighed, bends_curves
@@ -21,6 +23,7 @@ from lutgen.numerals import percent
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from lutgen.criticism.fit import Fit
     from lutgen.criticism.influence import Suspicion
     from lutgen.criticism.pure_error import PureError
     from lutgen.criticism.stepwise import Explanation, Step
@@ -129,6 +132,7 @@ def _remarks(explanation: Explanation, blind: Sequence[str], suspicion: Suspicio
             f"The file says that luminance is held, but white has changed by {white_moved(problem.readings):+.0%}: no "
             f"sensor held it, or the sensor had no reserve left. Luminance is taken as free."
         )
+    remarks += [each.sentence() for each in drifts(problem)]
     if suspicion.rows:
         remarks.append(f"Left out: {_lines(explanation, suspicion)}, which contradict their own replicates or kin.")
     if slips := _weighed_down(explanation):
@@ -166,10 +170,17 @@ def _nothing_named(
     within = is_within_scatter(error, base)
     if within and not probed.names:
         compared = not base.problem.is_tip_anchor.all()
-        return Verdict("consistent", AGREES if compared else NOTHING_COMPARED, remarks=remarks)
+        return Verdict("consistent", _agrees(base) if compared else NOTHING_COMPARED, remarks=remarks)
     if not within and is_even(base) and not free_term(base, error).names:
         return _too_much_scatter(explanation, error, remarks)
     return _unexplained(explanation, remarks, probed)
+
+
+def _agrees(base: Fit) -> str:
+    """Say that nothing is found, and what whole sessions differ by, which no effect is named for."""
+    more = more_light(base)
+    cause = "A meter's gain does so, and the display's brightness"
+    return f"Nothing is above the noise but the light of a whole session: {more}. {cause}." if more else AGREES
 
 
 def _too_much_scatter(explanation: Explanation, error: PureError, remarks: tuple[str, ...]) -> Verdict:
@@ -195,6 +206,9 @@ def _unexplained(explanation: Explanation, remarks: tuple[str, ...], probed: Pro
         f"Something is there that no known effect explains: {structure(explanation, probed)}.{tried} "
         f"An effect of your own can be tried: lutgen refine --effects my_effect.py."
     )
+    if more := more_light(explanation.base):
+        asked = "Whether settings or the meter changed: lutgen sessions explain"
+        remarks = (*remarks, f"Whole sessions differ in light: {more}. {asked}.")
     return Verdict("unexplained", sentence, remarks=remarks)
 
 
@@ -232,7 +246,7 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
     if not weighed.kept and weighed.clean and is_within_scatter(error, base) and not weighed.nothing.names:
         traces = ", ".join(step.name for step in steps)
         remark = f"What is left would let {traces} explain a trace of it, next to nothing beside what the model has."
-        return Verdict("consistent", AGREES, remarks=(*remarks, remark))
+        return Verdict("consistent", _agrees(base), remarks=(*remarks, remark))
     probed = weighed.left if weighed.left.names else weighed.nothing
     if len(steps) > 1 and weighed.explains and all(bends_curves(step.effect) for step in steps):
         return replace(_bent(explanation, weighed), remarks=remarks)

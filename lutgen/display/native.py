@@ -25,8 +25,8 @@ import numpy as np
 
 from lutgen.colorimetry import inverse
 from lutgen.display.own_model import Sample, fit_own_model
-from lutgen.display.own_model.ladder import LENGTHS, mixtures_error
-from lutgen.display.own_model.native_curves import LEAST_MIXTURES, added_up, best_source, curves_of, straight
+from lutgen.display.own_model.ladder import LENGTHS, clearly_better, mixtures_error
+from lutgen.display.own_model.native_curves import FEW, LEAST_MIXTURES, added_up, best_source, curves_of, straight
 from lutgen.display.own_model.stored import StoredModel
 from lutgen.display.trace import Remembered, tip_shares
 from lutgen.display.transfer_curve import TransferCurve, fallen, misread_levels, rising_light
@@ -117,6 +117,8 @@ class NativeDisplay:
             return cls(curves_of(sample) if source == "readings" else straight(), _black_of(sample), source)
         if sample is None:
             return cls._of_ramps(readings, leave_out, strict=strict)
+        if sample.mixtures < LEAST_MIXTURES:
+            return _or_srgb(cls._of_ramps(readings, leave_out, strict=strict), sample)
         try:
             ramps = cls._of_ramps(readings, leave_out, strict=strict)
         except LutgenError:
@@ -253,16 +255,26 @@ def sample_of(readings: Measurements, rows: NDArray[np.intp]) -> Sample:
 
 
 def _mixed_sample(readings: Measurements, leave_out: Sequence[int]) -> Sample | None:
-    """Return the first session at rest; None where it has few mixtures, or lacks black or a colour point."""
+    """Return the first session at rest; None where too few mixtures judge it, or black or a colour point is missing."""
     here = first_session_rows(readings, leave_out)
     lit = (readings.drive[here] > 0).sum(axis=1) >= 2
-    if lit.sum() < LEAST_MIXTURES:
+    if lit.sum() < FEW:
         return None
     try:
         sample = sample_of(readings, here)
     except LutgenError:
         return None
-    return sample if sample.mixtures >= LEAST_MIXTURES else None
+    return sample if sample.mixtures >= FEW else None
+
+
+def _or_srgb(native: NativeDisplay, sample: Sample) -> NativeDisplay:
+    """Return the same display, with sRGB's curves where these foretell its few mixtures clearly better."""
+    own, srgb = (added_up(sample, each, sample.drive) for each in (native.curves, straight()))
+    if not clearly_better(sample, srgb, own):
+        return native
+    errors = f"{native.source} {mixtures_error(sample, own):.2f}; sRGB {mixtures_error(sample, srgb):.2f}"
+    said = f"Curves are those of sRGB: mean ΔE2000 on mixtures: {errors}."
+    return replace(native, curves=straight(), source="srgb", remarks=(*native.remarks, said))
 
 
 def _black_of(sample: Sample) -> tuple[float, float, float]:

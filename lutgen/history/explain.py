@@ -19,8 +19,9 @@ from lutgen.history.causes import causes
 from lutgen.history.colour_points import BY_CONTENT, ColourFit, colour_points, fit
 from lutgen.history.pair import SessionPair
 from lutgen.history.patches import CHANNELS
-from lutgen.history.steadiness import drift_by_repeats, left_out, steadiness
+from lutgen.history.steadiness import left_out, steadiness
 from lutgen.history.verdicts import SessionVerdict, in_succession, pronounce
+from lutgen.readings.steadiness import drift_by_repeats
 
 if TYPE_CHECKING:
     from collections.abc import Callable

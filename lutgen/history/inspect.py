@@ -12,11 +12,12 @@ from lutgen.colorimetry import Array, xyz_to_xyY
 from lutgen.history import transfer
 from lutgen.history.patches import CHANNELS, Primaries, additivity, mean_xyz, primaries, ramp
 from lutgen.history.remarks import missing_patches, remarks
-from lutgen.history.steadiness import Steadiness, left_out, steadiness
+from lutgen.history.steadiness import left_out, steadiness
 from lutgen.history.transfer import calibration
 
 if TYPE_CHECKING:
     from lutgen.readings.session import Session
+    from lutgen.readings.steadiness import Steadiness
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,9 @@ from lutgen.colorimetry import Array, xyz_to_uv
 from lutgen.errors import LutgenError
 from lutgen.history.colour_points import ColourPoints, colour_points
 from lutgen.history.patches import CHANNELS, black_xyz, mean_xyz, ramp, tip_rows
-from lutgen.history.steadiness import FEWEST_SHARED, SessionDrift, drift_by_order, drift_by_repeats, shared, steadiness
+from lutgen.history.steadiness import FEWEST_SHARED, drift_by_order, shared, steadiness
 from lutgen.history.transfer import NEAR, Transfer, bend, clipping, full_light_ratio, transfer
+from lutgen.readings.steadiness import SessionDrift, drift_by_repeats
 
 if TYPE_CHECKING:
     from lutgen.readings.campaign import CampaignEntry

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from lutgen.history.inspect import Inspection
-    from lutgen.history.steadiness import Steadiness
     from lutgen.history.transfer import Calibration
     from lutgen.readings.session import Session
+    from lutgen.readings.steadiness import Steadiness
 
 #: Change of luminance within a session that is drift, and one that no settled display at fixed settings has: a warm-up
 #: from cold is some percent, automatic brightness and local dimming tens.

@@ -8,19 +8,20 @@ that changes with the order of reading, beside what changes with the colour of t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import Array, xyz_to_uv
 from lutgen.history.patches import CHANNELS, black_xyz, ramp, repeats
 from lutgen.history.transfer import lightness
+from lutgen.readings.steadiness import CLEAR, SessionDrift, steadiness_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from lutgen.colorimetry import Array
     from lutgen.readings.session import Session
+    from lutgen.readings.steadiness import Steadiness
 
 #: A reading is misread where its L* differs by ``FAR`` from the value that its neighbours or repeats give, and by
 #: ``CLEARLY`` times the largest such difference of the other readings.
@@ -86,86 +87,11 @@ def _off_its_repeats(session: Session, rows: NDArray[np.int64]) -> NDArray[np.in
     return rows[[worst]] if off[worst] >= max(FAR, CLEARLY * float(np.delete(off, worst).max())) else none
 
 
-#: A patch of at least this share of the brightest luminance is bright: the noise of a meter is there a share of the
-#: luminance.
-BRIGHT = 0.05
-
-#: Fewest readings from which scatter and drift can be told apart.
-FEWEST = 6
-
-#: Median of |x| for a normal x with standard deviation 1.
-_MEDIAN_OF_NORMAL = 0.6745
-
-
-@dataclass(frozen=True)
-class Steadiness:
-    """Repeatability of a session, from patches that were read more than once."""
-
-    #: Number of bright patches that were read again, and of all their readings.
-    patches: int
-    readings: int
-    #: Standard deviation of Y over the mean of its patch, pooled over bright patches; a drift makes it larger.
-    noise: float
-    #: Pooled standard deviation of Y of dark patches, in the unit of the session; None: no dark patch was read again.
-    dark_noise: float | None
-    #: Of bright patches: place in the order read as a share of the session, (n,), and Y over the patch's first reading,
-    #: (n,).
-    order: Array
-    ratio: Array
-    #: Largest Δu'v' of a bright patch against its first reading.
-    shift: float
-
-    @property
-    def drift(self) -> float:
-        """Largest change of Y against the first reading of a bright patch, with its sign, as a share."""
-        return float(self.ratio[np.argmax(np.abs(self.ratio - 1.0))] - 1.0)
-
-    @property
-    def scatter(self) -> float:
-        """Standard deviation of Y of a bright patch, as a share, free of one jump and of a steady drift."""
-        if self.readings < FEWEST:
-            return 0.0
-        steps = np.diff(self.ratio)
-        noise = [np.median(np.abs(steps)) / np.sqrt(2.0), np.median(np.abs(np.diff(steps))) / np.sqrt(6.0)]
-        return float(min(noise) / _MEDIAN_OF_NORMAL)
-
-
 def steadiness(session: Session) -> Steadiness | None:
     """Return what the session's repeated patches say; None where no bright patch was repeated."""
-    groups = repeats(session)
-    brightest = float(session.xyz[:, 1].max())
-    is_bright = [float(session.xyz[rows, 1].min()) >= BRIGHT * brightest > 0 for rows in groups]
-    bright = [rows for rows, each in zip(groups, is_bright, strict=True) if each]
-    dark = [rows for rows, each in zip(groups, is_bright, strict=True) if not each]
-    if not bright:
-        return None
-    last = max(len(session.drive) - 1, 1)
     place = np.arange(len(session.drive)) if session.order is None else np.argsort(np.argsort(session.order))
-    bright = [rows[np.argsort(place[rows], kind="stable")] for rows in bright]
-    order = place[np.concatenate(bright)]
-    ratio = np.concatenate([session.xyz[rows, 1] / session.xyz[rows[0], 1] for rows in bright])
-    by_order = np.argsort(order, kind="stable")
-    uv = [xyz_to_uv(session.xyz[rows]) for rows in bright]
-    return Steadiness(
-        patches=len(bright),
-        readings=order.size,
-        noise=_pooled([session.xyz[rows, 1] / session.xyz[rows, 1].mean() for rows in bright]),
-        dark_noise=_pooled([session.xyz[rows, 1] for rows in dark]) if dark else None,
-        order=order[by_order] / last,
-        ratio=ratio[by_order],
-        shift=max(float(np.hypot(*(each - each[0]).T).max()) for each in uv),
-    )
+    return steadiness_of(session.xyz, place, repeats(session))
 
-
-def _pooled(groups: list[Array]) -> float:
-    """Standard deviation within groups, each about its own mean."""
-    squares = sum(float(((each - each.mean()) ** 2).sum()) for each in groups)
-    return float(np.sqrt(squares / sum(each.size - 1 for each in groups)))
-
-
-#: A change of luminance within a session is a drift from this share on, and from this many standard errors, or times
-#: the scatter of repeated patches, on.
-RAN_AWAY, CLEAR = 0.02, 5.0
 
 #: Fewest patches that two sessions must share before their ratio is used.
 FEWEST_SHARED = 40
@@ -175,30 +101,6 @@ SORTED = 0.5
 
 #: Patches below this share of white are left out: their ratio is mostly noise of the meter.
 _DARK = 0.03
-
-
-@dataclass(frozen=True)
-class SessionDrift:
-    """The drift of a session."""
-
-    #: Largest change of luminance within the session, as a share, with its sign.
-    change: float
-    #: "repeats" (patches that were read again) or "order" (patches that another session shares).
-    by: str
-    #: Scatter of readings without drift, 1 σ, as a share.
-    scatter: float = 0.0
-
-    @property
-    def ran_away(self) -> bool:
-        """Whether the change is a drift, rather than noise."""
-        return abs(self.change) >= max(RAN_AWAY, CLEAR * self.scatter)
-
-
-def drift_by_repeats(steady: Steadiness | None, scatter: float | None = None) -> SessionDrift:
-    """Return the drift of a session's repeated patches, 0 without any; ``scatter``: an upper limit of theirs."""
-    if steady is None:
-        return SessionDrift(0.0, "repeats")
-    return SessionDrift(steady.drift, "repeats", steady.scatter if scatter is None else min(scatter, steady.scatter))
 
 
 def drift_by_order(session: Session, other: Session) -> SessionDrift | None:

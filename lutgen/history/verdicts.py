@@ -202,10 +202,17 @@ def _verdict(
         sentence = f"It looks as if {' and '.join(certain)}; and besides, {' or '.join(rest)}."
     else:
         sentence = f"It looks as if {' or '.join(meanings)}."
-    displays = {known[name].display for name in names} or {"unchanged"}
-    certain_of = kind != "unclear" and len(displays) == 1 and (displays == {"unchanged"} or kind == "named")
     tests = tuple(known[name].test for name in names) if kind in {"one-of", "several"} or len(names) == 1 else ()
-    return SessionVerdict(kind, names, sentence, evidence, tests, displays.pop() if certain_of else "cannot tell", sure)
+    return SessionVerdict(kind, names, sentence, evidence, tests, _display(kind, names, sure), sure)
+
+
+def _display(kind: str, names: tuple[str, ...], sure: tuple[str, ...]) -> str:
+    """Whether the display itself has changed: it has where one cause that is certain says so."""
+    meant = {name: cause.display for name, cause in causes().items()}
+    if "changed" in {meant[name] for name in (names if kind in {"named", "several"} else sure)}:
+        return "changed"
+    unchanged = kind != "unclear" and all(meant[name] == "unchanged" for name in names)
+    return "unchanged" if unchanged else "cannot tell"
 
 
 def _facts(pair: SessionPair) -> tuple[str, ...]:

@@ -97,10 +97,12 @@ def trend_page(trend: Trend) -> Iterator[Part]:
     yield sessions(trend)
     for here, why in trend.why.items():
         yield f"Left out: {name_of(trend.history, here)}, which differs by {why} (lutgen sessions explain says more)."
-    yield laws(trend)
+    weighed = laws(trend)
+    if weighed.rows:
+        yield weighed
     kept = int(trend.kept.sum())
     if kept < FEWEST:
-        yield f"{kept} sessions: a time cannot be told from fewer than {FEWEST}."
+        yield f"{kept} session{'' if kept == 1 else 's'}: a time cannot be told from fewer than {FEWEST}."
     elif kept < ENOUGH and any(each.status == "ahead" for each in trend.passings):
         yield f"Fewer than eight sessions ({kept}): the intervals rest as much on which laws of decay are usual."
     yield limits(trend)

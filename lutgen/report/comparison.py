@@ -38,6 +38,7 @@ NAMES = {"hour": "hour", "level": "code value", "family": "patch"} | {
 def compare_page(comparison: Comparison, again: str = "") -> Iterator[Part]:
     """Yield what ``lutgen compare`` prints; ``again`` are the arguments with which ``lutgen diagnose`` goes on."""
     yield comparison.sentence()
+    yield from (each.sentence() for each in comparison.drifts)
     yield data_line(comparison.problem)
     yield from fresh_lines(comparison)
     if not comparison.where:
@@ -204,7 +205,7 @@ def plot_residuals(
         if drawn:
             _draw(figure, drawn, earlier, _most_telling(comparison), (low + 0.75 / height, high - 0.35 / height))
         else:
-            figure.text(0.5, 0.5, "There are no readings but white and primaries.", ha="center", fontsize=14)
+            figure.text(0.5, 0.5, "There is nothing to compare.", ha="center", fontsize=14)
 
 
 def _most_telling(comparison: Comparison) -> str:

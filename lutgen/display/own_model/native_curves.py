@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 #: With at least so many different mixtures curves are fitted to all readings.
 LEAST_MIXTURES = 50
 
+#: With fewer colours nobody can tell what curves miss.
+FEW = 6
+
 #: Names of sources in sentences; ramps and greys keep their own.
 NAMES = {"readings": "all readings", "srgb": "sRGB"}
 

@@ -36,8 +36,10 @@ _TEXT = ("session", "note")
 _KNOWN = ("hour", "R", "G", "B", "X", "Y", "Z", "x", "y", *OPTIONAL, "order", *_TEXT)
 _NAMES = ("set", "name", "patch", "sample", "sample_id", "note")
 
-#: "X_cdm2", "Y (cd/m²)", "Z nits": a column of light that names its unit; and other names of drive.
+#: "X_cdm2", "Y (cd/m²)", "Z nits": a column of light that names its unit; "Device R", "CIE X": one that says whose its
+#: numbers are; and other names of drive.
 _UNIT = re.compile(r"[_ ]?[(\[]?(?:cd[_ /]?m2|cd/m²|nits?)[)\]]?$", re.IGNORECASE)
+_WHOSE = re.compile(r"^(?i:device|code|drive|cie|measured|meas)[_ ]?(?=[RGBXYZxy]$)")
 _OTHER_NAMES = {
     **{name: name[0] for name in ("RED", "GREEN", "BLUE")},
     **{f"{names}_{name}": name for names in ("RGB", "XYZ") for name in names},
@@ -307,8 +309,8 @@ class CsvTable:
 
 
 def _plain(cell: str) -> str:
-    """Name of a column without its unit; drive as R, G and B."""
-    name = _UNIT.sub("", cell.strip().strip('"'))
+    """Name of a column without its unit, and without whose it is; drive as R, G and B."""
+    name = _WHOSE.sub("", _UNIT.sub("", cell.strip().strip('"')))
     return _OTHER_NAMES.get(name.upper(), name)
 
 

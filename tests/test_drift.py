@@ -1,0 +1,118 @@
+"""A session whose light changes while it is measured: told in words, where its repeats alone would pass for noise."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from lutgen.criticism.compare import compare
+from lutgen.criticism.diagnose import diagnose
+from lutgen.criticism.drift import drifts
+from lutgen.criticism.problem import Problem
+from tests.command import Done, in_process, words
+from tests.native_displays import BLACK, GREYS, RAMPS, TIPS, Panel, session, write
+from tests.schemas import validator
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from lutgen.colorimetry import Array
+    from lutgen.readings import Measurements
+
+pytestmark = pytest.mark.numbers
+
+WHITE = (1.0, 1.0, 1.0)
+MIXTURES = [tuple(code) for code in np.round(np.random.default_rng(7).uniform(0.05, 1.0, (60, 3)), 3).tolist()]
+CODES = [*TIPS, BLACK, *GREYS, *RAMPS, *MIXTURES]
+
+
+def measured(course: Callable[[Array], Array], repeats: int = 3, noise: float = 0.001) -> Measurements:
+    """One session in random order, with so many more whites in even steps, whose light follows a course over 0..1."""
+    random = np.random.default_rng(11)
+    codes = [CODES[place] for place in random.permutation(len(CODES))]
+    for place in np.linspace(0, len(codes) + repeats - 1, repeats).round().astype(int):
+        codes.insert(place, WHITE)
+    read = session(Panel(), codes, hours=(0.0,))
+    light = course(np.linspace(0.0, 1.0, read.hours.size)) * (1.0 + noise * random.standard_normal(read.hours.size))
+    return replace(read, xyz_cd_m2=read.xyz_cd_m2 * light[:, np.newaxis])
+
+
+def warms_up(place: Array) -> Array:
+    return 1.0 + 0.1 * place
+
+
+def dims_at_once(place: Array) -> Array:
+    return np.where(place > 0.5, 0.88, 1.0)
+
+
+COURSES: dict[Callable[[Array], Array], float] = {warms_up: 0.1, dims_at_once: -0.12}
+
+
+@pytest.mark.parametrize("course", COURSES)
+@pytest.mark.parametrize("repeats", [3, 8])
+def test_a_drift_is_told_by_repeated_patches(course: Callable[[Array], Array], repeats: int) -> None:
+    (found,) = drifts(Problem.of(measured(course, repeats)))
+    assert found.change == pytest.approx(COURSES[course], rel=0.3)
+    assert (found.hour, found.code) == (0.0, WHITE)
+
+
+def test_noise_is_no_drift() -> None:
+    assert drifts(Problem.of(measured(np.ones_like, repeats=3, noise=0.003))) == ()
+    assert drifts(Problem.of(measured(np.ones_like, repeats=8, noise=0.01))) == ()
+    assert drifts(Problem.of(measured(np.ones_like, repeats=3, noise=0.01), instrument="0.01,0.01")) == ()
+
+
+def test_one_reading_that_slipped_is_no_drift() -> None:
+    steady = measured(np.ones_like, repeats=8)
+    (whites,) = np.nonzero((steady.drive == 1.0).all(axis=1))
+    light = steady.xyz_cd_m2.copy()
+    light[whites[4]] *= 1.3
+    assert drifts(Problem.of(replace(steady, xyz_cd_m2=light))) == ()
+
+
+def test_the_column_order_counts_and_not_the_rows() -> None:
+    """The largest change is that of the last reading in time, wherever its row stands."""
+    read = measured(warms_up)
+    order = np.arange(float(read.hours.size))
+    shuffled = np.random.default_rng(3).permutation(read.hours.size)
+    moved = replace(
+        read, drive=read.drive[shuffled], xyz_cd_m2=read.xyz_cd_m2[shuffled], lines=read.lines[shuffled],
+        order=order[shuffled],
+    )  # fmt: skip
+    assert drifts(Problem.of(moved)) == drifts(Problem.of(replace(read, order=order)))
+
+
+@pytest.mark.parametrize("baseline", ["native", "native-first-hour"])
+def test_a_model_that_agrees_with_a_drift_is_not_praised(baseline: str) -> None:
+    found = compare(measured(dims_at_once), baseline=baseline)
+    assert found.agrees
+    assert "as well as they repeat, and they drift" in found.sentence()
+    steady = compare(measured(np.ones_like), baseline=baseline)
+    assert steady.agrees
+    assert "drift" not in steady.sentence()
+
+
+def test_diagnose_remarks_a_drift() -> None:
+    found = diagnose(measured(dims_at_once), baseline="native")
+    assert any("Luminance changed within the session at 0 h" in each for each in found.verdict.remarks)
+
+
+def test_compare_names_the_reading(tmp_path: Path, run: Callable[..., Done]) -> None:
+    write(measured(dims_at_once), tmp_path / "drifts.csv")
+    page = words(run("compare", "drifts.csv", "--baseline", "native").out)
+    content = json.loads(run("compare", "drifts.csv", "--baseline", "native", "--json", "-").out)
+    validator("compare").validate(content)
+    (found,) = content["drifts"]
+    assert f"code 1, 1, 1, read before, has {found['change']:+.1%} in {found['line']}." in page
+
+
+@pytest.fixture
+def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
+    """Run lutgen in this process, in an empty folder."""
+    monkeypatch.chdir(tmp_path)
+    return in_process(monkeypatch, capsys)
