@@ -17,7 +17,6 @@ import numpy as np
 
 from lutgen.criticism.leftover import is_even, is_within_scatter
 from lutgen.criticism.linear import whiten
-from lutgen.criticism.score import Score
 from lutgen.criticism.search import STRONG
 from lutgen.readings.conditions import CONDITIONS
 from lutgen.readings.table import is_capped
@@ -29,6 +28,7 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit import Fit
     from lutgen.criticism.problem import Problem
     from lutgen.criticism.pure_error import PureError
+    from lutgen.criticism.score import Score
 
 #: Signatures that a free term holds at most.
 MOST = 24
@@ -65,7 +65,7 @@ class Probed:
 
 def probe(found: Fit, error: PureError) -> Probed:
     """Find the free term of a fit. Gains count in units of the noise that replicates show, or may be assumed."""
-    score = Score(found)
+    score = found.score
     names, matrix = _columns(score, _signatures(found.problem, found.predicted))
     if not names:
         return Probed()

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -46,6 +46,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.criticism.first_day import FirstReadings
+    from lutgen.criticism.fit import Fit
     from lutgen.criticism.noise import Noise
     from lutgen.display.trace import Applied
     from lutgen.readings import Measurements
@@ -279,6 +280,11 @@ class Problem:
             meter * (1.0 + doubt)[:, np.newaxis, np.newaxis]
             + self.discrepancy.covariance(xyz_cd_m2) * missed[:, np.newaxis, np.newaxis]
         )
+
+    @cached_property
+    def fits(self) -> dict[Any, Fit]:
+        """What has been fitted, by what was asked for: a search asks for many fits again."""
+        return {}
 
     @cached_property
     def curve_doubt(self) -> Array:

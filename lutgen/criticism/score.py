@@ -21,9 +21,6 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit import Fit
     from lutgen.effects import Effect
 
-#: By how much a full fit may beat the promise of its first step, which is linear and has few starts.
-OPTIMISM = 1.6
-
 
 class Score:
     """Gains in χ² that a first step promises, from one linearisation that all candidates share."""
@@ -41,15 +38,8 @@ class Score:
         self._proposed: dict[str, tuple[list[dict[str, float]], int]] = {}
         self._of_effect = ""
         self._seen: dict[tuple[object, ...], tuple[Array, Array]] = {}
-        self.optimism, self._largest = OPTIMISM, 0.0
-
-    def learn(self, promise: float, gain: float) -> None:
-        """Learn from the largest gain of a fit so far by how much fits beat their promises here.
-
-        Where slips are weighed down, a first step promises little of what the fit gains.
-        """
-        if gain > self._largest:
-            self.optimism, self._largest = max(OPTIMISM, OPTIMISM * gain / max(promise, 1e-9)), gain
+        #: Starts of forms that a search has found already, and what they promise.
+        self.starts: dict[tuple[object, ...], tuple[float, Term]] = {}
 
     def _outside(self, columns: Array) -> Array:
         return np.concatenate([part.outside(columns) for part in self.parts], axis=-1)
