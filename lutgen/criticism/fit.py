@@ -167,17 +167,19 @@ def fit(problem: Problem, terms: Sequence[Term] = (), start: State | None = None
         A state whose tips and gains are a better beginning than the measured ones.
 
     """
+    if start is None:
+        return _fitted(problem, start_state(problem, terms))
+    # A search asks for many fits again, from the same start.
     asked = tuple((id(term.effect), *term.values.items(), term.free, term.gridded) for term in terms)
-    key = asked, None if start is None else (start.tips.tobytes(), start.gains.tobytes())
+    key = asked, start.tips.tobytes(), start.gains.tobytes()
     if key not in problem.fits:
-        problem.fits[key] = _fitted(problem, terms, start)
+        problem.fits[key] = _fitted(problem, State(tuple(terms), start.tips, start.gains), relaxations=0)
     return problem.fits[key]
 
 
-def _fitted(problem: Problem, terms: Sequence[Term], start: State | None) -> Fit:
-    state = start_state(problem, terms) if start is None else State(tuple(terms), start.tips, start.gains)
+def _fitted(problem: Problem, state: State, relaxations: int = RELAXATIONS) -> Fit:
     system = System(problem, linearise(problem, state), state)
-    for _ in range(RELAXATIONS if start is None else 0):
+    for _ in range(relaxations):
         # Tips between sessions lean on those of their neighbours, which the first round has moved.
         state = system.moved(state, system.still)
         system = System(problem, linearise(problem, state), state)

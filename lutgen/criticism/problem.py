@@ -30,8 +30,9 @@ from lutgen.criticism.shared_columns import shared_columns
 from lutgen.display.loaded import LoadedCalibrations
 from lutgen.display.native import NativeDisplay
 from lutgen.display.paper import nearest_weights
-from lutgen.display.trace import Panel, emitted, panel, reported
+from lutgen.display.trace import Panel, emitted, in_chain_order, metered, panel, through
 from lutgen.effects import Scene
+from lutgen.effects.scene import HourScene
 from lutgen.effects.spectra import SpectralDisplay, class_of
 from lutgen.errors import pick_one
 from lutgen.names import BASELINES, FORETELLING_BASELINES, NATIVE_BASELINES
@@ -283,7 +284,7 @@ class Problem:
 
     @cached_property
     def fits(self) -> dict[Any, Fit]:
-        """What has been fitted, by what was asked for: a search asks for many fits again."""
+        """What a search has fitted, by terms and start."""
         return {}
 
     @cached_property
@@ -358,7 +359,7 @@ class Problem:
         """What surrounds each reading; ``tips`` (..., H, 4, 3) give the whites."""
         return Scene(
             **self._columns,
-            white=tips[..., self.hour_of, 0, :],
+            white=np.take(tips[..., 0, :], self.hour_of, axis=-2),
             fresh_white=tips[..., :1, 0, :],
             light=self.light,
         )
@@ -384,7 +385,35 @@ class Problem:
         before = self.first_day.begun(applied, before)
         if self.holds:
             tips = tips * self._held_gain(applied, tips)[..., np.newaxis, np.newaxis]
-        return reported(applied, before, tips[..., self.hour_of, :, :], self.scene(tips))
+        scene, emission = self.scene(tips), [each for each in applied if each.effect.stage == "emission"]
+        aged = self._aged(emission, tips)
+        if aged is None:
+            aged = through(emission, ("emission",), np.take(tips, self.hour_of, axis=-3), scene)
+            return metered(applied, before.emit(aged), scene)
+        return metered(applied, before.emit_by(aged, self._readings_of_hours), scene)
+
+    @cached_property
+    def _readings_of_hours(self) -> list[NDArray[np.intp] | slice]:
+        return [readings_at(np.flatnonzero(self.hour_of == hour)) for hour in range(self.hours.size)]
+
+    def _aged(self, emission: Sequence[Applied], tips: Array) -> Array | None:
+        """Send the tips of the hours (..., H, 4, 3) through the emission; None if it asks for more than the hour."""
+        if any(each.effect.name in self._beyond_hours for each in emission):
+            return None
+        white = tips[..., 0, :]
+        scene = HourScene(hours=self.hours[:, np.newaxis], white=white, fresh_white=white[..., :1, :], light=self.light)
+        for each in in_chain_order(emission):
+            try:
+                tips = each.effect.function(tips, scene, **each.values)  # type: ignore[arg-type]
+            except AttributeError:
+                self._beyond_hours.add(each.effect.name)
+                return None
+        return tips
+
+    @cached_property
+    def _beyond_hours(self) -> set[str]:
+        """Effects of the emission that have asked for more than the hour."""
+        return set()
 
     @property
     def holds(self) -> bool:
@@ -404,3 +433,9 @@ class Problem:
         before = panel((*self.known, *applied), scene, self.selection, native=self.native)
         white = emitted(applied, before, tips, scene)[..., 1]
         return np.asarray(white[..., :1] / white)
+
+
+def readings_at(here: NDArray[np.intp]) -> NDArray[np.intp] | slice:
+    """Return a block's readings, in order, as a slice where no other stands between them: that costs no copy."""
+    follow = here.size and here[-1] - here[0] == here.size - 1
+    return slice(int(here[0]), int(here[-1]) + 1) if follow else here

@@ -13,6 +13,7 @@ import scipy  # its parts load when they are first used: the first comparison ne
 
 from lutgen.criticism.linear import State, tip_scale
 from lutgen.criticism.measured_tips import interpolated
+from lutgen.criticism.problem import readings_at
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -187,12 +188,6 @@ def local_columns(
     shared = problem.shared[int(whole[0])]
     shared = shared if here is whole else shared[:, np.searchsorted(whole, here)]
     return np.concatenate([linear.local[:tips, rows], of_gains[:, rows], shared]), gains
-
-
-def readings_at(here: NDArray[np.intp]) -> NDArray[np.intp] | slice:
-    """Return a block's readings, in order, as a slice where no other stands between them: that costs no copy."""
-    follow = here.size and here[-1] - here[0] == here.size - 1
-    return slice(int(here[0]), int(here[-1]) + 1) if follow else here
 
 
 def prior_rows(problem: Problem, state: State, hour: int, gains: tuple[int, ...], shared: int) -> tuple[Array, Array]:
