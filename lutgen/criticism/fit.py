@@ -74,14 +74,12 @@ class Fit:
     @cached_property
     def linear(self) -> Linear:
         """The problem linearised at the end, the residuals without the errors that sessions share."""
-        problem, system, state = self.problem, self._system, State(self.terms, self.tips, self.gains)
+        problem, system = self.problem, self._system
         residual = whiten(problem, problem.xyz - self.predicted)
         residual = residual - np.tensordot(system.still, system.linear.free, axes=1)
-        end = System(problem, system.linear._replace(residual=residual), state)
-        for whole, block in zip(problem.blocks, end.blocks, strict=True):
-            shared = problem.shared[int(whole[0])]
-            sizes = block.local_step(np.zeros(end.global_count))[block.upper.shape[0] - len(shared) :]
-            residual[whole] -= np.tensordot(sizes, shared, axes=1)
+        for whole in problem.blocks:
+            left = residual[whole]
+            residual[whole] = left - problem.marginal[int(whole[0])].expected(left.ravel()).reshape(left.shape)
         return system.linear._replace(residual=residual)
 
     @cached_property

@@ -26,7 +26,7 @@ from lutgen.criticism.first_day import FirstDay, is_held
 from lutgen.criticism.measured_tips import measured_tips, slack
 from lutgen.criticism.noise import estimate_noise
 from lutgen.criticism.replicates import group_means, replicate_groups
-from lutgen.criticism.shared_columns import shared_columns
+from lutgen.criticism.shared_columns import Marginal, shared_columns
 from lutgen.display.loaded import LoadedCalibrations
 from lutgen.display.native import NativeDisplay
 from lutgen.display.paper import nearest_weights
@@ -249,6 +249,11 @@ class Problem:
     def shared(self) -> dict[int, Array]:
         """Errors that readings of a session share, whitened, (k, m, 3), by the first reading of each block."""
         return {int(here[0]): shared_columns(self, here)[1] for here in self.blocks}
+
+    @cached_property
+    def marginal(self) -> dict[int, Marginal]:
+        """The same errors as a part of the noise of each block, by its first reading."""
+        return {first: Marginal.of(columns) for first, columns in self.shared.items()}
 
     @cached_property
     def is_knot(self) -> NDArray[np.bool_]:
