@@ -10,6 +10,7 @@ import numpy as np
 
 from lutgen.criticism.code_shifts import CodeShifts
 from lutgen.criticism.linear import BEHIND_PANEL, STEP, State, Term, whiten
+from lutgen.criticism.problem import readings_at
 from lutgen.criticism.system import local_columns, prior_rows
 
 if TYPE_CHECKING:
@@ -31,18 +32,28 @@ class Score:
         self.before = self.problem.panel(base.terms)
         self.predicted = self.problem.predict(base.terms, self.before, base.tips)
         self.parts = [_Part.of(base, self.state, here) for here in self.problem.blocks]
+        self.rows = sum(len(part.basis) for part in self.parts)
         free = self._outside(base.linear.free)
         self.free = np.linalg.qr(free.T)[0] if len(free) else None
-        whole = np.concatenate([part.outside(base.linear.residual, part.off) for part in self.parts])
-        self.residual = self._without_free(whole)
+        self.residual = self._without_free(self._outside(base.linear.residual, priors=True))
         self._proposed: dict[str, tuple[list[dict[str, float]], int]] = {}
         self._of_effect = ""
         self._seen: dict[tuple[object, ...], tuple[Array, Array]] = {}
         #: Starts of forms that a search has found already, and what they promise.
         self.starts: dict[tuple[object, ...], tuple[float, Term]] = {}
 
-    def _outside(self, columns: Array) -> Array:
-        return np.concatenate([part.outside(columns) for part in self.parts], axis=-1)
+    def _outside(self, columns: Array, *, priors: bool = False) -> Array:
+        """What local unknowns cannot explain of columns (..., n, 3), and of the right sides of their priors."""
+        rows, start = np.empty((*columns.shape[:-2], self.rows)), 0
+        for part in self.parts:
+            end = start + len(part.basis)
+            place = rows[..., start:end]
+            readings = end - part.off.size - start
+            place[..., :readings] = columns[..., part.here, :].reshape(*columns.shape[:-2], readings)
+            place[..., readings:] = part.off if priors else 0.0
+            place -= (place @ part.basis) @ part.basis.T
+            start = end
+        return rows
 
     def _without_free(self, rows: Array) -> Array:
         return rows if self.free is None else np.asarray(rows - (rows @ self.free) @ self.free.T)
@@ -64,19 +75,24 @@ class Score:
 
         Forms of one effect share their parameters: what one has asked for is kept until another effect is asked for.
         """
+        return self._seen_all(term, (name,))[0]
+
+    def _seen_all(self, term: Term, names: Sequence[str]) -> list[tuple[Array, Array]]:
         if term.effect.name != self._of_effect:
             self._of_effect, self._seen = term.effect.name, {}
-        key = (name, *term.values.values())
-        if key not in self._seen:
-            signature = self.signature(term, name)
-            self._seen[key] = signature.ravel(), self.project(signature)
-        return self._seen[key]
+        keys = [(name, *term.values.values()) for name in names]
+        new = [at for at, key in enumerate(keys) if key not in self._seen]
+        if new:
+            signatures = np.array([self.signature(term, names[at]) for at in new])
+            for at, signature, left in zip(new, signatures, self.project(signatures), strict=True):
+                self._seen[keys[at]] = signature.ravel(), left
+        return [self._seen[key] for key in keys]
 
     def gain(self, term: Term, names: Sequence[str]) -> float:
         """χ² that a step of some parameters from where the effect does nothing would gain, bounds ignored."""
         if not names:
             return self._plain_gain(term)
-        columns = np.array([self.seen(term, name)[1] for name in names]).T
+        columns = np.array([left for _, left in self._seen_all(term, names)]).T
         size = np.linalg.norm(columns, axis=0)
         columns = columns[:, size > 1e-9] / size[size > 1e-9]
         if not columns.shape[1]:
@@ -136,7 +152,7 @@ class Score:
 class _Part:
     """A block's readings ``here``, an orthonormal basis of what its local unknowns do, and the priors' right sides."""
 
-    here: NDArray[np.intp]
+    here: NDArray[np.intp] | slice
     basis: Array
     off: Array
 
@@ -149,13 +165,6 @@ class _Part:
         prior, off = prior_rows(problem, state, int(problem.hour_of[here[0]]), gains, shared)
         columns = np.concatenate([local.reshape(len(local), -1).T, prior])
         if not columns.shape[1]:
-            return cls(here, columns, off)
+            return cls(readings_at(here), columns, off)
         u, s, _ = np.linalg.svd(columns, full_matrices=False)
-        return cls(here, u[:, s > 1e-9 * max(float(s.max(initial=0.0)), 1e-300)], off)
-
-    def outside(self, columns: Array, off: Array | None = None) -> Array:
-        """What the local unknowns cannot explain of columns' readings (..., n, 3), and of the priors' right sides."""
-        before = columns.shape[:-2]
-        readings = columns[..., self.here, :].reshape(*before, 3 * self.here.size)
-        rows = np.concatenate([readings, np.zeros((*before, self.off.size)) if off is None else off], axis=-1)
-        return np.asarray(rows - (rows @ self.basis) @ self.basis.T)
+        return cls(readings_at(here), u[:, s > 1e-9 * max(float(s.max(initial=0.0)), 1e-300)], off)
