@@ -23,6 +23,10 @@ if TYPE_CHECKING:
     from lutgen.effects import Effect
 
 
+#: Directions in which parameters do the same, to this share of variance, promise nothing of their own.
+TOLD = 1e-12
+
+
 class Score:
     """Gains in χ² that a first step promises, from one linearisation that all candidates share."""
 
@@ -97,8 +101,9 @@ class Score:
         columns = columns[:, size > 1e-9] / size[size > 1e-9]
         if not columns.shape[1]:
             return 0.0
-        found = np.linalg.lstsq(columns, self.residual, rcond=1e-6)[0]
-        return float(((columns @ found) ** 2).sum())
+        variances, directions = np.linalg.eigh(columns.T @ columns)
+        told = variances > TOLD * variances[-1]
+        return float((((columns.T @ self.residual) @ directions[:, told]) ** 2 / variances[told]).sum())
 
     def gain_of_typical(self, term: Term) -> float:
         """χ² that the signature of an effect at given values, scaled at will, gains."""

@@ -187,7 +187,7 @@ class Block:
         triangle = self.upper[:, :local]
         diagonal = np.abs(np.diag(triangle))
         if diagonal.size == local and diagonal.min() > SINGULAR * diagonal.max():
-            return np.asarray(scipy.linalg.solve_triangular(triangle, right, check_finite=False))
+            return np.asarray(scipy.linalg.lapack.dtrtrs(triangle, right)[0])
         return np.asarray(np.linalg.lstsq(triangle, right, rcond=1e-12)[0])
 
 
@@ -208,7 +208,7 @@ def own_columns(
     problem: Problem, linear: Linear, whole: NDArray[np.intp], here: NDArray[np.intp]
 ) -> tuple[Array, tuple[int, ...]]:
     """The same without the errors that sessions share."""
-    gains = tuple(int(gain) for gain in np.unique(problem.gains[whole]) if gain >= 0)
+    gains = problem.gains_of[int(whole[0])]
     tips = 0 if problem.foretells else 12
     rows, of_gains = readings_at(here), linear.local[[tips + gain for gain in gains]]
     return np.concatenate([linear.local[:tips, rows], of_gains[:, rows]]), gains
@@ -221,6 +221,8 @@ def prior_rows(problem: Problem, state: State, hour: int, gains: tuple[int, ...]
     are those of its neighbours, interpolated.
     """
     tips = 0 if problem.foretells else 12
+    if not gains and not shared and (not tips or problem.is_knot[hour]):
+        return np.zeros((0, tips)), np.zeros(0)
     sigma = max(problem.noise.session, 1e-6)
     rows = np.column_stack([np.zeros((len(gains) + shared, tips)), np.eye(len(gains) + shared)])
     rows[: len(gains)] /= sigma

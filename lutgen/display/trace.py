@@ -91,10 +91,12 @@ class Panel:
 
     def emit_by(self, tips: Array, places: Sequence[NDArray[np.intp] | slice]) -> Array:
         """XYZ (..., n, 3) of tips (..., k, 4, 3), each of which holds for the colours at its places."""
-        xyz, white = np.empty((2, *tips.shape[:-3], len(self.shares), 3))
-        for place, here in zip(places, np.moveaxis(tips, -3, 0), strict=True):
+        xyz = np.empty((*tips.shape[:-3], len(self.shares), 3))
+        white = xyz if self.black is None and self.offset is None else np.empty_like(xyz)
+        for index, place in enumerate(places):
+            here = tips[..., index, :, :]
+            white[..., place, :] = here[..., :1, :]
             xyz[..., place, :] = self.shares[place] @ here
-            white[..., place, :] = here[..., np.newaxis, 0, :]
         return self._beside(xyz, white)
 
     def _beside(self, xyz: Array, white: Array) -> Array:
