@@ -413,11 +413,13 @@ class Problem:
         if last and last[0] is before and last[1] is tips and _same(last[2], emission):
             return np.asarray(last[3])
         aged = self._aged(emission, tips)
-        if aged is None:
-            aged = through(emission, ("emission",), np.take(tips, self.hour_of, axis=-3), scene)
-            xyz = before.emit(aged)
-        else:
+        if aged is not None and aged.ndim > 3:
             xyz = before.emit_by(aged, self._readings_of_hours)
+        elif aged is not None:
+            # Summed as below: an effect that does nothing changes nothing, not even by rounding.
+            xyz = before.emit(np.take(aged, self.hour_of, axis=0))
+        else:
+            xyz = before.emit(through(emission, ("emission",), np.take(tips, self.hour_of, axis=-3), scene))
         last[:] = before, tips, emission, xyz
         return xyz
 

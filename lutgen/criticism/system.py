@@ -6,6 +6,7 @@ Golub & Pereyra, SIAM J. Numer. Anal. 10, 413-432 (1973), doi:10.1137/0710036.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -173,8 +174,8 @@ class Block:
         beside = np.zeros((len(rows), off.size))
         beside[:local], beside[-1] = prior.T, off
         # The transpose is laid out as LAPACK wants it.
-        upper = np.triu(scipy.linalg.lapack.dgeqrf(np.concatenate([rows, beside], axis=1).T, overwrite_a=1)[0])
-        upper = upper[: len(rows)]
+        factors = scipy.linalg.lapack.dgeqrf(np.concatenate([rows, beside], axis=1).T, overwrite_a=1)[0]
+        upper = factors[: len(rows)] * _triangle(*factors[: len(rows)].shape)
         hour = None if problem.foretells else int(problem.hour_of[whole[0]])
         return cls(upper[:local], upper[local:, local:], hour, gains)
 
@@ -189,6 +190,12 @@ class Block:
         if diagonal.size == local and diagonal.min() > SINGULAR * diagonal.max():
             return np.asarray(scipy.linalg.lapack.dtrtrs(triangle, right)[0])
         return np.asarray(np.linalg.lstsq(triangle, right, rcond=1e-12)[0])
+
+
+@cache
+def _triangle(rows: int, columns: int) -> Array:
+    """1 on the diagonal and above it, 0 below."""
+    return np.triu(np.ones((rows, columns)))
 
 
 def local_columns(

@@ -111,6 +111,8 @@ class Panel:
         if self.shares.ndim == 2 and tips.shape == (1, 4, 3):
             # The same products and sums in the same order, column by column.
             return transform(tips[0].T, self.shares)
+        if self.shares.ndim == 2 and tips.ndim == 3:
+            return np.asarray(np.einsum("nk,nkc->nc", self.shares, tips))
         white, red, green, blue = np.moveaxis(self.shares, -1, 0)[..., np.newaxis]
         return np.asarray(
             white * tips[..., 0, :] + red * tips[..., 1, :] + green * tips[..., 2, :] + blue * tips[..., 3, :]
