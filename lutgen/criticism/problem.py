@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
@@ -30,9 +30,9 @@ from lutgen.criticism.shared_columns import Marginal, shared_columns
 from lutgen.display.loaded import LoadedCalibrations
 from lutgen.display.native import NativeDisplay
 from lutgen.display.paper import nearest_weights
-from lutgen.display.trace import Panel, emitted, in_chain_order, metered, panel, through
+from lutgen.display.trace import Panel, emitted, metered, panel, through
 from lutgen.effects import Scene
-from lutgen.effects.scene import HourScene
+from lutgen.effects.scene import CodeScene, HourScene
 from lutgen.effects.spectra import SpectralDisplay, class_of
 from lutgen.errors import pick_one
 from lutgen.names import BASELINES, FORETELLING_BASELINES, NATIVE_BASELINES
@@ -41,7 +41,7 @@ from lutgen.readings.rest import is_tip
 from lutgen.readings.table import is_capped, is_shrouded
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
@@ -52,6 +52,11 @@ if TYPE_CHECKING:
     from lutgen.display.trace import Applied
     from lutgen.readings import Measurements
 
+
+#: Stages that light passes before white and primaries come in.
+BEFORE_EMISSION = ("drive", "transfer", "mixing", "selection")
+
+T = TypeVar("T")
 
 #: Readings (three numbers each) that a free parameter needs beside those of the tips.
 READINGS_A_PARAMETER = 2
@@ -385,10 +390,33 @@ class Problem:
 
     def panel(self, applied: Sequence[Applied]) -> Panel:
         """Send the readings' code values through drive, transfer and mixing."""
-        before = panel((*self.known, *applied), self._plain_scene, self.selection, self._weights, native=self.native)
+        before = self._panel([*self.known, *(each for each in applied if each.effect.stage in BEFORE_EMISSION)])
         if self.remembered:
             return before.with_light(self.remembered.light)
         return before.times(self.first_day.held_out_gain)
+
+    def _panel(self, applied: Sequence[Applied]) -> Panel:
+        """The panel, of each code value once an hour as long as effects ask for no more."""
+        # Products with an own model's tips are rounded otherwise for other colours beside them: a change of nothing
+        # would be one.
+        if not (self.native and self.native.own):
+            first, place, scene = self._codes
+            weights = self._weights[first]
+            found = self._without_conditions(
+                applied, lambda: panel(applied, scene, self.selection, weights, native=self.native)
+            )
+            if found:
+                return replace(found, shares=np.take(found.shares, place, axis=0))
+        return panel(applied, self._plain_scene, self.selection, self._weights, native=self.native)
+
+    @cached_property
+    def _codes(self) -> tuple[NDArray[np.intp], NDArray[np.intp], Scene]:
+        """A reading of each code value at each hour, the place of every reading among these, and their scene."""
+        both = np.column_stack([self.hour_of, self.readings.drive[self.rows]])
+        _, first, place = np.unique(both, axis=0, return_index=True, return_inverse=True)
+        white, hour = self.measured_tips[:, 0], self.hour_of[first]
+        scene = CodeScene(self.hours[hour][:, np.newaxis], white[hour], white[:1], self.light, both[first, 1:])
+        return first, place.reshape(-1), cast("Scene", scene)
 
     @cached_property
     def _plain_scene(self) -> Scene:
@@ -433,21 +461,22 @@ class Problem:
 
     def _aged(self, emission: Sequence[Applied], tips: Array) -> Array | None:
         """Send the tips of the hours (..., H, 4, 3) through the emission; None if it asks for more than the hour."""
-        if any(each.effect.name in self._beyond_hours for each in emission):
-            return None
         white = tips[..., 0, :]
-        scene = HourScene(hours=self.hours[:, np.newaxis], white=white, fresh_white=white[..., :1, :], light=self.light)
-        for each in in_chain_order(emission):
+        scene = cast("Scene", HourScene(self.hours[:, np.newaxis], white, white[..., :1, :], self.light))
+        return self._without_conditions(emission, lambda: through(emission, ("emission",), tips, scene))
+
+    def _without_conditions(self, applied: Sequence[Applied], answer: Callable[[], T]) -> T | None:
+        """What effects make of a scene without conditions; None if they ask for more, which is tried once."""
+        names = frozenset(each.effect.name for each in applied)
+        if names not in self._asking_for_more:
             try:
-                tips = each.effect.function(tips, scene, **each.values)  # type: ignore[arg-type]
+                return answer()
             except AttributeError:
-                self._beyond_hours.add(each.effect.name)
-                return None
-        return tips
+                self._asking_for_more.add(names)
+        return None
 
     @cached_property
-    def _beyond_hours(self) -> set[str]:
-        """Effects of the emission that have asked for more than the hour."""
+    def _asking_for_more(self) -> set[frozenset[str]]:
         return set()
 
     @property
