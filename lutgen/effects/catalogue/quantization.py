@@ -80,11 +80,10 @@ def _looked_at(  # noqa: PLR0917 - a judge of code values, and a box of settings
 def _shifts(bent: Array, slope: Array, added: float, steps: Array) -> Array:
     """Shift of each code value by the rounding to so many steps, (k, m); in place, as many thousands are tried."""
     shift = bent * steps[:, np.newaxis]
-    if added != 0.5:
-        shift += added - 0.5
-    np.rint(shift, out=shift)
-    if added != 0.5:
-        np.maximum(shift, 0.0, out=shift)
+    # One after the other: what lies halfway between two steps then does so to the last bit.
+    shift += added
+    shift -= 0.5
+    np.maximum(np.rint(shift, out=shift), 0.0, out=shift)
     shift *= (1.0 / steps)[:, np.newaxis]
     shift -= bent
     shift *= 1.0 / slope
