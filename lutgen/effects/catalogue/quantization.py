@@ -80,13 +80,12 @@ def _looked_at(  # noqa: PLR0917 - a judge of code values, and a box of settings
 def _shifts(bent: Array, slope: Array, added: float, steps: Array) -> Array:
     """Shift of each code value by the rounding to so many steps, (k, m); in place, as many thousands are tried."""
     shift = bent * steps[:, np.newaxis]
-    # One after the other: what lies halfway between two steps then does so to the last bit.
     shift += added
     shift -= 0.5
     np.maximum(np.rint(shift, out=shift), 0.0, out=shift)
-    shift *= (1.0 / steps)[:, np.newaxis]
+    shift /= steps[:, np.newaxis]
     shift -= bent
-    shift *= 1.0 / slope
+    shift /= slope
     return shift
 
 
