@@ -56,6 +56,9 @@ if TYPE_CHECKING:
 #: Stages that light passes before white and primaries come in.
 BEFORE_EMISSION = ("drive", "transfer", "mixing", "selection")
 
+#: Stages that it passes before it leaves the display, where a sensor sees it.
+BEFORE_ROOM = (*BEFORE_EMISSION, "emission", "optics")
+
 T = TypeVar("T")
 
 #: Readings (three numbers each) that a free parameter needs beside those of the tips.
@@ -427,19 +430,24 @@ class Problem:
         """Shares of the paper's matrices, which no effect changes."""
         return nearest_weights(code_to_linear(self.readings.drive[self.rows]))
 
+    @cached_property
+    def _white_weights(self) -> Array:
+        """The same of white, (1, 4)."""
+        return nearest_weights(np.ones((1, 3)))
+
     def predict(self, applied: Sequence[Applied], before: Panel, tips: Array) -> Array:
         """XYZ that the meter should report, (..., n, 3), of latent tips (..., H, 4, 3)."""
         before = self.first_day.begun(applied, before)
         if self.holds:
-            tips = tips * self._held_gain(applied, tips)[..., np.newaxis, np.newaxis]
+            tips = self._held(applied, tips)
         scene, emission = self.scene(tips), [each for each in applied if each.effect.stage == "emission"]
         return metered(applied, self._emitted(emission, before, tips, scene), scene)
 
     def _emitted(self, emission: Sequence[Applied], before: Panel, tips: Array, scene: Scene) -> Array:
         """XYZ behind the emission: what was asked for last is kept, as derivatives by effects behind it ask again."""
-        last = self._last_emitted
-        if last and last[0] is before and last[1] is tips and _same(last[2], emission):
-            return np.asarray(last[3])
+        last = self._last.get("emitted")
+        if last and last.tips is tips and last.before is before and last.by(emission):
+            return last.answer
         aged = self._aged(emission, tips)
         if aged is not None and aged.ndim > 3:
             xyz = before.emit_by(aged, self._readings_of_hours)
@@ -448,12 +456,12 @@ class Problem:
             xyz = before.emit(np.take(aged, self.hour_of, axis=0))
         else:
             xyz = before.emit(through(emission, ("emission",), np.take(tips, self.hour_of, axis=-3), scene))
-        last[:] = before, tips, emission, xyz
+        self._last["emitted"] = _Answer(emission, tips, xyz, before)
         return xyz
 
     @cached_property
-    def _last_emitted(self) -> list[Any]:
-        return []
+    def _last(self) -> dict[str, _Answer]:
+        return {}
 
     @cached_property
     def _readings_of_hours(self) -> list[NDArray[np.intp] | slice]:
@@ -484,8 +492,18 @@ class Problem:
         """Whether a sensor's holding of white is predicted: under ``tips`` the tips have it in them."""
         return self.foretells and self.held
 
+    def _held(self, applied: Sequence[Applied], tips: Array) -> Array:
+        """Tips whose white a sensor holds at that of hour 0 as long as it can; what was asked for last is kept."""
+        acting = [each for each in applied if each.effect.compensated and each.effect.stage in BEFORE_ROOM]
+        last = self._last.get("held")
+        if last and last.tips is tips and last.by(acting):
+            return last.answer
+        held = tips * self._held_gain(acting, tips)[..., np.newaxis, np.newaxis]
+        self._last["held"] = _Answer(acting, tips, held)
+        return held
+
     def _held_gain(self, applied: Sequence[Applied], tips: Array) -> Array:
-        """Gain by which a sensor holds the white of every hour at that of hour 0 as long as it can, (..., H)."""
+        """Gain by which a sensor holds the white of every hour, (..., H)."""
         scene = Scene(
             hours=self.hours[:, np.newaxis],
             code=np.ones((self.hours.size, 3)),
@@ -493,16 +511,27 @@ class Problem:
             fresh_white=tips[..., :1, 0, :],
             light=self.light,
         )
-        applied = [each for each in applied if each.effect.compensated]
-        before = panel((*self.known, *applied), scene, self.selection, native=self.native)
+        weights = np.broadcast_to(self._white_weights, (self.hours.size, 4))
+        before = panel((*self.known, *applied), scene, self.selection, weights, native=self.native)
         white = emitted(applied, before, tips, scene)[..., 1]
         return np.asarray(white[..., :1] / white)
 
 
-def _same(applied: Sequence[Applied], others: Sequence[Applied]) -> bool:
-    return len(applied) == len(others) and all(
-        each.effect is other.effect and each.values == other.values for each, other in zip(applied, others, strict=True)
-    )
+@dataclass(frozen=True)
+class _Answer:
+    """What effects make of tips, and of a panel."""
+
+    applied: Sequence[Applied]
+    tips: Array
+    answer: Array
+    before: Panel | None = None
+
+    def by(self, others: Sequence[Applied]) -> bool:
+        """Whether these effects are the same."""
+        return len(self.applied) == len(others) and all(
+            each.effect is other.effect and each.values == other.values
+            for each, other in zip(self.applied, others, strict=True)
+        )
 
 
 def readings_at(here: NDArray[np.intp]) -> NDArray[np.intp] | slice:
