@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lutgen.errors import LutgenError, reason_of
+from lutgen.files import is_unicode
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -121,11 +122,8 @@ def _raw_config() -> Any:
 
 def named_for_ocio(path: Path) -> str:
     """Return a path as OpenColorIO takes it. Raises LutgenError for a name that is no Unicode."""
-    try:
-        str(path).encode()
-    except UnicodeEncodeError:
-        message = f"{str(path)!r}: is no name in UTF-8, as OpenColorIO needs it. Rename it."
-        raise LutgenError(message) from None
+    if not is_unicode(path):
+        raise LutgenError(f"{str(path)!r}: is no name in UTF-8, as OpenColorIO needs it. Rename it.")
     return str(path)
 
 

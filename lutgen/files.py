@@ -12,7 +12,7 @@ import shutil
 import stat
 import tempfile
 import time
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from functools import cache
 from math import inf
 from pathlib import Path
@@ -208,15 +208,19 @@ def _discard(partial: Path) -> None:
 
 
 @contextmanager
-def under_its_name(path: Path, suffix: str) -> Iterator[Path]:
+def under_its_name(path: Path, suffix: str, folder: Path | None = None) -> Iterator[Path]:
     """Give a path that ends in ``suffix`` for a file that does not, through a link in a private folder.
 
-    OpenColorIO chooses the reader by the suffix; a partial file has none that it knows.
+    OpenColorIO chooses the reader by the suffix; a partial file has none that it knows. ``folder``: a private one that
+    is there already, perhaps of several processes; None: a new one.
     """
-    with scratch() as folder:
-        link = Path(folder) / f"lut{suffix}"
+    with nullcontext(folder) if folder else scratch() as place:
+        link = place / f"{os.getpid()}-lut{suffix}"
         link.symlink_to(path.resolve())
-        yield link
+        try:
+            yield link
+        finally:
+            link.unlink()
 
 
 @contextmanager
@@ -228,7 +232,9 @@ def scratch() -> Iterator[Path]:
     """
     _clear(tempfile.gettempdir())
     with tempfile.TemporaryDirectory(prefix=PREFIX) as name:
-        held = _held(Path(name))
+        held = None
+        with suppress(BlockingIOError):  # nobody else has a reason to
+            held = locked(Path(name))
         try:
             yield Path(name)
         finally:
@@ -245,19 +251,28 @@ def _clear(place: str) -> None:
         with suppress(OSError):  # somebody else clears it too
             status = folder.lstat()
             ours = status.st_uid == os.getuid() and not folder.is_symlink() and folder.is_dir()
-            if ours and time.time() - status.st_mtime > GRACE and (held := _held(folder)) is not None:
+            if ours and time.time() - status.st_mtime > GRACE and (held := locked(folder)) is not None:
                 shutil.rmtree(folder, ignore_errors=True)
                 os.close(held)
 
 
-def _held(folder: Path) -> int | None:
-    """Lock a folder; None where another process holds it, or where that cannot be done."""
+def locked(folder: Path) -> int | None:
+    """Lock a folder until what is returned is closed; None where that cannot be done, as on some network drives.
+
+    The lock needs no file, and ends with the last process that holds it, however that ends. Raises BlockingIOError:
+    another process holds it.
+    """
     if fcntl is None:
         return None
-    opened = os.open(folder, os.O_RDONLY)
+    try:
+        opened = os.open(folder, os.O_RDONLY)
+    except OSError:
+        return None  # an unreadable folder gets a clearer message when it is read
     try:
         fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
+    except OSError as error:
         os.close(opened)
+        if isinstance(error, BlockingIOError):
+            raise
         return None
     return opened

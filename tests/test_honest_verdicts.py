@@ -13,7 +13,7 @@ from lutgen.criticism.diagnose import diagnose, parameters_of
 from lutgen.criticism.fit import fit
 from lutgen.criticism.heldout import held_out
 from lutgen.criticism.imitation import nearest, overlap
-from lutgen.criticism.influence import wrong_sessions
+from lutgen.criticism.influence import Suspicion, wrong_sessions
 from lutgen.criticism.leftover import p_of_likeness
 from lutgen.criticism.linear import State, Term, predict
 from lutgen.criticism.problem import Problem
@@ -22,6 +22,7 @@ from lutgen.criticism.search import HALF, contenders, family
 from lutgen.criticism.separate import separation
 from lutgen.criticism.shared_errors import with_shared_errors
 from lutgen.criticism.stepwise import explain, refined, together
+from lutgen.criticism.verdict import pronounce
 from lutgen.effects import catalogue
 from lutgen.effects.shapes import is_knot
 from tests.campaigns import single, text_of
@@ -259,6 +260,10 @@ def test_neighbouring_levels_err_alike_where_the_curve_is_wrong_and_not_by_noise
     assert p_of["drifting"] < 0.01 <= p_of["healthy"]
 
 
+#: A cold display that lacks a twentieth of its light for some 30 minutes.
+COLD = (("warm-up", 0.05, "same"),)
+
+
 @pytest.mark.slow(every=True)
 def test_an_effect_that_needs_a_free_curve_is_one_of_those_that_change_curves() -> None:
     hidden = (("eotf-drift", 0.05, "other"),)
@@ -350,6 +355,36 @@ def test_choosing_forms_again_never_makes_a_fit_worse() -> None:
     steps = family(base, catalogue()["quantization"]).best
     chosen = [steps, family(steps.fit, catalogue()["drive-loss"]).best]
     assert together(base, refined(chosen, base)).bic <= together(base, chosen).bic
+
+
+def test_a_shape_at_the_limit_of_what_may_be_proves_no_family() -> None:
+    """The hidden warm-up takes 30 minutes; this one may take 27 at most."""
+    readings = read(csv_text(replace(LUCKY, seed=1, hidden=COLD)), file="cold.csv", sha256="")
+    warm = catalogue()["warm-up"]
+    quick = replace(warm.parameters["minutes"], bounds=(1.0, 27.0), value=10.0)
+    said = {}
+    for name, effect in (
+        ("free", replace(warm, forms=warm.forms[:1])),
+        ("quick", replace(warm, forms=warm.forms[:1], parameters={**warm.parameters, "minutes": quick})),
+    ):
+        base = fit(Problem.of(readings))
+        error = PureError.of(base.problem)
+        said[name] = pronounce(explain(base, [effect], error), error, [], Suspicion((), (), ""))
+    assert said["free"].name == "named", said["free"].sentence
+    assert said["quick"].name == "one-of", said["quick"].sentence
+    assert "has minutes at the limit of what may be" in said["quick"].sentence
+
+
+def test_a_rival_pays_for_a_parameter_that_explains_nothing() -> None:
+    readings = read(csv_text(replace(LUCKY, seed=1, hidden=COLD)), file="cold.csv", sha256="")
+    plain = replace(catalogue()["warm-up"], forms=(("amount", "minutes"),), confused_with={})
+    base = fit(Problem.of(readings))
+    rivals = []
+    for form in (("amount", "minutes"), ("amount", "minutes", "tint_x")):
+        other = replace(plain, name="other-warm-up", forms=(form,))
+        (step,) = explain(base, [plain, other], PureError.of(base.problem)).steps
+        rivals.append([rival.name for rival in step.rivals])
+    assert rivals == [["other-warm-up"], []]
 
 
 @pytest.mark.slow(every=True)

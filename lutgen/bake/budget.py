@@ -28,13 +28,13 @@ class Budget:
     p99: float | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what no file could fail, or pass."""
+        """Raise LutgenError for a limit that is no finite number from 0 on."""
         for option, limit in (("--max-delta-e", self.max_delta_e), ("--p99", self.p99)):
             if limit is not None and not 0 <= limit < inf:
                 raise LutgenError(f"{option} {limit:g}: a colour difference ΔE2000 from 0 on, such as 0.1.")
 
     def limits(self, record: FileRecord | None) -> tuple[float, float]:
-        """Return both for a file."""
+        """Return the limits for a file: largest ΔE2000 and 99 % quantile."""
         smooth = ((record.certificate if record else None) or {}).get("smooth")
         certified = smooth if isinstance(smooth, dict) else {}
         return (

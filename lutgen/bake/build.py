@@ -24,7 +24,7 @@ from lutgen.bake.readback import TableKind, apply_lut
 from lutgen.bindings import named_for_ocio, ocio
 from lutgen.display.inverse import compensation_of
 from lutgen.errors import LutgenError
-from lutgen.files import is_unicode, replacing, scratch, write_atomically
+from lutgen.files import is_unicode, replacing, scratch, under_its_name, write_atomically
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -263,22 +263,14 @@ def _shown(file: HeldFile, form: Format, lut: Lut | MatrixLut, kind: TableKind, 
         return codes
     shown = SHOWN_WHOLE.pop(file.path.resolve(), None)
     if shown is None:
-        shown = _read_whole(file.path, beside / f"{os.getpid()}-whole{form.suffix}")
+        with under_its_name(file.path, form.suffix, beside) as named:
+            shown = apply_lut(named, JUDGE.code)
     if codes is None:
         return shown
     refuse_other(file.path, shown, codes)
     _READ_WHOLE.add(kind)
     # Certificates do not depend on which process gets which files.
     return codes
-
-
-def _read_whole(path: Path, named: Path) -> Array:
-    # OpenColorIO chooses the reader by the suffix, which a partial file has not.
-    named.symlink_to(path.resolve())
-    try:
-        return apply_lut(named, JUDGE.code)
-    finally:
-        named.unlink()
 
 
 def best_candidate(

@@ -82,8 +82,8 @@ def check_config(
         last = last_mode, max((hours for mode, hours in every if mode == last_mode), default=0.0)
         for (mode, hours), lut in every.items():
             run = _Run(lib, config, root, lut, words, through=through, context=(mode, hour_name(hours)[:-1]))
-            found = run.problems() if differs or (mode, hours) == last else run.elsewhere(written.lut)
-            problems += [f"AGING_MODE={mode}, AGING_HOURS={hour_name(hours)[:-1]}: {problem}" for problem in found]
+            faults = run.problems() if differs or (mode, hours) == last else run.elsewhere(written.lut)
+            problems += [f"AGING_MODE={mode}, AGING_HOURS={hour_name(hours)[:-1]}: {fault}" for fault in faults]
         return problems
     if there and not differs:
         return problems

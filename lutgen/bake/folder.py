@@ -14,15 +14,10 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.bake.manifest import JOURNAL, MANIFEST, Manifest, Recipe, planned, read_manifest, without_ways
 from lutgen.errors import LutgenError, reason_of
-from lutgen.files import PARTIAL, cannot_write, file_sha256, is_file, write_atomically
-
-try:
-    import fcntl
-except ImportError:  # Windows
-    fcntl = None  # type: ignore[assignment]
+from lutgen.files import PARTIAL, cannot_write, file_sha256, is_file, locked, write_atomically
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
     from pathlib import Path
 
 
@@ -138,10 +133,6 @@ def _remove_empty(folder: Path, root: Path) -> None:
         folder = folder.parent
 
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
 #: Seconds to wait for another build: the workers of a killed build end within this time.
 PATIENCE = 5.0
 
@@ -191,26 +182,13 @@ def _make(missing: list[Path]) -> None:
 
 
 def _held(path: Path) -> int | None:
-    """Lock a folder; None where that cannot be done, as on some network drives."""
-    # The lock needs no file, and ends with the last process that holds it, however that ends.
-    if fcntl is None:
-        return None
-    try:
-        folder = os.open(path, os.O_RDONLY)
-    except OSError:
-        return None  # an unreadable folder gets a clearer message when it is read
+    """Lock a folder as :func:`locked`, and wait some seconds for another build."""
     end = time.monotonic() + PATIENCE
     while True:
         try:
-            fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return locked(path)
         except BlockingIOError:
             if time.monotonic() > end:
-                os.close(folder)
                 message = f"{path}: another build writes into it. Wait for its end, or choose another folder with -o."
                 raise LutgenError(message) from None
             time.sleep(0.05)
-        except OSError:
-            break
-        else:
-            break
-    return folder

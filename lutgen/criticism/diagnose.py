@@ -263,14 +263,12 @@ def parameters_of(found: Fit) -> dict[str, dict[str, dict[str, Any]]]:
     for term, errors in zip(found.terms, found.stderr, strict=True):
         result[term.effect.name] = {}
         for name, parameter in term.effect.parameters.items():
-            low, high = parameter.bounds
             value, error = term.values[name], errors.get(name)
-            touches = name in term.free and min(value - low, high - value) <= 1e-9 * (high - low)
             result[term.effect.name][name] = {
                 "value": value,
                 "stderr": error if error is not None and error < float("inf") else None,
                 "unit": parameter.unit,
-                "at_bound": bool(touches),
+                "at_bound": name in term.free and parameter.is_at_bound(value),
                 "free": name in term.free or name in term.gridded,
             }
     return result

@@ -24,6 +24,8 @@ from lutgen.readings.rest import is_tip
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
     from lutgen.colorimetry import Array
     from lutgen.criticism.noise import Noise
     from lutgen.display.own_model import Sample
@@ -146,32 +148,31 @@ def _of_curves(
     sample = sample_of(readings, here)
     on_curves = native.made_from(readings)[here]
     judged = ~on_curves & ~is_tip(sample.drive).any(axis=1)
-    told = added_up(sample, native.curves, sample.drive)
+    usual = told = added_up(sample, native.curves, sample.drive)
     if len(np.unique(sample.drive[judged], axis=0)) < FEW:
         judged = on_curves & sample.drive.any(axis=1)
-        told = _told_by_other_levels(readings, leave_out, sample.drive[judged], told, sample)
+        told = _told_by_other_levels(native, readings, [*leave_out], sample, judged)
     code, share = sample.drive[judged], sample.share[judged]
     if len(np.unique(code, axis=0)) < FEW:
         return NONE
     missed, light = (share - told[judged]) * sample.white, share * sample.white
     covariance = noise.covariance(light) + _of_tips(sample, parts_of(native.curves, code), noise)
     if drawn:
-        usual = added_up(sample, native.curves, code)
-        off = np.array([added_up(sample, each.curves, code) - usual for each in drawn]) * sample.white
+        off = np.array([added_up(sample, each.curves, code) - usual[judged] for each in drawn]) * sample.white
         covariance = covariance + np.einsum("kni,knj->nij", off, off) / len(drawn)
     squares = np.einsum("ni,nij,nj->", missed, np.linalg.inv(covariance), missed)
     return discrepancy_of(missed, light, covariance) if chdtrc(missed.size, squares) < SIGNIFICANT else NONE
 
 
 def _told_by_other_levels(
-    readings: Measurements, leave_out: Sequence[int], levels: Array, told: Array, sample: Sample
+    native: NativeDisplay, readings: Measurements, leave_out: list[int], sample: Sample, judged: NDArray[np.bool_]
 ) -> Array:
-    """Shares of white (n, 3) of a sample's readings, each of some levels told by curves that were made without it."""
-    here, told = first_session_rows(readings, leave_out), told.copy()
-    for code in np.unique(levels, axis=0):
+    """Shares of white (n, 3) of a sample's readings, those that are judged by curves made without their level."""
+    here, told = first_session_rows(readings, leave_out), added_up(sample, native.curves, sample.drive)
+    for code in np.unique(sample.drive[judged], axis=0):
         level = (sample.drive == code).all(axis=1)
         try:
-            others = NativeDisplay.of(readings, [*leave_out, *here[level].tolist()], strict=False)
+            others = NativeDisplay.of(readings, [*leave_out, *here[level]], strict=False, source=native.source)
         except LutgenError:  # too few levels are left
             continue
         told[level] = added_up(sample, others.curves, sample.drive[level])

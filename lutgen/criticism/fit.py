@@ -15,7 +15,7 @@ import numpy as np
 
 from lutgen.criticism.linear import Linear, State, Term, linearise, predict, whiten
 from lutgen.criticism.score import Score
-from lutgen.criticism.system import System
+from lutgen.criticism.system import System, without_first_errors
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -77,10 +77,16 @@ class Fit:
         problem, system = self.problem, self._system
         residual = whiten(problem, problem.xyz - self.predicted)
         residual = residual - np.tensordot(system.still, system.linear.free, axes=1)
+        apart = without_first_errors(problem, system.linear._replace(residual=residual))[0].residual
         for whole in problem.blocks:
-            left = residual[whole]
-            residual[whole] = left - problem.marginal[int(whole[0])].expected(left.ravel()).reshape(left.shape)
+            shared = problem.marginal[int(whole[0])].expected(apart[whole].ravel())
+            residual[whole] -= shared.reshape(-1, 3)
         return system.linear._replace(residual=residual)
+
+    @cached_property
+    def residual(self) -> Array:
+        """Whitened residuals without the likeliest errors that readings share, (n, 3)."""
+        return without_first_errors(self.problem, self.linear)[0].residual
 
     @cached_property
     def covariance(self) -> Array:
@@ -105,7 +111,7 @@ class Fit:
     @property
     def freedom(self) -> int:
         """Degrees of freedom of χ²."""
-        return self.readings - unknowns(self.problem) - self.parameters
+        return int(3.0 * self.problem.counts.sum()) - unknowns(self.problem) - self.parameters
 
     @property
     def bic(self) -> float:

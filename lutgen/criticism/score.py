@@ -10,8 +10,7 @@ import numpy as np
 
 from lutgen.criticism.code_shifts import CodeShifts
 from lutgen.criticism.linear import BEHIND_PANEL, STEP, State, Term, whiten
-from lutgen.criticism.problem import readings_at
-from lutgen.criticism.system import local_columns, prior_rows
+from lutgen.criticism.system import local_basis, local_columns, prior_rows, readings_at
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -47,8 +46,11 @@ class Score:
         self.starts: dict[tuple[object, ...], tuple[float, Term]] = {}
 
     def _outside(self, columns: Array, *, priors: bool = False) -> Array:
-        """What local unknowns cannot explain of columns (..., n, 3), and of the right sides of their priors."""
-        rows, start = np.empty((*columns.shape[:-2], self.rows)), 0
+        """What blocks cannot absorb of columns (..., n, 3); of residuals also where blocks are off their ``priors``."""
+        sizes, shared = np.zeros((*columns.shape[:-2], 0)), self.problem.first_errors
+        if shared:
+            columns, sizes = shared.taken_from(columns)
+        rows, start = np.empty((*columns.shape[:-2], self.rows + sizes.shape[-1])), 0
         for part in self.parts:
             end = start + len(part.basis)
             place = rows[..., start:end]
@@ -57,6 +59,7 @@ class Score:
             place[..., readings:] = part.off if priors else 0.0
             place -= (place @ part.basis) @ part.basis.T
             start = end
+        rows[..., start:] = -sizes
         return rows
 
     def _without_free(self, rows: Array) -> Array:
@@ -164,12 +167,7 @@ class _Part:
     @classmethod
     def of(cls, base: Fit, state: State, here: NDArray[np.intp]) -> _Part:
         """Take a block of the problem at a fit."""
-        problem, linear = base.problem, base.linear
-        local, gains = local_columns(problem, linear, here, here)
-        shared = len(problem.shared[int(here[0])])
-        prior, off = prior_rows(problem, state, int(problem.hour_of[here[0]]), gains, shared)
-        columns = np.concatenate([local.reshape(len(local), -1).T, prior])
-        if not columns.shape[1]:
-            return cls(readings_at(here), columns, off)
-        u, s, _ = np.linalg.svd(columns, full_matrices=False)
-        return cls(readings_at(here), u[:, s > 1e-9 * max(float(s.max(initial=0.0)), 1e-300)], off)
+        problem, shared = base.problem, len(base.problem.shared[int(here[0])])
+        gains = local_columns(problem, base.linear.local, here, here)[1]
+        off = prior_rows(problem, state, int(problem.hour_of[here[0]]), gains, shared)[1]
+        return cls(readings_at(here), local_basis(problem, base.linear.local, state, here), off)

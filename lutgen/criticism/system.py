@@ -14,7 +14,6 @@ import scipy  # its parts load when they are first used: the first comparison ne
 
 from lutgen.criticism.linear import State, tip_scale
 from lutgen.criticism.measured_tips import interpolated
-from lutgen.criticism.problem import readings_at
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -51,8 +50,9 @@ class System:
         self.problem, self.linear = problem, linear
         self.global_count = len(linear.free)
         self.effect_count = sum(len(term.free) for term in state.terms)
-        self.blocks = [Block.of(problem, linear, state, here) for here in problem.blocks]
-        reduced = np.concatenate([block.reduced for block in self.blocks])
+        self.apart, self.rest = without_first_errors(problem, linear)
+        self.blocks = [Block.of(problem, self.apart, state, here) for here in problem.blocks]
+        reduced = np.concatenate([*(block.reduced for block in self.blocks), self.rest])
         self.A, self.z = reduced[:, :-1], reduced[:, -1]
         self.mode_count = len(problem.curve_modes) if problem.native else 0
         modes = self.A[:, self.global_count - self.mode_count :]
@@ -143,7 +143,7 @@ class Block:
     @classmethod
     def of(cls, problem: Problem, linear: Linear, state: State, whole: NDArray[np.intp]) -> Block:
         """Reduce the readings of a whole block."""
-        columns, gains = own_columns(problem, linear, whole, whole)
+        columns, gains = own_columns(problem, linear.local, whole, whole)
         at = readings_at(whole)
         parts = np.concatenate([columns, linear.free[:, at], linear.residual[np.newaxis, at]])
         rows = problem.marginal[int(whole[0])].whitened(parts.reshape(len(parts), -1))
@@ -157,7 +157,7 @@ class Block:
     ) -> Block:
         """Reduce the readings of a block without some, the errors that sessions share among the unknowns."""
         here = np.setdiff1d(whole, cell)
-        columns, gains = local_columns(problem, linear, whole, here)
+        columns, gains = local_columns(problem, linear.local, whole, here)
         at = readings_at(here)
         parts = np.concatenate([columns, linear.free[:, at], linear.residual[np.newaxis, at]])
         shared = len(problem.shared[int(whole[0])])
@@ -198,27 +198,58 @@ def _triangle(rows: int, columns: int) -> Array:
     return np.triu(np.ones((rows, columns)))
 
 
+def without_first_errors(problem: Problem, linear: Linear) -> tuple[Linear, Array]:
+    """Take out the likeliest errors of the first session, and what is known of them as equations, (e, p + 1)."""
+    shared = problem.first_errors
+    if not shared:
+        return linear, np.zeros((0, len(linear.free) + 1))
+    both, sizes = shared.taken_from(np.concatenate([linear.free, linear.residual[np.newaxis]]))
+    return linear._replace(free=both[:-1], residual=both[-1]), -sizes.T
+
+
+def local_basis(problem: Problem, local: Array, state: State, here: NDArray[np.intp]) -> Array:
+    """Orthonormal basis of what a block's unknowns do, (3m + k, l): to its readings, and to what is known of them."""
+    columns, gains = local_columns(problem, local, here, here)
+    prior, _ = prior_rows(problem, state, int(problem.hour_of[here[0]]), gains, len(problem.shared[int(here[0])]))
+    return spanned(np.concatenate([columns.reshape(len(columns), 3 * here.size).T, prior]))
+
+
+def spanned(columns: Array) -> Array:
+    """Orthonormal basis of what columns (m, k) span, (m, ≤ k)."""
+    if not columns.shape[1]:
+        return columns
+    u, s, _ = np.linalg.svd(columns, full_matrices=False)
+    return np.asarray(u[:, s > 1e-9 * max(float(s.max(initial=0.0)), 1e-300)])
+
+
 def local_columns(
-    problem: Problem, linear: Linear, whole: NDArray[np.intp], here: NDArray[np.intp]
+    problem: Problem, local: Array, whole: NDArray[np.intp], here: NDArray[np.intp]
 ) -> tuple[Array, tuple[int, ...]]:
     """Derivatives of some readings ``here`` of a ``whole`` block by its local unknowns, (L, m, 3), and its gains.
 
-    In this order: the tips of the hour, the gains of sessions, the errors that sessions share.
+    In this order: the tips of the hour, the gains of sessions, the errors that sessions share. ``local`` has those of
+    all readings by tips and gains.
     """
-    columns, gains = own_columns(problem, linear, whole, here)
+    columns, gains = own_columns(problem, local, whole, here)
     shared = problem.shared[int(whole[0])]
     shared = shared if here is whole else shared[:, np.searchsorted(whole, here)]
     return np.concatenate([columns, shared]), gains
 
 
 def own_columns(
-    problem: Problem, linear: Linear, whole: NDArray[np.intp], here: NDArray[np.intp]
+    problem: Problem, local: Array, whole: NDArray[np.intp], here: NDArray[np.intp]
 ) -> tuple[Array, tuple[int, ...]]:
     """The same without the errors that sessions share."""
     gains = problem.gains_of[int(whole[0])]
     tips = 0 if problem.foretells else 12
-    rows, of_gains = readings_at(here), linear.local[[tips + gain for gain in gains]]
-    return np.concatenate([linear.local[:tips, rows], of_gains[:, rows]]), gains
+    rows, of_gains = readings_at(here), local[[tips + gain for gain in gains]]
+    return np.concatenate([local[:tips, rows], of_gains[:, rows]]), gains
+
+
+def readings_at(here: NDArray[np.intp]) -> NDArray[np.intp] | slice:
+    """Return a block's readings, in order, as a slice where no other stands between them: that costs no copy."""
+    follow = here.size and here[-1] - here[0] == here.size - 1
+    return slice(int(here[0]), int(here[-1]) + 1) if follow else here
 
 
 def prior_rows(problem: Problem, state: State, hour: int, gains: tuple[int, ...], shared: int) -> tuple[Array, Array]:

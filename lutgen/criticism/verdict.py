@@ -41,7 +41,7 @@ VERDICTS = {
 NAMED_LINES = 12
 
 #: Shares of the excess error below this are printed as 0 %: an effect of both is no finding beside others.
-TRIFLE = 0.005
+TRIFLE = 0.05
 
 NO_PROBES = Probed()
 
@@ -214,7 +214,7 @@ def strongest(explanation: Explanation) -> tuple[str, str]:
     """Name the family or condition in which most of the final fit's leftover sits, and its course over the hours."""
     found = explanation.final
     problem = found.problem
-    size = (found.linear.residual**2).sum(axis=1) / 3.0
+    size = (found.residual**2).sum(axis=1) / 3.0
     family, condition = family_of(problem), condition_of(problem)
     named = np.where(condition == "", family, condition)
     share = {str(name): float(np.maximum(size[named == name] - 1.0, 0.0).mean()) for name in np.unique(named)}
@@ -240,32 +240,33 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
     if beside:
         remarks = (*remarks, f"Fitted beside, for what the formula leaves, no fault of its own: {', '.join(beside)}.")
     seen = shares_of_delta_e(base, final, [step.name for step in weighed.kept])
-    kept = tuple(sorted(weighed.kept, key=lambda step: -seen[step.name]))
+    kept = tuple(sorted(weighed.kept, key=lambda step: (-seen[step.name], -weighed.shares[step.name])))
     if trifles := [step for step in kept[1:] if max(seen[step.name], weighed.shares[step.name]) < TRIFLE]:
         kept = tuple(step for step in kept if step not in trifles)
         beside += [step.name for step in trifles]
         names = ", ".join(step.name for step in trifles)
         remarks = (*remarks, f"Fitted beside, next to nothing of the error: {names}.")
-    alike = {step.name: _imitated(step, explanation, error) for step in kept}
     left = "" if weighed.clean else f"its formula leaves something: {structure(explanation, weighed.left)}."
     if len(kept) == 1:
         left = left or ("its formula leaves something that another takes up." if beside else "")
-        worded = _one(kept[0], seen[kept[0].name], left, _owed(kept[0], explanation), alike[kept[0].name])
+        (step,) = kept
+        worded = _one(step, seen[step.name], left, _owed(step, explanation), _imitated(step, explanation, error))
     elif overlap([step.chosen for step in kept], base):
         if not weighed.clean or len(kept) > 2:
             return _unexplained(explanation, remarks, probed)
         worded = _like_both(kept)
-    elif _shadowed(kept, alike):
+    elif _is_shadowed(kept, explanation, error):
         return _unexplained(explanation, remarks, probed)
     else:
         worded = _several(kept, weighed.shares, seen, left)
     return replace(worded, shares=weighed.shares, shares_delta_e=seen, remarks=remarks)
 
 
-def _shadowed(kept: tuple[Step, ...], alike: Mapping[str, Imitated | None]) -> bool:
+def _is_shadowed(kept: tuple[Step, ...], explanation: Explanation, error: PureError) -> bool:
     """Whether one of several effects may be what the strongest one misses: its form passes for another as strong."""
     strongest = max(kept, key=lambda step: step.without.chi2)
-    return any(each and each.left < 2 * STRONG for name, each in alike.items() if name != strongest.name)
+    alike = (_imitated(step, explanation, error) for step in kept if step is not strongest)
+    return any(each and each.left < 2 * STRONG for each in alike)
 
 
 def _like_both(steps: tuple[Step, ...]) -> Verdict:
@@ -350,9 +351,5 @@ def _doubt(step: Step, freed: str, owed: float, alike: Imitated | None) -> str:
 def _at_bounds(step: Step) -> list[str]:
     """Free shapes of an effect, as of its course in time, that lie at a bound."""
     term = step.chosen.term
-    bounds = {name: term.effect.parameters[name].bounds for name in term.free if name not in term.effect.neutral}
-    return [
-        name
-        for name, (low, high) in bounds.items()
-        if min(term.values[name] - low, high - term.values[name]) <= 1e-9 * (high - low)
-    ]
+    shapes = [name for name in term.free if name not in term.effect.neutral]
+    return [name for name in shapes if term.effect.parameters[name].is_at_bound(term.values[name])]

@@ -57,8 +57,7 @@ class Weighed:
         chosen, gain = [step.chosen for step in kept], base.chi2 - final.chi2
         noise = is_noise(final, error)
         explained = gain / (gain + left.gain) if left.names else gain / excess
-        # One family may leave what its formula misses; several that leave a misfit are what greedy search makes of
-        # another.
+        # One family may leave what its formula misses; several that leave a misfit are what a search makes of another.
         enough = explained > MOST_OF_IT and (len(kept) == 1 or noise)
         # What is fitted beside, for what formulas leave, may be no more than formulas may leave.
         beside = together(base, chosen).chi2 - final.chi2 if len(kept) < len(steps) else 0.0
@@ -97,11 +96,8 @@ def _needed(
 
 def _is_at_its_limit(step: Step) -> bool:
     """Whether a size of an effect lies at a bound of what is physical, other than where the effect does nothing."""
-    term = step.chosen.term
-    for name in set(term.free) & set(step.effect.neutral):
-        low, high = step.effect.parameters[name].bounds
-        reach = 1e-9 * (high - low)
-        value = term.values[name]
-        if min(value - low, high - value) <= reach < abs(value - step.effect.neutral[name]):
-            return True
-    return False
+    values, rest, parameters = step.chosen.term.values, step.effect.neutral, step.effect.parameters
+    return any(
+        parameters[name].is_at_bound(values[name]) and not parameters[name].is_at(rest[name], values[name])
+        for name in set(step.chosen.term.free) & set(rest)
+    )

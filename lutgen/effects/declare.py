@@ -52,6 +52,10 @@ _CATALOGUE = "lutgen.effects.catalogue."
 BUILT_IN, CODE = "built-in", "code, module "
 
 
+#: Values that differ by no more than this share of a parameter's range are the same.
+NEARBY = 1e-9
+
+
 @dataclass(frozen=True)
 class Parameter:
     """One physical number of an effect.
@@ -81,6 +85,15 @@ class Parameter:
     meaning: str
     grid: tuple[float, ...] | str = ()
     at_first: bool = False
+
+    def is_at_bound(self, value: float) -> bool:
+        """Whether a value lies at one of the bounds."""
+        return any(self.is_at(bound, value) for bound in self.bounds)
+
+    def is_at(self, place: float, value: float) -> bool:
+        """Whether a value lies at a place, so near that no fit tells them apart."""
+        low, high = self.bounds
+        return bool(abs(value - place) <= NEARBY * (high - low))
 
 
 #: Grid of a parameter whose settings are too many to fit: the effect proposes some (``Effect.propose``).
