@@ -15,35 +15,30 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.colorimetry import code_to_linear
 from lutgen.criticism.curve_doubt import curve_doubt, drawn_displays, mode_weights
 from lutgen.criticism.discrepancy import NONE, Discrepancy, discrepancy_of_native
 from lutgen.criticism.first_day import FirstDay, is_held
 from lutgen.criticism.first_errors import FirstErrors
 from lutgen.criticism.measured_tips import measured_tips, slack
 from lutgen.criticism.noise import estimate_noise
+from lutgen.criticism.prediction import Prediction
 from lutgen.criticism.replicates import group_means, replicate_groups
 from lutgen.criticism.shared_columns import Marginal, shared_columns
-from lutgen.criticism.system import readings_at
 from lutgen.display.loaded import LoadedCalibrations
 from lutgen.display.native import NativeDisplay
-from lutgen.display.paper import nearest_weights
-from lutgen.display.trace import Panel, emitted, metered, panel, through
-from lutgen.effects import Scene
-from lutgen.effects.scene import CodeScene, HourScene
 from lutgen.effects.spectra import SpectralDisplay, class_of
 from lutgen.errors import pick_one
 from lutgen.names import BASELINES, FORETELLING_BASELINES, NATIVE_BASELINES
 from lutgen.readings.conditions import COLUMNS
 from lutgen.readings.rest import is_tip
-from lutgen.readings.table import is_capped, is_shrouded
+from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
@@ -51,17 +46,10 @@ if TYPE_CHECKING:
     from lutgen.criticism.first_day import FirstReadings
     from lutgen.criticism.fit import Fit
     from lutgen.criticism.noise import Noise
-    from lutgen.display.trace import Applied
+    from lutgen.display.trace import Applied, Panel
+    from lutgen.effects import Scene
     from lutgen.readings import Measurements
 
-
-#: Stages that light passes before white and primaries come in.
-BEFORE_EMISSION = ("drive", "transfer", "mixing", "selection")
-
-#: Stages that it passes before it leaves the display, where a sensor sees it.
-BEFORE_ROOM = (*BEFORE_EMISSION, "emission", "optics")
-
-T = TypeVar("T")
 
 #: Readings (three numbers each) that a free parameter needs beside those of the tips.
 READINGS_A_PARAMETER = 2
@@ -388,166 +376,23 @@ class Problem:
         return SpectralDisplay.of(class_of(self.readings.metadata.get("display", "")), self.measured_tips[0])
 
     @cached_property
-    def _columns(self) -> dict[str, Array]:
-        columns = {
-            "hours": self.readings.hours[self.rows][:, np.newaxis],
-            "code": self.readings.drive[self.rows],
-        }
-        for name, logged in self.readings.conditions.items():
-            values = logged[self.rows]
-            columns[name] = np.where(np.isnan(values), COLUMNS[name].usual, values)[:, np.newaxis]
-        open_to_room = ~(is_capped(self.readings) | is_shrouded(self.readings))[self.rows, np.newaxis]
-        columns |= {name: np.where(open_to_room, value, COLUMNS[name].usual) for name, value in self.assumed}
-        columns["capped"] = is_capped(self.readings)[self.rows].astype(float)[:, np.newaxis]
-        return columns
+    def prediction(self) -> Prediction:
+        """What effects make of the readings' code values."""
+        return Prediction(self)
 
     def scene(self, tips: Array) -> Scene:
         """What surrounds each reading; ``tips`` (..., H, 4, 3) give the whites."""
-        return Scene(
-            **self._columns,
-            white=np.take(tips[..., 0, :], self.hour_of, axis=-2),
-            fresh_white=tips[..., :1, 0, :],
-            light=self.light,
-        )
+        return self.prediction.scene(tips)
 
     def panel(self, applied: Sequence[Applied]) -> Panel:
         """Send the readings' code values through drive, transfer and mixing."""
-        before = self._panel([*self.known, *(each for each in applied if each.effect.stage in BEFORE_EMISSION)])
-        if self.remembered:
-            return before.with_light(self.remembered.light)
-        return before.times(self.first_day.held_out_gain)
-
-    def _panel(self, applied: Sequence[Applied]) -> Panel:
-        """The panel, of each code value once an hour as long as effects ask for no more."""
-        # Products with an own model's tips are rounded otherwise for other colours beside them: a change of nothing
-        # would be one.
-        if not (self.native and self.native.own):
-            first, place, scene = self._codes
-            weights = self._weights[first]
-            found = self._without_conditions(
-                applied, lambda: panel(applied, scene, self.selection, weights, native=self.native)
-            )
-            if found:
-                return replace(found, shares=np.take(found.shares, place, axis=0))
-        return panel(applied, self._plain_scene, self.selection, self._weights, native=self.native)
-
-    @cached_property
-    def _codes(self) -> tuple[NDArray[np.intp], NDArray[np.intp], Scene]:
-        """A reading of each code value at each hour, the place of every reading among these, and their scene."""
-        both = np.column_stack([self.hour_of, self.readings.drive[self.rows]])
-        _, first, place = np.unique(both, axis=0, return_index=True, return_inverse=True)
-        white, hour = self.measured_tips[:, 0], self.hour_of[first]
-        scene = CodeScene(self.hours[hour][:, np.newaxis], white[hour], white[:1], self.light, both[first, 1:])
-        return first, place.reshape(-1), cast("Scene", scene)
-
-    @cached_property
-    def _plain_scene(self) -> Scene:
-        return self.scene(self.measured_tips)
-
-    @cached_property
-    def _weights(self) -> Array:
-        """Shares of the paper's matrices, which no effect changes."""
-        return nearest_weights(code_to_linear(self.readings.drive[self.rows]))
-
-    @cached_property
-    def _white_weights(self) -> Array:
-        """The same of white, (1, 4)."""
-        return nearest_weights(np.ones((1, 3)))
+        return self.prediction.panel(applied)
 
     def predict(self, applied: Sequence[Applied], before: Panel, tips: Array) -> Array:
         """XYZ that the meter should report, (..., n, 3), of latent tips (..., H, 4, 3)."""
-        before = self.first_day.begun(applied, before)
-        if self.holds:
-            tips = self._held(applied, tips)
-        scene, emission = self.scene(tips), [each for each in applied if each.effect.stage == "emission"]
-        return metered(applied, self._emitted(emission, before, tips, scene), scene)
-
-    def _emitted(self, emission: Sequence[Applied], before: Panel, tips: Array, scene: Scene) -> Array:
-        """XYZ behind the emission: what was asked for last is kept, as derivatives by effects behind it ask again."""
-        last = self._last.get("emitted")
-        if last and last.tips is tips and last.before is before and last.by(emission):
-            return last.answer
-        aged = self._aged(emission, tips)
-        if aged is not None and aged.ndim > 3:
-            xyz = before.emit_by(aged, self._readings_of_hours)
-        elif aged is not None:
-            # Summed as below: an effect that does nothing changes nothing, not even by rounding.
-            xyz = before.emit(np.take(aged, self.hour_of, axis=0))
-        else:
-            xyz = before.emit(through(emission, ("emission",), np.take(tips, self.hour_of, axis=-3), scene))
-        self._last["emitted"] = _Answer(emission, tips, xyz, before)
-        return xyz
-
-    @cached_property
-    def _last(self) -> dict[str, _Answer]:
-        return {}
-
-    @cached_property
-    def _readings_of_hours(self) -> list[NDArray[np.intp] | slice]:
-        return [readings_at(np.flatnonzero(self.hour_of == hour)) for hour in range(self.hours.size)]
-
-    def _aged(self, emission: Sequence[Applied], tips: Array) -> Array | None:
-        """Send the tips of the hours (..., H, 4, 3) through the emission; None if it asks for more than the hour."""
-        white = tips[..., 0, :]
-        scene = cast("Scene", HourScene(self.hours[:, np.newaxis], white, white[..., :1, :], self.light))
-        return self._without_conditions(emission, lambda: through(emission, ("emission",), tips, scene))
-
-    def _without_conditions(self, applied: Sequence[Applied], answer: Callable[[], T]) -> T | None:
-        """What effects make of a scene without conditions; None if they ask for more, which is tried once."""
-        names = frozenset(each.effect.name for each in applied)
-        if names not in self._asking_for_more:
-            try:
-                return answer()
-            except AttributeError:
-                self._asking_for_more.add(names)
-        return None
-
-    @cached_property
-    def _asking_for_more(self) -> set[frozenset[str]]:
-        return set()
+        return self.prediction.predict(applied, before, tips)
 
     @property
     def holds(self) -> bool:
         """Whether a sensor's holding of white is predicted: under ``tips`` the tips have it in them."""
         return self.foretells and self.held
-
-    def _held(self, applied: Sequence[Applied], tips: Array) -> Array:
-        """Tips whose white a sensor holds at that of hour 0 as long as it can; what was asked for last is kept."""
-        acting = [each for each in applied if each.effect.compensated and each.effect.stage in BEFORE_ROOM]
-        last = self._last.get("held")
-        if last and last.tips is tips and last.by(acting):
-            return last.answer
-        held = tips * self._held_gain(acting, tips)[..., np.newaxis, np.newaxis]
-        self._last["held"] = _Answer(acting, tips, held)
-        return held
-
-    def _held_gain(self, applied: Sequence[Applied], tips: Array) -> Array:
-        """Gain by which a sensor holds the white of every hour, (..., H)."""
-        scene = Scene(
-            hours=self.hours[:, np.newaxis],
-            code=np.ones((self.hours.size, 3)),
-            white=tips[..., :, 0, :],
-            fresh_white=tips[..., :1, 0, :],
-            light=self.light,
-        )
-        weights = np.broadcast_to(self._white_weights, (self.hours.size, 4))
-        before = panel((*self.known, *applied), scene, self.selection, weights, native=self.native)
-        white = emitted(applied, before, tips, scene)[..., 1]
-        return np.asarray(white[..., :1] / white)
-
-
-@dataclass(frozen=True)
-class _Answer:
-    """What effects make of tips, and of a panel."""
-
-    applied: Sequence[Applied]
-    tips: Array
-    answer: Array
-    before: Panel | None = None
-
-    def by(self, others: Sequence[Applied]) -> bool:
-        """Whether these effects are the same."""
-        return len(self.applied) == len(others) and all(
-            each.effect is other.effect and each.values == other.values
-            for each, other in zip(self.applied, others, strict=True)
-        )
