@@ -195,7 +195,10 @@ def _attempts(
         form = forms[index]
         if base.parameters + len(form) > base.problem.bears:
             continue  # a fit of more parameters than the readings bear says nothing
-        grids, penalty = _grids(score, effect, form), len(form) * float(np.log(base.readings))
+        penalty = len(form) * float(np.log(base.readings))
+        if _is_proposed(effect, form) and base.bic - luck.optimism * score.code_shifts.most + penalty > limit:
+            continue  # no setting can promise more than a shift of its own for each code value
+        grids = _grids(score, effect, form)
         if not grids:
             continue  # a grid between sessions, and one session only
         if len(grids) > MANY and _promise(score, effect, form[:1]) < WORTH * penalty / len(form):
