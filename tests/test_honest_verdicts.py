@@ -18,7 +18,6 @@ from lutgen.criticism.leftover import p_of_likeness
 from lutgen.criticism.linear import State, Term, predict
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.pure_error import PureError
-from lutgen.criticism.score import Score
 from lutgen.criticism.search import HALF, contenders, family
 from lutgen.criticism.separate import separation
 from lutgen.criticism.shared_errors import with_shared_errors
@@ -328,10 +327,7 @@ def test_of_two_effects_that_do_the_same_none_is_a_finding() -> None:
         csv_text(replace(LUCKY, seed=1, hidden=(("eotf-drift", 0.05, "same"),))), file="curve.csv", sha256=""
     )
     base = fit(Problem.of(readings))
-    chosen = {
-        name: family(base, catalogue()[name], Score(base)).best
-        for name in ("eotf-drift", "recalibration", "edge-falloff")
-    }
+    chosen = {name: family(base, catalogue()[name]).best for name in ("eotf-drift", "recalibration", "edge-falloff")}
     assert overlap([chosen["eotf-drift"], chosen["recalibration"]], base)
     assert not overlap([chosen["eotf-drift"], chosen["edge-falloff"]], base)
     assert not overlap([chosen["eotf-drift"]], base)

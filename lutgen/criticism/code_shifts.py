@@ -8,6 +8,7 @@ those shifts is worked out once; after that a setting costs one product of vecto
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -89,6 +90,11 @@ class CodeShifts:
         matrix = np.array([project(columns[index]) for index in kept])
         scatter = max(float(residual @ residual) / (3 * problem.rows.size), 1.0)
         return cls(values[kept], matrix @ matrix.T, matrix @ residual, scatter)
+
+    @cached_property
+    def most(self) -> float:
+        """Gain in χ² of shifts of any size."""
+        return _gain(self.information, self.pull)[0] if self.code.size else 0.0
 
     @property
     def is_jagged(self) -> bool:

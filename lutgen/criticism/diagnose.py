@@ -12,7 +12,6 @@ from lutgen.criticism.heldout import held_out
 from lutgen.criticism.influence import Suspicion, suspicious_noise, wrong_rows, wrong_sessions
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.pure_error import PureError
-from lutgen.criticism.score import Score
 from lutgen.criticism.separate import Separation, what_separates
 from lutgen.criticism.shared_errors import with_shared_errors
 from lutgen.criticism.stepwise import Explanation, explain
@@ -188,7 +187,7 @@ def diagnose(
     if rows:
         problem = problem.without(rows)
         base, error = fit(problem, terms), PureError.of(problem)
-    seen = tuple(visibility(base, choices, Score(base)))
+    seen = tuple(visibility(base, choices))
     explanation = explain(base, choices, error, progress)
     # A misfit hides how much the gain wanders; beside the effects that explain the misfit, it shows.
     again = with_shared_errors(problem, explanation.final.terms)

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.criticism.linear import Linear, State, Term, linearise, predict, whiten
+from lutgen.criticism.score import Score
 from lutgen.criticism.system import System, without_first_errors
 
 if TYPE_CHECKING:
@@ -52,14 +53,8 @@ class Fit:
         Σ of squared whitened residuals and of the priors' terms.
     parameters
         Number of free parameters of effects.
-    covariance
-        Of the free parameters, (p, p), in the order of the terms.
-    linear
-        The problem linearised there.
-    residual
-        Whitened residuals without the likeliest errors that readings share, (n, 3).
-    modes
-        Sizes of the curve modes of a native display, (q,).
+    last
+        The state that was linearised last, one step of the local unknowns before the end.
 
     """
 
@@ -69,10 +64,44 @@ class Fit:
     gains: Array
     chi2: float
     parameters: int
-    covariance: Array
-    linear: Linear = field(repr=False)
-    residual: Array = field(repr=False)
-    modes: Array = field(default_factory=lambda: np.zeros(0), repr=False)
+    last: State = field(repr=False)
+
+    @cached_property
+    def _system(self) -> System:
+        """The system at the last linearisation: most fits of a search are asked for their χ² alone."""
+        return System(self.problem, linearise(self.problem, self.last), self.last)
+
+    @cached_property
+    def linear(self) -> Linear:
+        """The problem linearised at the end, the residuals without the errors that sessions share."""
+        problem, system = self.problem, self._system
+        residual = whiten(problem, problem.xyz - self.predicted)
+        residual = residual - np.tensordot(system.still, system.linear.free, axes=1)
+        apart = without_first_errors(problem, system.linear._replace(residual=residual))[0].residual
+        for whole in problem.blocks:
+            shared = problem.marginal[int(whole[0])].expected(apart[whole].ravel())
+            residual[whole] -= shared.reshape(-1, 3)
+        return system.linear._replace(residual=residual)
+
+    @cached_property
+    def residual(self) -> Array:
+        """Whitened residuals without the likeliest errors that readings share, (n, 3)."""
+        return without_first_errors(self.problem, self.linear)[0].residual
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance of the free parameters, (p, p), in the order of the terms."""
+        return self._system.covariance(self.terms)
+
+    @cached_property
+    def modes(self) -> Array:
+        """Sizes of the curve modes of a native display, (q,)."""
+        return self._system.still[self._system.global_count - self._system.mode_count :]
+
+    @cached_property
+    def score(self) -> Score:
+        """What first steps from here promise."""
+        return Score(self)
 
     @property
     def readings(self) -> int:
@@ -142,29 +171,25 @@ def fit(problem: Problem, terms: Sequence[Term] = (), start: State | None = None
         A state whose tips and gains are a better beginning than the measured ones.
 
     """
-    state = start_state(problem, terms) if start is None else State(tuple(terms), start.tips, start.gains)
+    if start is None:
+        return _fitted(problem, start_state(problem, terms))
+    # A search asks for many fits again, from the same start.
+    asked = tuple((id(term.effect), *term.values.items(), term.free, term.gridded) for term in terms)
+    key = asked, start.tips.tobytes(), start.gains.tobytes()
+    if key not in problem.fits:
+        problem.fits[key] = _fitted(problem, State(tuple(terms), start.tips, start.gains), relaxations=0)
+    return problem.fits[key]
+
+
+def _fitted(problem: Problem, state: State, relaxations: int = RELAXATIONS) -> Fit:
     system = System(problem, linearise(problem, state), state)
-    for _ in range(RELAXATIONS if start is None else 0):
+    for _ in range(relaxations):
         # Tips between sessions lean on those of their neighbours, which the first round has moved.
         state = system.moved(state, system.still)
         system = System(problem, linearise(problem, state), state)
-    state, system = _descended(problem, state, system)
-    state = system.moved(state, system.still)
-    residual = whiten(problem, problem.xyz - predict(problem, state))
-    residual = residual - np.tensordot(system.still, system.linear.free, axes=1)
-    last = System(problem, system.linear._replace(residual=residual), state)
-    for whole, block in zip(problem.blocks, last.blocks, strict=True):
-        shared = problem.shared[int(whole[0])]
-        sizes = block.local_step(np.zeros(last.global_count))[block.upper.shape[0] - len(shared) :]
-        residual[whole] -= np.tensordot(sizes, shared, axes=1)
-    linear = system.linear._replace(residual=residual)
-    residual = without_first_errors(problem, linear)[0].residual
-    covariance = system.covariance(state.terms)
-    modes = system.still[system.global_count - system.mode_count :]
-    return Fit(
-        problem, state.terms, state.tips, state.gains, system.chi2, system.effect_count, covariance, linear, residual,
-        modes,
-    )  # fmt: skip
+    last, system = _descended(problem, state, system)
+    end = system.moved(last, system.still)
+    return Fit(problem, end.terms, end.tips, end.gains, system.chi2, system.effect_count, last)
 
 
 def _descended(problem: Problem, state: State, system: System) -> tuple[State, System]:

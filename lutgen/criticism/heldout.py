@@ -116,7 +116,7 @@ def held_out(found: Fit) -> HeldOut:
     whole_information = _information(np.concatenate([*whole, system.rest]), system.effect_count)
     for cell in withheld:
         index = int(number[cell[0]])
-        block = Block.of(problem, system.apart, state, problem.blocks[index], without=cell)
+        block = Block.without(problem, system.apart, state, problem.blocks[index], cell)
         others = [*whole[:index], block.reduced, *whole[index + 1 :], system.rest]
         rows = np.concatenate(others)
         rests_on = _information(rows, system.effect_count) < (1.0 - NEARLY_ALL) * whole_information

@@ -15,13 +15,13 @@ import numpy as np
 
 from lutgen.criticism.linear import Term
 from lutgen.criticism.probes import LEAST_SEEN
-from lutgen.criticism.score import Score
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from lutgen.colorimetry import Array
     from lutgen.criticism.fit import Fit
+    from lutgen.criticism.score import Score
     from lutgen.criticism.search import Candidate
     from lutgen.criticism.stepwise import Step
     from lutgen.effects import Effect
@@ -56,7 +56,7 @@ class Imitated:
 
 def nearest(step: Step, final: Fit, scale: float) -> Imitated | None:
     """Return the effect that the form of an admitted one follows best; ``scale``: the noise's unit of χ²."""
-    score = Score(step.without)
+    score = step.without.score
     form = _form(score, step.chosen)
     strength = (step.without.chi2 - final.chi2) / scale
     taken = {step.name, *(other.effect.name for other in step.beside)}
@@ -75,7 +75,7 @@ def overlap(chosen: Sequence[Candidate], base: Fit) -> bool:
 
     Effects whose forms overlap are how a greedy search builds up another one; effects of their own stay apart.
     """
-    score = Score(base)
+    score = base.score
     forms = [_form(score, each) for each in chosen]
     return any(
         _outside(_basis(np.column_stack([*forms[:at], *forms[at + 1 :]])), score, each.term) < APART

@@ -90,11 +90,10 @@ def _gain_of(problem: Problem, gains: Array) -> Array:
 
 def whiten(problem: Problem, xyz: Array) -> Array:
     """Whiten residuals (..., n, 3). The whiteners are lower triangles: written out, they are fastest."""
-    L, (x, y, z) = problem.whitener, np.moveaxis(xyz, -1, 0)
-    white = np.empty(xyz.shape)
-    white[..., 0] = L[:, 0, 0] * x
-    white[..., 1] = L[:, 1, 0] * x + L[:, 1, 1] * y
-    white[..., 2] = L[:, 2, 0] * x + L[:, 2, 1] * y + L[:, 2, 2] * z
+    diagonal, y_by_x, z_by_x, z_by_y = problem.whitener_parts
+    white = np.asarray(xyz * diagonal)
+    white[..., 1] += y_by_x * xyz[..., 0]
+    white[..., 2] += z_by_x * xyz[..., 0] + z_by_y * xyz[..., 1]
     return white
 
 

@@ -10,7 +10,6 @@ from lutgen.criticism.fit import Fit, fit
 from lutgen.criticism.linear import State, Term
 from lutgen.criticism.noise import estimate_noise
 from lutgen.criticism.problem import Problem
-from lutgen.criticism.score import Score
 from lutgen.criticism.search import family
 from lutgen.criticism.separate import POOL, Patch, Separation, separation, with_patches
 from lutgen.criticism.shared_errors import with_shared_errors
@@ -164,7 +163,7 @@ def _as_if_true(base: Fit, effect: Effect) -> Fit:
     found = family(base, effect).best.fit
     if base.chi2 - found.chi2 >= THREE_TIMES**2:
         return found
-    score, term = Score(base), Term.at_rest(effect, effect.forms[0])
+    score, term = base.score, Term.at_rest(effect, effect.forms[0])
     sizes = {}
     for name in term.free:
         strength = float(abs(score.seen(term, name)[1]).max() and (score.seen(term, name)[1] ** 2).sum() ** 0.5)

@@ -17,7 +17,6 @@ import numpy as np
 
 from lutgen.criticism.leftover import is_even, is_within_scatter
 from lutgen.criticism.linear import whiten
-from lutgen.criticism.score import Score
 from lutgen.criticism.search import STRONG
 from lutgen.readings.conditions import CONDITIONS
 from lutgen.readings.table import is_capped
@@ -29,12 +28,16 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit import Fit
     from lutgen.criticism.problem import Problem
     from lutgen.criticism.pure_error import PureError
+    from lutgen.criticism.score import Score
 
 #: Signatures that a free term holds at most.
 MOST = 24
 
 #: A signature of which less than this share remains beside tips and effects says nothing.
 LEAST_SEEN = 1e-3
+
+#: A signature of which, in χ², no more than this share is left beside one that was chosen says nothing new.
+LEAST_LEFT = 0.05**2
 
 #: Signatures that are projected at once: more take memory.
 AT_ONCE = 32
@@ -65,15 +68,18 @@ class Probed:
 
 def probe(found: Fit, error: PureError) -> Probed:
     """Find the free term of a fit. Gains count in units of the noise that replicates show, or may be assumed."""
-    score = Score(found)
+    score = found.score
     names, matrix = _columns(score, _signatures(found.problem, found.predicted))
     if not names:
         return Probed()
     price = float(np.log(found.readings)) + 2.0 * float(np.log(len(names)))
-    residual, gain, evidence = score.residual, 0.0, 0.0
+    gain, evidence = 0.0, 0.0
     chosen: list[int] = []
+    # Of each signature beside those that are chosen: its product with the residuals, its length², and theirs with it.
+    pulls, left, along = matrix @ score.residual, np.ones(len(names)), np.zeros((0, len(names)))
+    directions = np.zeros((0, matrix.shape[1]))
     while len(chosen) < MOST:
-        gains = (matrix @ residual) ** 2
+        gains = np.divide(pulls**2, left, out=np.zeros_like(pulls), where=left > 0)
         best = int(np.argmax(gains))
         worth = float(gains[best]) / error.scale - price
         if worth <= 0.0:
@@ -81,11 +87,11 @@ def probe(found: Fit, error: PureError) -> Probed:
         chosen.append(best)
         gain += float(gains[best])
         evidence += worth
-        direction = matrix[best] / np.linalg.norm(matrix[best])
-        residual = residual - direction * (direction @ residual)
-        matrix = matrix - np.outer(matrix @ direction, direction)
-        size = np.linalg.norm(matrix, axis=1, keepdims=True)
-        matrix = np.where(size > 0.05, matrix / np.where(size > 0, size, 1.0), 0.0)
+        direction = (matrix[best] - along[:, best] @ directions) / np.sqrt(left[best])
+        shared = matrix @ direction
+        pulls = pulls - shared * (pulls[best] / np.sqrt(left[best]))
+        left = np.where(left - shared**2 > LEAST_LEFT * left, left - shared**2, 0.0)
+        directions, along = np.vstack([directions, direction]), np.vstack([along, shared])
     if evidence <= STRONG:
         return Probed()
     return Probed(tuple(names[index] for index in chosen), gain, evidence)

@@ -15,30 +15,27 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.colorimetry import code_to_linear
 from lutgen.criticism.curve_doubt import curve_doubt, drawn_displays, mode_weights
 from lutgen.criticism.discrepancy import NONE, Discrepancy, discrepancy_of_native
 from lutgen.criticism.first_day import FirstDay, is_held
 from lutgen.criticism.first_errors import FirstErrors
 from lutgen.criticism.measured_tips import measured_tips, slack
 from lutgen.criticism.noise import estimate_noise
+from lutgen.criticism.prediction import Prediction
 from lutgen.criticism.replicates import group_means, replicate_groups
-from lutgen.criticism.shared_columns import shared_columns
+from lutgen.criticism.shared_columns import Marginal, shared_columns
 from lutgen.display.loaded import LoadedCalibrations
 from lutgen.display.native import NativeDisplay
-from lutgen.display.paper import nearest_weights
-from lutgen.display.trace import Panel, emitted, panel, reported
-from lutgen.effects import Scene
 from lutgen.effects.spectra import SpectralDisplay, class_of
 from lutgen.errors import pick_one
 from lutgen.names import BASELINES, FORETELLING_BASELINES, NATIVE_BASELINES
 from lutgen.readings.conditions import COLUMNS
 from lutgen.readings.rest import is_tip
-from lutgen.readings.table import is_capped, is_shrouded
+from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -47,8 +44,10 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.criticism.first_day import FirstReadings
+    from lutgen.criticism.fit import Fit
     from lutgen.criticism.noise import Noise
-    from lutgen.display.trace import Applied
+    from lutgen.display.trace import Applied, Panel
+    from lutgen.effects import Scene
     from lutgen.readings import Measurements
 
 
@@ -250,9 +249,21 @@ class Problem:
         return [np.flatnonzero(number == each) for each in np.unique(number)]
 
     @cached_property
+    def gains_of(self) -> dict[int, tuple[int, ...]]:
+        """Numbers of the gains of each block, by its first reading."""
+        return {
+            int(here[0]): tuple(np.unique(self.gains[here][self.gains[here] >= 0]).tolist()) for here in self.blocks
+        }
+
+    @cached_property
     def shared(self) -> dict[int, Array]:
         """Errors that readings of a session share, whitened, (k, m, 3), by the first reading of each block."""
         return {int(here[0]): shared_columns(self, here)[1] for here in self.blocks}
+
+    @cached_property
+    def marginal(self) -> dict[int, Marginal]:
+        """The same errors as a part of the noise of each block, by its first reading."""
+        return {first: Marginal.of(columns) for first, columns in self.shared.items()}
 
     @cached_property
     def is_knot(self) -> NDArray[np.bool_]:
@@ -272,6 +283,13 @@ class Problem:
         if self.weights is None:
             return whitener
         return np.asarray(whitener * np.sqrt(self.weights[self.rows])[:, np.newaxis, np.newaxis])
+
+    @cached_property
+    def whitener_parts(self) -> tuple[Array, Array, Array, Array]:
+        """The diagonals of the whiteners, (n, 3), and what is below them: of Y by X, Z by X, Z by Y, (n,) each."""
+        white = self.whitener
+        below = [np.ascontiguousarray(white[:, row, column]) for row, column in ((1, 0), (2, 0), (2, 1))]
+        return np.ascontiguousarray(np.diagonal(white, axis1=1, axis2=2)), below[0], below[1], below[2]
 
     @cached_property
     def first_errors(self) -> FirstErrors | None:
@@ -297,6 +315,11 @@ class Problem:
         drive, memory = self.readings.drive[self.rows], self.remembered
         missed = memory.missed if memory else np.asarray(drive.any(axis=1) & ~is_tip(drive).any(axis=1))
         return np.asarray(meter + self.discrepancy.covariance(xyz_cd_m2) * missed[:, np.newaxis, np.newaxis])
+
+    @cached_property
+    def fits(self) -> dict[Any, Fit]:
+        """What a search has fitted, by terms and start."""
+        return {}
 
     @cached_property
     def curve_doubt(self) -> Array:
@@ -353,66 +376,23 @@ class Problem:
         return SpectralDisplay.of(class_of(self.readings.metadata.get("display", "")), self.measured_tips[0])
 
     @cached_property
-    def _columns(self) -> dict[str, Array]:
-        columns = {
-            "hours": self.readings.hours[self.rows][:, np.newaxis],
-            "code": self.readings.drive[self.rows],
-        }
-        for name, logged in self.readings.conditions.items():
-            values = logged[self.rows]
-            columns[name] = np.where(np.isnan(values), COLUMNS[name].usual, values)[:, np.newaxis]
-        open_to_room = ~(is_capped(self.readings) | is_shrouded(self.readings))[self.rows, np.newaxis]
-        columns |= {name: np.where(open_to_room, value, COLUMNS[name].usual) for name, value in self.assumed}
-        columns["capped"] = is_capped(self.readings)[self.rows].astype(float)[:, np.newaxis]
-        return columns
+    def prediction(self) -> Prediction:
+        """What effects make of the readings' code values."""
+        return Prediction(self)
 
     def scene(self, tips: Array) -> Scene:
         """What surrounds each reading; ``tips`` (..., H, 4, 3) give the whites."""
-        return Scene(
-            **self._columns,
-            white=tips[..., self.hour_of, 0, :],
-            fresh_white=tips[..., :1, 0, :],
-            light=self.light,
-        )
+        return self.prediction.scene(tips)
 
     def panel(self, applied: Sequence[Applied]) -> Panel:
         """Send the readings' code values through drive, transfer and mixing."""
-        before = panel((*self.known, *applied), self._plain_scene, self.selection, self._weights, native=self.native)
-        if self.remembered:
-            return before.with_light(self.remembered.light)
-        return before.times(self.first_day.held_out_gain)
-
-    @cached_property
-    def _plain_scene(self) -> Scene:
-        return self.scene(self.measured_tips)
-
-    @cached_property
-    def _weights(self) -> Array:
-        """Shares of the paper's matrices, which no effect changes."""
-        return nearest_weights(code_to_linear(self.readings.drive[self.rows]))
+        return self.prediction.panel(applied)
 
     def predict(self, applied: Sequence[Applied], before: Panel, tips: Array) -> Array:
         """XYZ that the meter should report, (..., n, 3), of latent tips (..., H, 4, 3)."""
-        before = self.first_day.begun(applied, before)
-        if self.holds:
-            tips = tips * self._held_gain(applied, tips)[..., np.newaxis, np.newaxis]
-        return reported(applied, before, tips[..., self.hour_of, :, :], self.scene(tips))
+        return self.prediction.predict(applied, before, tips)
 
     @property
     def holds(self) -> bool:
         """Whether a sensor's holding of white is predicted: under ``tips`` the tips have it in them."""
         return self.foretells and self.held
-
-    def _held_gain(self, applied: Sequence[Applied], tips: Array) -> Array:
-        """Gain by which a sensor holds the white of every hour at that of hour 0 as long as it can, (..., H)."""
-        scene = Scene(
-            hours=self.hours[:, np.newaxis],
-            code=np.ones((self.hours.size, 3)),
-            white=tips[..., :, 0, :],
-            fresh_white=tips[..., :1, 0, :],
-            light=self.light,
-        )
-        applied = [each for each in applied if each.effect.compensated]
-        before = panel((*self.known, *applied), scene, self.selection, native=self.native)
-        white = emitted(applied, before, tips, scene)[..., 1]
-        return np.asarray(white[..., :1] / white)

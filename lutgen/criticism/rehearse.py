@@ -17,7 +17,6 @@ from lutgen.criticism.fit import fit
 from lutgen.criticism.linear import State, Term, predict, whiten
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.pure_error import PureError
-from lutgen.criticism.score import Score
 from lutgen.criticism.search import family
 from lutgen.criticism.stepwise import explain
 from lutgen.criticism.visibility import threshold, visibility
@@ -28,6 +27,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.criticism.fit import Fit
+    from lutgen.criticism.score import Score
     from lutgen.criticism.stepwise import Explanation
     from lutgen.criticism.visibility import Visibility
     from lutgen.effects import Effect
@@ -98,8 +98,7 @@ def rehearse(effect: Effect, measurements: Measurements, others: Sequence[Effect
     """
     problem = Problem.of(measurements, baseline=effect.baseline)
     base = fit(problem)
-    score = Score(base)
-    seen = visibility(base, [effect], score)[0]
+    score, seen = base.score, visibility(base, [effect])[0]
     rivals = [each for each in others if each.name != effect.name and effect.baseline in {each.baseline, "first-hour"}]
     term = _put_in(score, effect, seen)
     sentence, recovered = (_unseen(effect, seen), False) if term is None else _recovery(base, term, rivals, seen)

@@ -10,7 +10,7 @@ import numpy as np
 
 from lutgen.criticism.code_shifts import CodeShifts
 from lutgen.criticism.linear import BEHIND_PANEL, STEP, State, Term, whiten
-from lutgen.criticism.system import local_basis, local_columns, prior_rows
+from lutgen.criticism.system import local_basis, local_columns, prior_rows, readings_at
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,8 +21,9 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit import Fit
     from lutgen.effects import Effect
 
-#: By how much a full fit may beat the promise of its first step, which is linear and has few starts.
-OPTIMISM = 1.6
+
+#: Directions in which parameters do the same, to this share of variance, promise nothing of their own.
+TOLD = 1e-12
 
 
 class Score:
@@ -34,29 +35,32 @@ class Score:
         self.before = self.problem.panel(base.terms)
         self.predicted = self.problem.predict(base.terms, self.before, base.tips)
         self.parts = [_Part.of(base, self.state, here) for here in self.problem.blocks]
+        self.rows = sum(len(part.basis) for part in self.parts)
         free = self._outside(base.linear.free)
         self.free = np.linalg.qr(free.T)[0] if len(free) else None
-        self.residual = self._without_free(self._outside(base.linear.residual, off=True))
+        self.residual = self._without_free(self._outside(base.linear.residual, priors=True))
         self._proposed: dict[str, tuple[list[dict[str, float]], int]] = {}
         self._of_effect = ""
         self._seen: dict[tuple[object, ...], tuple[Array, Array]] = {}
-        self.optimism, self._largest = OPTIMISM, 0.0
+        #: Starts of forms that a search has found already, and what they promise.
+        self.starts: dict[tuple[object, ...], tuple[float, Term]] = {}
 
-    def learn(self, promise: float, gain: float) -> None:
-        """Learn from the largest gain of a fit so far by how much fits beat their promises here.
-
-        Where slips are weighed down, a first step promises little of what the fit gains.
-        """
-        if gain > self._largest:
-            self.optimism, self._largest = max(OPTIMISM, OPTIMISM * gain / max(promise, 1e-9)), gain
-
-    def _outside(self, columns: Array, *, off: bool = False) -> Array:
-        """What blocks cannot absorb of whitened columns; of residuals also where blocks are ``off`` what is known."""
+    def _outside(self, columns: Array, *, priors: bool = False) -> Array:
+        """What blocks cannot absorb of columns (..., n, 3); of residuals also where blocks are off their ``priors``."""
         sizes, shared = np.zeros((*columns.shape[:-2], 0)), self.problem.first_errors
         if shared:
             columns, sizes = shared.taken_from(columns)
-        parts = [part.outside(columns, part.off if off else None) for part in self.parts]
-        return np.concatenate([*parts, -sizes], axis=-1)
+        rows, start = np.empty((*columns.shape[:-2], self.rows + sizes.shape[-1])), 0
+        for part in self.parts:
+            end = start + len(part.basis)
+            place = rows[..., start:end]
+            readings = end - part.off.size - start
+            place[..., :readings] = columns[..., part.here, :].reshape(*columns.shape[:-2], readings)
+            place[..., readings:] = part.off if priors else 0.0
+            place -= (place @ part.basis) @ part.basis.T
+            start = end
+        rows[..., start:] = -sizes
+        return rows
 
     def _without_free(self, rows: Array) -> Array:
         return rows if self.free is None else np.asarray(rows - (rows @ self.free) @ self.free.T)
@@ -78,25 +82,31 @@ class Score:
 
         Forms of one effect share their parameters: what one has asked for is kept until another effect is asked for.
         """
+        return self._seen_all(term, (name,))[0]
+
+    def _seen_all(self, term: Term, names: Sequence[str]) -> list[tuple[Array, Array]]:
         if term.effect.name != self._of_effect:
             self._of_effect, self._seen = term.effect.name, {}
-        key = (name, *term.values.values())
-        if key not in self._seen:
-            signature = self.signature(term, name)
-            self._seen[key] = signature.ravel(), self.project(signature)
-        return self._seen[key]
+        keys = [(name, *term.values.values()) for name in names]
+        new = [at for at, key in enumerate(keys) if key not in self._seen]
+        if new:
+            signatures = np.array([self.signature(term, names[at]) for at in new])
+            for at, signature, left in zip(new, signatures, self.project(signatures), strict=True):
+                self._seen[keys[at]] = signature.ravel(), left
+        return [self._seen[key] for key in keys]
 
     def gain(self, term: Term, names: Sequence[str]) -> float:
         """χ² that a step of some parameters from where the effect does nothing would gain, bounds ignored."""
         if not names:
             return self._plain_gain(term)
-        columns = np.array([self.seen(term, name)[1] for name in names]).T
+        columns = np.array([left for _, left in self._seen_all(term, names)]).T
         size = np.linalg.norm(columns, axis=0)
         columns = columns[:, size > 1e-9] / size[size > 1e-9]
         if not columns.shape[1]:
             return 0.0
-        found = np.linalg.lstsq(columns, self.residual, rcond=1e-6)[0]
-        return float(((columns @ found) ** 2).sum())
+        variances, directions = np.linalg.eigh(columns.T @ columns)
+        told = variances > TOLD * variances[-1]
+        return float((((columns.T @ self.residual) @ directions[:, told]) ** 2 / variances[told]).sum())
 
     def gain_of_typical(self, term: Term) -> float:
         """χ² that the signature of an effect at given values, scaled at will, gains."""
@@ -150,7 +160,7 @@ class Score:
 class _Part:
     """A block's readings ``here``, an orthonormal basis of what its local unknowns do, and the priors' right sides."""
 
-    here: NDArray[np.intp]
+    here: NDArray[np.intp] | slice
     basis: Array
     off: Array
 
@@ -160,11 +170,4 @@ class _Part:
         problem, shared = base.problem, len(base.problem.shared[int(here[0])])
         gains = local_columns(problem, base.linear.local, here, here)[1]
         off = prior_rows(problem, state, int(problem.hour_of[here[0]]), gains, shared)[1]
-        return cls(here, local_basis(problem, base.linear.local, state, here), off)
-
-    def outside(self, columns: Array, off: Array | None = None) -> Array:
-        """What the local unknowns cannot explain of columns' readings (..., n, 3), and of the priors' right sides."""
-        before = columns.shape[:-2]
-        readings = columns[..., self.here, :].reshape(*before, 3 * self.here.size)
-        rows = np.concatenate([readings, np.zeros((*before, self.off.size)) if off is None else off], axis=-1)
-        return np.asarray(rows - (rows @ self.basis) @ self.basis.T)
+        return cls(readings_at(here), local_basis(problem, base.linear.local, state, here), off)

@@ -10,7 +10,6 @@ import numpy as np
 from lutgen.criticism.code_shifts import FITTED
 from lutgen.criticism.fit import Fit, fit
 from lutgen.criticism.linear import State, Term
-from lutgen.criticism.score import Score
 from lutgen.effects.declare import PROPOSED
 from lutgen.effects.shapes import COURSE
 from lutgen.errors import LutgenError
@@ -18,6 +17,7 @@ from lutgen.errors import LutgenError
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
+    from lutgen.criticism.score import Score
     from lutgen.effects import Effect
 
 #: ΔBIC from which one explanation is preferred to another ("strong" in Kass & Raftery 1995,
@@ -30,6 +30,9 @@ FORMULA, HALF = 3, 0.5
 
 #: A grid of several parameters with more settings than this is walked only where its first parameter alone promises.
 MANY = 20
+
+#: By how much a full fit may beat the promise of its first step, which is linear and has few starts.
+OPTIMISM = 1.6
 
 #: A refined form whose linearised gain in χ² is below this share of its own penalty is not worth a fit.
 WORTH = 0.6
@@ -71,49 +74,64 @@ class Family:
         return self.effect.name
 
 
+class Luck:
+    """By how much fits of one search beat what their first steps promise."""
+
+    def __init__(self) -> None:
+        """Begin with what is usual."""
+        self.optimism, self._largest = OPTIMISM, 0.0
+
+    def learn(self, promise: float, gain: float) -> None:
+        """Learn from the largest gain of a fit so far.
+
+        Where slips are weighed down, a first step promises little of what the fit gains.
+        """
+        if gain > self._largest:
+            self.optimism, self._largest = max(OPTIMISM, OPTIMISM * gain / max(promise, 1e-9)), gain
+
+
 def families(base: Fit, effects: Iterable[Effect], *, within: float = np.inf) -> Iterator[Family]:
     """Fit every effect beside what ``base`` has already, one after the other, in the order given.
 
     ``within``: families that cannot come this near to the best one's BIC need not be refined beyond their simple
     formulas. What a form may reach is judged from its first step.
     """
-    score = Score(base)
-    effects = list(effects)
-    simple = [_attempts(base, effect, score, range(min(effect.refined, len(effect.forms)))) for effect in effects]
+    luck, effects = Luck(), list(effects)
+    simple = [_attempts(base, effect, luck, range(min(effect.refined, len(effect.forms)))) for effect in effects]
     best = min((min(map(bic, tried)) for tried in simple if tried), default=np.inf)
     for effect, tried in zip(effects, simple, strict=True):
         if not tried:
             continue
-        refined = _attempts(base, effect, score, range(effect.refined, len(effect.forms)), limit=best + within)
-        both = _of_the_family(base, _with_spared(base, score, [*tried, *refined]))
+        refined = _attempts(base, effect, luck, range(effect.refined, len(effect.forms)), limit=best + within)
+        both = _of_the_family(base, _with_spared(base, luck, [*tried, *refined]))
         best = min(best, *map(bic, both))
         yield Family(effect, min(both, key=bic), tried[0], len(both))
 
 
-def contenders(base: Fit, effects: Iterable[Effect], limit: float, score: Score | None = None) -> list[Family]:
+def contenders(base: Fit, effects: Iterable[Effect], limit: float, luck: Luck | None = None) -> list[Family]:
     """Families whose BIC beside ``base`` is below a limit, best first; those that cannot reach it are not fitted."""
-    score, found = score or Score(base), []
+    luck, found = luck or Luck(), []
     for effect in effects:
-        tried = _attempts(base, effect, score, range(max(len(effect.forms), 1)), limit=limit, spare=True)
+        tried = _attempts(base, effect, luck, range(max(len(effect.forms), 1)), limit=limit, spare=True)
         if tried and min(map(bic, tried)) < limit:
-            tried = _of_the_family(base, _with_spared(base, score, tried))
+            tried = _of_the_family(base, _with_spared(base, luck, tried))
             found.append(Family(effect, min(tried, key=bic), tried[0], len(tried)))
     return sorted((each for each in found if bic(each.best) < limit), key=lambda each: bic(each.best))
 
 
 def family(
-    base: Fit, effect: Effect, score: Score | None = None, *, freely: bool = False, limit: float = np.inf
+    base: Fit, effect: Effect, luck: Luck | None = None, *, freely: bool = False, limit: float = np.inf
 ) -> Family:
     """Fit the forms of an effect beside what ``base`` has already, and choose the best by BIC.
 
     ``freely``: also a long form of which no formula explains half, since somebody knows that the effect is there.
     ``limit``: but for the simplest form, only those that may bring BIC below it.
     """
-    score = score or Score(base)
-    tried = _attempts(base, effect, score, range(max(len(effect.forms), 1)), limit=limit)
+    luck = luck or Luck()
+    tried = _attempts(base, effect, luck, range(max(len(effect.forms), 1)), limit=limit)
     if not tried:
         raise _one_session(base, effect)
-    allowed = tried if freely else _of_the_family(base, _with_spared(base, score, tried))
+    allowed = tried if freely else _of_the_family(base, _with_spared(base, luck, tried))
     return Family(effect, min(allowed, key=bic), tried[0], len(tried))
 
 
@@ -148,18 +166,18 @@ def _in_its_course(base: Fit, formula: Candidate, long: Candidate) -> Candidate:
     return replace(formula, form=form, fit=found, gain=base.chi2 - found.chi2)
 
 
-def _with_spared(base: Fit, score: Score, tried: Sequence[Candidate]) -> list[Candidate]:
+def _with_spared(base: Fit, luck: Luck, tried: Sequence[Candidate]) -> list[Candidate]:
     """Fit also the formulas that a limit has spared, where a long form is to be compared with them."""
     effect, fitted = tried[0].effect, {each.form for each in tried}
     if all(_is_formula(effect, form) for form in fitted):
         return list(tried)
     spared = [at for at, form in enumerate(effect.forms) if _is_formula(effect, form) and form not in fitted]
-    return [*tried, *_attempts(base, effect, score, spared)]
+    return [*tried, *_attempts(base, effect, luck, spared)]
 
 
 def promising(base: Fit, effect: Effect) -> Term:
     """Return the start of an effect's simple forms from which the first step promises most, penalties counted."""
-    score, penalty = Score(base), float(np.log(base.readings))
+    score, penalty = base.score, float(np.log(base.readings))
     forms = effect.forms[: effect.refined] or ((),)
     starts = [
         (gain - penalty * len(form), term)
@@ -179,40 +197,42 @@ def _one_session(base: Fit, effect: Effect) -> LutgenError:
 
 def forms_of(base: Fit, effect: Effect) -> list[Candidate]:
     """Fit all forms of an effect beside what ``base`` has already: best by BIC first."""
-    score = Score(base)
-    return sorted(_of_the_family(base, _attempts(base, effect, score, range(max(len(effect.forms), 1)))), key=bic)
+    return sorted(_of_the_family(base, _attempts(base, effect, Luck(), range(max(len(effect.forms), 1)))), key=bic)
 
 
 def _attempts(
     base: Fit,
     effect: Effect,
-    score: Score,
+    luck: Luck,
     indices: Iterable[int],
     *,
     limit: float = np.inf,
     spare: bool = False,
 ) -> list[Candidate]:
     """Fit some forms when their first step promises enough; the simplest in any case, unless to ``spare``."""
-    tried: list[Candidate] = []
+    score, tried = base.score, list[Candidate]()
     forms = effect.forms or ((),)
     for index in indices:
         form = forms[index]
         if base.parameters + len(form) > base.problem.bears:
             continue  # a fit of more parameters than the readings bear says nothing
-        grids, penalty = _grids(score, effect, form), len(form) * float(np.log(base.readings))
+        penalty = len(form) * float(np.log(base.readings))
+        if _is_proposed(effect, form) and base.bic - luck.optimism * score.code_shifts.most + penalty > limit:
+            continue  # no setting can promise more than a shift of its own for each code value
+        grids = _grids(score, effect, form)
         if not grids:
             continue  # a grid between sessions, and one session only
         if len(grids) > MANY and _promise(score, effect, form[:1]) < WORTH * penalty / len(form):
             continue
         starts = [_start(score, effect, form, grid) for grid in grids]
         promise = max(gain for gain, _ in starts)
-        hopeless = base.bic - score.optimism * promise + penalty > limit
+        hopeless = base.bic - luck.optimism * promise + penalty > limit
         if (index or spare) and (hopeless or promise < WORTH * penalty):
             continue
         starts.sort(key=lambda start: -start[0])
         fits = [fit(base.problem, (*base.terms, term), _state(base)) for _, term in starts[:2]]
         best = min(fits, key=lambda found: found.chi2)
-        score.learn(promise, base.chi2 - best.chi2)
+        luck.learn(promise, base.chi2 - best.chi2)
         settings = score.proposed(effect)[1] if _is_proposed(effect, form) else 1
         tried.append(Candidate(effect, form, best, base.chi2 - best.chi2, index >= effect.refined, settings))
     return tried
@@ -252,6 +272,13 @@ def _grids(score: Score, effect: Effect, form: tuple[str, ...]) -> list[dict[str
 
 def _start(score: Score, effect: Effect, form: tuple[str, ...], grid: dict[str, float]) -> tuple[float, Term]:
     """Return the start of a form from which the first step promises most, and that promise."""
+    key = effect.name, form, *grid.items()
+    if key not in score.starts:
+        score.starts[key] = _searched(score, effect, form, grid)
+    return score.starts[key]
+
+
+def _searched(score: Score, effect: Effect, form: tuple[str, ...], grid: dict[str, float]) -> tuple[float, Term]:
     amplitudes = [name for name in form if name in effect.neutral and not effect.parameters[name].grid]
     shapes = [name for name in form if name not in effect.neutral and not effect.parameters[name].grid]
     values = [grid]

@@ -6,7 +6,7 @@ positions, windows) are taken to have been read one after the other, with a gain
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,34 @@ if TYPE_CHECKING:
 
 #: Modes of a wandering gain: the first of those of Brownian motion, whose sizes fall as 1, 1/3, 1/5.
 WANDER_MODES = 4
+
+
+class Marginal(NamedTuple):
+    """Errors that readings share, taken for noise: what of whitened readings they make, U diag(variances) Uᵀ.
+
+    ``directions`` U (m, k); ``variances`` (k,) beside the 1 of each reading's own noise.
+    """
+
+    directions: Array
+    variances: Array
+
+    @classmethod
+    def of(cls, columns: Array) -> Marginal:
+        """Take whitened columns (k, n, 3) of one standard deviation each."""
+        rows = columns.reshape(len(columns), columns.shape[1] * 3)
+        directions, sizes, _ = np.linalg.svd(rows.T, full_matrices=False)
+        return cls(directions, sizes**2)
+
+    def whitened(self, rows: Array) -> Array:
+        """Bring readings (..., m) to independent noise of 1, the shared errors in it."""
+        return np.asarray(rows - self._along(rows, 1.0 - 1.0 / np.sqrt(1.0 + self.variances)))
+
+    def expected(self, residual: Array) -> Array:
+        """What shared errors make of residuals (..., m), as far as one can tell."""
+        return self._along(residual, self.variances / (1.0 + self.variances))
+
+    def _along(self, rows: Array, shares: Array) -> Array:
+        return np.asarray(((rows @ self.directions) * shares) @ self.directions.T)
 
 
 def shared_columns(problem: Problem, here: NDArray[np.intp]) -> tuple[list[str], Array]:

@@ -20,8 +20,7 @@ from lutgen.criticism.heldout import STANDARD_ERRORS, held_out
 from lutgen.criticism.leftover import is_noise
 from lutgen.criticism.linear import State
 from lutgen.criticism.probes import free_term, probe
-from lutgen.criticism.score import Score
-from lutgen.criticism.search import HALF, STRONG, Family, bic, contenders, families, family, forms_of
+from lutgen.criticism.search import HALF, STRONG, Family, Luck, bic, contenders, families, family, forms_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -302,11 +301,11 @@ def _rivals(each: Candidate, beside: Sequence[Candidate], effects: Sequence[Effe
     """Families that would do as well in the place of an admitted effect."""
     names = {each.effect.name, *(other.effect.name for other in beside)}
     alone = together(base, beside)
-    score = Score(alone)
-    mine = family(alone, each.effect, score).best
+    luck = Luck()
+    mine = family(alone, each.effect, luck).best
     limit = bic(mine) + 2 * STRONG
     others = [effect for effect in effects if effect.name not in names]
-    near = contenders(alone, others, limit, score)
+    near = contenders(alone, others, limit, luck)
     # An effect may be blind here only because nobody logged what it goes by: room light that was always there.
     for effect in others:
         if effect.name in each.effect.confused_with and (problem := base.problem.unlogged(effect.needs)):

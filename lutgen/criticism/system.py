@@ -6,6 +6,7 @@ Golub & Pereyra, SIAM J. Numer. Anal. 10, 413-432 (1973), doi:10.1137/0710036.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -130,7 +131,8 @@ class System:
 class Block:
     """Readings that share local unknowns, reduced by QR: of an hour, or of a session under ``first-hour``.
 
-    ``upper`` (L, L + p + 1) determines the local unknowns, ``reduced`` (≤ p + 1, p + 1) is what they leave.
+    The errors that sessions share are not among the unknowns of a whole block, but in its weights. ``upper``
+    (L, L + p + 1) determines the local unknowns, ``reduced`` (≤ p + 1, p + 1) is what they leave.
     """
 
     upper: Array
@@ -139,28 +141,43 @@ class Block:
     gains: tuple[int, ...]
 
     @classmethod
-    def of(
-        cls,
-        problem: Problem,
-        linear: Linear,
-        state: State,
-        whole: NDArray[np.intp],
-        without: NDArray[np.intp] | None = None,
+    def of(cls, problem: Problem, linear: Linear, state: State, whole: NDArray[np.intp]) -> Block:
+        """Reduce the readings of a whole block."""
+        columns, gains = own_columns(problem, linear.local, whole, whole)
+        at = readings_at(whole)
+        parts = np.concatenate([columns, linear.free[:, at], linear.residual[np.newaxis, at]])
+        rows = problem.marginal[int(whole[0])].whitened(parts.reshape(len(parts), -1))
+        return cls._reduced(
+            rows, prior_rows(problem, state, int(problem.hour_of[whole[0]]), gains, 0), gains, problem, whole
+        )
+
+    @classmethod
+    def without(
+        cls, problem: Problem, linear: Linear, state: State, whole: NDArray[np.intp], cell: NDArray[np.intp]
     ) -> Block:
-        """Reduce the readings of a whole block, ``without`` some of them."""
-        hour = int(problem.hour_of[whole[0]])
-        here = whole if without is None else np.setdiff1d(whole, without)
+        """Reduce the readings of a block without some, the errors that sessions share among the unknowns."""
+        here = np.setdiff1d(whole, cell)
         columns, gains = local_columns(problem, linear.local, whole, here)
-        local = len(columns)
         at = readings_at(here)
         parts = np.concatenate([columns, linear.free[:, at], linear.residual[np.newaxis, at]])
-        rows = parts.reshape(len(parts), -1).T
         shared = len(problem.shared[int(whole[0])])
-        prior, off = prior_rows(problem, state, hour, gains, shared)
-        nothing = np.zeros((len(off), rows.shape[1] - local - 1))
-        stacked = np.concatenate([rows, np.column_stack([prior, nothing, off])])
-        upper = np.asarray(np.linalg.qr(stacked, mode="r"))
-        return cls(upper[:local], upper[local:, local:], None if problem.foretells else hour, gains)
+        prior = prior_rows(problem, state, int(problem.hour_of[whole[0]]), gains, shared)
+        return cls._reduced(parts.reshape(len(parts), -1), prior, gains, problem, whole)
+
+    @classmethod
+    def _reduced(
+        cls, rows: Array, known: tuple[Array, Array], gains: tuple[int, ...], problem: Problem, whole: NDArray[np.intp]
+    ) -> Block:
+        """Reduce columns of readings (L + p + 1, m), and what is known beside them."""
+        prior, off = known
+        local = prior.shape[1]
+        beside = np.zeros((len(rows), off.size))
+        beside[:local], beside[-1] = prior.T, off
+        # The transpose is laid out as LAPACK wants it.
+        factors = scipy.linalg.lapack.dgeqrf(np.concatenate([rows, beside], axis=1).T, overwrite_a=1)[0]
+        upper = factors[: len(rows)] * _triangle(*factors[: len(rows)].shape)
+        hour = None if problem.foretells else int(problem.hour_of[whole[0]])
+        return cls(upper[:local], upper[local:, local:], hour, gains)
 
     def local_step(self, parameters: Array) -> Array:
         """Local unknowns that go with a step of the global ones."""
@@ -171,8 +188,14 @@ class Block:
         triangle = self.upper[:, :local]
         diagonal = np.abs(np.diag(triangle))
         if diagonal.size == local and diagonal.min() > SINGULAR * diagonal.max():
-            return np.asarray(scipy.linalg.solve_triangular(triangle, right, check_finite=False))
+            return np.asarray(scipy.linalg.lapack.dtrtrs(triangle, right)[0])
         return np.asarray(np.linalg.lstsq(triangle, right, rcond=1e-12)[0])
+
+
+@cache
+def _triangle(rows: int, columns: int) -> Array:
+    """1 on the diagonal and above it, 0 below."""
+    return np.triu(np.ones((rows, columns)))
 
 
 def without_first_errors(problem: Problem, linear: Linear) -> tuple[Linear, Array]:
@@ -207,12 +230,20 @@ def local_columns(
     In this order: the tips of the hour, the gains of sessions, the errors that sessions share. ``local`` has those of
     all readings by tips and gains.
     """
-    gains = tuple(int(gain) for gain in np.unique(problem.gains[whole]) if gain >= 0)
-    tips = 0 if problem.foretells else 12
-    rows, of_gains = readings_at(here), local[[tips + gain for gain in gains]]
+    columns, gains = own_columns(problem, local, whole, here)
     shared = problem.shared[int(whole[0])]
     shared = shared if here is whole else shared[:, np.searchsorted(whole, here)]
-    return np.concatenate([local[:tips, rows], of_gains[:, rows], shared]), gains
+    return np.concatenate([columns, shared]), gains
+
+
+def own_columns(
+    problem: Problem, local: Array, whole: NDArray[np.intp], here: NDArray[np.intp]
+) -> tuple[Array, tuple[int, ...]]:
+    """The same without the errors that sessions share."""
+    gains = problem.gains_of[int(whole[0])]
+    tips = 0 if problem.foretells else 12
+    rows, of_gains = readings_at(here), local[[tips + gain for gain in gains]]
+    return np.concatenate([local[:tips, rows], of_gains[:, rows]]), gains
 
 
 def readings_at(here: NDArray[np.intp]) -> NDArray[np.intp] | slice:
@@ -228,6 +259,8 @@ def prior_rows(problem: Problem, state: State, hour: int, gains: tuple[int, ...]
     are those of its neighbours, interpolated.
     """
     tips = 0 if problem.foretells else 12
+    if not gains and not shared and (not tips or problem.is_knot[hour]):
+        return np.zeros((0, tips)), np.zeros(0)
     sigma = max(problem.noise.session, 1e-6)
     rows = np.column_stack([np.zeros((len(gains) + shared, tips)), np.eye(len(gains) + shared)])
     rows[: len(gains)] /= sigma

@@ -10,7 +10,6 @@ import numpy as np
 from lutgen.criticism.fit import switching_penalty
 from lutgen.criticism.heldout import confirmed_gain
 from lutgen.criticism.linear import Term
-from lutgen.criticism.score import Score
 from lutgen.criticism.search import STRONG
 from lutgen.effects.declare import PROPOSED
 
@@ -18,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
     from lutgen.criticism.fit import Fit
+    from lutgen.criticism.score import Score
     from lutgen.effects import Effect
 
 #: Standard deviations above the threshold at which nine of ten are found.
@@ -57,10 +57,9 @@ def threshold(readings: int) -> float:
     return float(np.sqrt(max(STRONG + np.log(readings), confirmed_gain()))) + NINE_OF_TEN
 
 
-def visibility(base: Fit, effects: Iterable[Effect], score: Score | None = None) -> list[Visibility]:
+def visibility(base: Fit, effects: Iterable[Effect]) -> list[Visibility]:
     """Say of every effect what the readings of ``base`` could show."""
-    score = score or Score(base)
-    return [_of(score, effect) for effect in effects]
+    return [_of(base.score, effect) for effect in effects]
 
 
 def _of(score: Score, effect: Effect) -> Visibility:

@@ -19,6 +19,8 @@ from lutgen.effects import STAGES
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
+    from numpy.typing import NDArray
+
     from lutgen.colorimetry import Array
     from lutgen.display.native import NativeDisplay
     from lutgen.effects import Effect, Scene
@@ -85,19 +87,36 @@ class Panel:
 
     def emit(self, tips: Array) -> Array:
         """XYZ (..., n, 3) of tips (..., n or 1, 4, 3)."""
-        xyz = self._added_up(tips)
+        return self._beside(self._added_up(tips), tips[..., 0, :])
+
+    def emit_by(self, tips: Array, places: Sequence[NDArray[np.intp] | slice]) -> Array:
+        """XYZ (..., n, 3) of tips (..., k, 4, 3), each of which holds for the colours at its places."""
+        xyz = np.empty((*tips.shape[:-3], len(self.shares), 3))
+        white = xyz if self.black is None and self.offset is None else np.empty_like(xyz)
+        for index, place in enumerate(places):
+            here = tips[..., index, :, :]
+            white[..., place, :] = here[..., :1, :]
+            xyz[..., place, :] = self.shares[place] @ here
+        return self._beside(xyz, white)
+
+    def _beside(self, xyz: Array, white: Array) -> Array:
+        """XYZ with what there is beside the shares of the tips; ``white`` (..., n or 1, 3)."""
+        if self.black is not None:
+            xyz = xyz + self.of_white * white
         if self.gain is not None:
-            xyz = np.asarray(self.gain * xyz)
-        return xyz if self.offset is None else np.asarray(xyz + self.offset * tips[..., 0, :])
+            xyz = self.gain * xyz
+        return xyz if self.offset is None else np.asarray(xyz + self.offset * white)
 
     def _added_up(self, tips: Array) -> Array:
         if self.shares.ndim == 2 and tips.shape == (1, 4, 3):
             # The same products and sums in the same order, column by column.
-            xyz = transform(tips[0].T, self.shares)
-            return xyz if self.black is None else np.asarray(xyz + self.of_white * tips[..., 0, :])
+            return transform(tips[0].T, self.shares)
+        if self.shares.ndim == 2 and tips.ndim == 3:
+            return np.asarray(np.einsum("nk,nkc->nc", self.shares, tips))
         white, red, green, blue = np.moveaxis(self.shares, -1, 0)[..., np.newaxis]
-        xyz = white * tips[..., 0, :] + red * tips[..., 1, :] + green * tips[..., 2, :] + blue * tips[..., 3, :]
-        return np.asarray(xyz if self.black is None else xyz + self.of_white * tips[..., 0, :])
+        return np.asarray(
+            white * tips[..., 0, :] + red * tips[..., 1, :] + green * tips[..., 2, :] + blue * tips[..., 3, :]
+        )
 
     @property
     def of_white(self) -> Array:
@@ -208,7 +227,12 @@ def emitted(applied: Sequence[Applied], before: Panel, tips: Array, scene: Scene
 
 def reported(applied: Sequence[Applied], before: Panel, tips: Array, scene: Scene) -> Array:
     """XYZ that a meter reports, (..., n, 3): with the room's light and the instrument's own faults."""
-    xyz = through(applied, ("viewing",), emitted(applied, before, tips, scene), scene)
+    return metered(applied, before.emit(through(applied, ("emission",), tips, scene)), scene)
+
+
+def metered(applied: Sequence[Applied], xyz: Array, scene: Scene) -> Array:
+    """XYZ that a meter reports, (..., n, 3), of what the display emits."""
+    xyz = through(applied, ("optics", "viewing"), xyz, scene)
     return through(applied, ("instrument",), xyz * (1.0 - scene.capped), scene)
 
 

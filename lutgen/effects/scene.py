@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.effects.spectra import SpectralDisplay
 
-__all__ = ["LIFE_H", "REFERENCE_C", "Scene"]
+__all__ = ["LIFE_H", "REFERENCE_C", "CodeScene", "HourScene", "Scene"]
 
 #: Hours over which τ runs from 0 to 1: the paper's 18 000 h.
 LIFE_H = 18_000.0
@@ -43,6 +43,31 @@ else:
         frozen=True,
         namespace={"__module__": __name__},
     )
+
+
+@dataclass(frozen=True)
+class HourScene:
+    """A scene of hours alone, without code values and conditions: all that most effects of the emission ask for.
+
+    ``hours`` (n, 1), ``white`` and ``fresh_white`` (..., n, 3) as in :class:`Scene`.
+    """
+
+    hours: Array
+    white: Array
+    fresh_white: Array
+    light: SpectralDisplay | None
+
+    @property
+    def tau(self) -> Array:
+        """Hours as a share of ``LIFE_H``."""
+        return self.hours / LIFE_H
+
+
+@dataclass(frozen=True)
+class CodeScene(HourScene):
+    """A scene of code values (n, 3) at hours, without conditions: all that most effects on code values ask for."""
+
+    code: Array
 
 
 @dataclass(frozen=True)

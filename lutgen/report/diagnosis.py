@@ -54,7 +54,7 @@ def diagnose_page(
     yield ""
     yield "What these data can see (an effect of the size given is found in nine of ten campaigns like this):"
     yield visibility_table(diagnosis.visibility, effects, verbose=verbose)
-    if diagnosis.ranking and verbose:
+    if verbose and diagnosis.ranking:
         yield ""
         yield f"Each effect alone, fitted with white and primaries, best first (noise: {noise_rms(diagnosis):.2f} σ):"
         yield _ranking_table(diagnosis.ranking, effects)

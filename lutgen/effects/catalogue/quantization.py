@@ -35,6 +35,9 @@ TABLES, PANELS, ADDED = np.arange(0.4, 2.5, 0.0025), np.arange(1.8, 2.6, 0.0025)
 #: Numbers of steps where no table bends the codes, and where the best of each part ends: 6, 7, … bits.
 ALL_STEPS, PARTS = np.arange(15.0, 4096.0), 2 ** np.arange(6, 12) - 15 + 1
 
+#: Shifts that are worked out at once: the processor keeps so many at hand.
+AT_ONCE = 2**15
+
 #: Number of the best settings of each kind that are tried again, and the powers about each of them.
 FEW, NEARBY = 3, np.arange(-0.003, 0.003, 0.0001)
 
@@ -65,20 +68,25 @@ def _looked_at(  # noqa: PLR0917 - a judge of code values, and a box of settings
 ) -> list[tuple[float, float, float]]:
     """Agreement of the best number of steps behind each power, that number, and the power."""
     best_settings = []
+    parts = np.array_split(steps, 1 + steps.size * code.size // AT_ONCE)
     for power in powers:
         bent, slope = _bent(code, **{name: float(power)})
-        # In place: many thousands of settings are tried.
-        shift = bent * steps[:, np.newaxis]
-        shift += added
-        shift -= 0.5
-        np.maximum(np.rint(shift, out=shift), 0.0, out=shift)
-        shift /= steps[:, np.newaxis]
-        shift -= bent
-        shift /= slope
-        agreement = judge(shift)
+        agreement = np.concatenate([judge(_shifts(bent, slope, added, some)) for some in parts])
         best = int(np.argmax(agreement))
         best_settings.append((float(agreement[best]), float(steps[best]), float(power)))
     return best_settings
+
+
+def _shifts(bent: Array, slope: Array, added: float, steps: Array) -> Array:
+    """Shift of each code value by the rounding to so many steps, (k, m); in place, as many thousands are tried."""
+    shift = bent * steps[:, np.newaxis]
+    shift += added
+    shift -= 0.5
+    np.maximum(np.rint(shift, out=shift), 0.0, out=shift)
+    shift /= steps[:, np.newaxis]
+    shift -= bent
+    shift /= slope
+    return shift
 
 
 def _bent(code: Array, *, table_gamma: float = 1.0, panel_gamma: float = 0.0) -> tuple[Array, Array]:
