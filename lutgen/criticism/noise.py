@@ -126,10 +126,7 @@ class Noise:
     def covariance(self, xyz_cd_m2: Array) -> Array:
         """Covariance of readings of light (n, 3): (n, 3, 3)."""
         bright, floor = self._variances(xyz_cd_m2)
-        sigma = np.sqrt(bright)
-        shared = self.correlation * sigma[:, :, np.newaxis] * sigma[:, np.newaxis, :]
-        shared += self.floor_correlation * (np.sqrt(floor)[:, np.newaxis] * np.sqrt(floor))
-        return np.asarray(shared + np.eye(3) * (self.digits.step(xyz_cd_m2) ** 2 / 12.0)[:, np.newaxis])
+        return _covariance(bright, floor, self.correlation, self.floor_correlation, self.digits.step(xyz_cd_m2))
 
     def bright_share(self, xyz_cd_m2: Array) -> Array:
         """Share of the variance of readings of light (n, 3) that goes with the light: (n,)."""
@@ -295,33 +292,80 @@ class _Pooled:
         high = np.array([np.log(0.3), np.log(10.0)] + [2.0] * 4 + [3.2] * 6 + [0.0])
         free = slice(None) if shot else slice(None, -1)
 
-        def noise_at(point: Array) -> Noise:
-            a, b, *rest = point
-            ratio, floor_ratio, partials = rest[:2], rest[2:4], 0.999 * np.tanh(rest[4:10])
-            return replace(
-                start,
-                relative=float(np.exp(a)),
-                floor_cd_m2=float(np.exp(b)),
-                ratio=(float(np.exp(ratio[0])), 1.0, float(np.exp(ratio[1]))),
-                floor_ratio=(float(np.exp(floor_ratio[0])), 1.0, float(np.exp(floor_ratio[1]))),
-                correlation=_correlated(*partials[:3]),
-                floor_correlation=_correlated(*partials[3:]),
-                shot_cd_m2=float(np.exp(rest[10])) if shot else 0.0,
-            )
+        rounding = start.digits.step(self.mean)
 
         def loss(point: Array) -> tuple[float, Array]:
-            sigma = noise_at(point).covariance(self.mean)
+            nudged = point + NUDGE * np.eye(point.size)
+            sigma, *moved = _Search.at(np.vstack([point, nudged]), shot=shot).covariances(self.mean, rounding)
             inverse = np.linalg.inv(sigma)
             misfit = (self.freedom * np.linalg.slogdet(sigma)[1]).sum() + (inverse * self.scatter).sum()
             off = (point - middle[free]) / spread[free]
             by_sigma = self.freedom[:, np.newaxis, np.newaxis] * inverse - inverse @ self.scatter @ inverse
-            moved = [noise_at(point + NUDGE * unit).covariance(self.mean) - sigma for unit in np.eye(point.size)]
-            slope = np.einsum("nij,pnij->p", by_sigma, np.array(moved)) / NUDGE
+            slope = np.einsum("nij,pnij->p", by_sigma, np.array(moved) - sigma) / NUDGE
             return float(misfit + (off**2).sum()), slope + 2.0 * off / spread[free]
 
         bounds = list(zip(low[free], high[free], strict=True))
         found = minimize(loss, middle[free], jac=True, method="L-BFGS-B", bounds=bounds)
-        return noise_at(found.x), float(found.fun)
+        return _Search.at(found.x[np.newaxis], shot=shot).first(start), float(found.fun)
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Noises at p points of the search for the likeliest, all at once: its slope asks for a dozen of neighbours."""
+
+    #: (p, 1).
+    relative: Array
+    floor_cd_m2: Array
+    shot_cd_m2: Array
+    #: (p, 3).
+    ratio: Array
+    floor_ratio: Array
+    #: (p, 3, 3).
+    correlation: Array
+    floor_correlation: Array
+
+    @classmethod
+    def at(cls, points: Array, *, shot: bool) -> _Search:
+        """Read points (p, 12), or (p, 13) with shot noise: logarithms of sizes and ratios, then partials as atanh."""
+        sizes, partials = np.exp(points[:, :6]), 0.999 * np.tanh(points[:, 6:12])
+        one = np.ones(len(points))
+        return cls(
+            sizes[:, :1],
+            sizes[:, 1:2],
+            np.exp(points[:, 12:]) if shot else np.zeros((len(points), 1)),
+            np.column_stack([sizes[:, 2], one, sizes[:, 3]]),
+            np.column_stack([sizes[:, 4], one, sizes[:, 5]]),
+            _correlated(*partials[:, :3].T),
+            _correlated(*partials[:, 3:].T),
+        )
+
+    def covariances(self, xyz_cd_m2: Array, rounding: Array) -> Array:
+        """Covariances of readings of light (n, 3): (p, n, 3, 3)."""
+        relative = (self.relative * self.ratio)[:, np.newaxis] * xyz_cd_m2
+        bright = relative**2 + self.shot_cd_m2[:, np.newaxis] * np.abs(xyz_cd_m2)
+        floor = (self.floor_cd_m2 * self.floor_ratio) ** 2
+        return _covariance(bright, floor, self.correlation, self.floor_correlation, rounding)
+
+    def first(self, start: Noise) -> Noise:
+        """Return the noise at the first point, with what is not searched for as in ``start``."""
+        return replace(
+            start,
+            relative=float(self.relative[0, 0]),
+            floor_cd_m2=float(self.floor_cd_m2[0, 0]),
+            shot_cd_m2=float(self.shot_cd_m2[0, 0]),
+            ratio=(float(self.ratio[0, 0]), 1.0, float(self.ratio[0, 2])),
+            floor_ratio=(float(self.floor_ratio[0, 0]), 1.0, float(self.floor_ratio[0, 2])),
+            correlation=self.correlation[0],
+            floor_correlation=self.floor_correlation[0],
+        )
+
+
+def _covariance(bright: Array, floor: Array, correlation: Array, floor_correlation: Array, rounding: Array) -> Array:
+    """Covariances (…, n, 3, 3): variances (…, n, 3) and (…, 3), correlations (…, 3, 3), steps of rounding (n, 3)."""
+    sigma, dark = np.sqrt(bright), np.sqrt(floor)
+    shared = correlation[..., np.newaxis, :, :] * sigma[..., :, np.newaxis] * sigma[..., np.newaxis, :]
+    shared += (floor_correlation * (dark[..., :, np.newaxis] * dark[..., np.newaxis, :]))[..., np.newaxis, :, :]
+    return np.asarray(shared + np.eye(3) * (rounding**2 / 12.0)[:, np.newaxis])
 
 
 def _partials(rho: float) -> tuple[float, float, float]:
@@ -329,10 +373,11 @@ def _partials(rho: float) -> tuple[float, float, float]:
     return float(np.arctanh(rho)), float(np.arctanh(rho)), float(np.arctanh(rho / (1.0 + rho)))
 
 
-def _correlated(xy: float, yz: float, xz_given_y: float) -> Array:
-    """Correlation matrix of X, Y, Z from two correlations and the partial one: positive definite whatever they are."""
-    xz = xy * yz + xz_given_y * float(np.sqrt((1.0 - xy**2) * (1.0 - yz**2)))
-    return np.array([[1.0, xy, xz], [xy, 1.0, yz], [xz, yz, 1.0]])
+def _correlated(xy: Array, yz: Array, xz_given_y: Array) -> Array:
+    """Correlations (p, 3, 3) of X, Y, Z from two of them and the partial one: positive definite whatever these are."""
+    xz = xy * yz + xz_given_y * np.sqrt((1.0 - xy**2) * (1.0 - yz**2))
+    one = np.ones_like(xy)
+    return np.moveaxis(np.array([[one, xy, xz], [xy, one, yz], [xz, yz, one]]), -1, 0)
 
 
 def _slips(xyz: Array, groups: NDArray[np.intp], start: tuple[float, float]) -> tuple[int, ...]:
