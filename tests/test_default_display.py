@@ -82,7 +82,7 @@ def test_the_file_says_how_near_it_comes() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.rare
+@pytest.mark.rare(instead="test_the_lifetimes_on_the_named_slide_are_those_of_table_1")
 @pytest.mark.numbers  # both makes read the same pixels, which the lifetimes above hold
 def test_the_drift_is_what_the_fit_gives(whole: Colours) -> None:
     found = table1.fit(whole)
