@@ -52,6 +52,7 @@ def noise_only(problem: Problem, predicted: Array, draws: int = DRAWS) -> Iterat
     """Residuals (n, 3) in cd/m² of campaigns in which the prediction is true and only noise is added; seeded."""
     rng = np.random.default_rng(SEED)
     root = np.linalg.cholesky(problem.covariance(predicted))
+    unwhitened = np.linalg.pinv(problem.whitener)
     anchor, before = problem.is_tip_anchor, problem.panel(())
     fresh = problem.foretells
     drive = problem.readings.drive[problem.rows]
@@ -68,7 +69,7 @@ def noise_only(problem: Problem, predicted: Array, draws: int = DRAWS) -> Iterat
         for whole in problem.blocks:
             columns = problem.shared[int(whole[0])]
             shared[whole] = np.tensordot(rng.standard_normal(len(columns)), columns, axes=1)
-        noise += np.linalg.solve(problem.whitener, shared[..., np.newaxis])[..., 0]
+        noise += (unwhitened @ shared[..., np.newaxis])[..., 0]
         shift = np.zeros((problem.hours.size, 4, 3))
         for hour, tip, here in of_tip:
             shift[hour, tip] = noise[here].mean(axis=0)

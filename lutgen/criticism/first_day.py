@@ -2,9 +2,8 @@
 
 Curves alone miss most colours by much more than the noise, and by the same share at every hour. So a fit foretells a
 colour that the first session has read from that reading: what curves miss is so much light of the three channels,
-which ages as they do. What is wrong with the one reading is in all later readings of the colour. They count as if each
-had its share of that error, for itself and as often as there are of them, which gives the right variance of a change
-that all of them show.
+which ages as they do. What is wrong with the one reading is in all later readings of the colour
+(:mod:`lutgen.criticism.first_errors`).
 """
 
 from __future__ import annotations
@@ -20,7 +19,8 @@ from lutgen.display.trace import panel, since_first_session
 from lutgen.effects import Scene
 from lutgen.errors import LutgenError
 from lutgen.readings.conditions import COLUMNS
-from lutgen.readings.rest import is_tip
+from lutgen.readings.rest import TIP_DRIVES, is_tip
+from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -41,20 +41,28 @@ HELD_WITHIN = 0.03
 #: alike.
 COLOURS = 4.0**3
 
+#: Nothing is named that twice an error would explain that nobody measured: four times its variance.
+ALLOWANCE = 4.0
+
 
 @dataclass(frozen=True)
 class FirstReadings:
     """What readings of the first session say of all readings of a problem, (n, …).
 
-    ``light`` (n, 3) is what curves miss, in full red, green and blue; ``doubt`` is how often the variance of a reading
-    is to be added for the first session's; ``met`` are the readings that ``light`` is made of. ``missed`` is how many
-    readings err as one, of colours that the first session has not; else 0.
+    ``light`` (n, 3) is what curves miss, in full red, green and blue, and ``met`` are the readings that it is made of.
+    ``colour`` (n,) numbers the colours whose later readings share an error, −1 at others; ``error`` (n, 3, 3) is what
+    1 σ of it does to them, in cd/m²: noise of the first session, or what curves miss of a colour that it has not read.
+    ``missed`` is how many readings err as one, of colours that were read once, in a later session; else 0. ``counts``
+    says for how many each reading counts: none of ``met``, which say by ``light`` all that they know; less than 1 where
+    an unknown of its own, or a likeness to others, takes it up.
     """
 
     light: Array
-    doubt: Array
     met: NDArray[np.bool_]
+    colour: NDArray[np.intp]
+    error: Array
     missed: Array
+    counts: Array
 
 
 @dataclass(frozen=True)
@@ -85,17 +93,68 @@ class FirstDay:
         same = (readings.drive[first][:, np.newaxis] == codes).all(axis=2) & other
         times, met = same.sum(axis=0), np.isin(problem.rows, first) & other[place]
         mean = same.T.astype(np.float64) @ readings.xyz_cd_m2[first] / np.maximum(times, 1)[:, np.newaxis]
-        tips = problem.measured_tips[:1]
-        black = np.array(self._plain.black or (0.0, 0.0, 0.0)) * tips[0, 0]
-        off = np.where((times > 0)[:, np.newaxis], mean - self._plain.emit(tips), 0.0)
-        later = np.bincount(place[~met], minlength=times.size) / np.maximum(times, 1)
-        foreign = (other & codes.any(axis=1) & (times == 0))[place]
+        plain = self._plain.emit(problem.measured_tips[:1])
+        off = np.where((times > 0)[:, np.newaxis], mean - plain, 0.0)
+        # Colours that the first session has not read are missed as their neighbours are.
+        foreign, later = other & codes.any(axis=1) & (times == 0), np.bincount(place[~met], minlength=len(codes))
+        alike = ALLOWANCE * max(1.0, foreign.sum() / COLOURS)
+        noise = problem.noise.covariance(mean) / np.maximum(times, 1)[:, np.newaxis, np.newaxis]
+        missed = problem.discrepancy.covariance(plain) * alike
+        spread = np.linalg.cholesky(np.where(foreign[:, np.newaxis, np.newaxis], missed, noise))
+        once = foreign & (later == 1)
+        colour = np.where(met | ((times == 0) & ~foreign | once)[place], -1, place)
+        taken = np.where(foreign, (1.0 - 1.0 / alike) / np.maximum(later, 1), 0.0)[place]
         return FirstReadings(
-            np.linalg.solve((tips[0, 1:] - black).T, off.T).T[place],
-            np.where(met | (times == 0)[place], 0.0, later[place]),
-            met,
-            foreign * max(1.0, foreign.sum() / COLOURS),
+            light=np.linalg.solve(self._channels[0], off.T).T[place],
+            met=met,
+            colour=colour,
+            error=self._aged @ spread[place] * (colour >= 0)[:, np.newaxis, np.newaxis],
+            missed=once[place] * alike,
+            counts=np.where(met, 0.0, 1.0 - taken),
         )
+
+    @cached_property
+    def errors(self) -> Array:
+        """What 1 σ of each error of the first session does to later readings, (e, n, 3), cd/m².
+
+        What is wrong with its reading of a colour is in all later ones of that colour; errors of its white and
+        primaries are in what curves missed of all of them. Its dark offset is in the display's black, and not before a
+        capped lens.
+        """
+        problem, memory, columns = self.problem, self.problem.remembered, [np.zeros((0, self.problem.rows.size, 3))]
+        if memory:
+            columns += [
+                np.moveaxis(memory.error * (memory.colour == colour)[:, np.newaxis, np.newaxis], 2, 0)
+                for colour in np.unique(memory.colour[memory.colour >= 0])
+            ]
+            shares = self._plain.shares[self._codes[1]] + np.pad(memory.light, ((0, 0), (1, 0)))
+            shares = shares * (memory.colour >= 0)[:, np.newaxis]
+            drive, tips = problem.readings.drive[problem.rows], problem.measured_tips[0]
+            of_tips = np.linalg.cholesky(problem.noise.covariance(tips))
+            for tip, spread in enumerate(of_tips):
+                times = (problem.is_tip_anchor & (problem.hour_of == 0) & (drive == TIP_DRIVES[tip]).all(axis=1)).sum()
+                moved = self._aged @ spread * shares[:, tip, np.newaxis, np.newaxis] / np.sqrt(max(int(times), 1))
+                columns.append(np.moveaxis(moved, 2, 0))
+        if problem.offset_cd_m2 > 0:
+            lit = self._plain.shares.sum(axis=1)[self._codes[1]] + (memory.light.sum(axis=1) if memory else 0.0)
+            white = (problem.measured_tips[:, 0] / problem.measured_tips[0, 0])[problem.hour_of]
+            capped, first = is_capped(problem.readings)[problem.rows], problem.hour_of == 0
+            moved = (capped & first)[:, np.newaxis] - (~capped & ~first)[:, np.newaxis] * (
+                1.0 - lit[:, np.newaxis]
+            ) * white
+            columns.append(np.eye(3)[:, np.newaxis] * problem.offset_cd_m2 * moved)
+        return np.concatenate(columns)
+
+    @cached_property
+    def _channels(self) -> Array:
+        """Light of the channels alone at each hour, (H, 3, 3), cd/m²: columns are red, green and blue."""
+        tips, black = self.problem.measured_tips, np.array(self._plain.black or (0.0, 0.0, 0.0))
+        return np.swapaxes(tips[:, 1:] - (black * tips[:, 0])[:, np.newaxis], 1, 2)
+
+    @cached_property
+    def _aged(self) -> Array:
+        """What becomes at each reading of X, Y and Z of the first session that age as the channels do, (n, 3, 3)."""
+        return (self._channels @ np.linalg.inv(self._channels[0]))[self.problem.hour_of]
 
     def begun(self, applied: Sequence[Applied], before: Panel) -> Panel:
         """Let effects begin with the first session where the display is native: its readings had them in."""

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.criticism.linear import Linear, State, Term, linearise, predict, whiten
-from lutgen.criticism.system import System
+from lutgen.criticism.system import System, without_first_errors
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -54,6 +54,10 @@ class Fit:
         Number of free parameters of effects.
     covariance
         Of the free parameters, (p, p), in the order of the terms.
+    linear
+        The problem linearised there.
+    residual
+        Whitened residuals without the likeliest errors that readings share, (n, 3).
     modes
         Sizes of the curve modes of a native display, (q,).
 
@@ -67,6 +71,7 @@ class Fit:
     parameters: int
     covariance: Array
     linear: Linear = field(repr=False)
+    residual: Array = field(repr=False)
     modes: Array = field(default_factory=lambda: np.zeros(0), repr=False)
 
     @property
@@ -77,7 +82,7 @@ class Fit:
     @property
     def freedom(self) -> int:
         """Degrees of freedom of χ²."""
-        return self.readings - unknowns(self.problem) - self.parameters
+        return int(3.0 * self.problem.counts.sum()) - unknowns(self.problem) - self.parameters
 
     @property
     def bic(self) -> float:
@@ -153,11 +158,13 @@ def fit(problem: Problem, terms: Sequence[Term] = (), start: State | None = None
         sizes = block.local_step(np.zeros(last.global_count))[block.upper.shape[0] - len(shared) :]
         residual[whole] -= np.tensordot(sizes, shared, axes=1)
     linear = system.linear._replace(residual=residual)
+    residual = without_first_errors(problem, linear)[0].residual
     covariance = system.covariance(state.terms)
     modes = system.still[system.global_count - system.mode_count :]
     return Fit(
-        problem, state.terms, state.tips, state.gains, system.chi2, system.effect_count, covariance, linear, modes
-    )
+        problem, state.terms, state.tips, state.gains, system.chi2, system.effect_count, covariance, linear, residual,
+        modes,
+    )  # fmt: skip
 
 
 def _descended(problem: Problem, state: State, system: System) -> tuple[State, System]:

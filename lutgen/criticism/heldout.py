@@ -113,15 +113,15 @@ def held_out(found: Fit) -> HeldOut:
         return _sessions_held_out(problem, system, limits)
     withheld = cells(problem)
     squares = []
-    whole_information = _information(np.concatenate(whole), system.effect_count)
+    whole_information = _information(np.concatenate([*whole, system.rest]), system.effect_count)
     for cell in withheld:
         index = int(number[cell[0]])
-        block = Block.of(problem, found.linear, state, problem.blocks[index], without=cell)
-        others = [*whole[:index], block.reduced, *whole[index + 1 :]]
+        block = Block.of(problem, system.apart, state, problem.blocks[index], without=cell)
+        others = [*whole[:index], block.reduced, *whole[index + 1 :], system.rest]
         rows = np.concatenate(others)
         rests_on = _information(rows, system.effect_count) < (1.0 - NEARLY_ALL) * whole_information
         step = None if rests_on.any() else _step(rows, limits)
-        squares.append(np.nan if step is None else _error(found, block, problem.blocks[index], cell, step))
+        squares.append(np.nan if step is None else _error(system, block, problem.blocks[index], cell, step))
     return HeldOut(np.array(squares), np.array([3 * cell.size for cell in withheld], dtype=np.intp))
 
 
@@ -146,9 +146,10 @@ def _sessions_held_out(problem: Problem, system: System, limits: tuple[Array, Ar
     """
     later = [index for index, here in enumerate(problem.blocks) if problem.hour_of[here[0]] > 0]
     squares = []
-    everything = _information(np.concatenate([block.reduced for block in system.blocks]), system.effect_count)
+    whole = [block.reduced for block in system.blocks]
+    everything = _information(np.concatenate([*whole, system.rest]), system.effect_count)
     for index in later:
-        rows = np.concatenate([block.reduced for place, block in enumerate(system.blocks) if place != index])
+        rows = np.concatenate([*whole[:index], *whole[index + 1 :], system.rest])
         if (_information(rows, system.effect_count) < (1.0 - NEARLY_ALL) * everything).any():
             squares.append(np.nan)
             continue
@@ -162,10 +163,10 @@ def _step(reduced: Array, limits: tuple[Array, Array]) -> Array:
     return bounded(reduced[:, :-1], reduced[:, -1], *limits).parameters
 
 
-def _error(found: Fit, block: Block, whole: NDArray[np.intp], cell: NDArray[np.intp], step: Array) -> float:
+def _error(system: System, block: Block, whole: NDArray[np.intp], cell: NDArray[np.intp], step: Array) -> float:
     """Squared whitened error of a cell's readings after a step of all unknowns."""
-    linear = found.linear
-    columns, _ = local_columns(found.problem, linear, whole, cell)
+    linear = system.apart
+    columns, _ = local_columns(system.problem, linear.local, whole, cell)
     left = linear.residual[cell].ravel()
     if len(columns):
         left = left - block.local_step(step) @ columns.reshape(len(columns), -1)

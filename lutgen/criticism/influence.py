@@ -73,7 +73,7 @@ def _is_only_tip(problem: Problem, index: int) -> bool:
 def _worst_alone(found: Fit) -> int | None:
     """Index of the reading with the largest residual, when it stands alone."""
     problem = found.problem
-    size = (found.linear.residual**2).sum(axis=1)
+    size = (found.residual**2).sum(axis=1)
     worst = int(np.argmax(size))
     if size[worst] < 1.5 * float(chdtri(3, UNLIKELY / max(size.size, 1))) or _is_only_tip(problem, worst):
         return None
@@ -93,7 +93,7 @@ def wrong_sessions(found: Fit, scale: float) -> tuple[float, ...]:
     problem = found.problem
     if problem.foretells or problem.hours.size < 4:
         return ()
-    squares = (found.linear.residual**2).sum(axis=1) / scale
+    squares = (found.residual**2).sum(axis=1) / scale
     mean = np.bincount(problem.hour_of, squares) / (3 * np.bincount(problem.hour_of))
     count = np.bincount(problem.hour_of)
     # An hour that only leans on a bad neighbour is not meant.

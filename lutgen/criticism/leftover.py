@@ -59,7 +59,7 @@ def p_of_likeness(found: Fit) -> float:
     patches, which = np.unique(order, axis=0, return_inverse=True)
     which = which.reshape(-1)
     mean = np.zeros((len(patches), 3))
-    np.add.at(mean, which, found.linear.residual[judged])
+    np.add.at(mean, which, found.residual[judged])
     mean /= np.bincount(which)[:, np.newaxis]
     follows = (patches[1:, :2] == patches[:-1, :2]).all(axis=1)
     products = (mean[1:] * mean[:-1]).sum(axis=1)[follows]
@@ -69,7 +69,7 @@ def p_of_likeness(found: Fit) -> float:
 
 def p_of_unevenness(found: Fit) -> float:
     """Probability that noise of one size spreads so unevenly: the least of three ways to look, times three."""
-    squares = (found.linear.residual**2).sum(axis=1)[_judged(found)]
+    squares = (found.residual**2).sum(axis=1)[_judged(found)]
     chances = [_p_of_parts(squares, labels, found) for labels in _partitions(found)]
     return min(1.0, 3.0 * min(chances))
 
@@ -91,17 +91,18 @@ def _partitions(found: Fit) -> tuple[NDArray[np.generic], ...]:
 def _p_of_parts(squares: Array, labels: NDArray[np.generic], found: Fit) -> float:
     _, part = np.unique(labels, return_inverse=True)
     part = part.reshape(-1)
-    count = np.bincount(part)
+    counts = found.problem.counts
+    count = np.bincount(part, counts[_judged(found)])
     if count.size < 2:
         return 1.0
-    freedom = 3.0 * count * max(found.freedom, 1) / found.readings
+    freedom = count * max(found.freedom, 1) / counts.sum()
     seen = _unevenness(np.bincount(part, squares).astype(np.float64), freedom)
     rng, problem = np.random.default_rng(SEED), found.problem
     draws = rng.chisquare(freedom, size=(DRAWS, freedom.size))
     known = 3.0 * np.array(problem.noise.known_from)
     if np.isfinite(known).all():
         bright = problem.noise.bright_share(np.abs(found.predicted))[_judged(found)]
-        share = np.bincount(part, bright) / count
+        share = np.bincount(part, bright) / np.bincount(part)
         of_bright, of_dark = rng.chisquare(known, size=(DRAWS, 2)).T / known[:, np.newaxis]
         draws *= share / of_bright[:, np.newaxis] + (1.0 - share) / of_dark[:, np.newaxis]
     return float((1 + np.count_nonzero(_unevenness(draws, freedom) >= seen)) / (DRAWS + 1))

@@ -21,8 +21,9 @@ import numpy as np
 
 from lutgen.colorimetry import code_to_linear
 from lutgen.criticism.curve_doubt import curve_doubt, drawn_displays, mode_weights
-from lutgen.criticism.discrepancy import APART, NONE, Discrepancy, discrepancy_of_native
+from lutgen.criticism.discrepancy import NONE, Discrepancy, discrepancy_of_native
 from lutgen.criticism.first_day import FirstDay, is_held
+from lutgen.criticism.first_errors import FirstErrors
 from lutgen.criticism.measured_tips import measured_tips, slack
 from lutgen.criticism.noise import estimate_noise
 from lutgen.criticism.replicates import group_means, replicate_groups
@@ -189,6 +190,11 @@ class Problem:
         return points | self.remembered.met if self.remembered else points
 
     @cached_property
+    def counts(self) -> Array:
+        """For how many each reading counts, (n,)."""
+        return self.remembered.counts if self.remembered else np.ones(self.rows.size)
+
+    @cached_property
     def is_tip_anchor(self) -> NDArray[np.bool_]:
         """Readings of the tips at rest that the tips are solved from, (n,)."""
         rest = self.readings.at_rest()[self.rows] & ~is_capped(self.readings)[self.rows]
@@ -255,30 +261,42 @@ class Problem:
 
     @cached_property
     def whitener(self) -> Array:
-        """Matrices (n, 3, 3) that make residuals independent with variance 1; noise goes by the replicates' mean."""
+        """Matrices (n, 3, 3) that make residuals independent with variance 1; noise goes by the replicates' mean.
+
+        0 for readings that count for nothing.
+        """
         mean = group_means(self.xyz, self.groups)
-        whitener = np.linalg.inv(np.linalg.cholesky(self.covariance(mean)))
+        whitener = np.linalg.inv(np.linalg.cholesky(self._own_covariance(mean)))
+        if self.remembered:
+            whitener *= (self.counts > 0)[:, np.newaxis, np.newaxis]
         if self.weights is None:
             return whitener
         return np.asarray(whitener * np.sqrt(self.weights[self.rows])[:, np.newaxis, np.newaxis])
 
+    @cached_property
+    def first_errors(self) -> FirstErrors | None:
+        """Errors of a native display's first session that later readings share; None where none do."""
+        return FirstErrors.of(self)
+
     def covariance(self, xyz_cd_m2: Array) -> Array:
-        """Covariance of the readings about the model, if their light is (n, 3): noise and discrepancy, (n, 3, 3)."""
-        meter = self.noise.covariance(xyz_cd_m2)
+        """Covariance of the readings about the model, if their light is (n, 3): (n, 3, 3).
+
+        It has noise, what the first session's noise does to each reading, and discrepancy.
+        """
+        covariance = self._own_covariance(xyz_cd_m2)
         if self.native:
-            # The first session's dark offset is in the display's black, and not before a capped lens.
-            capped = is_capped(self.readings)[self.rows, np.newaxis, np.newaxis]
-            meter = meter + capped * self.offset_cd_m2**2 * APART
+            covariance = covariance + np.einsum("eni,enj->nij", self.first_day.errors, self.first_day.errors)
+        return covariance
+
+    def _own_covariance(self, xyz_cd_m2: Array) -> Array:
+        """Covariance without what the first session's noise does."""
+        meter = self.noise.covariance(xyz_cd_m2)
         if not self.discrepancy:
             return meter
         # Black and the colour points are what the model is made to meet.
         drive, memory = self.readings.drive[self.rows], self.remembered
-        doubt = memory.doubt if memory else np.zeros(len(drive))
         missed = memory.missed if memory else np.asarray(drive.any(axis=1) & ~is_tip(drive).any(axis=1))
-        return np.asarray(
-            meter * (1.0 + doubt)[:, np.newaxis, np.newaxis]
-            + self.discrepancy.covariance(xyz_cd_m2) * missed[:, np.newaxis, np.newaxis]
-        )
+        return np.asarray(meter + self.discrepancy.covariance(xyz_cd_m2) * missed[:, np.newaxis, np.newaxis])
 
     @cached_property
     def curve_doubt(self) -> Array:

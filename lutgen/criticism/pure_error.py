@@ -5,18 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
 from scipy.special import chdtrc, fdtrc  # what scipy.stats computes with, without its 0.2 s of import
 
-from lutgen.criticism.first_day import COLOURS
-from lutgen.criticism.linear import whiten
+from lutgen.criticism.first_day import ALLOWANCE, COLOURS
 from lutgen.criticism.replicates import Replicates
 
 if TYPE_CHECKING:
     from lutgen.criticism.fit import Fit
     from lutgen.criticism.problem import Problem
-
-#: Nothing is named that twice an assumed noise would explain: four times its variance.
-ALLOWANCE = 4.0
 
 
 @dataclass(frozen=True)
@@ -37,15 +34,17 @@ class PureError:
     @classmethod
     def of(cls, problem: Problem) -> PureError:
         """Take the scatter from the readings that count; the stated noise where there are too few replicates."""
-        if problem.discrepancy:
-            # Colours of the first session are foretold by how they age; others are missed as their neighbours are.
+        # Colours of the first session are foretold by how they age; others are missed as their neighbours are.
+        if problem.discrepancy and not problem.remembered:
             sessions = problem.hours.size if problem.native and problem.native.own else 1
-            alike = 1.0 if problem.remembered else max(1.0, problem.rows.size / sessions / COLOURS)
+            alike = max(1.0, problem.rows.size / sessions / COLOURS)
             return cls(0.0, 0, ALLOWANCE * alike, alike=alike)
         if problem.noise.source == "assumed":
             return cls(0.0, 0, ALLOWANCE)
-        found = Replicates.of(problem.readings, problem.rows, across_sessions=problem.noise.across_sessions)
-        white, freedom = whiten(problem, found.deviations), int(3 * found.contrasts)
+        counted = problem.counts > 0
+        found = Replicates.of(problem.readings, problem.rows[counted], across_sessions=problem.noise.across_sessions)
+        white = np.einsum("nij,nj->ni", problem.whitener[counted], found.deviations)
+        freedom = int(3 * found.contrasts)
         # Replicates that share a rounding agree better than their noise does: the noise model, which knows the last
         # digit, is the least yardstick.
         inside = float((white**2).sum())

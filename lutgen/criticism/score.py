@@ -10,7 +10,7 @@ import numpy as np
 
 from lutgen.criticism.code_shifts import CodeShifts
 from lutgen.criticism.linear import BEHIND_PANEL, STEP, State, Term, whiten
-from lutgen.criticism.system import local_columns, prior_rows
+from lutgen.criticism.system import local_basis, local_columns, prior_rows
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -36,8 +36,7 @@ class Score:
         self.parts = [_Part.of(base, self.state, here) for here in self.problem.blocks]
         free = self._outside(base.linear.free)
         self.free = np.linalg.qr(free.T)[0] if len(free) else None
-        whole = np.concatenate([part.outside(base.linear.residual, part.off) for part in self.parts])
-        self.residual = self._without_free(whole)
+        self.residual = self._without_free(self._outside(base.linear.residual, off=True))
         self._proposed: dict[str, tuple[list[dict[str, float]], int]] = {}
         self._of_effect = ""
         self._seen: dict[tuple[object, ...], tuple[Array, Array]] = {}
@@ -51,8 +50,13 @@ class Score:
         if gain > self._largest:
             self.optimism, self._largest = max(OPTIMISM, OPTIMISM * gain / max(promise, 1e-9)), gain
 
-    def _outside(self, columns: Array) -> Array:
-        return np.concatenate([part.outside(columns) for part in self.parts], axis=-1)
+    def _outside(self, columns: Array, *, off: bool = False) -> Array:
+        """What blocks cannot absorb of whitened columns; of residuals also where blocks are ``off`` what is known."""
+        sizes, shared = np.zeros((*columns.shape[:-2], 0)), self.problem.first_errors
+        if shared:
+            columns, sizes = shared.taken_from(columns)
+        parts = [part.outside(columns, part.off if off else None) for part in self.parts]
+        return np.concatenate([*parts, -sizes], axis=-1)
 
     def _without_free(self, rows: Array) -> Array:
         return rows if self.free is None else np.asarray(rows - (rows @ self.free) @ self.free.T)
@@ -153,15 +157,10 @@ class _Part:
     @classmethod
     def of(cls, base: Fit, state: State, here: NDArray[np.intp]) -> _Part:
         """Take a block of the problem at a fit."""
-        problem, linear = base.problem, base.linear
-        local, gains = local_columns(problem, linear, here, here)
-        shared = len(problem.shared[int(here[0])])
-        prior, off = prior_rows(problem, state, int(problem.hour_of[here[0]]), gains, shared)
-        columns = np.concatenate([local.reshape(len(local), -1).T, prior])
-        if not columns.shape[1]:
-            return cls(here, columns, off)
-        u, s, _ = np.linalg.svd(columns, full_matrices=False)
-        return cls(here, u[:, s > 1e-9 * max(float(s.max(initial=0.0)), 1e-300)], off)
+        problem, shared = base.problem, len(base.problem.shared[int(here[0])])
+        gains = local_columns(problem, base.linear.local, here, here)[1]
+        off = prior_rows(problem, state, int(problem.hour_of[here[0]]), gains, shared)[1]
+        return cls(here, local_basis(problem, base.linear.local, state, here), off)
 
     def outside(self, columns: Array, off: Array | None = None) -> Array:
         """What the local unknowns cannot explain of columns' readings (..., n, 3), and of the priors' right sides."""

@@ -22,7 +22,7 @@ from scipy.special import gammaincinv
 from lutgen.criticism.fit import fit
 from lutgen.criticism.linear import State
 from lutgen.criticism.shared_columns import shared_columns
-from lutgen.criticism.system import local_columns, prior_rows
+from lutgen.criticism.system import local_columns, prior_rows, spanned
 from lutgen.criticism.tails import tails_of, weights_of
 from lutgen.readings.table import is_capped
 
@@ -53,6 +53,8 @@ ENOUGH = 3
 #: Sessions from which on a polynomial of so many terms follows whatever a display does over the hours.
 MANY, TERMS = 8, 5
 
+#: A meter's own dark signal may grow over its life, as a straight line.
+DRIFTING = 2
 
 #: Of an error of which less than this share remains beside tips and gains nothing is told.
 LEAST_SEEN = 1e-2
@@ -74,7 +76,7 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
     if tails := tails_of(plain):
         # An instrument with heavy tails slips now and then: its slips are weighed down like the rest, not left out.
         problem, plain = problem.with_slips(), plain.with_slips()
-        residual = fit(plain, [replace(term, free=()) for term in terms]).linear.residual
+        residual = fit(plain, [replace(term, free=()) for term in terms]).residual
         weights = np.ones(problem.readings.hours.size)
         weights[problem.rows] = weights_of(plain, residual, tails)
         problem, plain = replace(problem, weights=weights), replace(plain, weights=weights)
@@ -87,17 +89,20 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
     if problem.native:
         # The black of a native display goes with its white, which black alone would not hold in place.
         dark |= problem.is_tip_anchor
+    covered = problem.native is not None and np.unique(problem.hour_of[capped]).size > ENOUGH
+    if covered:
+        # The capped lens alone sees no light of the display, whose black has the first session's offset in it.
+        dark = capped
     offsets = _told(plain, state, linear, dark, replace(plain, offset_cd_m2=1.0))
     offset = usual = problem.noise.offset_cd_m2
-    if len(offsets) >= MANY:
+    if covered:
+        offset = _spread(offsets, usual, DRIFTING)
+    elif len(offsets) >= MANY:
         offset = _spread(offsets, usual, TERMS)
     elif len(offsets) >= ENOUGH:
         offset = _spread(_beside_the_display(offsets), usual, 1)
-    if problem.native:
-        # The first session's own offset is in the display's black, and so in what all later ones differ from it.
-        offset *= float(np.sqrt(max(len(offsets), 1)))
     everything = np.ones(problem.rows.size, dtype=bool)
-    gains = _told(plain, state, linear, everything, replace(plain, wander=1.0))
+    gains = _told(plain, state, linear._replace(residual=found.residual), everything, replace(plain, wander=1.0))
     return replace(problem, offset_cd_m2=offset, wander=_wander(problem, gains))
 
 
@@ -183,7 +188,7 @@ def _told(plain: Problem, state: State, linear: Linear, rows: NDArray[np.bool_],
         if not here.size:
             continue
         hour = int(plain.hour_of[whole[0]])
-        columns, gains = local_columns(plain, linear, whole, here)
+        columns, gains = local_columns(plain, linear.local, whole, here)
         prior, off = prior_rows(plain, state, hour, gains, 0)
         names, shared = shared_columns(unit, whole)
         shared = shared[:, np.searchsorted(whole, here)]
@@ -192,7 +197,7 @@ def _told(plain: Problem, state: State, linear: Linear, rows: NDArray[np.bool_],
         local = np.concatenate([columns.reshape(len(columns), 3 * here.size).T, prior])
         asked = np.concatenate([shared.reshape(count, 3 * here.size).T, np.zeros((len(off), count))])
         right = np.concatenate([linear.residual[here].ravel(), off])
-        q = np.linalg.qr(local)[0] if local.shape[1] else np.zeros((len(right), 0))
+        q = spanned(local)
         left, right = asked - q @ (q.T @ asked), right - q @ (q.T @ right)
         # What tips and gains of the block take up altogether, nobody can tell: the gain of the tips themselves.
         seen = np.linalg.norm(left, axis=0) > LEAST_SEEN * np.linalg.norm(asked, axis=0)

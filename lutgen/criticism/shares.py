@@ -25,10 +25,12 @@ def shares_of_delta_e(base: Fit, final: Fit, names: Sequence[str]) -> dict[str, 
     """Return of each named effect the share of the excess mean ΔE2000 that comes back when it is taken out of a fit.
 
     ``base`` is the fit without these effects. The excess is what ``base`` has above the mean ΔE2000 that noise alone
-    gives. Shares of effects that act on the same colours need not add to 1.
+    gives; where seeded noise gives as much, there is none to share. Shares of effects that act on the same colours need
+    not add to 1.
     """
     problem = base.problem
-    judged, white = ~problem.is_anchor, problem.measured_tips[0, 0]
+    # What curves miss of colours that the first session has not read would drown the rest.
+    judged, white = ~problem.is_anchor & (problem.counts == 1.0), problem.measured_tips[0, 0]
     if not judged.any():
         return dict.fromkeys(names, 0.0)
 
@@ -40,8 +42,10 @@ def shares_of_delta_e(base: Fit, final: Fit, names: Sequence[str]) -> dict[str, 
         return mean(anchored(problem, terms), problem.xyz)
 
     plain = anchored(problem, base.terms)
-    floor = float(np.mean([mean(plain, plain + residual) for residual in noise_only(problem, plain)]))
-    excess, least = max(mean(plain, problem.xyz) - floor, 1e-9), error(final.terms)
+    floor = [mean(plain, plain + residual) for residual in noise_only(problem, plain)]
+    excess, least = mean(plain, problem.xyz) - float(np.mean(floor)), error(final.terms)
+    if excess <= max(floor) - float(np.mean(floor)):
+        return dict.fromkeys(names, 0.0)
     return {
         name: min(max(error([term for term in final.terms if term.effect.name != name]) - least, 0.0) / excess, 1.0)
         for name in names

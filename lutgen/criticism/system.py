@@ -49,8 +49,9 @@ class System:
         self.problem, self.linear = problem, linear
         self.global_count = len(linear.free)
         self.effect_count = sum(len(term.free) for term in state.terms)
-        self.blocks = [Block.of(problem, linear, state, here) for here in problem.blocks]
-        reduced = np.concatenate([block.reduced for block in self.blocks])
+        self.apart, self.rest = without_first_errors(problem, linear)
+        self.blocks = [Block.of(problem, self.apart, state, here) for here in problem.blocks]
+        reduced = np.concatenate([*(block.reduced for block in self.blocks), self.rest])
         self.A, self.z = reduced[:, :-1], reduced[:, -1]
         self.mode_count = len(problem.curve_modes) if problem.native else 0
         modes = self.A[:, self.global_count - self.mode_count :]
@@ -149,7 +150,7 @@ class Block:
         """Reduce the readings of a whole block, ``without`` some of them."""
         hour = int(problem.hour_of[whole[0]])
         here = whole if without is None else np.setdiff1d(whole, without)
-        columns, gains = local_columns(problem, linear, whole, here)
+        columns, gains = local_columns(problem, linear.local, whole, here)
         local = len(columns)
         at = readings_at(here)
         parts = np.concatenate([columns, linear.free[:, at], linear.residual[np.newaxis, at]])
@@ -174,19 +175,44 @@ class Block:
         return np.asarray(np.linalg.lstsq(triangle, right, rcond=1e-12)[0])
 
 
+def without_first_errors(problem: Problem, linear: Linear) -> tuple[Linear, Array]:
+    """Take out the likeliest errors of the first session, and what is known of them as equations, (e, p + 1)."""
+    shared = problem.first_errors
+    if not shared:
+        return linear, np.zeros((0, len(linear.free) + 1))
+    both, sizes = shared.taken_from(np.concatenate([linear.free, linear.residual[np.newaxis]]))
+    return linear._replace(free=both[:-1], residual=both[-1]), -sizes.T
+
+
+def local_basis(problem: Problem, local: Array, state: State, here: NDArray[np.intp]) -> Array:
+    """Orthonormal basis of what a block's unknowns do, (3m + k, l): to its readings, and to what is known of them."""
+    columns, gains = local_columns(problem, local, here, here)
+    prior, _ = prior_rows(problem, state, int(problem.hour_of[here[0]]), gains, len(problem.shared[int(here[0])]))
+    return spanned(np.concatenate([columns.reshape(len(columns), 3 * here.size).T, prior]))
+
+
+def spanned(columns: Array) -> Array:
+    """Orthonormal basis of what columns (m, k) span, (m, ≤ k)."""
+    if not columns.shape[1]:
+        return columns
+    u, s, _ = np.linalg.svd(columns, full_matrices=False)
+    return np.asarray(u[:, s > 1e-9 * max(float(s.max(initial=0.0)), 1e-300)])
+
+
 def local_columns(
-    problem: Problem, linear: Linear, whole: NDArray[np.intp], here: NDArray[np.intp]
+    problem: Problem, local: Array, whole: NDArray[np.intp], here: NDArray[np.intp]
 ) -> tuple[Array, tuple[int, ...]]:
     """Derivatives of some readings ``here`` of a ``whole`` block by its local unknowns, (L, m, 3), and its gains.
 
-    In this order: the tips of the hour, the gains of sessions, the errors that sessions share.
+    In this order: the tips of the hour, the gains of sessions, the errors that sessions share. ``local`` has those of
+    all readings by tips and gains.
     """
     gains = tuple(int(gain) for gain in np.unique(problem.gains[whole]) if gain >= 0)
     tips = 0 if problem.foretells else 12
-    rows, of_gains = readings_at(here), linear.local[[tips + gain for gain in gains]]
+    rows, of_gains = readings_at(here), local[[tips + gain for gain in gains]]
     shared = problem.shared[int(whole[0])]
     shared = shared if here is whole else shared[:, np.searchsorted(whole, here)]
-    return np.concatenate([linear.local[:tips, rows], of_gains[:, rows], shared]), gains
+    return np.concatenate([local[:tips, rows], of_gains[:, rows], shared]), gains
 
 
 def readings_at(here: NDArray[np.intp]) -> NDArray[np.intp] | slice:

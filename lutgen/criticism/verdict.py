@@ -41,7 +41,7 @@ VERDICTS = {
 NAMED_LINES = 12
 
 #: Shares of the excess error below this are printed as 0 %: an effect of both is no finding beside others.
-TRIFLE = 0.005
+TRIFLE = 0.05
 
 NO_PROBES = Probed()
 
@@ -214,7 +214,7 @@ def strongest(explanation: Explanation) -> tuple[str, str]:
     """Name the family or condition in which most of the final fit's leftover sits, and its course over the hours."""
     found = explanation.final
     problem = found.problem
-    size = (found.linear.residual**2).sum(axis=1) / 3.0
+    size = (found.residual**2).sum(axis=1) / 3.0
     family, condition = family_of(problem), condition_of(problem)
     named = np.where(condition == "", family, condition)
     share = {str(name): float(np.maximum(size[named == name] - 1.0, 0.0).mean()) for name in np.unique(named)}
@@ -240,7 +240,7 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
     if beside:
         remarks = (*remarks, f"Fitted beside, for what the formula leaves, no fault of its own: {', '.join(beside)}.")
     seen = shares_of_delta_e(base, final, [step.name for step in weighed.kept])
-    kept = tuple(sorted(weighed.kept, key=lambda step: -seen[step.name]))
+    kept = tuple(sorted(weighed.kept, key=lambda step: (-seen[step.name], -weighed.shares[step.name])))
     if trifles := [step for step in kept[1:] if max(seen[step.name], weighed.shares[step.name]) < TRIFLE]:
         kept = tuple(step for step in kept if step not in trifles)
         beside += [step.name for step in trifles]
