@@ -62,6 +62,7 @@ def test_the_null_pair_is_foretold_by_its_first_session() -> None:
 
 
 @pytest.mark.parametrize("baseline", ["native", "native-first-hour"])
+@pytest.mark.rare(instead="test_the_null_pair_is_foretold_by_its_first_session")
 def test_nothing_ages_within_a_day_but_a_sessions_gain(baseline: str) -> None:
     found = diagnose(sessions(*NULL), baseline=baseline)
     assert (found.verdict.name, found.verdict.effects) == ("consistent", ())

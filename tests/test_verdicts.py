@@ -252,7 +252,7 @@ MIMICKED = (
 )
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 @pytest.mark.parametrize("case", MIMICKED, ids=lambda case: case.hidden[0][0])
 def test_what_the_catalogue_lacks_is_not_named_after_two_that_mimic_it(case: Case) -> None:
     """With enough freedom, or in twos, effects fit what a third one does: freer forms and pairs must be their own."""
