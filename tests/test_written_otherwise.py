@@ -37,7 +37,6 @@ CLEAR = ("healthy", "leak", "curve", "filled", "edge")
 QUICK_NOTHING = ("rows shuffled within each session", "semicolons between fields, with decimal points")
 QUICK_SOMETHING = (
     "a session split in two names an hour apart",
-    "four significant digits of X, Y, Z",
     "metadata lines absent",
 )
 

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.criticism.digits import Digits, digits_of
+from lutgen.criticism.noise_points import NoisePoints, covariance_of, partials_of
 from lutgen.criticism.replicates import FLOOR_CD_M2, RELATIVE, Replicates, group_means, replicate_groups
 from lutgen.readings.instruments import Instrument, session_gain, stated_instrument
 
@@ -126,7 +127,7 @@ class Noise:
     def covariance(self, xyz_cd_m2: Array) -> Array:
         """Covariance of readings of light (n, 3): (n, 3, 3)."""
         bright, floor = self._variances(xyz_cd_m2)
-        return _covariance(bright, floor, self.correlation, self.floor_correlation, self.digits.step(xyz_cd_m2))
+        return covariance_of(bright, floor, self.correlation, self.floor_correlation, self.digits.step(xyz_cd_m2))
 
     def bright_share(self, xyz_cd_m2: Array) -> Array:
         """Share of the variance of readings of light (n, 3) that goes with the light: (n,)."""
@@ -282,8 +283,8 @@ class _Pooled:
         middle = np.array(
             [
                 *np.log([start.relative, start.floor_cd_m2, *start.ratio[::2], *start.floor_ratio[::2]]),
-                *_partials(CORRELATION),
-                *_partials(FLOOR_CORRELATION),
+                *partials_of(CORRELATION),
+                *partials_of(FLOOR_CORRELATION),
                 -8.0,
             ]
         )
@@ -296,7 +297,7 @@ class _Pooled:
 
         def loss(point: Array) -> tuple[float, Array]:
             nudged = point + NUDGE * np.eye(point.size)
-            sigma, *moved = _Search.at(np.vstack([point, nudged]), shot=shot).covariances(self.mean, rounding)
+            sigma, *moved = NoisePoints.at(np.vstack([point, nudged]), shot=shot).covariances(self.mean, rounding)
             inverse = np.linalg.inv(sigma)
             misfit = (self.freedom * np.linalg.slogdet(sigma)[1]).sum() + (inverse * self.scatter).sum()
             off = (point - middle[free]) / spread[free]
@@ -306,78 +307,7 @@ class _Pooled:
 
         bounds = list(zip(low[free], high[free], strict=True))
         found = minimize(loss, middle[free], jac=True, method="L-BFGS-B", bounds=bounds)
-        return _Search.at(found.x[np.newaxis], shot=shot).first(start), float(found.fun)
-
-
-@dataclass(frozen=True)
-class _Search:
-    """Noises at p points of the search for the likeliest, all at once: its slope asks for a dozen of neighbours."""
-
-    #: (p, 1).
-    relative: Array
-    floor_cd_m2: Array
-    shot_cd_m2: Array
-    #: (p, 3).
-    ratio: Array
-    floor_ratio: Array
-    #: (p, 3, 3).
-    correlation: Array
-    floor_correlation: Array
-
-    @classmethod
-    def at(cls, points: Array, *, shot: bool) -> _Search:
-        """Read points (p, 12), or (p, 13) with shot noise: logarithms of sizes and ratios, then partials as atanh."""
-        sizes, partials = np.exp(points[:, :6]), 0.999 * np.tanh(points[:, 6:12])
-        one = np.ones(len(points))
-        return cls(
-            sizes[:, :1],
-            sizes[:, 1:2],
-            np.exp(points[:, 12:]) if shot else np.zeros((len(points), 1)),
-            np.column_stack([sizes[:, 2], one, sizes[:, 3]]),
-            np.column_stack([sizes[:, 4], one, sizes[:, 5]]),
-            _correlated(*partials[:, :3].T),
-            _correlated(*partials[:, 3:].T),
-        )
-
-    def covariances(self, xyz_cd_m2: Array, rounding: Array) -> Array:
-        """Covariances of readings of light (n, 3): (p, n, 3, 3)."""
-        relative = (self.relative * self.ratio)[:, np.newaxis] * xyz_cd_m2
-        bright = relative**2 + self.shot_cd_m2[:, np.newaxis] * np.abs(xyz_cd_m2)
-        floor = (self.floor_cd_m2 * self.floor_ratio) ** 2
-        return _covariance(bright, floor, self.correlation, self.floor_correlation, rounding)
-
-    def first(self, start: Noise) -> Noise:
-        """Return the noise at the first point, with what is not searched for as in ``start``."""
-        return replace(
-            start,
-            relative=float(self.relative[0, 0]),
-            floor_cd_m2=float(self.floor_cd_m2[0, 0]),
-            shot_cd_m2=float(self.shot_cd_m2[0, 0]),
-            ratio=(float(self.ratio[0, 0]), 1.0, float(self.ratio[0, 2])),
-            floor_ratio=(float(self.floor_ratio[0, 0]), 1.0, float(self.floor_ratio[0, 2])),
-            correlation=self.correlation[0],
-            floor_correlation=self.floor_correlation[0],
-        )
-
-
-def _covariance(bright: Array, floor: Array, correlation: Array, floor_correlation: Array, rounding: Array) -> Array:
-    """Covariances (…, n, 3, 3): variances (…, n, 3) and (…, 3), correlations (…, 3, 3), steps of rounding (n, 3)."""
-    sigma, dark = np.sqrt(bright), np.sqrt(floor)
-    shared = correlation[..., np.newaxis, :, :] * sigma[..., :, np.newaxis] * sigma[..., np.newaxis, :]
-    shared += (floor_correlation * (dark[..., :, np.newaxis] * dark[..., np.newaxis, :]))[..., np.newaxis, :, :]
-    return np.asarray(shared + np.eye(3) * (rounding**2 / 12.0)[:, np.newaxis])
-
-
-def _partials(rho: float) -> tuple[float, float, float]:
-    """Return the arguments of :func:`_correlated` for one correlation of all three, as atanh."""
-    return float(np.arctanh(rho)), float(np.arctanh(rho)), float(np.arctanh(rho / (1.0 + rho)))
-
-
-def _correlated(xy: Array, yz: Array, xz_given_y: Array) -> Array:
-    """Correlations (p, 3, 3) of X, Y, Z from two of them and the partial one: positive definite whatever these are."""
-    xz = xy * yz + xz_given_y * np.sqrt((1.0 - xy**2) * (1.0 - yz**2))
-    one = np.ones_like(xy)
-    return np.moveaxis(np.array([[one, xy, xz], [xy, one, yz], [xz, yz, one]]), -1, 0)
+        return replace(start, **NoisePoints.at(found.x[np.newaxis], shot=shot).first()), float(found.fun)
 
 
 def _slips(xyz: Array, groups: NDArray[np.intp], start: tuple[float, float]) -> tuple[int, ...]:
