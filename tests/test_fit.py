@@ -189,6 +189,7 @@ def test_standard_errors_are_what_repeated_campaigns_scatter_by(name: str) -> No
 
 
 @pytest.mark.slow
+@pytest.mark.rare(instead="test_standard_errors_are_what_repeated_campaigns_scatter_by")
 def test_estimates_of_what_is_not_there_scatter_by_their_standard_errors() -> None:
     """Pulls over 100 healthy spectral displays, the noise estimated from their replicates."""
     pulls: dict[str, list[float]] = {"black-level grown": [], "crosstalk new": [], "eotf-drift grown": []}
