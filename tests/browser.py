@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 
 #: Seconds for which any answer is waited for.
-PATIENCE = 20.0
+PATIENCE = 60.0
 
 #: What Chromium answers to a question whose page left while it was asked: the next page is the one to ask.
 _LEFT = ("Inspected target navigated or closed", "Execution context was destroyed", "Cannot find context")

@@ -6,6 +6,7 @@ Each rule is one test, which lists all offenders.
 from __future__ import annotations
 
 import ast
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -53,10 +54,16 @@ def layer_of(path: str) -> str:
     return path.partition("/")[0].removesuffix(".py")
 
 
+@cache
+def nodes(source: str) -> tuple[ast.AST, ...]:
+    """All nodes of a module, for all rules at once."""
+    return tuple(ast.walk(ast.parse(source)))
+
+
 def imports(source: str, path: str) -> Iterator[tuple[int, str]]:
     """Line and layer of each import of lutgen's in a module, those for types and inside functions too."""
     package = ["lutgen", *path.split("/")[:-1]]
-    for node in ast.walk(ast.parse(source)):
+    for node in nodes(source):
         if not isinstance(node, ast.Import | ast.ImportFrom):
             continue
         if isinstance(node, ast.Import):
@@ -117,7 +124,7 @@ def test_no_module_swallows_errors_and_only_the_command_line_prints_and_exits(mo
 def test_no_class_name_is_used_by_two_packages(modules: dict[str, str]) -> None:
     homes: dict[str, set[str]] = {}
     for path, source in modules.items():
-        for node in ast.walk(ast.parse(source)):
+        for node in nodes(source):
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 homes.setdefault(node.name, set()).add(layer_of(path))
     assert {"DisplayModel", "Finding", "LintFinding"} <= homes.keys()
@@ -153,7 +160,7 @@ CLIMBS = {
 def banned(source: str, *, may_print: bool) -> list[str]:
     """Handlers that swallow every error, and printing or exiting where only the command line may."""
     found = []
-    for node in ast.walk(ast.parse(source)):
+    for node in nodes(source):
         if isinstance(node, ast.ExceptHandler):
             caught = {child.id for child in ast.walk(node.type) if isinstance(child, ast.Name)} if node.type else {""}
             raises = any(isinstance(child, ast.Raise) for child in ast.walk(node))

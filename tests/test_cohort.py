@@ -207,7 +207,7 @@ def test_a_tiled_tiff_by_the_name_of_a_slide_is_read_as_one(tmp_path: Path) -> N
     assert output.write_image(pixels)
     assert output.close()
     imsave(tmp_path / "a.png", pixels, check_contrast=False)
-    found = cohort([tmp_path], model(), tmp_path / "run", hours=[18_000], jobs=2)
+    found = cohort([tmp_path], model(), tmp_path / "run", hours=[18_000], jobs=1)
     assert found.broken == ()
     picture, slide = found.slides.images
     assert (Path(picture.file).name, Path(slide.file).name) == ("a.png", "a.svs")
@@ -350,6 +350,7 @@ def test_a_script_that_does_not_guard_its_main_part_is_told(tmp_path: Path) -> N
     assert "needs `if __name__ == '__main__':`" in done.stderr.splitlines()[-1]
 
 
+@pytest.mark.slow
 def test_slides_in_hand_when_a_process_dies_are_tried_again_and_no_others(
     tmp_path: Path,
 ) -> None:

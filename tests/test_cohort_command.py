@@ -73,7 +73,7 @@ def test_the_page_has_a_line_a_slide_the_median_and_its_interval(run: Callable[.
 
 
 def test_few_slides_have_a_range_and_what_is_never_reached_is_explained(run: Callable[..., Done]) -> None:
-    done = words(run("in/s00.png", "in/s01.png", "-o", "run", "--tolerance", "70").out)
+    done = words(run("in/s00.png", "in/s01.png", "-o", "run", "--tolerance", "70", "--jobs", "1").out)
     assert "median of 2 slides – – range – to – – to –" in done
     assert "–: not within the 18 000 h looked at; in medians such a slide is the longest." in done
     assert "Fewer than six slides give no 95 % interval" in done
@@ -109,7 +109,8 @@ def test_nothing_but_broken_slides(run: Callable[..., Done]) -> None:
 
 
 def test_json_is_as_the_schema_says_and_csv_says_the_same(run: Callable[..., Done], tmp_path: Path) -> None:
-    done = run("in", "gone, too.png", "-o", "run", "--json", "c.json", "--csv", "c.csv", "--tolerance", "3,9,70")
+    written_to = ("--json", "c.json", "--csv", "c.csv")
+    done = run("in", "gone, too.png", "-o", "run", *written_to, "--tolerance", "3,9,70", "--jobs", "1")
     assert done.code == 1
     assert written(tmp_path) == {"run", "c.json", "c.csv"}
     said: dict[str, Any] = json.loads((tmp_path / "c.json").read_text())

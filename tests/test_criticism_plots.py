@@ -240,6 +240,7 @@ def test_an_effect_is_drawn_over_what_it_depends_on(data: str, effect: str, way:
 
 
 @pytest.mark.slow
+@pytest.mark.rare(instead="test_an_effect_is_drawn_over_what_it_depends_on")
 def test_every_effect_of_the_catalogue_can_be_drawn(tmp_path: Path, canvases: list[Canvas]) -> None:
     problem = Problem.of(readings("edge"))
     base = fit(problem)

@@ -82,7 +82,7 @@ def test_the_file_says_how_near_it_comes() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.rare
+@pytest.mark.rare(instead="test_the_lifetimes_on_the_named_slide_are_those_of_table_1")
 @pytest.mark.numbers  # both makes read the same pixels, which the lifetimes above hold
 def test_the_drift_is_what_the_fit_gives(whole: Colours) -> None:
     found = table1.fit(whole)
@@ -181,6 +181,7 @@ def test_other_pixels_and_a_missing_slide_are_refused(
 
 
 @pytest.mark.slow
+@pytest.mark.rare(instead="test_the_lifetimes_on_the_named_slide_are_those_of_table_1")
 def test_the_docs_say_what_lifetime_finds(model: DisplayModel, tmp_path: Path) -> None:
     tables = [
         [cell.strip() for cell in row.strip("|").split("|")]

@@ -664,6 +664,7 @@ def test_a_server_that_is_stopped_while_a_file_is_made_ends_without_a_word(
 
 
 @pytest.mark.slow
+@pytest.mark.rare(instead="test_from_the_simulated_campaign_to_its_lut")
 def test_what_is_taken_is_what_the_commands_write(
     own_address: str, lutgen: Callable[..., Done], tmp_path: Path
 ) -> None:

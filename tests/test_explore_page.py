@@ -729,6 +729,9 @@ def test_swatches_are_the_measured_and_the_predicted_colour(page_of_either: Page
 # Windows, and the server --------------------------------------------------------------------------------------------
 
 
+@pytest.mark.rare(
+    instead="test_explore.py::test_two_windows_do_not_disturb_one_another_and_a_diagnosis_can_be_cancelled"
+)
 def test_two_windows_do_not_disturb_one_another(either: tuple[Page, Path], tmp_path: Path) -> None:
     first = either[0]
     with explored(ROOT, "examples/display-a.csv") as (address, _), browser(tmp_path / "second") as second:

@@ -153,6 +153,7 @@ def test_figure_6_holds_two_maps_on_the_papers_scale(
     assert {ends for *_, ends in drawn} == {(1.0, 8.0)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", ["2", "6"])
 def test_a_figure_has_the_same_bytes_again(
     number: str, run: Callable[..., Done], tmp_path: Path, model: DisplayModel

@@ -23,6 +23,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from lutgen.bake.build import Plan, build
 from lutgen.bake.digits import rows_of_text
 from lutgen.bake.fitted_nodes import ramps_at_white
 from lutgen.bake.formats import Format, Provenance, format_named, format_names
@@ -36,7 +37,6 @@ from lutgen.errors import LutgenError
 from lutgen.lint import lint
 from lutgen.lint.finding import READS
 from lutgen.readings import Measurements, read_measurements
-from tests.quick import mostly_slow
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -692,7 +692,28 @@ def test_both_bindings_show_a_config_alike(both: BothBindings) -> None:
         assert np.abs(pixels - unaged).max() > 0.02, key
 
 
-@pytest.mark.parametrize("binding", mostly_slow(BINDINGS, "this"))
+def test_the_views_of_an_hours_config_show_what_their_names_say(tmp_path: Path) -> None:
+    """The same of one hour's config, on the sRGB viewer and in this process."""
+    plan = Plan((18_000.0,), ("chroma",), ("clf",), cubesize=17, certify=False)
+    build(DisplayModel(read_measurements(default_display())), plan, tmp_path, jobs=1)
+    (path,) = tmp_path.glob("chroma/*h/config.ocio")
+    lib, code = ocio(), np.random.default_rng(17).random((500, 3))
+    config = lib.Config.CreateFromFile(str(path))
+    shown = {}
+    for view in config.getViews("sRGB"):
+        processor = config.getProcessor(lib.DisplayViewTransform("Source signal", "sRGB", view))
+        shown[view] = code.astype(np.float32)
+        processor.getOptimizedCPUProcessor(lib.OPTIMIZATION_NONE).applyRGB(shown[view])
+    assert shown.keys() == {"Aged", "Un-aged", "Raw"}
+    for view in ("Un-aged", "Raw"):
+        np.testing.assert_allclose(shown[view], code, rtol=0, atol=2e-6, err_msg=view)
+    expected = through_ocio(path.with_name("aged.clf"), code, optimised=False)
+    np.testing.assert_allclose(shown["Aged"], expected, rtol=0, atol=5e-6)
+    assert np.abs(shown["Aged"] - code).max() > 0.02
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("binding", BINDINGS)
 def test_the_views_of_a_config_show_what_their_names_say(binding: str, both: BothBindings) -> None:
     """On the sRGB viewer: the LUT, interpolated tetrahedrally; the source signal; and that again."""
     code = np.random.default_rng(17).random((500, 3)).astype(np.float32).astype(np.float64)

@@ -48,7 +48,7 @@ def refitted(found: Fit) -> list[float]:
     ("black-level", 2e-3),
     ("crosstalk", 0.01),
     ("eotf-drift", 0.03),
-], "ambient-reflection", "black-level"))  # fmt: skip
+], "black-level"))  # fmt: skip
 def test_withheld_cells_are_predicted_as_a_refit_predicts_them(name: str, tolerance: float) -> None:
     found = fitted(name)
     fast, slow = held_out(found).squares, refitted(found)

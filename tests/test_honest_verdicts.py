@@ -235,6 +235,7 @@ def test_scatter_is_even_where_only_bright_patches_have_more_of_it_than_lucky_re
 
 
 @pytest.mark.slow(every=True)
+@pytest.mark.rare(instead="test_shares_are_told_in_delta_e_too_and_in_its_order")
 def test_an_effect_that_explains_nearly_all_of_chi2_does_not_hide_another_that_is_seen() -> None:
     """A leak of black explains 99.6 % of χ²; the warm-up beside it, of usual size, is a sixth of the excess ΔE2000."""
     hidden = (("black-level", 0.0016, "other"), ("warm-up", 0.1, "other"))

@@ -18,5 +18,6 @@ def test_standard_errors_are_as_large_as_the_errors(case: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.rare(instead="test_standard_errors_are_as_large_as_the_errors")
 def test_intervals_hold_the_true_value_in_nineteen_of_twenty_cases() -> None:
     assert interval_coverage.main(["--seed", "3", "--repeats", "4"]) == 0

@@ -37,6 +37,7 @@ def test_the_option_names_what_the_library_has() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.rare(instead="test_native.py::test_real_displays_are_nearer_to_their_own_first_session")
 def test_compare_says_what_both_fresh_displays_miss(run: Callable[..., Done]) -> None:
     usual, native = run("compare", "panel.csv"), run("compare", "panel.csv", "--baseline", "native")
     for said in (usual.out, native.out):

@@ -224,9 +224,12 @@ def test_two_replicates_do_not_tell_which_of_them_slipped() -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("repeats", [3, 5])
-def test_pure_noise_has_no_slips(repeats: int) -> None:
+@pytest.mark.parametrize(
+    "campaigns", [100, pytest.param(500, marks=pytest.mark.rare(instead="test_pure_noise_has_no_slips"))]
+)
+def test_pure_noise_has_no_slips(repeats: int, campaigns: int) -> None:
     exact = readings(repeats=repeats, hours=HOURS[:2])
-    assert not [seed for seed in range(500) if estimate_noise(with_noise(exact, seed)).slips]
+    assert not [seed for seed in range(campaigns) if estimate_noise(with_noise(exact, seed)).slips]
 
 
 def test_replicates_share_hour_code_session_conditions_and_cap() -> None:

@@ -33,6 +33,13 @@ if TYPE_CHECKING:
 
 Pixels = Any
 HOURS = (0.0, 10_000.0, 18_000.0)
+
+#: Fields of real slides lie where the measured displays do.
+RARE_FIELD = (
+    pytest.mark.rare(instead="test_a_real_field_enlarged_twice_keeps_its_median_contrast_and_not_its_count"),
+    pytest.mark.skipif("LUTGEN_REAL_DATA" not in os.environ, reason="needs the fields in LUTGEN_REAL_DATA"),
+)
+
 INK, PALE, GROUND = (70, 40, 110), (150, 110, 170), (225, 170, 200)
 
 
@@ -297,24 +304,31 @@ def test_specks_folds_and_lumens_are_no_nuclei(tmp_path: Path) -> None:
     assert found.large >= 1
 
 
-@pytest.mark.slow
+@pytest.mark.slow(every=True)
+@pytest.mark.parametrize(
+    "field",
+    [
+        "immunohistochemistry",
+        pytest.param("he_a", marks=RARE_FIELD),
+        pytest.param("he_b", marks=RARE_FIELD),
+    ],
+)
 def test_a_real_field_enlarged_twice_keeps_its_median_contrast_and_not_its_count(
-    model: DisplayModel, tmp_path: Path
+    field: str, model: DisplayModel, tmp_path: Path
 ) -> None:
-    pixels = immunohistochemistry()
-    fields = [pixels]
-    if real := os.environ.get("LUTGEN_REAL_DATA"):
-        fields += [imread(Path(real, "images", f"he_{name}.png"))[..., :3] for name in "ab"]
-    for place, once in enumerate(fields):
-        twice = np.clip(np.rint(ndimage.zoom(once.astype(float), (2, 2, 1), order=3)), 0, 255).astype(np.uint8)
-        small, large = (
-            nuclei(save(tmp_path / f"{place}{name}.png", each), model, hours=HOURS)
-            for name, each in (("one", once), ("two", twice))
-        )
-        assert 1.0 < large.nuclei.count / small.nuclei.count < 1.5
-        assert 1.4 < large.nuclei.width / small.nuclei.width < 2.1
-        for mode in AGING_MODES:
-            np.testing.assert_allclose(small.contrasts[mode].median, large.contrasts[mode].median, rtol=0.05)
+    if field == "immunohistochemistry":
+        once = immunohistochemistry()
+    else:
+        once = imread(Path(os.environ["LUTGEN_REAL_DATA"], "images", f"{field}.png"))[..., :3]
+    twice = np.clip(np.rint(ndimage.zoom(once.astype(float), (2, 2, 1), order=3)), 0, 255).astype(np.uint8)
+    small, large = (
+        nuclei(save(tmp_path / f"{name}.png", each), model, hours=HOURS)
+        for name, each in (("one", once), ("two", twice))
+    )
+    assert 1.0 < large.nuclei.count / small.nuclei.count < 1.5
+    assert 1.4 < large.nuclei.width / small.nuclei.width < 2.1
+    for mode in AGING_MODES:
+        np.testing.assert_allclose(small.contrasts[mode].median, large.contrasts[mode].median, rtol=0.05)
 
 
 def test_painted_nuclei_at_twice_the_resolution_are_the_same_nuclei(model: DisplayModel, tmp_path: Path) -> None:

@@ -191,6 +191,7 @@ def test_bad_input_is_named_and_nothing_is_written(
 # The pictures ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_pictures_are_the_same_bytes_again(found: Conspicuity, tmp_path: Path) -> None:
     first, second = ([path.read_bytes() for path in plot_nuclei(found, tmp_path / name)] for name in ("x", "y"))
     assert first == second

@@ -177,6 +177,7 @@ def test_another_displays_own_model_is_refused(saved: Path) -> None:
         load_model(saved)
 
 
+@pytest.mark.slow
 def test_the_first_hour_foretells_all_by_the_displays_own_model() -> None:
     """Nothing ages by itself, and the fading backlight is the one fault that is left."""
     readings = campaign()

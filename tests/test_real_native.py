@@ -62,6 +62,7 @@ def test_the_null_pair_is_foretold_by_its_first_session() -> None:
 
 
 @pytest.mark.parametrize("baseline", ["native", "native-first-hour"])
+@pytest.mark.rare(instead="test_the_null_pair_is_foretold_by_its_first_session")
 def test_nothing_ages_within_a_day_but_a_sessions_gain(baseline: str) -> None:
     found = diagnose(sessions(*NULL), baseline=baseline)
     assert (found.verdict.name, found.verdict.effects) == ("consistent", ())
@@ -87,6 +88,7 @@ def test_black_blues_curve_and_the_recalibration_of_2020_bring_the_error_down() 
     assert found.after.error.delta_e_mean < 0.86 * found.before.error.delta_e_mean
 
 
+@pytest.mark.rare(instead="test_black_blues_curve_and_the_recalibration_of_2020_bring_the_error_down")
 def test_what_the_cells_do_with_the_drive_brings_it_to_the_null_pairs() -> None:
     """Curves, leaks between channels, and channels whose colour moves with the drive: each session has its own."""
     course = Course.of(sessions(*AGED), baseline="native")
@@ -95,6 +97,7 @@ def test_what_the_cells_do_with_the_drive_brings_it_to_the_null_pairs() -> None:
     assert found.after.error.delta_e_mean < 1.2 * compared(NULL, "native").error.delta_e_mean
 
 
+@pytest.mark.rare(instead="test_the_calibration_of_2020_is_known_and_no_aging")
 def test_the_light_source_has_worn_by_2020_and_the_error_falls_to_the_null_pairs() -> None:
     found = diagnose(sessions(*AGED), baseline="native-first-hour")
     assert found.verdict.effects == ("phosphor-wear",)

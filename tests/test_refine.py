@@ -160,6 +160,7 @@ def test_auto_adds_nothing_to_a_healthy_display() -> None:
 
 
 @pytest.mark.slow(every=True)
+@pytest.mark.rare(instead="test_auto_adds_what_a_diagnosis_finds")
 def test_auto_goes_on_from_what_a_model_has() -> None:
     first = refine(readings(*TWO), ["black-level"])
     second = refine(readings(*TWO), auto=True, terms=terms_of(first.model))

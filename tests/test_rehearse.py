@@ -52,7 +52,7 @@ def rehearsed(name: str, design: str = "colours") -> Rehearsal:
     return rehearse(parse(OWN[name]) if name in OWN else catalogue()[name], readings(design), BUILT_IN)
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "design", "told"), [
     ("stairs", "colours", "three times the smallest detectable size, it is found again: 0.0"),
     ("leak", "colours", "these readings cannot tell it from black-level."),
@@ -130,6 +130,7 @@ def test_the_size_that_is_said_to_be_smallest_is_that_of_the_visibility_table() 
 
 
 @pytest.mark.slow
+@pytest.mark.rare(instead="test_what_is_put_in_is_found_again_in_its_size")
 def test_the_rehearsal_is_the_same_twice_and_short() -> None:
     effect = parse(OWN["stairs"])
     start = time.process_time()

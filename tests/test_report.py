@@ -327,6 +327,7 @@ def test_readings_add_the_diagnosis_and_the_pictures_are_of_their_display(
 
 
 @pytest.mark.slow
+@pytest.mark.rare(instead="test_readings_add_the_diagnosis_and_the_pictures_are_of_their_display")
 def test_a_model_adds_its_effects(run: Callable[..., Done], tmp_path: Path) -> None:
     rest = {"new": 0.002, "grown": 0.0, "power": 1.0, "saturation": 0.0, "tint_x": 0.0, "tint_z": 0.0}
     lines = [f"{name} = {{ value = {value} }}" for name, value in rest.items()]

@@ -229,6 +229,7 @@ def test_without_replicates_the_chance_is_that_of_chi_square() -> None:
     assert PureError(18.0, 18).p_of_gain(-1.0, 2) == 1.0
 
 
+@pytest.mark.slow(every=True)
 def test_what_noise_leaves_of_healthy_displays_is_as_probable_as_it_should_be() -> None:
     chances = []
     for seed in range(60):

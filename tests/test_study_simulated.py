@@ -197,6 +197,9 @@ def test_the_same_images_under_every_condition_make_the_paper_s_tests_miss_more(
 
 
 @pytest.mark.slow
+@pytest.mark.rare(
+    instead="test_study_analysis_mixed.py::test_conditions_that_readers_take_each_in_their_own_way_are_no_finding"
+)
 def test_the_mixed_model_holds_its_level_where_the_paper_s_test_does_not() -> None:
     """Three readers, the same images under the same conditions, nothing planted: 60 studies, time."""
     by_t_test = by_model = 0

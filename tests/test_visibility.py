@@ -70,6 +70,7 @@ FAINT = (
 
 
 @pytest.mark.slow(every=True)
+@pytest.mark.rare(instead="test_rehearse.py::test_the_size_that_is_said_to_be_smallest_is_that_of_the_visibility_table")
 def test_an_effect_of_the_smallest_detectable_size_is_found_in_nine_of_ten_campaigns() -> None:
     found, smaller = {}, {}
     for name, design in FAINT:

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.criticism.digits import Digits, digits_of
+from lutgen.criticism.noise_points import NoisePoints, covariance_of, partials_of
 from lutgen.criticism.replicates import FLOOR_CD_M2, RELATIVE, Replicates, group_means, replicate_groups
 from lutgen.readings.instruments import Instrument, session_gain, stated_instrument
 
@@ -126,10 +127,7 @@ class Noise:
     def covariance(self, xyz_cd_m2: Array) -> Array:
         """Covariance of readings of light (n, 3): (n, 3, 3)."""
         bright, floor = self._variances(xyz_cd_m2)
-        sigma = np.sqrt(bright)
-        shared = self.correlation * sigma[:, :, np.newaxis] * sigma[:, np.newaxis, :]
-        shared += self.floor_correlation * (np.sqrt(floor)[:, np.newaxis] * np.sqrt(floor))
-        return np.asarray(shared + np.eye(3) * (self.digits.step(xyz_cd_m2) ** 2 / 12.0)[:, np.newaxis])
+        return covariance_of(bright, floor, self.correlation, self.floor_correlation, self.digits.step(xyz_cd_m2))
 
     def bright_share(self, xyz_cd_m2: Array) -> Array:
         """Share of the variance of readings of light (n, 3) that goes with the light: (n,)."""
@@ -285,8 +283,8 @@ class _Pooled:
         middle = np.array(
             [
                 *np.log([start.relative, start.floor_cd_m2, *start.ratio[::2], *start.floor_ratio[::2]]),
-                *_partials(CORRELATION),
-                *_partials(FLOOR_CORRELATION),
+                *partials_of(CORRELATION),
+                *partials_of(FLOOR_CORRELATION),
                 -8.0,
             ]
         )
@@ -295,44 +293,21 @@ class _Pooled:
         high = np.array([np.log(0.3), np.log(10.0)] + [2.0] * 4 + [3.2] * 6 + [0.0])
         free = slice(None) if shot else slice(None, -1)
 
-        def noise_at(point: Array) -> Noise:
-            a, b, *rest = point
-            ratio, floor_ratio, partials = rest[:2], rest[2:4], 0.999 * np.tanh(rest[4:10])
-            return replace(
-                start,
-                relative=float(np.exp(a)),
-                floor_cd_m2=float(np.exp(b)),
-                ratio=(float(np.exp(ratio[0])), 1.0, float(np.exp(ratio[1]))),
-                floor_ratio=(float(np.exp(floor_ratio[0])), 1.0, float(np.exp(floor_ratio[1]))),
-                correlation=_correlated(*partials[:3]),
-                floor_correlation=_correlated(*partials[3:]),
-                shot_cd_m2=float(np.exp(rest[10])) if shot else 0.0,
-            )
+        rounding = start.digits.step(self.mean)
 
         def loss(point: Array) -> tuple[float, Array]:
-            sigma = noise_at(point).covariance(self.mean)
+            nudged = point + NUDGE * np.eye(point.size)
+            sigma, *moved = NoisePoints.at(np.vstack([point, nudged]), shot=shot).covariances(self.mean, rounding)
             inverse = np.linalg.inv(sigma)
             misfit = (self.freedom * np.linalg.slogdet(sigma)[1]).sum() + (inverse * self.scatter).sum()
             off = (point - middle[free]) / spread[free]
             by_sigma = self.freedom[:, np.newaxis, np.newaxis] * inverse - inverse @ self.scatter @ inverse
-            moved = [noise_at(point + NUDGE * unit).covariance(self.mean) - sigma for unit in np.eye(point.size)]
-            slope = np.einsum("nij,pnij->p", by_sigma, np.array(moved)) / NUDGE
+            slope = np.einsum("nij,pnij->p", by_sigma, np.array(moved) - sigma) / NUDGE
             return float(misfit + (off**2).sum()), slope + 2.0 * off / spread[free]
 
         bounds = list(zip(low[free], high[free], strict=True))
         found = minimize(loss, middle[free], jac=True, method="L-BFGS-B", bounds=bounds)
-        return noise_at(found.x), float(found.fun)
-
-
-def _partials(rho: float) -> tuple[float, float, float]:
-    """Return the arguments of :func:`_correlated` for one correlation of all three, as atanh."""
-    return float(np.arctanh(rho)), float(np.arctanh(rho)), float(np.arctanh(rho / (1.0 + rho)))
-
-
-def _correlated(xy: float, yz: float, xz_given_y: float) -> Array:
-    """Correlation matrix of X, Y, Z from two correlations and the partial one: positive definite whatever they are."""
-    xz = xy * yz + xz_given_y * float(np.sqrt((1.0 - xy**2) * (1.0 - yz**2)))
-    return np.array([[1.0, xy, xz], [xy, 1.0, yz], [xz, yz, 1.0]])
+        return replace(start, **NoisePoints.at(found.x[np.newaxis], shot=shot).first()), float(found.fun)
 
 
 def _slips(xyz: Array, groups: NDArray[np.intp], start: tuple[float, float]) -> tuple[int, ...]:

@@ -178,14 +178,16 @@ def fit(before: ColourPoints, after: Array, free: Sequence[str], *, noise: float
     """Fit the parameters ``free`` by Gauss-Newton steps; a step that makes the misfit larger is halved."""
     counts = [PARAMETERS[name][0] for name in free]
     width = np.repeat([PARAMETERS[name][1] for name in free], counts).astype(np.float64)
+    ends = np.cumsum(counts)
+    places = {name: slice(end - count, end) for name, count, end in zip(free, counts, ends, strict=True)}
     spread = covariance(before, after, noise=noise, loose=loose)
-    lower = np.linalg.cholesky(spread)
+    whitener = np.linalg.inv(np.linalg.cholesky(spread))
 
     def split(theta: Array) -> dict[str, Array]:
-        return dict(zip(free, np.split(theta, np.cumsum(counts)[:-1]), strict=True)) if counts else {}
+        return {name: theta[place] for name, place in places.items()}
 
     def residual(theta: Array) -> Array:
-        left = np.linalg.solve(lower, (after - changed(before, split(theta))).ravel())
+        left = whitener @ (after - changed(before, split(theta))).ravel()
         return np.concatenate([left, theta / width])
 
     theta = np.zeros(width.size)
@@ -199,7 +201,7 @@ def fit(before: ColourPoints, after: Array, free: Sequence[str], *, noise: float
             shrink *= 0.5
         if shrink <= 1e-3:
             break
-        theta, here = theta + shrink * step, residual(theta + shrink * step)
+        theta, here = theta + shrink * step, there
         if float(np.abs(step).max()) < 1e-6:
             break
     chi2 = float(here[:15] @ here[:15])

@@ -1,0 +1,67 @@
+"""The marks of slow tests hold the time budget of CONTRIBUTING.md without a clock: what is run, and instead of what."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from tests.conftest import COLLECTED, SAMPLE, left_out
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+pytestmark = pytest.mark.texts
+
+ROOT = Path(__file__).parents[1]
+
+
+def with_mark(name: str, items: Iterable[pytest.Item]) -> list[pytest.Item]:
+    return [item for item in items if item.get_closest_marker(name)]
+
+
+def test_rare_tests_are_slow_and_name_what_is_run_instead(request: pytest.FixtureRequest) -> None:
+    """Without the mark `slow` nobody would run them; without another test their rule would rest until a release."""
+    collected = request.config.stash[COLLECTED]
+    for item in with_mark("rare", collected):
+        assert item.get_closest_marker("slow"), item.nodeid
+        mark = item.get_closest_marker("rare")
+        assert mark is not None
+        assert mark.kwargs.keys() == {"instead"}, item.nodeid
+        file, _, name = mark.kwargs["instead"].rpartition("::")
+        text = (item.path.with_name(file) if file else item.path).read_text(encoding="utf-8")
+        found = re.search(rf"((?:^@.*\n(?:^[ \])].*\n)*)*)^def {name}\(", text, flags=re.MULTILINE)
+        assert found, f"{item.nodeid}: {mark.kwargs['instead']} is no test"
+        # A table may have rare cases: its others are the sample.
+        assert "@pytest.mark.rare" not in found[1], f"{item.nodeid}: {mark.kwargs['instead']} is rare too"
+
+
+def test_no_more_slow_cases_are_run_than_the_budget_says(request: pytest.FixtureRequest) -> None:
+    collected = request.config.stash[COLLECTED]
+    (allowed,) = re.findall(
+        r"^\| `make test-slow`.* at most (\d+) cases", (ROOT / "CONTRIBUTING.md").read_text("utf-8"), flags=re.MULTILINE
+    )
+    assert len(set(with_mark("slow", collected)) - left_out(collected)) <= int(allowed)
+
+
+def test_of_a_slow_table_a_sample_is_run_and_always_the_same() -> None:
+    class Case:
+        def __init__(self, nodeid: str, **marks: pytest.Mark) -> None:
+            self.nodeid, self.marks = nodeid, marks
+
+        def get_closest_marker(self, name: str) -> pytest.Mark | None:
+            return self.marks.get(name)
+
+    slow, every = pytest.mark.slow.mark, pytest.mark.slow(every=True).mark
+    rare = pytest.mark.rare(instead="test_quick").mark
+    table = [Case(f"test_a.py::test_table[{case}]", slow=slow) for case in range(9)]
+    whole = [Case(f"test_a.py::test_whole[{case}]", slow=every) for case in range(3)]
+    seldom = [Case("test_a.py::test_whole[3]", slow=every, rare=rare), Case("test_a.py::test_seldom", rare=rare)]
+    quick = [Case(f"test_a.py::test_quick[{case}]") for case in range(3)]
+    items: list[pytest.Item] = [*table, *whole, *seldom, *quick]  # type: ignore[list-item]
+    out = left_out(items)
+    assert len(out & {*items[:9]}) == 9 - SAMPLE
+    assert out - {*items[:9]} == {*items[12:14]}
+    assert out == left_out(items)
