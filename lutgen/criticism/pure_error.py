@@ -48,7 +48,9 @@ class PureError:
         # Replicates that share a rounding agree better than their noise does: the noise model, which knows the last
         # digit, is the least yardstick.
         inside = float((white**2).sum())
-        return cls(max(inside, float(freedom)), freedom, inside=inside)
+        # Replicates say nothing of how well what curves miss of a colour ages as its channels do.
+        allowance = ALLOWANCE if problem.remembered else 1.0
+        return cls(max(inside, float(freedom)), freedom, allowance, inside=inside)
 
     @property
     def measured(self) -> bool:

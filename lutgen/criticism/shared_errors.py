@@ -97,7 +97,8 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
     if covered:
         # The capped lens alone sees no light of the display, whose black has the first session's offset in it.
         dark = capped
-    offsets = _told(plain, state, linear, dark, replace(plain, offset_cd_m2=1.0))
+    # Here the first session has an offset like any other, from which those of later ones differ.
+    offsets = _told(plain, state, linear, dark, replace(plain, offset_cd_m2=1.0, native=None))
     offset = usual = problem.noise.offset_cd_m2
     if covered:
         offset = _spread(offsets, usual, DRIFTING)
@@ -105,6 +106,9 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
         offset = _spread(offsets, usual, TERMS)
     elif len(offsets) >= ENOUGH:
         offset = _spread(_beside_the_display(offsets), usual, 1)
+    if problem.native and not covered:
+        # Black alone says less of the offsets than it seems: what is wrong with the first one is in all that differ.
+        offset *= float(np.sqrt(max(len(offsets), 1)))
     everything = np.ones(problem.rows.size, dtype=bool)
     gains = _told(plain, state, linear._replace(residual=found.residual), everything, replace(plain, wander=1.0))
     return replace(problem, offset_cd_m2=offset, wander=_wander(problem, gains))

@@ -126,7 +126,9 @@ def explain(
         names = {each.effect.name for each in chosen}
         others = [each for each in effects if each.name not in names]
         ranked = _ranked(current, others, progress) if chosen else first
-        if not ranked or not admissible(ranked[0].best, current, error, sum(each.tried for each in ranked)):
+        # What is found beside an effect need not show that anything is there.
+        asked = replace(error, allowance=1.0) if chosen and error.measured else error
+        if not ranked or not _is_beyond_chance(ranked[0], current, asked, sum(each.tried for each in ranked)):
             break
         chosen = refined([*chosen, ranked[0].best], base)
         chosen = _exchanged(chosen, effects, base)
@@ -167,6 +169,12 @@ def _hopeless(base: Fit, current: Fit, count: int) -> bool:
         return False
     excess = base.chi2 - base.freedom
     return excess > CLEAR * base.freedom and base.chi2 - current.chi2 < LEAST_EXPLAINED[count - 1] * excess
+
+
+def _is_beyond_chance(found: Family, current: Fit, error: PureError, tried: int) -> bool:
+    """Whether a family's best form is beyond chance, or its simplest, which has fewer numbers to pay for."""
+    forms = (found.best, found.simple) if found.best.form != found.simple.form else (found.best,)
+    return any(admissible(each, current, error, tried) for each in forms)
 
 
 def admissible(candidate: Candidate, current: Fit, error: PureError, tried: int) -> bool:
