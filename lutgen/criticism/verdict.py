@@ -165,8 +165,9 @@ def _nothing_named(
             f"Nothing else is above the noise."
         )
         return Verdict("measurement-problem", sentence, remarks=remarks)
-    probed = probe(explanation.base, error)
     base = explanation.base
+    # As much as an effect must pay to be found.
+    probed = probe(base, replace(error, squares=max(error.squares, error.allowance * error.freedom)))
     within = is_within_scatter(error, base)
     if within and not probed.names:
         compared = not base.problem.is_tip_anchor.all()
