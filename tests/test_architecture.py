@@ -24,7 +24,8 @@ PACKAGE = ROOT / "lutgen"
 #: file's in ``lutgen/``.
 ROWS = (
     {"errors", "cells", "names"},
-    {"colorimetry", "bindings", "documents", "files", "icc_tags", "numerals"},
+    {"files"},
+    {"colorimetry", "bindings", "documents", "icc_tags", "numerals"},
     {"server", "time_law"},
     {"readings"},
     {"effects"},

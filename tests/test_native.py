@@ -21,9 +21,11 @@ from lutgen.criticism.diagnose import diagnose
 from lutgen.criticism.first_session import first_session
 from lutgen.criticism.fit import fit
 from lutgen.criticism.influence import wrong_rows
+from lutgen.criticism.linear import State, linearise
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.refine import refine
 from lutgen.criticism.shared_errors import with_shared_errors
+from lutgen.criticism.system import System
 from lutgen.criticism.verdict import AGREES, NOTHING_COMPARED
 from lutgen.display import MODES, REFERENCES, SELECTIONS, DisplayModel, load_model, save_model
 from lutgen.display.modes import luminance_law
@@ -514,8 +516,33 @@ def test_a_diagnosis_takes_what_a_curve_misses_between_its_levels_for_no_aging()
 @pytest.mark.slow(every=True)
 def test_a_change_smaller_than_what_curves_miss_is_named() -> None:
     """Every later reading of a colour is told from its first one, which holds what curves miss."""
-    found = diagnose(bright_mixtures(("eotf-drift", 0.01, "same")), baseline="native").verdict
-    assert (found.name, found.effects) == ("named", ("eotf-drift",))
+    found = diagnose(bright_mixtures(("eotf-drift", 0.01, "same")), baseline="native")
+    assert (found.verdict.name, found.verdict.effects) == ("named", ("eotf-drift",))
+    assert "matrix-switching" not in {family.name for family in found.explanation.first}
+
+
+def test_errors_of_the_first_session_are_unknowns_of_known_size() -> None:
+    """χ² is that of one large system in which tips, shared errors and errors of the first session all slide."""
+    problem = with_shared_errors(Problem.of(bright_mixtures(), baseline="native"))
+    problem = problem.part(problem.rows[problem.is_knot[problem.hour_of]])
+    found, errors = fit(problem), problem.first_errors
+    assert errors is not None
+    state = State((), found.tips, found.gains)
+    linear = linearise(problem, state)
+    columns, system = errors.columns.toarray(), System(problem, linear, state)
+    tips = [np.zeros((3 * problem.rows.size, 12)) for _ in problem.blocks]
+    shared = [np.zeros((3 * problem.rows.size, len(problem.shared[int(here[0])]))) for here in problem.blocks]
+    for block, here in enumerate(problem.blocks):
+        rows = (3 * here[:, np.newaxis] + np.arange(3)).ravel()
+        tips[block][rows] = linear.local[:12, here].reshape(12, -1).T
+        shared[block][rows] = problem.shared[int(here[0])].reshape(shared[block].shape[1], -1).T
+    bound = np.concatenate([columns, *shared], axis=1)
+    free = np.concatenate(tips, axis=1)
+    whole = np.block([[free, bound], [np.zeros((bound.shape[1], free.shape[1])), np.eye(bound.shape[1])]])
+    right = np.concatenate([linear.residual.ravel(), np.zeros(bound.shape[1])])
+    left = right - whole @ np.linalg.lstsq(whole, right, rcond=1e-12)[0]
+    assert system.chi2 == pytest.approx(float(left @ left), rel=1e-9)
+    assert 0.8 < found.chi2 / found.freedom < 1.25
 
 
 def test_a_dark_offset_that_differs_from_session_to_session_is_no_leak_of_a_native_display() -> None:

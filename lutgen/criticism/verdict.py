@@ -16,6 +16,7 @@ from lutgen.criticism.probes import Probed, free_term, probe
 from lutgen.criticism.search import HALF, STRONG
 from lutgen.criticism.session_light import more_light
 from lutgen.criticism.shares import shares_of_delta_e
+from lutgen.criticism.stepwise import MOST_OF_IT
 from lutgen.criticism.tails import SLIP
 from lutgen.criticism.weighing import Weighed, bends_curves
 from lutgen.numerals import percent
@@ -42,9 +43,6 @@ VERDICTS = {
 
 #: Lines of readings that a remark names.
 NAMED_LINES = 12
-
-#: Shares of the excess error below this are printed as 0 %: an effect of both is no finding beside others.
-TRIFLE = 0.05
 
 NO_PROBES = Probed()
 
@@ -258,7 +256,7 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
         remarks = (*remarks, f"Fitted beside, for what the formula leaves, no fault of its own: {', '.join(beside)}.")
     seen = shares_of_delta_e(base, final, [step.name for step in weighed.kept])
     kept = tuple(sorted(weighed.kept, key=lambda step: (-seen[step.name], -weighed.shares[step.name])))
-    if trifles := [step for step in kept[1:] if max(seen[step.name], weighed.shares[step.name]) < TRIFLE]:
+    if trifles := [step for step in kept[1:] if max(seen[step.name], weighed.shares[step.name]) < 1.0 - MOST_OF_IT]:
         kept = tuple(step for step in kept if step not in trifles)
         beside += [step.name for step in trifles]
         names = ", ".join(step.name for step in trifles)
