@@ -247,7 +247,7 @@ def test_an_unknown_effect_to_leave_out_is_refused() -> None:
 
 
 MIMICKED = (
-    Case("unexplained", (), (("eotf-drift", "other", 10.0),), campaign=FULL),
+    Case("one-of", (), (("eotf-drift", "other", 10.0),), "or by an effect like it that the catalogue lacks", FULL),
     Case("unexplained", (), (("channel-gamma", "same", 10.0),), campaign=FULL),
 )
 
@@ -258,6 +258,7 @@ def test_what_the_catalogue_lacks_is_not_named_after_two_that_mimic_it(case: Cas
     """With enough freedom, or in twos, effects fit what a third one does: freer forms and pairs must be their own."""
     found = diagnose(case.measured(), without=[case.hidden[0][0]])
     assert found.verdict.name == case.verdict, found.verdict.sentence
+    assert case.said in found.verdict.sentence
     base = found.explanation.base
     for family in found.explanation.first:
         if len(family.best.form) > 3:
