@@ -144,14 +144,12 @@ def _of_the_family(base: Fit, tried: Sequence[Candidate]) -> list[Candidate]:
     """Leave out long forms that do more by their freedom than any formula does: they mimic any effect."""
     formulas = [each for each in tried if _is_formula(each.effect, each.form)]
     best = max(formulas, key=lambda each: each.gain, default=None)
-    kept = list(formulas)
-    for each in tried:
-        if each in formulas:
-            continue
-        needed = HALF * each.gain
-        if best and (best.gain > needed or _in_its_course(base, best, each).gain > needed):
-            kept.append(each)
-    return kept
+
+    def is_owed(long: Candidate) -> bool:
+        needed = HALF * long.gain
+        return best is not None and (best.gain > needed or _in_its_course(base, best, long).gain > needed)
+
+    return [each for each in tried if _is_formula(each.effect, each.form) or is_owed(each)]
 
 
 def _in_its_course(base: Fit, formula: Candidate, long: Candidate) -> Candidate:

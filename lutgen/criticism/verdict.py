@@ -247,9 +247,9 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
         remark = f"What is left would let {traces} explain a trace of it, next to nothing beside what the model has."
         return Verdict("consistent", _agrees(base), remarks=(*remarks, remark))
     probed = weighed.left if weighed.left.names else weighed.nothing
+    curves = len(steps) > 1 and weighed.explains and all(bends_curves(step.effect) for step in steps)
     pair = weighed.sound and weighed.clean and len(weighed.kept) == 2
-    like_both = pair and overlap([step.chosen for step in weighed.kept], base)
-    if len(steps) > 1 and weighed.explains and not like_both and all(bends_curves(step.effect) for step in steps):
+    if curves and not (pair and overlap([step.chosen for step in weighed.kept], base)):
         return replace(_bent(explanation, weighed), remarks=remarks)
     if not weighed.sound:
         return _unexplained(explanation, remarks, probed)
