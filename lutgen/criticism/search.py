@@ -90,14 +90,20 @@ class Luck:
             self.optimism, self._largest = max(OPTIMISM, OPTIMISM * gain / max(promise, 1e-9)), gain
 
 
-def families(base: Fit, effects: Iterable[Effect], *, within: float = np.inf) -> Iterator[Family]:
+def families(
+    base: Fit, effects: Iterable[Effect], *, within: float = np.inf, limit: float = np.inf
+) -> Iterator[Family]:
     """Fit every effect beside what ``base`` has already, one after the other, in the order given.
 
     ``within``: families that cannot come this near to the best one's BIC need not be refined beyond their simple
-    formulas. What a form may reach is judged from its first step.
+    formulas. What a form may reach is judged from its first step. ``limit``: effects whose simple formulas cannot bring
+    BIC below it are left out.
     """
-    luck, effects = Luck(), list(effects)
-    simple = [_attempts(base, effect, luck, range(min(effect.refined, len(effect.forms)))) for effect in effects]
+    luck, effects, spare = Luck(), list(effects), limit < np.inf
+    simple = [
+        _attempts(base, effect, luck, range(min(effect.refined, len(effect.forms))), limit=limit, spare=spare)
+        for effect in effects
+    ]
     best = min((min(map(bic, tried)) for tried in simple if tried), default=np.inf)
     for effect, tried in zip(effects, simple, strict=True):
         if not tried:

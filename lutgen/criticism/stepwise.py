@@ -125,7 +125,7 @@ def explain(
     while len(chosen) < MOST and not _hopeless(base, current, len(chosen)):
         names = {each.effect.name for each in chosen}
         others = [each for each in effects if each.name not in names]
-        ranked = _ranked(current, others, progress) if chosen else first
+        ranked = _ranked(current, others, progress, limit=current.bic - STRONG) if chosen else first
         # What is found beside an effect need not show that anything is there.
         asked = replace(error, allowance=1.0) if chosen and error.measured else error
         if not ranked or not _is_beyond_chance(ranked[0], current, asked, sum(each.tried for each in ranked)):
@@ -196,10 +196,11 @@ def _ranked(
     base: Fit,
     effects: Sequence[Effect],
     progress: Callable[[int, int], None] = lambda _done, _total: None,
-    within: float = NEAR,
+    *,
+    limit: float = np.inf,
 ) -> list[Family]:
     found = []
-    for each in families(base, effects, within=within):
+    for each in families(base, effects, within=NEAR, limit=limit):
         found.append(each)
         progress(len(found), len(effects))
     return sorted(found, key=lambda each: bic(each.best))
