@@ -137,17 +137,13 @@ class Score:
     def proposed(self, effect: Effect) -> tuple[list[dict[str, float]], int]:
         """Settings that an effect proposes for jagged shifts of code values, best first, and how many it looked at."""
         if effect.name not in self._proposed:
-            looked = 0
-
-            def judge(shifts: Array) -> Array:
-                nonlocal looked
-                looked += len(shifts)
-                return self.code_shifts.agreement(shifts)
-
-            settings = (
-                effect.propose(self.code_shifts.code, judge) if effect.propose and self.code_shifts.is_jagged else []
+            shifts = self.code_shifts
+            settings, looked = (
+                effect.propose(shifts.code, shifts.pull, shifts.information)
+                if effect.propose and shifts.is_jagged
+                else ([], 1)
             )
-            self._proposed[effect.name] = settings, max(looked, 1)
+            self._proposed[effect.name] = settings, looked
         return self._proposed[effect.name]
 
     def switched(self, term: Term) -> tuple[float, float]:

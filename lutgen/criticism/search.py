@@ -235,7 +235,8 @@ def _attempts(
         grids = _grids(score, effect, form)
         if not grids:
             continue  # a grid between sessions, and one session only
-        if len(grids) > MANY and _promise(score, effect, form[:1]) < WORTH * penalty / len(form):
+        walked = len(grids) > MANY and not _is_proposed(effect, form)
+        if walked and _promise(score, effect, form[:1]) < WORTH * penalty / len(form):
             continue
         starts = [_start(score, effect, form, grid) for grid in grids]
         promise = max(gain for gain, _ in starts)
