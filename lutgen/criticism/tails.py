@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.special import gammaln
 
-from lutgen.criticism.replicates import patch_kin
+from lutgen.criticism.replicates import Replicates, patch_kin
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,6 +26,9 @@ DEGREES = (2.5, 3.0, 4.0, 5.0, 7.0, 10.0, 15.0)
 
 #: Fewer replicated readings than this tell nothing of tails.
 ENOUGH = 30
+
+#: Of a replicate no less than this share is left beside the mean of its group and what its session differs by.
+LEAST_LEFT = 0.1
 
 #: A reading that counts less than this is named.
 SLIP = 0.1
@@ -40,15 +43,15 @@ class Tails(NamedTuple):
 
 def tails_of(problem: Problem) -> Tails | None:
     """Estimate the tails from replicates; None where they are those of a normal distribution, or too few tell."""
-    groups = problem.groups
-    count = np.bincount(groups)[groups]
+    found = Replicates.of(problem.readings, problem.rows, across_sessions=problem.noise.across_sessions)
+    count = np.bincount(found.groups)[found.groups]
     replicated = (count > 1) & ~_coarse(problem)
     if int(replicated.sum()) < ENOUGH:
         return None
-    mean = np.stack([np.bincount(groups, problem.xyz[:, k]) for k in range(3)], axis=1)[groups] / count[:, np.newaxis]
     # In units of the meter's noise alone: what a model misses is in all replicates alike.
-    off, noise = (problem.xyz - mean)[replicated], problem.noise.covariance(mean[replicated])
-    squares = np.einsum("ni,nij,nj->n", off, np.linalg.inv(noise), off) / (1.0 - 1.0 / count[replicated])
+    off, left = found.deviations[replicated], (1.0 - 1.0 / count - found.lost)[replicated]
+    noise = problem.noise.covariance(problem.xyz[replicated] - off)
+    squares = np.einsum("ni,nij,nj->n", off, np.linalg.inv(noise), off) / np.maximum(left, LEAST_LEFT)
     if np.median(squares) <= 0.0:
         return None  # copies have no tails
     normal = _normal(squares)
