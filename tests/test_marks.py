@@ -54,14 +54,19 @@ def test_of_a_slow_table_a_sample_is_run_and_always_the_same() -> None:
         def get_closest_marker(self, name: str) -> pytest.Mark | None:
             return self.marks.get(name)
 
-    slow, every = pytest.mark.slow.mark, pytest.mark.slow(every=True).mark
+    slow, every, few = pytest.mark.slow.mark, pytest.mark.slow(every=True).mark, pytest.mark.slow(few=4).mark
     rare = pytest.mark.rare(instead="test_quick").mark
     table = [Case(f"test_a.py::test_table[{case}]", slow=slow) for case in range(9)]
     whole = [Case(f"test_a.py::test_whole[{case}]", slow=every) for case in range(3)]
     seldom = [Case("test_a.py::test_whole[3]", slow=every, rare=rare), Case("test_a.py::test_seldom", rare=rare)]
     quick = [Case(f"test_a.py::test_quick[{case}]") for case in range(3)]
-    items: list[pytest.Item] = [*table, *whole, *seldom, *quick]  # type: ignore[list-item]
+    pages = [Case(f"test_b.py::test_{number}[{case}]", slow=few) for number in range(20) for case in range(2)]
+    items: list[pytest.Item] = [*table, *whole, *seldom, *quick, *pages]  # type: ignore[list-item]
     out = left_out(items)
     assert len(out & {*items[:9]}) == 9 - SAMPLE
-    assert out - {*items[:9]} == {*items[12:14]}
+    assert out - {*items[:9]} - {*items[-40:]} == {*items[12:14]}
+    shown = [item.nodeid.partition("[")[0] for item in items[-40:] if item not in out]
+    assert len(shown) == len(set(shown)) == 4
     assert out == left_out(items)
+    draws = [left_out(items, seed) for seed in range(60)]
+    assert set.intersection(*draws) == {*items[12:14]}
