@@ -21,6 +21,11 @@ def reason_of(error: OSError) -> str:
     return (error.strerror or str(error)).lower()
 
 
+def in_one_line(text: object) -> str:
+    """Return what another program says, such as an exception of OpenColorIO's, with its line breaks made spaces."""
+    return " ".join(str(text).split())
+
+
 def pick_one(what: str, given: object, choices: Iterable[str]) -> LutgenError:
     """Return the error for a name that is not among ``choices``."""
     return LutgenError(f"unknown {what} {str(given)!r}. Pick one of: {', '.join(choices)}.")

@@ -64,11 +64,14 @@ def spaced(value: float) -> str:
     return f"{round(value, 6):,}".removesuffix(".0").replace(",", "\N{NO-BREAK SPACE}")
 
 
+def counted(count: int, noun: str) -> str:
+    """Count things whose plural has an s: 1 slide, 18 000 pixels."""
+    return f"{spaced(count)} {noun}{'' if count == 1 else 's'}"
+
+
 def pixels_of_colours(pixels: int, colours: int) -> str:
     """Count pixels and their distinct colours: 345 600 pixels of 50 304 colours, 1 pixel of 1 colour."""
-    return (
-        f"{spaced(pixels)} pixel{'' if pixels == 1 else 's'} of {spaced(colours)} colour{'' if colours == 1 else 's'}"
-    )
+    return f"{counted(pixels, 'pixel')} of {counted(colours, 'colour')}"
 
 
 def _power(value: float) -> int:

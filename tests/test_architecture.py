@@ -24,7 +24,7 @@ PACKAGE = ROOT / "lutgen"
 #: file's in ``lutgen/``.
 ROWS = (
     {"errors", "cells", "names"},
-    {"files"},
+    {"files", "processes"},
     {"colorimetry", "bindings", "documents", "icc_tags", "numerals"},
     {"server", "time_law"},
     {"readings"},

@@ -17,7 +17,6 @@ from lutgen.bake.gpu import check_renderer, gpu_run
 from lutgen.bake.lut import SIZES, Lut
 from lutgen.bake.manifest import FileRecord, HeldFile, Manifest, Recipe, model_as_json, sha256
 from lutgen.bake.own_reading import checked_table, is_read_here, refuse_other
-from lutgen.bake.parallel import in_parallel
 from lutgen.bake.plan import Plan
 from lutgen.bake.provenance import config_of_all, config_of_display, provenance_of
 from lutgen.bake.readback import TableKind, apply_lut
@@ -25,6 +24,7 @@ from lutgen.bindings import named_for_ocio, ocio
 from lutgen.display.inverse import compensation_of
 from lutgen.errors import LutgenError
 from lutgen.files import is_unicode, replacing, scratch, under_its_name, write_atomically
+from lutgen.processes import in_parallel
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -36,12 +36,12 @@ from lutgen.bake.manifest import (
     read_manifest,
 )
 from lutgen.bake.own_reading import is_read_here, is_text_of
-from lutgen.bake.parallel import in_parallel
 from lutgen.bake.provenance import config_of_all, config_of_display
 from lutgen.bake.readback import apply_lut, table_kind
 from lutgen.bindings import named_for_ocio, ocio, refuse_unlikely
 from lutgen.errors import LutgenError
 from lutgen.files import scratch
+from lutgen.processes import in_parallel
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping

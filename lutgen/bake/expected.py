@@ -18,6 +18,7 @@ from lutgen.bake.readback import apply_lut
 from lutgen.bake.spaces import lattice
 from lutgen.bindings import is_utf8, ocio, ocio_errors
 from lutgen.cells import NUMBER
+from lutgen.errors import in_one_line
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -114,7 +115,7 @@ def _config_in_words(data: bytes, text: bytes) -> str:
     try:
         config = ocio().Config.CreateFromStream(data.decode())
     except ocio_errors() as error:
-        return f"does not load: {' '.join(str(error).split())}"
+        return f"does not load: {in_one_line(error)}"
     return _worded_otherwise(config, text)
 
 
@@ -124,7 +125,7 @@ def _worded_otherwise(config: Any, text: bytes) -> str:
         actual = str(config.serialize())
         wanted = str(ocio().Config.CreateFromStream(text.decode()).serialize())
     except ocio_errors() as error:
-        return f"cannot be worded anew: {' '.join(str(error).split())}"
+        return f"cannot be worded anew: {in_one_line(error)}"
     for says, writes in zip_longest(actual.splitlines(), wanted.splitlines(), fillvalue=""):
         if says != writes:
             return f"is not what lutgen writes: {says.strip()[:80]!r}, not {writes.strip()[:80]!r}"

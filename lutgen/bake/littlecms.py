@@ -14,7 +14,7 @@ import numpy as np
 
 from lutgen.bake import icc_profile as icc
 from lutgen.bindings import littlecms
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, in_one_line
 from lutgen.icc_tags import is_profile, tag_table
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def screen_code(data: bytes, code: Array, file: object, *, intent: int = RELATIV
     try:
         shown = lib.cms_transform(pixels, data, screen, intent=intent, **colours)
     except (lib.CmsError, ValueError) as error:
-        raise LutgenError(f"{file}: LittleCMS cannot use it: {' '.join(str(error).split())}.") from None
+        raise LutgenError(f"{file}: LittleCMS cannot use it: {in_one_line(error)}.") from None
     return np.asarray(shown[0], dtype=np.float64)
 
 

@@ -12,11 +12,11 @@ import signal
 import sys
 from contextlib import suppress
 from itertools import count
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lutgen.errors import LutgenError
 from lutgen.explore.held import DONE, frame
+from lutgen.processes import python_environment
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -40,12 +40,11 @@ class Process:
 
     async def start(self, home: str) -> None:
         """Start the process; ``home`` is the module and class of the object, ``package.module:Class``."""
-        places = os.pathsep.join(folder or str(Path.cwd()) for folder in sys.path)
         self._child = await asyncio.create_subprocess_exec(
             sys.executable, "-P", "-m", "lutgen.explore.held", home,
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
-            env=os.environ | {"PYTHONPATH": places, "OPENBLAS_NUM_THREADS": "1"},
+            env=python_environment(OPENBLAS_NUM_THREADS="1"),
             # Ctrl-C is for the server, which ends its processes.
             start_new_session=True,
         )  # fmt: skip

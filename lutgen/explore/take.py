@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import io
-import os
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +12,7 @@ from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 from lutgen.errors import LutgenError
 from lutgen.explore.commands import MODEL, build_words, lut_options, report_words
+from lutgen.processes import python_environment
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -52,22 +52,21 @@ async def taken(window: Window, what: str, *, mode: str, hours: float, kind: str
 
 async def _run(words: Sequence[str]) -> None:
     """Run a lutgen command; the command is ended when the request is cancelled."""
-    places = os.pathsep.join(folder or str(Path.cwd()) for folder in sys.path)
     process = await asyncio.create_subprocess_exec(
         sys.executable, "-P", "-m", *words,
         stdin=asyncio.subprocess.DEVNULL,
         stdout=asyncio.subprocess.DEVNULL,
         stderr=asyncio.subprocess.PIPE,
-        env=os.environ | {"PYTHONPATH": places},
+        env=python_environment(),
         start_new_session=True,
     )  # fmt: skip
     try:
-        _, told = await process.communicate()
+        _, error = await process.communicate()
     finally:
         if process.returncode is None:
             process.kill()
     if process.returncode:
-        raise LutgenError(told.decode(errors="replace").strip().removeprefix("lutgen: error: ") or "it was ended.")
+        raise LutgenError(error.decode(errors="replace").strip().removeprefix("lutgen: error: ") or "it was ended.")
 
 
 def _only(folder: Path, suffix: str) -> bytes:

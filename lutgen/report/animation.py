@@ -16,7 +16,7 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, in_one_line, pick_one
 from lutgen.files import replacing
 from lutgen.names import ANIMATION_SUFFIXES
 from lutgen.numerals import spaced
@@ -172,5 +172,5 @@ def write_mp4(frames: Iterable[Pixels], seconds: float, path: Path, name: str) -
                 running.stdin.write(frame.tobytes())  # type: ignore[union-attr]
         if running.returncode:
             errors.seek(0)
-            why = " ".join(errors.read().decode(errors="replace").split()) or f"it ended with {running.returncode}"
+            why = in_one_line(errors.read().decode(errors="replace")) or f"it ended with {running.returncode}"
             raise LutgenError(f"{name}: ffmpeg cannot write it: {why}. Write an animated PNG (.png) instead.")

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lutgen import bindings
-from lutgen.errors import LutgenError, reason_of
+from lutgen.errors import LutgenError, in_one_line, reason_of
 from lutgen.lint.finding import BLENDER, DJV, NUKE, OCIO, OCIO_21, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.programs import try_config
@@ -93,7 +93,7 @@ def scan_config(path: Path) -> ConfigScan:
             config = lib.Config.CreateFromFile(bindings.named_for_ocio(path))
             config.validate()
         except bindings.ocio_errors() as error:
-            refusal = " ".join(str(error).split())
+            refusal = in_one_line(error)
         decodes = config is None or bindings.is_utf8(config)
         if config is not None and decodes:
             broken = _broken(config)
@@ -122,7 +122,7 @@ def _broken(config: Any) -> list[tuple[str, str]]:
                 config.getProcessor(transform).getDefaultCPUProcessor()
                 works.add(name)
             except bindings.ocio_errors() as error:
-                fails[name] = " ".join(str(error).split())
+                fails[name] = in_one_line(error)
     except LutgenError as error:
         fails["the whole"] = str(error)
     # A colour space that converts in one direction only is sound; many for displays do.

@@ -1,10 +1,11 @@
-"""One function over many items, on this machine's cores."""
+"""Other processes of this machine: one function over many items, and Python programs of our own."""
 
 from __future__ import annotations
 
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -20,6 +21,12 @@ if TYPE_CHECKING:
 
 _T = TypeVar("_T")
 _R = TypeVar("_R")
+
+
+def python_environment(**more: str) -> dict[str, str]:
+    """Return the environment of a child that runs Python with ``-P``: it finds its modules where this process does."""
+    places = os.pathsep.join(folder or str(Path.cwd()) for folder in sys.path)
+    return os.environ | {"PYTHONPATH": places, **more}
 
 
 def in_parallel(function: Callable[[_T], _R], items: Sequence[_T], jobs: int | None) -> Iterator[_R]:
@@ -53,16 +60,16 @@ def _way_to_start() -> str:
     return "spawn"
 
 
-#: What this worker does.
-_DOES: list[Callable[[Any], Any]] = []
+#: The function of this worker.
+_FUNCTION: list[Callable[[Any], Any]] = []
 
 
 def _do(item: Any) -> Any:
-    return _DOES[-1](item)
+    return _FUNCTION[-1](item)
 
 
 def _begin_worker(function: Callable[[Any], Any]) -> None:
-    _DOES.append(function)
+    _FUNCTION.append(function)
     # The parent handles an interrupt: workers ignore it, finish their current file and print nothing.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # The pool ends its workers with SIGTERM; the parent's handler must not run in them.
