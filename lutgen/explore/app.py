@@ -18,8 +18,7 @@ from starlette.routing import Route
 from lutgen.cells import number, number_list
 from lutgen.errors import LutgenError, pick_one
 from lutgen.explore.commands import KINDS, commands
-from lutgen.explore.drop import CODE, IMAGE, LIMITS, MOST_FILES, READINGS, kept
-from lutgen.explore.take import taken
+from lutgen.explore.exchange import CODE, IMAGE, LIMITS, MOST_FILES, READINGS, kept, taken
 from lutgen.server import HEADERS, RefusedError, application, json_body, page_file
 
 if TYPE_CHECKING:

@@ -33,7 +33,7 @@ class ShownModel:
 
 
 class Showing:
-    """A model and colours, asked by the window (:mod:`lutgen.explore.held`)."""
+    """A model and colours, asked by the window (:mod:`lutgen.explore.process`)."""
 
     #: Measuring an image and searching for a correction take a while: tables do not wait.
     beside = frozenset({"difference", "compensated"})

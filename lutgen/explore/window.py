@@ -245,7 +245,7 @@ class Window:
             self.news.pop(each, None)
 
     async def drop(self, hours: Sequence[float] | None, *, same: bool) -> dict[str, Any]:
-        """Open the files that were dropped, as :func:`lutgen.explore.drop.gathered`.
+        """Open the files that were dropped, as :func:`lutgen.explore.exchange.gathered`.
 
         Where the sessions' hours are missing, ask for them and keep the files.
         """

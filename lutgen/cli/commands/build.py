@@ -160,7 +160,7 @@ def command(
 
 
 def _report(built: Built, plan: Plan, output: str, *, verbose: bool) -> None:
-    from lutgen.bake.summary import coarse, summarise, worst_error
+    from lutgen.bake.figures import coarse, summarise, worst_error
 
     if built.unfinished:
         missing, planned = built.unfinished

@@ -16,8 +16,8 @@ from lutgen.names import MODES
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lutgen.bake.budget import Budget
     from lutgen.bake.check import Checked
+    from lutgen.bake.figures import Budget
 
 
 @click.command(cls=Command, section=Section.SIMULATE, place=2)
@@ -58,7 +58,7 @@ def command(
       lutgen check aged/
       lutgen check theirs.cube --mode chroma --hours 10000 --display my-display.csv
     """
-    from lutgen.bake.budget import Budget
+    from lutgen.bake.figures import Budget
 
     budget = Budget(max_delta_e, p99)
     results = {}
