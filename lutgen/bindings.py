@@ -80,6 +80,16 @@ def littlecms() -> Any:
         ) from None
 
 
+def optional(module: str, use: str, *, extra: str, otherwise: str) -> Any:
+    """Import a module of one of lutgen's extras. Raises LutgenError: what it is needed for, and what to do without."""
+    try:
+        return import_module(module)
+    except ImportError as error:
+        raise LutgenError(
+            f"{use}, which cannot be imported ({error}). Install it with `pip install lutgen[{extra}]`, or {otherwise}."
+        ) from None
+
+
 def lut_processor(path: Path) -> Any:
     """Return OpenColorIO's processor for a LUT file of code values, interpolated tetrahedrally.
 

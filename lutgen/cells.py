@@ -81,7 +81,7 @@ def split_row(line: str, separator: str = ",") -> list[str]:
 
 
 def first_doubled(names: Iterable[str]) -> str | None:
-    """Return the first name of a header that stands there twice, if any."""
+    """Return the first name that a list has twice, if any."""
     return next((name for name, count in Counter(names).items() if count > 1), None)
 
 

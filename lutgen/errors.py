@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Collection, Iterable
 
 
 class LutgenError(ValueError):
@@ -29,3 +29,9 @@ def in_one_line(text: object) -> str:
 def pick_one(what: str, given: object, choices: Iterable[str]) -> LutgenError:
     """Return the error for a name that is not among ``choices``."""
     return LutgenError(f"unknown {what} {str(given)!r}. Pick one of: {', '.join(choices)}.")
+
+
+def refuse_unknown(what: str, given: object, choices: Collection[object]) -> None:
+    """Raise LutgenError as :func:`pick_one` words it, for what is not among ``choices``."""
+    if given not in choices:
+        raise pick_one(what, given, map(str, choices))

@@ -23,7 +23,7 @@ PACKAGE = ROOT / "lutgen"
 #: A row imports only from rows above it; two siblings of a row do not import each other. A name is a folder's or a
 #: file's in ``lutgen/``.
 ROWS = (
-    {"errors", "cells", "names"},
+    {"errors", "cells", "names", "progress"},
     {"files", "processes"},
     {"colorimetry", "bindings", "documents", "icc_tags", "numerals"},
     {"server", "time_law"},

@@ -25,10 +25,9 @@ from lutgen.display.inverse import compensation_of
 from lutgen.errors import LutgenError
 from lutgen.files import is_unicode, replacing, scratch, under_its_name, write_atomically
 from lutgen.processes import in_parallel
+from lutgen.progress import Progress, unseen
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from lutgen.bake.config import AgedConfig
     from lutgen.bake.figures import Figures
     from lutgen.bake.formats import Format, Provenance
@@ -56,7 +55,7 @@ def build(
     *,
     jobs: int | None = None,
     force: bool = False,
-    progress: Callable[[int, int], None] = lambda _done, _all: None,
+    progress: Progress = unseen,
 ) -> Built:
     """Bake ``plan`` of ``model`` into the folder ``output``.
 
@@ -102,7 +101,7 @@ def _build(
     *,
     jobs: int | None,
     force: bool,
-    progress: Callable[[int, int], None],
+    progress: Progress,
 ) -> Built:
     recipe = Recipe(model_as_json(model, output), plan.as_json())
     paths = paths_of(plan)

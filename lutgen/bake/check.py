@@ -42,9 +42,10 @@ from lutgen.bindings import named_for_ocio, ocio, refuse_unlikely
 from lutgen.errors import LutgenError
 from lutgen.files import scratch
 from lutgen.processes import in_parallel
+from lutgen.progress import Progress, unseen
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
     from lutgen.bake.fidelity import Certificate
     from lutgen.bake.formats import Format, Provenance
@@ -106,7 +107,7 @@ def check(
     budget: Budget | None = None,
     gpu: bool = False,
     jobs: int | None = None,
-    progress: Callable[[int, int], None] = lambda _done, _all: None,
+    progress: Progress = unseen,
 ) -> Checked:
     """Check a folder that ``lutgen build`` made.
 

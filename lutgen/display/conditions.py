@@ -11,7 +11,7 @@ import numpy as np
 
 from lutgen.cells import BLANKS, number
 from lutgen.effects.probe import reacts_to
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.readings.conditions import COLUMNS, CONDITIONS
 
 if TYPE_CHECKING:
@@ -100,8 +100,7 @@ def _names() -> list[str]:
 
 def _known(values: Mapping[str, float]) -> Mapping[str, float]:
     for name in values:
-        if name not in _names():
-            raise pick_one("condition", name, _names())
+        refuse_unknown("condition", name, _names())
     return values
 
 

@@ -39,7 +39,7 @@ from lutgen.display.chain import AgedDisplay
 from lutgen.display.effect_chain import jumps, without_steps
 from lutgen.display.paper import paper_links
 from lutgen.display.search import Start, searched
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.names import UNREACHABLE
 
 if TYPE_CHECKING:
@@ -126,8 +126,7 @@ def compensated(aged: AgedDisplay, fresh: AgedDisplay, *, unreachable: str = "cl
 
     Raises LutgenError: unknown ``unreachable``, or a display whose white lies outside its primaries.
     """
-    if unreachable not in UNREACHABLE:
-        raise pick_one("way with unreachable colours", unreachable, UNREACHABLE)
+    refuse_unknown("way with unreachable colours", unreachable, UNREACHABLE)
     link = _correction(_unnamed(aged), _unnamed(fresh), unreachable)
     return AgedDisplay(aged.mode, aged.hours, (), (link,))
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.cells import is_comment, number
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, pick_one, refuse_unknown
 from lutgen.files import read_at_most
 
 if TYPE_CHECKING:
@@ -72,8 +72,7 @@ def law_of(readings: Measurements) -> LuminanceLaw:
     Raises LutgenError: the file names an unknown law.
     """
     stated = readings.metadata.get("luminance_law", "measured")
-    if stated not in LAWS:
-        raise pick_one(f"luminance_law in {readings.file}", stated, LAWS)
+    refuse_unknown(f"luminance_law in {readings.file}", stated, LAWS)
     return luminance_law(stated)
 
 

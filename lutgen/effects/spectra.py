@@ -30,7 +30,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from lutgen.colorimetry import inverse
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, refuse_unknown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -152,8 +152,7 @@ def lights() -> dict[str, ClassLight]:
 def light_of(display_class: str) -> ClassLight:
     """Return the light of a class. Raises LutgenError for an unknown one."""
     known = lights()
-    if display_class not in known:
-        raise pick_one("display class", display_class, known)
+    refuse_unknown("display class", display_class, known)
     return known[display_class]
 
 

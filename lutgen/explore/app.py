@@ -16,7 +16,7 @@ from starlette.responses import FileResponse, JSONResponse, Response, StreamingR
 from starlette.routing import Route
 
 from lutgen.cells import number, number_list
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.explore.commands import KINDS, commands
 from lutgen.explore.exchange import CODE, IMAGE, LIMITS, MOST_FILES, READINGS, kept, taken
 from lutgen.server import HEADERS, RefusedError, application, json_body, page_file
@@ -199,8 +199,7 @@ def _seen_with(request: Request) -> dict[str, Any]:
 
 def _kind(request: Request) -> str:
     kind = request.query_params.get("kind", "aged")
-    if kind not in KINDS:
-        raise pick_one("kind", kind, KINDS)
+    refuse_unknown("kind", kind, KINDS)
     return kind
 
 

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Self
 from lutgen import bindings
 from lutgen.bake.manifest import MANIFEST, FileRecord, read_manifest
 from lutgen.display import hour_name
-from lutgen.errors import LutgenError, in_one_line, pick_one
+from lutgen.errors import LutgenError, in_one_line, pick_one, refuse_unknown
 from lutgen.files import PARTIAL, cannot_write
 from lutgen.merge.additions import AgedNames, add_aged, add_source_signal, check_source, inserted, with_search_path
 from lutgen.merge.proof import ROUNDING, aged_difference, compare_parts, missing_parts
@@ -230,8 +230,7 @@ def _load(lib: Any, path: Path) -> Any:
 def _displays(config: Any, wanted: Sequence[str]) -> list[str]:
     there = list(config.getDisplaysAll())
     for name in wanted:
-        if name not in there:
-            raise pick_one("display", name, there)
+        refuse_unknown("display", name, there)
     chosen = list(wanted) or [name for name in there if "srgb" in name.lower()]
     if not chosen:
         raise LutgenError(

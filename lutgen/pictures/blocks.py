@@ -15,13 +15,13 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lutgen.bindings import optional
 from lutgen.errors import LutgenError
 from lutgen.names import SIGNAL
 from lutgen.pictures.encoding import Decoder, NotFiniteError, Storage, Stored, not_finite
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from lutgen.colorimetry import Array
+    from lutgen.progress import Progress
 
 #: Threads that the current work may use; 0: one for each core.
 _FEW = ContextVar("lutgen_threads", default=0)
@@ -106,13 +107,8 @@ def open_slide(path: Path) -> Iterator[Slide]:
 
 
 def _openslide() -> Any:
-    try:
-        return import_module("openslide")
-    except ImportError as error:
-        raise LutgenError(
-            f"slides ({', '.join(SUFFIXES)}) are read through OpenSlide, which cannot be imported ({error}). Install "
-            "it with `pip install lutgen[slides]`, or export the slide as TIFF."
-        ) from None
+    use = f"slides ({', '.join(SUFFIXES)}) are read through OpenSlide"
+    return optional("openslide", use, extra="slides", otherwise="export the slide as TIFF")
 
 
 class Place(NamedTuple):
@@ -144,7 +140,7 @@ class Blocks:
     #: Blocks that may be read at the same time.
     workers: int = 1
 
-    def read(self, progress: Callable[[int, int], None]) -> Iterator[tuple[Place, Stored]]:
+    def read(self, progress: Progress) -> Iterator[tuple[Place, Stored]]:
         """Yield each block, (rows, columns, channels), and read the next ones meanwhile. Errors as ``open_source``."""
         with ThreadPoolExecutor(self.workers) as files:
             running = deque(files.submit(self._read, place) for place in self.places[: self.workers])

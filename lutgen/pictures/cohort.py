@@ -24,6 +24,7 @@ from lutgen.pictures.cohort_slides import CohortSlide, RunFolder, claim, find_sl
 from lutgen.pictures.cohort_workers import CohortTask, on_cluster, on_this_machine
 from lutgen.pictures.difference import STATISTICS, DifferenceCurve
 from lutgen.pictures.lifetime import TOLERANCES, ImageLifetime, Lifetimes, check_asked, csv_hours, csv_text
+from lutgen.progress import Progress, unseen
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -213,7 +214,7 @@ def cohort(
     jobs: int | None = None,
     scheduler: str | None = None,
     force: bool = False,
-    progress: Callable[[int, int], None] = lambda _done, _total: None,
+    progress: Progress = unseen,
 ) -> Cohort:
     """Find the lifetimes of many slides, and over all of them.
 

@@ -24,15 +24,16 @@ import numpy as np
 
 from lutgen.colorimetry import CHUNK, Array, delta_e_2000
 from lutgen.display import AgedDisplay, DisplayModel, seen_on, what_pictures_carry
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.names import AGING_MODES, SOURCES
 from lutgen.pictures.blocks import Field, Mask, code_of, read_field, threads
 from lutgen.pictures.difference import shown_lab
 from lutgen.pictures.lifetime import hours_from_0
 from lutgen.pictures.nuclei import Labels, Nuclei, read_mask, segment
+from lutgen.progress import Progress, unseen
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -255,7 +256,7 @@ def nuclei(
     min_area: int | None = None,
     loss: float = LOSS,
     source: str = "auto",
-    progress: Callable[[int, int], None] = lambda _done, _total: None,
+    progress: Progress = unseen,
 ) -> Conspicuity:
     """Find how clearly the nuclei of an image stand out, on the un-aged display and on aged ones.
 
@@ -289,8 +290,7 @@ def nuclei(
         outside the measured span or the luminance law's, or scikit-image is missing and there is no mask.
 
     """
-    if source not in SOURCES:
-        raise pick_one("source", source, SOURCES)
+    refuse_unknown("source", source, SOURCES)
     if mask is not None and stain is not None:
         raise LutgenError("--mask says where the nuclei are: leave --stain out.")
     if min_area is not None and min_area < 1:

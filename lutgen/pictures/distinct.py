@@ -28,6 +28,7 @@ from lutgen.errors import LutgenError
 from lutgen.names import SIGNAL
 from lutgen.pictures.blocks import Place, open_blocks
 from lutgen.pictures.encoding import Decoder, NotFiniteError, Storage, Stored, not_finite
+from lutgen.progress import Progress, unseen
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -75,9 +76,7 @@ class Colours:
         return self.decode(self.keys[part])
 
 
-def count_colours(
-    path: Path, source: str = "auto", progress: Callable[[int, int], None] = lambda _done, _total: None
-) -> Colours:
+def count_colours(path: Path, source: str = "auto", progress: Progress = unseen) -> Colours:
     """Count the distinct colours of an image or a slide. Raises LutgenError: unreadable, NaN, or all transparent."""
     with open_blocks(path, source) as blocks:
         storage = blocks.storage

@@ -17,13 +17,14 @@ import numpy as np
 
 from lutgen.display import DisplayModel, seen_on, what_pictures_carry
 from lutgen.display.tips import MAX_HOURS
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.names import AGING_MODES, SOURCES
 from lutgen.pictures.difference import STATISTICS, DifferenceCurve, Intervals, curves_of, differences, intervals
 from lutgen.pictures.distinct import Colours, Tissue, count_colours, tissue_only
+from lutgen.progress import Progress, part_of, unseen
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
 
 #: ΔE2000 that the paper asks for: just noticeable side by side, and clearly seen.
@@ -159,7 +160,7 @@ def lifetime(
     hours: Sequence[float] | None = None,
     tissue: bool = False,
     source: str = "auto",
-    progress: Callable[[int, int], None] = lambda _done, _total: None,
+    progress: Progress = unseen,
 ) -> Lifetimes:
     """Find ΔE2000 against hours for images, and the hours until it passes each tolerance.
 
@@ -195,14 +196,11 @@ def lifetime(
     checked, chosen = check_asked(model, tolerances=tolerances, modes=modes, hours=hours, source=source)
     lifetimes = []
     for done, image in enumerate(images):
-
-        def share(first: int, width: int, done: int = done) -> Callable[[int, int], None]:
-            return lambda part, whole: progress(1000 * done + first + width * part // max(whole, 1), 1000 * len(images))
-
+        begun, everything = 1000 * done, 1000 * len(images)
         path = Path(image)
-        colours = count_colours(path, source, share(0, 500))
+        colours = count_colours(path, source, part_of(progress, begun, 500, everything))
         colours, kept = tissue_only(colours, path) if tissue else (colours, None)
-        curves = curves_of(colours, model, modes, chosen, share(500, 300))
+        curves = curves_of(colours, model, modes, chosen, part_of(progress, begun + 500, 300, everything))
         lifetimes.append(
             ImageLifetime(
                 file=str(image),
@@ -212,10 +210,10 @@ def lifetime(
                 binning_error=binning_error(colours, model, modes, chosen),
                 tissue=kept,
                 curves=curves,
-                intervals=intervals(colours, model, curves, checked, share(800, 200)),
+                intervals=intervals(colours, model, curves, checked, part_of(progress, begun + 800, 200, everything)),
             )
         )
-        progress(1000 * (done + 1), 1000 * len(images))
+        progress(begun + 1000, everything)
     return Lifetimes(tuple(lifetimes), checked, model)
 
 
@@ -228,8 +226,7 @@ def check_asked(
     source: str,
 ) -> tuple[tuple[float, ...], list[float]]:
     """Return tolerances, and hours in order from 0 on, before any image is read; errors as in :func:`lifetime`."""
-    if source not in SOURCES:
-        raise pick_one("source", source, SOURCES)
+    refuse_unknown("source", source, SOURCES)
     checked = check_tolerances(tolerances)
     return checked, hours_from_0(model, modes, hours)
 

@@ -16,15 +16,14 @@ from __future__ import annotations
 
 import io
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lutgen.bindings import oiio
-from lutgen.errors import LutgenError, pick_one, reason_of
+from lutgen.bindings import oiio, optional
+from lutgen.errors import LutgenError, reason_of, refuse_unknown
 from lutgen.names import STAINS
 
 if TYPE_CHECKING:
@@ -75,8 +74,7 @@ def segment(field: Field, *, stain: str = "auto", min_area: int | None = None) -
     """Find the nuclei of stained tissue in bright field. Raises LutgenError: unknown stain, none, no scikit-image."""
     from scipy import ndimage
 
-    if stain not in ("auto", *STAINS):
-        raise pick_one("stain", stain, ("auto", *STAINS))
+    refuse_unknown("stain", stain, ("auto", *STAINS))
     kind = _stain_of(field) if stain == "auto" else stain
     amount = _haematoxylin(field, kind)
     width = _typical_width(field, amount)
@@ -202,13 +200,8 @@ def _none(field: Field, why: str) -> LutgenError:
 
 
 def _skimage(part: str) -> Any:
-    try:
-        return import_module(f"skimage.{part}")
-    except ImportError as error:
-        raise LutgenError(
-            f"nuclei are found by scikit-image, which cannot be imported ({error}). Install it with "
-            "`pip install lutgen[nuclei]`, or say where nuclei are with --mask."
-        ) from None
+    use, otherwise = "nuclei are found by scikit-image", "say where nuclei are with --mask"
+    return optional(f"skimage.{part}", use, extra="nuclei", otherwise=otherwise)
 
 
 _ALLOWED = "Give a PNG or TIFF of the image's size: 0 for the ground, and 1, 2, … for each nucleus or white for all."

@@ -20,11 +20,12 @@ from lutgen.errors import LutgenError, in_one_line, pick_one
 from lutgen.files import replacing
 from lutgen.names import ANIMATION_SUFFIXES
 from lutgen.numerals import spaced
+from lutgen.progress import Progress, unseen
 from lutgen.report.drawing import Pixels, Text, grey_page, wrapped
 from lutgen.report.sheets import footer
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from lutgen.pictures.frame import AgedSeries
 
@@ -64,7 +65,7 @@ def animate(
     path: str | Path,
     *,
     seconds: float = SECONDS,
-    progress: Callable[[int, int], None] = lambda _done, _total: None,
+    progress: Progress = unseen,
 ) -> Path:
     """Write an animation of ``hours``, which the curve of ``mode`` has; errors as :func:`check_animation`."""
     path, each = Path(path), check_animation(path, hours, seconds)

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-from lutgen.errors import pick_one
+from lutgen.errors import refuse_unknown
 from lutgen.names import INTERVALS
 from lutgen.study import comparisons
 from lutgen.study.answers import Answer, sensible
@@ -249,8 +249,7 @@ def _analysis(
     kappa_rows: tuple[Kappa, ...] = (),
     mixed: tuple[MixedModel, ...] = (),
 ) -> Analysis:
-    if ci not in INTERVALS:
-        raise pick_one("interval", ci, INTERVALS)
+    refuse_unknown("interval", ci, INTERVALS)
     second, fourth = comparisons.table_2(measured, ci=ci), table_4(rows)
     several = corrected(second.tests, fourth)
     return Analysis(

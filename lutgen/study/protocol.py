@@ -14,7 +14,7 @@ import json
 from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any
 
-from lutgen.cells import whole
+from lutgen.cells import first_doubled, whole
 from lutgen.documents import from_json
 from lutgen.errors import LutgenError
 from lutgen.files import read_at_most, write_atomically
@@ -202,7 +202,7 @@ def categories_of(negative: str, positive: str) -> tuple[Category, ...]:
     if wrong is not None:
         allowed = f"names of 1 to {MAX_LETTERS} printable letters in a list, at least one a side"
         raise LutgenError(f"diagnosis {wrong!r}: give --negative and --positive {allowed}, such as 0,1+.")
-    twice = next((name for name in names if names.count(name) > 1), None)
+    twice = first_doubled(names)
     if twice is not None:
         raise LutgenError(f"diagnosis {twice!r} is given twice. Name each diagnosis once, on one side.")
     if len(names) > MOST_CATEGORIES:

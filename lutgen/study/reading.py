@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
     from pathlib import Path
 
+    from lutgen.progress import Progress
+
 #: Most pauses of an image, and seconds of them in all: a month.
 MAX_PAUSES, MAX_PAUSED = 100_000, 30 * 86_400.0
 
@@ -228,7 +230,7 @@ def begin_reading(
     session: int,
     override: str | None = None,
     clock: Callable[[], datetime] = lambda: datetime.now(UTC),
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Iterator[ReadingSession]:
     """Begin or resume a reader's session for the block. Raises LutgenError: it may not be read now."""
     protocol = read_protocol(study)

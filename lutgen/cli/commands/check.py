@@ -14,10 +14,9 @@ from lutgen.cli.outputs import print_json, progress_bar, say
 from lutgen.names import MODES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from lutgen.bake.check import Checked
     from lutgen.bake.figures import Budget
+    from lutgen.progress import Progress
 
 
 @click.command(cls=Command, section=Section.SIMULATE, place=2)
@@ -84,7 +83,7 @@ def _check(
     budget: Budget,
     gpu: bool,
     jobs: int | None,
-    progress: Callable[[int, int], None],
+    progress: Progress,
 ) -> Checked:
     from lutgen.bake.check import check, check_lut
 

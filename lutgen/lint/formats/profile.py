@@ -12,6 +12,7 @@ import numpy as np
 
 from lutgen.bake.littlecms import through_profile
 from lutgen.bindings import LARGEST_LUT, littlecms
+from lutgen.cells import first_doubled
 from lutgen.errors import LutgenError, reason_of
 from lutgen.icc_tags import HEADER, MOST_TAGS, SMALLEST_TAG, Tag, is_profile, tags_claimed
 from lutgen.lint.finding import ARGYLL, CHROMIUM, LCMS_8, LCMS_16, Fate, Linted, LintFinding, refused, wrong
@@ -247,7 +248,7 @@ def profile_tags(scan: ProfileScan) -> Iterator[LintFinding]:
         fates = _left_out(scan, outside) | IGNORED
         yield LintFinding(what, "It was cut off or damaged; export it again.", 0, fates)
     names = [tag.name for tag in scan.tags]
-    doubled = next((name for name in names if names.count(name) > 1), None)
+    doubled = first_doubled(names)
     if doubled:
         fates = refused(LCMS_8, LCMS_16, how="opens no such profile")
         if len({tag for tag in scan.tags if tag.name == doubled}) > 1:
