@@ -8,6 +8,7 @@ where it has them; anything else is None, and the caller says where it stands an
 from __future__ import annotations
 
 import csv
+import io
 import re
 from collections import Counter
 from math import isfinite
@@ -78,6 +79,15 @@ def separator_of(header: str) -> str:
 def split_row(line: str, separator: str = ",") -> list[str]:
     """Cut a line of a CSV into its cells, without the blanks around them. Raises ``csv.Error`` where it is none."""
     return [cell.strip(BLANKS) for cell in next(csv.reader([line], delimiter=separator))]
+
+
+def csv_text(rows: Iterable[Iterable[object]], *, remark: str = "") -> str:
+    """Write rows as a CSV, quoted where a cell has to be (RFC 4180); None is an empty cell, ``remark`` a first line."""
+    text = io.StringIO()
+    if remark:
+        text.write(f"# {remark}\n")
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()
 
 
 def first_doubled(names: Iterable[str]) -> str | None:

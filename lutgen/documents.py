@@ -43,6 +43,16 @@ def from_json(data: bytes | str) -> Any:
         raise ValueError("it is nested too deeply") from None
 
 
+def canonical_json(content: Any) -> str:
+    """Write JSON for a hash: the same content, in whatever order, gives the same text. Raises ValueError for NaN."""
+    return json.dumps(content, sort_keys=True, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
+
+
+def toml_text(text: str) -> str:
+    """Quote a text for TOML, which takes JSON's strings, but no DEL in them."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007F")
+
+
 def from_toml(text: str) -> dict[str, Any]:
     """Read TOML. Raises ValueError for what is none, is nested too deeply, or holds an integer beyond 64 bits."""
     if deepest(text) > DEEPEST:

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from math import floor, isfinite, log10
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 #: Significant figures of a value, and of its error.
 FIGURES, OF_AN_ERROR = 4, 2
@@ -67,6 +71,12 @@ def spaced(value: float) -> str:
 def counted(count: int, noun: str) -> str:
     """Count things whose plural has an s: 1 slide, 18 000 pixels."""
     return f"{spaced(count)} {noun}{'' if count == 1 else 's'}"
+
+
+def listed(names: Sequence[str], most: int) -> str:
+    """List names, the first ``most`` of them, and count the others."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
 
 
 def pixels_of_colours(pixels: int, colours: int) -> str:

@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import asyncio
 import io
-import json
 import sys
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
+from lutgen.documents import toml_text
 from lutgen.errors import LutgenError
 from lutgen.explore.commands import MODEL, build_words, lut_options, report_words
 from lutgen.processes import python_environment
@@ -144,7 +144,7 @@ def gathered(paths: Sequence[str], hours: Sequence[float] | None, *, same: bool 
     if len(hours) != len(files):
         raise LutgenError(f"{len(hours)} hours were given for {len(files)} sessions. Give one for each.")
     ordered = sorted(zip(hours, files, strict=True))
-    entries = [f"[[sessions]]\nfile = {json.dumps(file.name)}\nhours = {float(hour)!r}" for hour, file in ordered]
+    entries = [f"[[sessions]]\nfile = {toml_text(file.name)}\nhours = {float(hour)!r}" for hour, file in ordered]
     to = files[0].parent / "campaign.toml"
     to.write_text("\n\n".join(["schema = 1", *entries, ""]), encoding="utf-8")
     return {"data": str(to)}

@@ -153,8 +153,8 @@ def apply_to_images(
             with open_source(image, source) as opened:
                 target = Target(opened, format_of_suffix(output), wide=side_by_side)
                 with target.open(partial):
-                    way = _placed(aging, on_screen, opened) if on_screen else engine
-                    work = _ImageWork(opened, target, way, side_by_side=side_by_side)
+                    chosen = _placed(aging, on_screen, opened) if on_screen else engine
+                    work = _ImageWork(opened, target, chosen, side_by_side=side_by_side)
                     work.run(lambda row, before=before: progress(before + row, sum(rows)))  # type: ignore[misc]
                 done.append(work.applied(output))
     return done

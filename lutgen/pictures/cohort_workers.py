@@ -166,16 +166,16 @@ def _pool(asked: CohortTask, jobs: int, share: int) -> Iterator[ProcessPoolExecu
     # Forking beside threads is unsafe, and other systems have no fork.
     context = multiprocessing.get_context("spawn")
     # Worker processes watch the other end of this pipe, and exit when this process closes its end or is killed.
-    here, there = context.Pipe()
-    pool = ProcessPoolExecutor(jobs, context, _begin, (there, asked, share))
+    our_end, their_end = context.Pipe()
+    pool = ProcessPoolExecutor(jobs, context, _begin, (their_end, asked, share))
     try:
         _check_start(pool)
         yield pool
         pool.shutdown()
     finally:
-        here.close()
+        our_end.close()
         pool.shutdown(cancel_futures=True)
-        there.close()
+        their_end.close()
 
 
 def _check_start(pool: ProcessPoolExecutor) -> None:

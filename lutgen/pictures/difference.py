@@ -60,8 +60,8 @@ def differences(
 
     def fill(start: int) -> int:
         part = slice(start, min(start + CHUNK, size))
-        here = [seen_at(each, places(part)) for each in (unaged, *aged)] if places else [unaged, *aged]
-        _fill(result[:, part], code(part), here[0], here[1:])
+        displays = [seen_at(each, places(part)) for each in (unaged, *aged)] if places else [unaged, *aged]
+        _fill(result[:, part], code(part), displays[0], displays[1:])
         return part.stop
 
     with ThreadPoolExecutor(threads()) as workers:
@@ -236,8 +236,8 @@ def intervals(
 
     def interval(mode: str, tolerance: float, statistic: str) -> Interval:
         lives = [each[mode].hours_until(statistic, tolerance) for each in drawn_curves]
-        whole, roughly = (one[mode].hours_until(statistic, tolerance) for one in (curves, own))
-        shift = whole - roughly if whole is not None and roughly is not None else 0.0
+        exact, coarse_life = (each[mode].hours_until(statistic, tolerance) for each in (curves, own))
+        shift = exact - coarse_life if exact is not None and coarse_life is not None else 0.0
         return _ends(lives, shift, hours[-1])
 
     return {

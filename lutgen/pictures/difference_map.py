@@ -26,7 +26,7 @@ from lutgen.names import AGING_MODES, MAP_SUFFIXES, SIGNAL, SOURCES
 from lutgen.pictures.blocks import Blocks, Place, open_blocks
 from lutgen.pictures.difference import differences, statistics
 from lutgen.pictures.distinct import Colours, Counts, count_colours
-from lutgen.pictures.encoding import Decoder, Storage, Stored
+from lutgen.pictures.encoding import Decoder, Storage, Stored, joined
 from lutgen.pictures.frame import AreaMeans, Grid, whole_factor
 from lutgen.pictures.lifetime import binning_error
 from lutgen.progress import Progress, part_of, unseen
@@ -223,8 +223,7 @@ def _table_of(colours: Colours, values: Array) -> Singles:
 
 def _looked_up(table: Singles, stored: Stored, _places: None) -> Singles:
     """ΔE2000 of 8-bit pixels, (n, channels) → (n,)."""
-    red, green, blue = (stored[:, channel].astype(np.uint32) for channel in range(3))
-    return np.asarray(table.take(red << np.uint32(16) | green << np.uint32(8) | blue))
+    return np.asarray(table.take(joined(stored[:, :3].T, 8, np.uint32)))
 
 
 def _of_block(

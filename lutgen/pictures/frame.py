@@ -22,7 +22,7 @@ from lutgen.names import AGING_MODES, LINEAR, SOURCES
 from lutgen.pictures.blocks import Blocks, Place, open_blocks
 from lutgen.pictures.difference import DifferenceCurve, curves_of, differences, placed_curves, placed_picture
 from lutgen.pictures.distinct import count_colours
-from lutgen.pictures.encoding import Decoder, Storage, Stored
+from lutgen.pictures.encoding import Decoder, Storage, Stored, joined, levels_of
 from lutgen.progress import Progress, part_of, unseen
 
 if TYPE_CHECKING:
@@ -266,9 +266,8 @@ class AgedSeries:
             stable = mode == "stable"
             display = self.on_screen.unaged(self.model) if stable else self.model.at(mode, hours)
             return placed_picture(self.source, display, self.on_screen)
-        flat = self.source.reshape(-1, 3).astype(np.uint32)
-        colours, which = np.unique(flat[:, 0] << 16 | flat[:, 1] << 8 | flat[:, 2], return_inverse=True)
-        code = np.stack([colours >> 16, colours >> 8 & 255, colours & 255], axis=1) / 255.0
+        colours, which = np.unique(joined(self.source.reshape(-1, 3).T, 8, np.uint32), return_inverse=True)
+        code = levels_of(colours, 8).T / 255.0
         aged = np.clip(self.model.at(mode, hours).code_to_code(code), 0.0, 1.0)
         return np.rint(255.0 * aged).astype(np.uint8)[which].reshape(self.source.shape)
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lutgen.cells import csv_text
 from lutgen.display import DisplayModel, seen_on, what_pictures_carry
 from lutgen.display.tips import MAX_HOURS
 from lutgen.errors import LutgenError, refuse_unknown
@@ -91,16 +92,16 @@ class Lifetimes:
 
     def as_csv(self) -> str:
         """Return what ``--csv`` writes: Table 1, a line an image and mode; hours, empty where never reached."""
-        return "\n".join([*self.csv_rows(), ""])
+        return csv_text(self.csv_rows())
 
-    def csv_rows(self) -> list[str]:
+    def csv_rows(self) -> list[list[str]]:
         """Return the rows of :meth:`as_csv`, the first of which names the columns."""
         columns = list(product(self.tolerances, STATISTICS))
-        rows = [",".join(["file", "mode", *(f"{statistic}_{tolerance:g}" for tolerance, statistic in columns)])]
+        rows = [["file", "mode", *(f"{statistic}_{tolerance:g}" for tolerance, statistic in columns)]]
         for image in self.images:
             for mode, curve in image.curves.items():
                 lives = [curve.hours_until(statistic, tolerance) for tolerance, statistic in columns]
-                rows.append(",".join([csv_text(image.file), mode, *map(csv_hours, lives)]))
+                rows.append([image.file, mode, *map(csv_hours, lives)])
         return rows
 
     def _image(self, image: ImageLifetime) -> dict[str, Any]:
@@ -125,12 +126,6 @@ class Lifetimes:
     def _lives(self, image: ImageLifetime, mode: str, tolerance: float) -> dict[str, Any]:
         lives = {name: image.curves[mode].hours_until(name, tolerance) for name in STATISTICS}
         return {**lives, "interval": image.intervals and image.intervals[mode][tolerance]}
-
-
-def csv_text(text: str) -> str:
-    """Quote a text for CSV where it has to be (RFC 4180)."""
-    quoted = text.replace('"', '""')
-    return f'"{quoted}"' if set(quoted) & set('",\n') else quoted
 
 
 def csv_hours(hours: float | None) -> str:

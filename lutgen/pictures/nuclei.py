@@ -52,6 +52,9 @@ _DENSITY = 1 / 6
 #: nuclei and is no nucleus that counts.
 Labels = NDArray[np.int32]
 
+#: Pixels and the pixels below them; pixels and the pixels at their right.
+NEIGHBOURS = ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:]))
+
 
 @dataclass(frozen=True)
 class Nuclei:
@@ -225,14 +228,14 @@ def read_mask(file: str | Path, field: Field, *, min_area: int | None = None) ->
     if not kinds.size:
         raise LutgenError(f"{file}: the mask is empty: every pixel is 0. {_ALLOWED}")
     if kinds.size == 1:
-        labels, what = ndimage.label(values)[0], "pieces of the mask"
+        labels, origin = ndimage.label(values)[0], "pieces of the mask"
     else:
-        labels, what = np.searchsorted(kinds, values) + 1, "labels of the mask"
+        labels, origin = np.searchsorted(kinds, values) + 1, "labels of the mask"
         labels[values == 0] = 0
         _check_labels(file, labels, kinds.size)
     labels = np.where(field.visible, labels, 0).astype(np.int32)
     width = width_of(_with_edges(labels)) or 1.0
-    labelled = sized(labels, width, float(min_area or 1), np.inf, f"the {what} {Path(file).name}")
+    labelled = sized(labels, width, float(min_area or 1), np.inf, f"the {origin} {Path(file).name}")
     if not labelled.count:
         message = f"{file}: all nuclei of the mask lie where {field.file} is transparent. {_ALLOWED}"
         if labelled.small:
@@ -244,8 +247,8 @@ def read_mask(file: str | Path, field: Field, *, min_area: int | None = None) ->
 def _with_edges(labels: Labels) -> NDArray[np.bool_]:
     """Return the pixels of labels without those that touch another label, (rows, columns)."""
     apart = labels > 0
-    for one, other in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
-        apart[one] &= (labels[one] == labels[other]) | (labels[other] == 0)
+    for before, after in NEIGHBOURS:
+        apart[before] &= (labels[before] == labels[after]) | (labels[after] == 0)
     return apart
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.numerals import counted, percent, spaced
+from lutgen.numerals import counted, listed, percent, spaced
 from lutgen.report.drawing import BLACK, BLUE, GREEN, GREY, RED, picture, tidy
 from lutgen.report.parts import Headline, Part, Table
 from lutgen.study.design import UNAGED
@@ -215,11 +215,11 @@ def plan_page(planned: Planned) -> Iterator[Part]:
     yield ""
     yield from _sessions(planned)
     if protocol.practice:
-        yield f"Practice, un-aged and not analysed: {_listed([each.name for each in protocol.practice])}."
+        yield f"Practice, un-aged and not analysed: {listed([each.name for each in protocol.practice], LISTED)}."
     if planned.left_out:
-        yield f"Read by nobody: {counted(len(planned.left_out), 'image')} given ({_listed(planned.left_out)})."
+        yield f"Read by nobody: {counted(len(planned.left_out), 'image')} given ({listed(planned.left_out, LISTED)})."
     if planned.rounded:
-        yield f"Of 16 bits a channel, of which readers see the nearest 8: {_listed(planned.rounded)}."
+        yield f"Of 16 bits a channel, of which readers see the nearest 8: {listed(planned.rounded, LISTED)}."
     yield from planned.remarks
     if power is not None:
         yield ""
@@ -278,11 +278,6 @@ def _sessions(planned: Planned) -> Iterator[str]:
             "" if number == 1 else f", from {protocol.washout_days:g} days after a reader's session {number - 1} on"
         )
         yield f"Session {number}: {count} under {shown}{begins}."
-
-
-def _listed(names: list[str] | tuple[str, ...]) -> str:
-    listed = ", ".join(names[:LISTED])
-    return listed if len(names) <= LISTED else f"{listed} and {len(names) - LISTED} more"
 
 
 def study_status_page(status: StudyStatus) -> Iterator[Part]:

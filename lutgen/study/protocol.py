@@ -15,7 +15,7 @@ from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any
 
 from lutgen.cells import first_doubled, whole
-from lutgen.documents import from_json
+from lutgen.documents import canonical_json, from_json
 from lutgen.errors import LutgenError
 from lutgen.files import read_at_most, write_atomically
 
@@ -113,8 +113,8 @@ class Protocol:
 
     def session(self, reader: int, session: int) -> list[StudyTrial]:
         """Return the trials of a reader's place in a session, in their order."""
-        here = [trial for trial in self.trials if (trial.reader, trial.session) == (reader, session)]
-        return sorted(here, key=lambda trial: trial.position)
+        trials = [trial for trial in self.trials if (trial.reader, trial.session) == (reader, session)]
+        return sorted(trials, key=lambda trial: trial.position)
 
     def render(self, image: str, condition: str) -> Render:
         """Return the render of an image under a condition. Raises KeyError when it is not in the study."""
@@ -157,8 +157,7 @@ def read_protocol(study: Path) -> Protocol:
 
 
 def _hash(content: Mapping[str, Any]) -> str:
-    text = json.dumps(content, sort_keys=True, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
-    return hashlib.sha256(text.encode()).hexdigest()
+    return hashlib.sha256(canonical_json(content).encode()).hexdigest()
 
 
 #: Attribute → the dataclass of its items.

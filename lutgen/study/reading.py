@@ -113,8 +113,8 @@ class ReadingSession:
     def showings(self, task: Task) -> int:
         """Return how often an image was shown, now included: more than once after a reload or a crash."""
         key = (SHOWN, task.practice, task.number)
-        here = [entry for entry in self._file.entries if entry.session == self.session]
-        return sum((each.kind, each.content.get("practice"), each.content.get("position")) == key for each in here)
+        rows = [entry for entry in self._file.entries if entry.session == self.session]
+        return sum((each.kind, each.content.get("practice"), each.content.get("position")) == key for each in rows)
 
     def show(self, task: Task) -> None:
         """Record that an image is shown, before it is. Raises NotSavedError when that cannot be written."""
@@ -254,21 +254,23 @@ def begin_reading(
 
 def _begin(began: ReadingSession, file: AnswerFile, now: datetime, why: str | None) -> None:
     protocol, session = began.protocol, began.session
-    here = answers.session_progress(file.entries, session, len(began.images))
-    if here.ended:
+    state = answers.session_progress(file.entries, session, len(began.images))
+    if state.ended:
         following = f" Next is --session {session + 1}." if session < protocol.sessions else ""
-        raise LutgenError(f"--session {session}: is complete, {here.read} of {here.images} images are read.{following}")
-    if here.started:
-        file.append(text_of(now), session, [(answers.RESUMED, {"read": here.read})])
+        raise LutgenError(
+            f"--session {session}: is complete, {state.read} of {state.images} images are read.{following}"
+        )
+    if state.started:
+        file.append(text_of(now), session, [(answers.RESUMED, {"read": state.read})])
         return
     if session > 1 and not answers.session_progress(file.entries, session - 1, 0).ended:
         message = f"--session {session}: session {session - 1} is not complete. Read --session {session - 1} first."
         raise LutgenError(message)
     overridden = [
-        (answers.OVERRIDDEN, {"what": what, "reason": why}) for what in _forbidden(protocol, file, session, now, why)
+        (answers.OVERRIDDEN, {"what": rule, "reason": why}) for rule in _forbidden(protocol, file, session, now, why)
     ]
     file.append(
-        text_of(now), session, [*overridden, (answers.STARTED, {"images": here.images, "version": __version__})]
+        text_of(now), session, [*overridden, (answers.STARTED, {"images": state.images, "version": __version__})]
     )
 
 
