@@ -10,7 +10,7 @@ import numpy as np
 
 from lutgen.criticism.code_shifts import CodeShifts
 from lutgen.criticism.linear import BEHIND_PANEL, STEP, State, Term, whiten
-from lutgen.criticism.system import local_basis, local_columns, prior_rows, readings_at
+from lutgen.criticism.system import local_basis, prior_rows, readings_at
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -168,6 +168,5 @@ class _Part:
     def of(cls, base: Fit, state: State, here: NDArray[np.intp]) -> _Part:
         """Take a block of the problem at a fit."""
         problem, shared = base.problem, len(base.problem.shared[int(here[0])])
-        gains = local_columns(problem, base.linear.local, here, here)[1]
-        off = prior_rows(problem, state, int(problem.hour_of[here[0]]), gains, shared)[1]
+        off = prior_rows(problem, state, int(problem.hour_of[here[0]]), problem.gains_of[int(here[0])], shared)[1]
         return cls(readings_at(here), local_basis(problem, base.linear.local, state, here), off)

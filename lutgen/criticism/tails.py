@@ -49,6 +49,8 @@ def tails_of(problem: Problem) -> Tails | None:
     # In units of the meter's noise alone: what a model misses is in all replicates alike.
     off, noise = (problem.xyz - mean)[replicated], problem.noise.covariance(mean[replicated])
     squares = np.einsum("ni,nij,nj->n", off, np.linalg.inv(noise), off) / (1.0 - 1.0 / count[replicated])
+    if np.median(squares) <= 0.0:
+        return None  # copies have no tails
     normal = _normal(squares)
     best = max((_student(squares, degrees) for degrees in DEGREES), key=lambda each: each[0])
     # BIC: a t distribution has two parameters more.
@@ -81,15 +83,14 @@ def _student(squares: Array, degrees: float) -> tuple[float, float, float]:
 def weights_of(problem: Problem, residual: Array, tails: Tails) -> Array:
     """Weight of each reading, (n,), relative to the variance that replicates show; ``residual`` is whitened, (n, 3)."""
     expected, known = _expected(problem, residual)
-    distance = ((residual - expected) ** 2).sum(axis=1) / (1.5 * tails.scale**2)
-    weights = (tails.degrees + 3.0) / (tails.degrees + distance) / tails.scale**2
+    weights = weights_at(((residual - expected) ** 2).sum(axis=1) / (1.5 * tails.scale**2), tails)
     # A reading without kin stands by nothing: it keeps the variance that replicates show.
     return np.where(known, weights, 1.0)
 
 
-def weights_by(off: Array, tails: Tails) -> Array:
-    """Weight of each reading, (n,), by how far it is off, (n, 3) in σ, where that is known."""
-    return np.asarray((tails.degrees + 3.0) / (tails.degrees + (off**2).sum(axis=1) / tails.scale**2) / tails.scale**2)
+def weights_at(distance: Array, tails: Tails) -> Array:
+    """Weight of each reading, (n,), by its squared distance in units of the tails' scale, (n,)."""
+    return np.asarray((tails.degrees + 3.0) / (tails.degrees + distance) / tails.scale**2)
 
 
 def _expected(problem: Problem, residual: Array) -> tuple[Array, NDArray[np.bool_]]:
