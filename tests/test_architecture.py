@@ -25,7 +25,7 @@ PACKAGE = ROOT / "lutgen"
 ROWS = (
     {"errors", "cells", "names", "progress"},
     {"files", "processes"},
-    {"colorimetry", "bindings", "documents", "icc_tags", "numerals"},
+    {"colorimetry", "bindings", "documents", "numerals"},
     {"server", "time_law"},
     {"readings"},
     {"effects"},

@@ -16,9 +16,9 @@ import numpy as np
 
 from lutgen.bake.build import paths_of
 from lutgen.bake.formats import format_named, format_names
+from lutgen.bake.littlecms import source_profile_of
 from lutgen.bake.manifest import JOURNAL, MANIFEST, FileRecord, HeldFile, Manifest, model_as_json, same_model
 from lutgen.bake.plan import Plan, direction_of
-from lutgen.bake.source_profile import source_profile_of
 from lutgen.bindings import LARGEST_LUT
 from lutgen.display import default_display, hour_name, load_model
 from lutgen.errors import LutgenError, reason_of

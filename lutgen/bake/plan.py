@@ -14,8 +14,8 @@ from lutgen.names import AGING_MODES, DIRECTIONS, MODES, UNREACHABLE
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from lutgen.bake.littlecms import SourceProfile
     from lutgen.bake.manifest import Manifest
-    from lutgen.bake.source_profile import SourceProfile
     from lutgen.display import AgedDisplay, DisplayModel
 
 

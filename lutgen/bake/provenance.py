@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from lutgen import __version__
 from lutgen.bake.config import CORRECTION, SIMULATION, AgedConfig
 from lutgen.bake.formats import Provenance
+from lutgen.bake.littlecms import source_profile_in
 from lutgen.bake.manifest import sha256
-from lutgen.bake.source_profile import source_profile_in
 from lutgen.display import MODES, compensation_of, hour_name
 
 if TYPE_CHECKING:

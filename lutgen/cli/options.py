@@ -177,7 +177,7 @@ def model_from(
     from dataclasses import replace
 
     from lutgen.display import DisplayModel, default_display, load_model, parse_at
-    from lutgen.display.modes import UNSAID, luminance_law
+    from lutgen.display.tips import UNSAID, luminance_law
     from lutgen.readings import read_measurements
 
     if model:

@@ -15,10 +15,9 @@ from lutgen.display.conditions import REFERENCE, Conditions
 from lutgen.display.effect_chain import EffectChain, Fresh, Surroundings, four_tips, makes_steps
 from lutgen.display.fitted import AppliedEffect, LatentTips, constant_tips
 from lutgen.display.loaded import LoadedCalibrations
-from lutgen.display.modes import UNSAID, LuminanceLaw, law_of, luminance_law, scale_luminance
 from lutgen.display.native import NativeDisplay
 from lutgen.display.paper import Matrices, Selection, matrices_of
-from lutgen.display.tips import Tips
+from lutgen.display.tips import UNSAID, LuminanceLaw, Tips, law_of, luminance_law, scale_luminance
 from lutgen.display.trace import SELECTION_STAGE, in_chain_order, is_soft
 from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.names import BASELINES, FORETELLING_BASELINES, MODES, NATIVE_BASELINES, REFERENCES, SELECTIONS

@@ -21,10 +21,10 @@ import numpy as np
 from lutgen.display.conditions import REFERENCE, conditions_of
 from lutgen.display.fitted import AppliedEffect, Estimate, FitCovariance, LatentTips, found_by, record_of
 from lutgen.display.model import DisplayModel, default_display
-from lutgen.display.modes import LAWS, UNSAID, law_of_table, luminance_law
 from lutgen.display.native import CHANNELS, NativeDisplay
 from lutgen.display.own_model.stored import MAX_BYTES as OWN_MAX_BYTES
 from lutgen.display.own_model.stored import StoredModel
+from lutgen.display.tips import LAWS, UNSAID, law_of_table, luminance_law
 from lutgen.documents import from_toml, toml_text
 from lutgen.errors import LutgenError
 from lutgen.files import read_at_most, write_atomically
@@ -34,7 +34,7 @@ from lutgen.readings import read_measurements
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from lutgen.display.modes import LuminanceLaw
+    from lutgen.display.tips import LuminanceLaw
     from lutgen.effects import Effect
     from lutgen.readings import Measurements
 

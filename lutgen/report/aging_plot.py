@@ -12,7 +12,7 @@ import numpy as np
 
 from lutgen.colorimetry import Array, linear_to_code, xy_to_uv, xyY_to_xyz, xyz_to_linear
 from lutgen.display.aging import Shown, show
-from lutgen.display.modes import luminance_law
+from lutgen.display.tips import luminance_law
 from lutgen.numerals import spaced
 from lutgen.readings import TIP_NAMES
 from lutgen.report.drawing import beside, new_figure
