@@ -113,8 +113,8 @@ def _build(
     try:
         folder.begin(recipe, paths)
         records: list[FileRecord] = []
-        for made in in_parallel(partial(_bake, work), parts, jobs):
-            records.extend(made)
+        for records_of_part in in_parallel(partial(_bake, work), parts, jobs):
+            records.extend(records_of_part)
             progress(len({(record.mode, record.hours) for record in records}), len(plan.modes) * len(plan.hours))
         form = config_format(plan)
         if form:

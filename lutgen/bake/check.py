@@ -240,8 +240,8 @@ def _check_part(work: _Work, records: tuple[FileRecord, ...]) -> Checked:
                     shaders[record.path] = gpu_run(path, JUDGE.code)
                     findings += _shader_findings(record.path, shaders[record.path])
             else:
-                found, certificate = _check_built_lut(file, claimed(record.mode, record.hours), record, work)
-                findings += found
+                of_file, certificate = _check_built_lut(file, claimed(record.mode, record.hours), record, work)
+                findings += of_file
                 if certificate:
                     certificates[record.path] = certificate
         except LutgenError as error:  # the manifest describes the file as no build does
@@ -253,10 +253,11 @@ def _shader_findings(path: str, run: GpuRun) -> list[Finding]:
     # NaN fails the comparison too.
     return [
         Finding(
-            path, f"its shader differs from the CPU by up to {found.max:.2g} in code values ({view}; {run.renderer})"
+            path,
+            f"its shader differs from the CPU by up to {difference.max:.2g} in code values ({view}; {run.renderer})",
         )
-        for view, found in run.views.items()
-        if not found.max <= GPU_TOLERANCE
+        for view, difference in run.views.items()
+        if not difference.max <= GPU_TOLERANCE
     ]
 
 

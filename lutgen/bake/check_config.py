@@ -136,9 +136,9 @@ class _Run:
         except LutgenError as error:
             return [str(error)]
         faults: dict[str, list[str]] = {}
-        for what, part, expected in self._parts(code, aged):
+        for part_name, part, expected in self._parts(code, aged):
             for problem in self._one(part, code, expected):
-                faults.setdefault(problem, []).append(what)
+                faults.setdefault(problem, []).append(part_name)
         return [f"{problem} ({'; '.join(places)})" for problem, places in faults.items()]
 
     def _parts(self, code: Array, aged: Array) -> Iterator[tuple[str, Any, Array]]:
@@ -176,9 +176,9 @@ class _Run:
         tables = [step for step in steps if isinstance(step, lib.Lut3DTransform)]
         if any(table.getInterpolation() != lib.INTERP_TETRAHEDRAL for table in tables):
             problems.append("wrong interpolation: not tetrahedral")
-        shown, told = np.clip(result, 0, 1), np.clip(expected, 0, 1)
-        same_light = np.abs(code_to_linear(shown) - code_to_linear(told)) <= LIGHT
-        difference = np.where(same_light, 0.0, np.abs(shown - told)).max()
+        shown, expected_shown = np.clip(result, 0, 1), np.clip(expected, 0, 1)
+        same_light = np.abs(code_to_linear(shown) - code_to_linear(expected_shown)) <= LIGHT
+        difference = np.where(same_light, 0.0, np.abs(shown - expected_shown)).max()
         # NaN fails the comparison too.
         if not difference <= TOLERANCE:
             problems.append(f"its pixels differ from its LUT's by up to {difference:.4g} in code values")

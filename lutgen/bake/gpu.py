@@ -121,9 +121,9 @@ def drawn_by_gpu(processor: Any, code: NDArray[np.float32]) -> NDArray[np.float3
     pixels[: len(code), :3] = code
     with ExitStack() as owned:
 
-        def kept(made: Any) -> Any:
-            owned.callback(made.release)
-            return made
+        def kept(resource: Any) -> Any:
+            owned.callback(resource.release)
+            return resource
 
         fragment = _FRAGMENT.format(ocio=shader.getShaderText())
         program = kept(context.program(vertex_shader=_VERTEX, fragment_shader=fragment))

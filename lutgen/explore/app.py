@@ -126,8 +126,8 @@ def _first_picture(window: Window) -> Iterator[str]:
     """Addresses of what the page draws first, written as picture.js writes them."""
     first = window.overview["first"]
     table = {"mode": first["mode"], "hours": f"{first['hours']:.15g}", "size": first["size"], "kind": "aged"}
-    for what, query in (("image", {}), ("table", table)):
-        yield f"api/{what}?{urlencode({'window': window.name, **query})}"
+    for topic, query in (("image", {}), ("table", table)):
+        yield f"api/{topic}?{urlencode({'window': window.name, **query})}"
 
 
 async def _page(request: Request) -> Response:
@@ -284,15 +284,15 @@ async def _events(window: Window, _request: Request) -> Response:
     async def stream() -> AsyncIterator[bytes]:
         # A comment is sent at once, so that the page knows that it is connected.
         yield b": listening\n\n"
-        async for what, body in window.events():
-            yield b"event: %s\ndata: %s\n\n" % (what.encode(), body)
+        async for topic, body in window.events():
+            yield b"event: %s\ndata: %s\n\n" % (topic.encode(), body)
 
     return StreamingResponse(stream(), media_type="text/event-stream")
 
 
 async def _take(window: Window, request: Request) -> Response:
-    what = request.query_params.get("what", "")
-    making = window.making(taken(window, what, **_seen(request), kind=_kind(request)))
+    topic = request.query_params.get("what", "")
+    making = window.making(taken(window, topic, **_seen(request), kind=_kind(request)))
     name, data = await _while_wanted(request, making)
     ascii_name = "".join(
         letter if letter.isascii() and letter.isprintable() and letter not in '"\\' else "_" for letter in name

@@ -36,9 +36,9 @@ ENDED = "this was cancelled, or its process ended."
 class Process:
     """The window's side of a process."""
 
-    def __init__(self, told: Callable[[str, bytes], None]) -> None:
+    def __init__(self, on_news: Callable[[str, bytes], None]) -> None:
         """Take the function that gets the object's news."""
-        self._told, self._numbers = told, count(1)
+        self._on_news, self._numbers = on_news, count(1)
         self._waiting: dict[int, asyncio.Future[bytes]] = {}
         self._child: asyncio.subprocess.Process | None = None
         self._reader: asyncio.Task[None] | None = None
@@ -75,7 +75,7 @@ class Process:
                 self._hear(head, await stream.readexactly(head["size"]))
         except asyncio.IncompleteReadError:
             pass
-        self._told(DIED, ENDED.encode())
+        self._on_news(DIED, ENDED.encode())
         for waiting in self._waiting.values():
             if not waiting.done():
                 waiting.set_exception(LutgenError(ENDED))
@@ -87,7 +87,7 @@ class Process:
 
     def _hear(self, head: dict[str, Any], body: bytes) -> None:
         if not head["id"]:
-            self._told(head["what"], body)
+            self._on_news(head["what"], body)
             return
         waiting = self._waiting.get(head["id"])
         if waiting is None or waiting.done():
@@ -145,10 +145,10 @@ class _Child:
         self._calls: queue.Queue[tuple[dict[str, Any], bytes]] = queue.Queue()
         self._beside = ThreadPoolExecutor(2)
 
-    def tell(self, what: str, body: bytes | dict[str, Any] | list[Any], number: int = 0) -> None:
+    def tell(self, topic: str, body: bytes | dict[str, Any] | list[Any], number: int = 0) -> None:
         data = body if isinstance(body, bytes) else json.dumps(body).encode()
         with self._lock:
-            self._answering.write(frame(number, what, data))
+            self._answering.write(frame(number, topic, data))
             self._answering.flush()
 
     def serve(self, home: str) -> None:

@@ -204,8 +204,8 @@ def _lut(build: Path, mode: str, hours: float) -> FileRecord:
         if (lut.mode, lut.hours) == (mode, hours):
             return lut
     of_the_mode = [each for each in luts if each.mode == mode] or luts
-    there = dict.fromkeys(f"{each.mode} at {hour_name(each.hours or 0.0)}" for each in of_the_mode)
-    raise pick_one("display", f"{mode} at {hour_name(hours)}", there)
+    available = dict.fromkeys(f"{each.mode} at {hour_name(each.hours or 0.0)}" for each in of_the_mode)
+    raise pick_one("display", f"{mode} at {hour_name(hours)}", available)
 
 
 def _load(lib: Any, path: Path) -> Any:
@@ -228,14 +228,14 @@ def _load(lib: Any, path: Path) -> Any:
 
 
 def _displays(config: Any, wanted: Sequence[str]) -> list[str]:
-    there = list(config.getDisplaysAll())
+    displays = list(config.getDisplaysAll())
     for name in wanted:
-        refuse_unknown("display", name, there)
-    chosen = list(wanted) or [name for name in there if "srgb" in name.lower()]
+        refuse_unknown("display", name, displays)
+    chosen = list(wanted) or [name for name in displays if "srgb" in name.lower()]
     if not chosen:
         raise LutgenError(
             "no display of this config has sRGB in its name. Say which one shows sRGB code values with --onto DISPLAY, "
-            f"one of: {', '.join(there)}."
+            f"one of: {', '.join(displays)}."
         )
     return chosen
 

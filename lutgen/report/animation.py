@@ -99,8 +99,8 @@ def frame(series: AgedSeries, mode: str, hour: float) -> Pixels:
     left = (width - wide) // 2
     page[top : top + high, left : left + wide] = series.seen(mode, hour)
     page[below : below + _BAR, gap : width - gap] = 80
-    gone = gap + round((width - 2 * gap) * hour / max(series.hours))
-    page[below : below + _BAR, gap:gone] = 255
+    filled = gap + round((width - 2 * gap) * hour / max(series.hours))
+    page[below : below + _BAR, gap:filled] = 255
     return page
 
 

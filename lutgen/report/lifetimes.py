@@ -127,8 +127,8 @@ def plot_lifetime(lifetimes: Lifetimes, image: ImageLifetime, path: Path, *, for
         f"{', with 95 % intervals from the uncertainty of the model' if image.intervals else ''}. "
     )
     height = 7.6 + _ROW * 2 * len(lifetimes.tolerances)
-    title, whole = title_of(lifetimes, image), foot + lifetimes.model.measurements.provenance
-    with picture(path, title, second=counted(image), foot=whole, height=height, force=force) as (figure, low, high):
+    title, full_foot = title_of(lifetimes, image), foot + lifetimes.model.measurements.provenance
+    with picture(path, title, second=counted(image), foot=full_foot, height=height, force=force) as (figure, low, high):
         top = max(float(np.maximum(curve.max, curve.p99).max()) for curve in image.curves.values())
         # Top of the axis over the highest curve: space for labels.
         top = 1.12 * max(top, 1.2 * min(lifetimes.tolerances))
