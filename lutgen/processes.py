@@ -40,9 +40,9 @@ def in_parallel(function: Callable[[_T], _R], items: Sequence[_T], jobs: int | N
     if jobs <= 1:
         yield from map(function, items)
         return
-    with ProcessPoolExecutor(jobs, multiprocessing.get_context(_way_to_start()), _begin_worker, (function,)) as pool:
+    with ProcessPoolExecutor(jobs, multiprocessing.get_context(_start_method()), _begin_worker, (function,)) as pool:
         try:
-            yield from pool.map(_do, items)
+            yield from pool.map(_run_item, items)
         except BrokenProcessPool:
             message = "a worker process was killed (out of memory?). Run again, with --jobs 1 if it happens again."
             raise LutgenError(message) from None
@@ -51,9 +51,9 @@ def in_parallel(function: Callable[[_T], _R], items: Sequence[_T], jobs: int | N
             raise
 
 
-def _way_to_start() -> str:
-    """Fork where no other thread runs: a forked worker has numpy and OpenColorIO loaded, and what was prepared."""
-    # Otherwise not: a lock that another thread holds (OpenGL's drivers and servers have threads) would stay locked in
+def _start_method() -> str:
+    """Fork where no other thread runs: a forked worker inherits numpy, OpenColorIO and all that was prepared."""
+    # Beside other threads (OpenGL's drivers and servers have some) a lock that one of them holds would stay locked in
     # the fork for ever.
     with suppress(OSError):
         return "fork" if len(list(Path("/proc/self/task").iterdir())) == 1 else "spawn"
@@ -64,7 +64,7 @@ def _way_to_start() -> str:
 _FUNCTION: list[Callable[[Any], Any]] = []
 
 
-def _do(item: Any) -> Any:
+def _run_item(item: Any) -> Any:
     return _FUNCTION[-1](item)
 
 

@@ -255,7 +255,7 @@ def certified(file: HeldFile, aged: AgedDisplay, form: Format, lut: Lut | Matrix
 
 def _shown(file: HeldFile, form: Format, lut: Lut | MatrixLut, kind: TableKind, beside: Path) -> Array:
     """Code values that a file gives for the judge's colours, (n, 3)."""
-    # A file that lutgen reads itself OpenColorIO reads as a whole when it is the first of its kind.
+    # Where lutgen parses the text itself, OpenColorIO still reads the first file of each kind as a whole.
     own = checked_table(file, lut, beside) if isinstance(lut, Lut) and is_read_here(lut, form.suffix) else None
     codes = JUDGE.shown(own) if own else None
     if codes is not None and kind in _READ_WHOLE:
@@ -276,16 +276,16 @@ def best_candidate(
     model: DisplayModel, aged: AgedDisplay, form: Format, size: int
 ) -> tuple[Lut | MatrixLut, Provenance]:
     """Bake a format's candidates and give the most faithful, judged in double precision: alike on every binding."""
-    made_of = (aged.head, aged.tail, size)
-    if form.name not in _BAKED or _BAKED[form.name][0] != made_of:
+    links = (aged.head, aged.tail, size)
+    if form.name not in _BAKED or _BAKED[form.name][0] != links:
         candidates = form.bake(JUDGE.sampler, aged, size)
         errors = [JUDGE.table_error(lut, aged) for lut in candidates]
-        # Where colours are smooth; the display that is nothing but stairs is judged on all.
+        # Smooth colours decide; a display whose curves are nothing but stairs has none, and all its colours decide.
         lut, error = min(
             zip(candidates, errors, strict=True),
             key=lambda each: (each[1].smooth.p99, each[1].all.p99, each[1].all.mean),
         )
-        _BAKED[form.name] = made_of, lut, error.all
+        _BAKED[form.name] = links, lut, error.all
     _, baked, figures = _BAKED[form.name]
     return baked, provenance_of(model, aged, baked, figures)
 

@@ -391,6 +391,6 @@ class _Table:
         except (ValueError, TypeError):
             raise self._wrong(key, "a list of numbers, all rows alike") from None
 
-    def _wrong(self, key: str, wanted: str) -> LutgenError:
+    def _wrong(self, key: str, allowed: str) -> LutgenError:
         given = f"is {self.values[key]!r}" if key in self.values else "is missing"
-        return LutgenError(f"{self.where}: {key} {given}; it must be {wanted}.")
+        return LutgenError(f"{self.where}: {key} {given}; it must be {allowed}.")

@@ -133,8 +133,8 @@ class Fitting:
         if now.known(on):
             error = error_json(now.fitted(on).after, now, now.fitted(on))
         else:
-            wanted = [now.course.effects[name] for name in (*now.given, *on)]
-            error = error_json(first_step(now.course.fit(self._fitted), wanted), now, provisional=True)
+            chosen = [now.course.effects[name] for name in (*now.given, *on)]
+            error = error_json(first_step(now.course.fit(self._fitted), chosen), now, provisional=True)
         self._on, self._settled, self._switch = on, False, switch
         return {**error, "on": on, "switch": switch}
 

@@ -147,9 +147,9 @@ class Opened:
         from lutgen.criticism.refine import Refinement, model_of
 
         if names not in self._fitted:
-            found, steps, before = self.course.fit(names), self.course.steps(names), self.course.before
-            model = model_of(found, None, before, steps[-1].comparison if steps else before)
-            self._fitted[names] = Refinement(before, steps, found, model).of_saved(self.saved)
+            fit, steps, before = self.course.fit(names), self.course.steps(names), self.course.before
+            model = model_of(fit, None, before, steps[-1].comparison if steps else before)
+            self._fitted[names] = Refinement(before, steps, fit, model).of_saved(self.saved)
         return self._fitted[names]
 
     def refinement(self, names: tuple[str, ...]) -> Refinement:

@@ -251,20 +251,20 @@ def _analysis(
     mixed: tuple[MixedModel, ...] = (),
 ) -> Analysis:
     refuse_unknown("interval", ci, INTERVALS)
-    second, fourth = comparisons.table_2(measured, ci=ci), table_4(rows)
-    several = corrected(second.tests, fourth)
+    table2, table4 = comparisons.table_2(measured, ci=ci), table_4(rows)
+    holm = corrected(table2.tests, table4)
     return Analysis(
         sources=tuple(sources),
         ci=ci,
         samples=tuple(measured),
-        table2=second,
+        table2=table2,
         table3=comparisons.table_3(rows),
-        table4=fourth,
+        table4=table4,
         means=comparisons.further_means(measured),
         agreement=agreement,
         kappas=kappa_rows,
         mixed=mixed,
-        holm=several,
-        limits=(*limits, *figure_limits(rows, fourth, agreement, several)),
+        holm=holm,
+        limits=(*limits, *figure_limits(rows, table4, agreement, holm)),
         remarks=tuple(remarks),
     )

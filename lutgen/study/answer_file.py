@@ -131,7 +131,7 @@ def read_entries(path: Path, anchor: str) -> list[AnswerRow]:
 
 
 @contextmanager
-def held(path: Path) -> Iterator[None]:
+def locked_place(path: Path) -> Iterator[None]:
     """Lock a reader's place for the life of this process. Raises LutgenError: another process holds it."""
     beside = path.with_name(f".{path.stem}.lock")
     with _explained(beside):

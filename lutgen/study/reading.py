@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 from lutgen import __version__
 from lutgen.errors import LutgenError, reason_of
 from lutgen.study import answers
-from lutgen.study.answer_file import AnswerFile, held
+from lutgen.study.answer_file import AnswerFile, locked_place
 from lutgen.study.protocol import Protocol, read_protocol
 
 if TYPE_CHECKING:
@@ -239,22 +239,22 @@ def begin_reading(
         raise LutgenError(f"--session {session}: the study has sessions 1 to {protocol.sessions}. Pick one of these.")
     file = answers.take_place(study, protocol, name, session=session, at=text_of(clock()))
     try:
-        with held(file.path):
-            began = ReadingSession(study, protocol, file, session, clock)
-            tasks = [*began.practice, *began.images]
+        with locked_place(file.path):
+            reading = ReadingSession(study, protocol, file, session, clock)
+            tasks = [*reading.practice, *reading.images]
             for done, task in enumerate(tasks, start=1):
                 picture_of(study, task)
                 if progress:
                     progress(done, len(tasks))
-            _begin(began, file, clock(), why)
-            yield began
+            _begin(reading, file, clock(), why)
+            yield reading
     finally:
         file.close()
 
 
-def _begin(began: ReadingSession, file: AnswerFile, now: datetime, why: str | None) -> None:
-    protocol, session = began.protocol, began.session
-    state = answers.session_progress(file.entries, session, len(began.images))
+def _begin(reading: ReadingSession, file: AnswerFile, now: datetime, why: str | None) -> None:
+    protocol, session = reading.protocol, reading.session
+    state = answers.session_progress(file.entries, session, len(reading.images))
     if state.ended:
         following = f" Next is --session {session + 1}." if session < protocol.sessions else ""
         raise LutgenError(
