@@ -24,7 +24,7 @@ import pytest
 from lutgen import DisplayModel
 from lutgen.errors import LutgenError
 from lutgen.explore.commands import Asked, commands, example_readings, tissue
-from lutgen.explore.drop import IMAGE, READINGS, gathered
+from lutgen.explore.exchange import IMAGE, READINGS, gathered
 from lutgen.explore.fitting import Fitting
 from lutgen.explore.imaging import Imaging
 from lutgen.explore.process import ENDED, Process
