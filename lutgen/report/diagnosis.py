@@ -260,12 +260,13 @@ def refine_page(refinement: Refinement, effects: Mapping[str, Effect], data: str
         yield from refinement.carried() or ["LUTs of this model carry all of it."]
     yield ""
     if not refinement.after.agrees and not refinement.diagnosis:
-        first = "" if model else "Write the model (-o MODEL.toml), then:  "
+        keep = "" if refinement.improves else " --keep"
+        first = "" if model else f"Write the model (-o MODEL.toml{keep}), then:  "
         yield f"Something is left. {first}lutgen diagnose {data} --model {model or 'MODEL.toml'}"
     if model:
         last = f"{float(refinement.found.problem.hours[-1]):g}"
         yield f"Model written: {model}. Bake it:  lutgen build --model {model} --hours 0..{last} -o aged/"
-    else:
+    elif refinement.improves:
         yield "No model was written: -o MODEL.toml writes it."
 
 
