@@ -70,16 +70,22 @@ def run(*arguments: object) -> Ran:
 
 
 def cut(file: Path, count: int, folder: Path) -> Path:
-    """Copy a .ti3 or CSV with no more than ``count`` readings, drawn by a seed that is the file's name."""
+    """Copy a .ti3 or CSV with so many readings: black, colour points, and others drawn by a seed of the file's name."""
     lines = file.read_text(encoding="utf-8").splitlines()
-    begin, end = (1, len(lines)) if file.suffix == ".csv" else (lines.index("BEGIN_DATA") + 1, lines.index("END_DATA"))
-    drawn = np.random.default_rng(list(file.name.encode())).permutation(np.arange(begin, end))[:count]
-    kept = [*lines[:begin], *(lines[row] for row in sorted(drawn)), *lines[end:]]
-    kept = [
-        re.sub(r"^NUMBER_OF_SETS .*", f"NUMBER_OF_SETS {len(drawn)}", line) for line in kept[: begin + len(drawn)]
-    ] + kept[begin + len(drawn) :]
+    ti3 = file.suffix == ".ti3"
+    begin, end = (lines.index("BEGIN_DATA") + 1, lines.index("END_DATA")) if ti3 else (1, len(lines))
+    names = lines[lines.index("BEGIN_DATA_FORMAT") + 1].split() if ti3 else lines[0].lower().split(",")
+    columns = [names.index(name) for name in (("RGB_R", "RGB_G", "RGB_B") if ti3 else ("r", "g", "b"))]
+    cells = [line.split() if ti3 else line.split(",") for line in lines[begin:end]]
+    drive = np.array([[float(row[column]) for column in columns] for row in cells])
+    drive /= drive.max()
+    ends = [(drive == code).all(axis=1).argmax() for code in ([0, 0, 0], [1, 1, 1], *np.eye(3))]
+    others = np.setdiff1d(np.arange(len(drive)), ends)
+    others = np.random.default_rng(list(file.name.encode())).permutation(others)[: count - len(ends)]
+    kept = [lines[begin + row] for row in sorted([*ends, *others])]
+    head = [re.sub(r"^NUMBER_OF_SETS .*", f"NUMBER_OF_SETS {count}", line) for line in lines[:begin]]
     copy = folder / file.name
-    copy.write_text("\n".join(kept) + "\n", encoding="utf-8")
+    copy.write_text("\n".join([*head, *kept, *lines[end:]]) + "\n", encoding="utf-8")
     return copy
 
 

@@ -112,12 +112,12 @@ def parameter_table(parameters: Mapping[str, Mapping[str, Mapping[str, Any]]], e
 
 
 def estimate_in_words(estimate: Mapping[str, Any], effect: Effect, name: str) -> str:
-    """Write value ± standard error with its unit; say when it lies at its bound or has no influence."""
+    """Write value ± standard error with its unit; say when it lies at its bound, or readings do not tell it."""
     text = with_error(estimate["value"], estimate["stderr"], estimate["unit"])
     if estimate["at_bound"]:
         return f"{text}, at its bound"
     searched = bool(effect.parameters[name].grid)
-    return f"{text}, no influence" if estimate["free"] and estimate["stderr"] is None and not searched else text
+    return f"{text}, not determined" if estimate["free"] and estimate["stderr"] is None and not searched else text
 
 
 def _ranking_table(ranking: tuple[Ranked, ...], effects: Mapping[str, Effect]) -> Table:
