@@ -23,7 +23,7 @@ from lutgen.readings.conditions import CONDITIONS
 from lutgen.report import diagnosis as diagnosis_page
 from lutgen.report.effect_sketch import FOLLOWS, of_condition, sketched
 from tests.campaigns import single, text_of, write
-from tests.command import Done, in_process
+from tests.command import Done, in_process, words
 from tests.quick import mostly_slow
 
 if TYPE_CHECKING:
@@ -290,6 +290,14 @@ def test_one_session_is_a_display_at_hour_0(run: Callable[..., Done], tmp_path: 
     done = run("build", "--model", "new.toml", "--hours", "0", "--format", "cube", "--cubesize", "17", "-o", "luts")
     assert (done.code, done.err) == (0, "")
     assert json.loads((tmp_path / "luts/manifest.json").read_text())["model"]["reference"] == "absolute"
+
+
+def test_a_model_to_which_nothing_is_added_is_written_only_to_be_kept(run: Callable[..., Done], tmp_path: Path) -> None:
+    data = write("healthy", tmp_path).name
+    done = run("refine", data, "--auto", "-o", "same.toml")
+    assert (done.code, done.lines[0]) == (1, "Nothing was added: the model stays as it was.")
+    assert words(done.err) == "Nothing was added, so no model is written. Add --keep to write it all the same."
+    assert ("-o MODEL.toml" in done.out, (tmp_path / "same.toml").exists()) == (False, False)
 
 
 def test_options_are_handed_on_to_the_next_command(run: Callable[..., Done], tmp_path: Path) -> None:

@@ -31,14 +31,17 @@ MIXTURES = [tuple(code) for code in np.round(np.random.default_rng(7).uniform(0.
 CODES = [*TIPS, BLACK, *GREYS, *RAMPS, *MIXTURES]
 
 
-def measured(course: Callable[[Array], Array], repeats: int = 3, noise: float = 0.001) -> Measurements:
-    """One session in random order, with so many more whites in even steps, whose light follows a course over 0..1."""
+def measured(
+    course: Callable[[Array], Array], repeats: int = 3, noise: float = 0.001, hours: tuple[float, ...] = (0.0,)
+) -> Measurements:
+    """Sessions in random order, with so many more whites in even steps, whose light follows a course over 0..1."""
     random = np.random.default_rng(11)
     codes = [CODES[place] for place in random.permutation(len(CODES))]
     for place in np.linspace(0, len(codes) + repeats - 1, repeats).round().astype(int):
         codes.insert(place, WHITE)
-    read = session(Panel(), codes, hours=(0.0,))
-    light = course(np.linspace(0.0, 1.0, read.hours.size)) * (1.0 + noise * random.standard_normal(read.hours.size))
+    read = session(Panel(), codes, hours=hours)
+    light = np.tile(course(np.linspace(0.0, 1.0, len(codes))), len(hours))
+    light *= 1.0 + noise * random.standard_normal(read.hours.size)
     return replace(read, xyz_cd_m2=read.xyz_cd_m2 * light[:, np.newaxis])
 
 
@@ -97,9 +100,20 @@ def test_a_model_that_agrees_with_a_drift_is_not_praised(baseline: str) -> None:
     assert "drift" not in steady.sentence()
 
 
-def test_diagnose_remarks_a_drift() -> None:
-    found = diagnose(measured(dims_at_once), baseline="native")
+def test_diagnose_doubts_the_measurement_before_the_display() -> None:
+    found = diagnose(measured(warms_up), baseline="native")
+    assert found.verdict.name == "measurement-problem"
+    assert "luminance changed within the session at 0 h by +" in found.verdict.sentence
     assert any("Luminance changed within the session at 0 h" in each for each in found.verdict.remarks)
+
+
+def test_an_effect_that_no_drift_hides_is_named() -> None:
+    """A drift of 4 % leaves black's light alone, which grew eightfold."""
+    read = measured(lambda place: 1.0 + 0.04 * place, hours=(0.0, 5000.0))
+    leaked = np.where(read.hours > 0, 0.02, 0.0)[:, np.newaxis] * read.xyz_cd_m2.max(axis=0)
+    found = diagnose(replace(read, xyz_cd_m2=read.xyz_cd_m2 + leaked), baseline="native")
+    assert drifts(found.problem)
+    assert "black-level" in found.verdict.effects
 
 
 def test_compare_names_the_reading(tmp_path: Path, run: Callable[..., Done]) -> None:

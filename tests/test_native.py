@@ -415,13 +415,27 @@ def test_a_failure_that_mean_colour_differences_hide_is_placed() -> None:
     assert "the noise in few readings, or in dark ones: mean ΔE2000" in found.sentence()
 
 
-def test_noise_of_the_first_session_is_no_aging() -> None:
-    """Points of the curves err alike at every later hour; a fit that took them for true would find drifts there."""
+def test_noise_of_the_first_session_is_no_aging(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Points of the curves err alike at every later hour; a fit that took them for true would find drifts there.
+
+    This display has sRGB's curves, which would be chosen; here those of its ramps are.
+    """
+    monkeypatch.setattr("lutgen.display.native.clearly_better", lambda *_: True)
     problem = Problem.of(simulated(), baseline="native")
+    assert problem.native is not None
+    assert problem.native.source == "ramps"
     open_to_noise = fit(problem)
     taken_for_true = fit(replace(problem, drawn=()))
     assert open_to_noise.chi2 < open_to_noise.freedom + 3 * np.sqrt(2 * open_to_noise.freedom)
     assert taken_for_true.chi2 > taken_for_true.freedom + 3 * np.sqrt(2 * taken_for_true.freedom)
+
+
+def test_curves_of_ramps_that_are_no_better_than_srgbs_are_not_taken() -> None:
+    """The lowest rung stays where a few mixtures do not clearly prefer another."""
+    found = Problem.of(simulated(), baseline="native").native
+    assert found is not None
+    assert found.source == "srgb"
+    assert "Curves are those of sRGB: mean ΔE2000 on mixtures: ramps 0." in " ".join(found.remarks)
 
 
 def test_compare_says_how_far_the_paper_is_from_the_first_session() -> None:

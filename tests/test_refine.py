@@ -150,6 +150,8 @@ def test_auto_adds_nothing_to_a_healthy_display() -> None:
     made = refine(readings(), auto=True)
     assert made.steps == ()
     assert made.sentence() == "Nothing was added: the model stays as it was."
+    assert not made.improves
+    assert made.to_save.fit["kept"] == "by hand: no effect was added"
     assert made.model.verdict == "consistent"
     assert made.model.effects == ()
     # White and primaries are as they were read; a fit moves them, far where no effect explains what it finds.

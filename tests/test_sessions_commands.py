@@ -92,6 +92,12 @@ def test_trend_prints_draws_and_writes(lutgen: Callable[..., Done]) -> None:
     assert Path("a.png").read_bytes()[:4] == b"\x89PNG"
 
 
+def test_a_limit_of_two_sets_that_no_session_tells_is_said_once(lutgen: Callable[..., Done]) -> None:
+    done = lutgen("trend", CAMPAIGN, "--limits", "tg18-primary", "--limits", "acr-diagnostic")
+    (told,) = [line for line in done.lines if line.startswith("No session tells: ")]
+    assert told.count("non-uniformity<=30%") == 1
+
+
 @pytest.mark.slow
 def test_trend_writes_the_same_every_time(lutgen: Callable[..., Done]) -> None:
     for plot, numbers in (("a.png", "a.json"), ("b.png", "-")):

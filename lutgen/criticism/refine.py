@@ -33,8 +33,9 @@ if TYPE_CHECKING:
     from lutgen.effects import Effect
     from lutgen.readings import Measurements
 
-#: What a model file says of effects that do not lower the error and were kept all the same.
+#: What a model file says of effects that do not lower the error, or of none, and was kept all the same.
 BY_HAND = "by hand: the error does not fall with these effects"
+AS_IT_WAS = "by hand: no effect was added"
 
 
 @dataclass(frozen=True)
@@ -76,8 +77,8 @@ class Refinement:
 
     @property
     def improves(self) -> bool:
-        """Whether the error, and that of withheld readings, fell; True where nothing was added."""
-        return not self.steps or (self.after.ratio < self.before.ratio and self.held_out_gain >= 0.0)
+        """Whether the error, and that of withheld readings, fell; False where nothing was added."""
+        return bool(self.steps) and self.after.ratio < self.before.ratio and self.held_out_gain >= 0.0
 
     @property
     def after(self) -> Comparison:
@@ -86,8 +87,9 @@ class Refinement:
 
     @property
     def to_save(self) -> DisplayModel:
-        """The model for a file, which says so where its author keeps effects that do not lower the error."""
-        return self.model if self.improves else replace(self.model, fit={**self.model.fit, "kept": BY_HAND})
+        """The model for a file, which says so where its author keeps it although the error does not fall."""
+        kept = BY_HAND if self.steps else AS_IT_WAS
+        return self.model if self.improves else replace(self.model, fit={**self.model.fit, "kept": kept})
 
     def of_saved(self, saved: DisplayModel | None) -> Refinement:
         """Keep what a saved model that was refined says of modes and conditions, which no fit touches."""

@@ -41,6 +41,12 @@ VERDICTS = {
     "measurement-problem": "the measurement moved, not the display",
 }
 
+#: Verdict that names nothing → what is to be said of it where luminance drifted within a session.
+UNSTEADY = {
+    "consistent": "beside that nothing is above the noise",
+    "unexplained": "no known effect explains what is left",
+}
+
 #: Lines of readings that a remark names.
 NAMED_LINES = 12
 
@@ -100,9 +106,24 @@ def pronounce(explanation: Explanation, error: PureError, seen: Sequence[Visibil
     if suspicion.sentence:
         sentence = f"The measurement cannot be trusted: {suspicion.sentence}."
         return Verdict("measurement-problem", sentence, remarks=remarks)
-    if not explanation.steps:
-        return _if_so(_nothing_named(explanation, error, suspicion, remarks), explanation)
-    return _if_so(_named(explanation, error, remarks), explanation)
+    if explanation.steps:
+        found = _named(explanation, error, remarks)
+    else:
+        found = _nothing_named(explanation, error, suspicion, remarks)
+    return _if_so(_or_unsteady(found, explanation), explanation)
+
+
+def _or_unsteady(verdict: Verdict, explanation: Explanation) -> Verdict:
+    """Doubt the measurement where luminance drifted within a session, and no effect is named."""
+    unsteady = drifts(explanation.base.problem)
+    if verdict.name not in UNSTEADY or not unsteady:
+        return verdict
+    at = " and ".join(f"at {each.hour:g} h by {each.change:+.1%}" for each in unsteady)
+    sentence = (
+        f"The measurement cannot be trusted: luminance changed within the session {at}, and {UNSTEADY[verdict.name]}. "
+        f"Measure again when brightness is steady."
+    )
+    return replace(verdict, name="measurement-problem", sentence=sentence)
 
 
 def _if_so(verdict: Verdict, explanation: Explanation) -> Verdict:
@@ -233,7 +254,7 @@ def strongest(explanation: Explanation) -> tuple[str, str]:
     share = {str(name): float(np.maximum(size[named == name] - 1.0, 0.0).mean()) for name in np.unique(named)}
     worst = max(share, key=lambda name: share[name])
     hours = [float(size[problem.hour_of == hour].mean()) for hour in range(problem.hours.size)]
-    late = np.corrcoef(problem.hours, hours)[0, 1] if len(hours) > 2 and np.ptp(hours) > 0 else 0.0
+    late = np.corrcoef(problem.hours, hours)[0, 1] if np.ptp(hours) > 0 else 0.0
     course = "growing with the hours" if late > 0.6 else "at all hours alike" if late > -0.3 else "more in early hours"
     return worst, course
 

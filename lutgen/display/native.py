@@ -267,9 +267,12 @@ def _mixed_sample(readings: Measurements, leave_out: Sequence[int]) -> Sample | 
 
 
 def _or_srgb(native: NativeDisplay, sample: Sample) -> NativeDisplay:
-    """Return the same display, with sRGB's curves where these foretell its few mixtures clearly better."""
+    """Return the same display, with sRGB's curves unless its own foretell its few mixtures clearly better.
+
+    So every rung of the ladder is taken; sRGB's curves are the lowest.
+    """
     own, srgb = (added_up(sample, each, sample.drive) for each in (native.curves, straight()))
-    if not clearly_better(sample, srgb, own):
+    if clearly_better(sample, own, srgb):
         return native
     errors = f"{native.source} {mixtures_error(sample, own):.2f}; sRGB {mixtures_error(sample, srgb):.2f}"
     said = f"Curves are those of sRGB: mean ΔE2000 on mixtures: {errors}."

@@ -107,7 +107,8 @@ def trend_page(trend: Trend) -> Iterator[Part]:
         yield f"Fewer than eight sessions ({kept}): the intervals rest as much on which laws of decay are usual."
     yield limits(trend)
     yield from (f"{each.limit.text}: {source(each.limit)}." for each in trend.passings if _is_read(trend, each))
-    if unread := [each.limit.text for each in trend.passings if not _is_read(trend, each)]:
+    # Two published sets may ask for the same limit.
+    if unread := dict.fromkeys(each.limit.text for each in trend.passings if not _is_read(trend, each)):
         yield f"No session tells: {', '.join(unread)} (greys and black, several places, --ambient)."
 
 

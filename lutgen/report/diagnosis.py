@@ -112,12 +112,12 @@ def parameter_table(parameters: Mapping[str, Mapping[str, Mapping[str, Any]]], e
 
 
 def estimate_in_words(estimate: Mapping[str, Any], effect: Effect, name: str) -> str:
-    """Write value ± standard error with its unit; say when it lies at its bound or has no influence."""
+    """Write value ± standard error with its unit; say when it lies at its bound, or readings do not tell it."""
     text = with_error(estimate["value"], estimate["stderr"], estimate["unit"])
     if estimate["at_bound"]:
         return f"{text}, at its bound"
     searched = bool(effect.parameters[name].grid)
-    return f"{text}, no influence" if estimate["free"] and estimate["stderr"] is None and not searched else text
+    return f"{text}, not determined" if estimate["free"] and estimate["stderr"] is None and not searched else text
 
 
 def _ranking_table(ranking: tuple[Ranked, ...], effects: Mapping[str, Effect]) -> Table:
@@ -260,12 +260,13 @@ def refine_page(refinement: Refinement, effects: Mapping[str, Effect], data: str
         yield from refinement.carried() or ["LUTs of this model carry all of it."]
     yield ""
     if not refinement.after.agrees and not refinement.diagnosis:
-        first = "" if model else "Write the model (-o MODEL.toml), then:  "
+        keep = "" if refinement.improves else " --keep"
+        first = "" if model else f"Write the model (-o MODEL.toml{keep}), then:  "
         yield f"Something is left. {first}lutgen diagnose {data} --model {model or 'MODEL.toml'}"
     if model:
         last = f"{float(refinement.found.problem.hours[-1]):g}"
         yield f"Model written: {model}. Bake it:  lutgen build --model {model} --hours 0..{last} -o aged/"
-    else:
+    elif refinement.improves:
         yield "No model was written: -o MODEL.toml writes it."
 
 

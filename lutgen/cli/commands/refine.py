@@ -30,7 +30,7 @@ from lutgen.cli.outputs import Outputs, check_new_file, progress_bar
 )
 @click.option("--plots", metavar="DIR", help="Draw residuals, steps and fit into this folder.")
 @click.option("-o", "--output", metavar="MODEL.toml", help="Write the refined model here.")
-@click.option("--keep", is_flag=True, help="Write the model even where the error does not fall.")
+@click.option("--keep", is_flag=True, help="Write the model even where the error does not fall or nothing is added.")
 def command(
     *,
     add: tuple[str, ...],
@@ -47,8 +47,8 @@ def command(
 
     Adds built-in effects, effects of a file (--effects FILE --add NAME) or a formula (--add-expr), each in the form
     that the readings support. The model file holds parameters, errors and provenance; use it with lutgen build --model.
-    Where neither the error nor that of withheld readings falls, nothing is written and the exit code is 1, unless you
-    --keep the model.
+    Where the error or that of withheld readings does not fall, or --auto finds nothing to add, nothing is written and
+    the exit code is 1, unless you --keep the model.
 
     \b
     Example:
@@ -91,5 +91,6 @@ def command(
         plot=lambda folder: plot_refinement(refinement, question.effects, folder, force=force),
     )
     if not kept:
-        click.echo("The error does not fall, so no model is written. Add --keep to write it all the same.", err=True)
+        why = "The error does not fall" if refinement.steps else "Nothing was added"
+        click.echo(f"{why}, so no model is written. Add --keep to write it all the same.", err=True)
         raise click.exceptions.Exit(1)
