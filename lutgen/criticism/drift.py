@@ -87,3 +87,10 @@ def _believed(rows: NDArray[np.intp], place: NDArray[np.intp], wrong: NDArray[np
     ordered = rows[np.argsort(place[rows])]
     between = np.isin(ordered, ordered[1:-1])
     return np.asarray(ordered[~(between & wrong[ordered])])
+
+
+def doubted(problem: Problem, beside: str) -> str:
+    """Say why a measurement cannot be trusted of which nothing is to be said but ``beside``; "" where none drifted."""
+    at = " and ".join(f"at {each.hour:g} h by {each.change:+.1%}" for each in drifts(problem))
+    sentence = f"luminance changed within the session {at}, and {beside}. Measure again when brightness is steady."
+    return f"The measurement cannot be trusted: {sentence}" if at else ""

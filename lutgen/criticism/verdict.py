@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.criticism.drift import drifts
+from lutgen.criticism.drift import doubted, drifts
 from lutgen.criticism.families import condition_of, family_of
 from lutgen.criticism.first_day import white_moved
 from lutgen.criticism.imitation import Imitated, nearest, overlap
@@ -115,15 +115,8 @@ def pronounce(explanation: Explanation, error: PureError, seen: Sequence[Visibil
 
 def _or_unsteady(verdict: Verdict, explanation: Explanation) -> Verdict:
     """Doubt the measurement where luminance drifted within a session, and no effect is named."""
-    unsteady = drifts(explanation.base.problem)
-    if verdict.name not in UNSTEADY or not unsteady:
-        return verdict
-    at = " and ".join(f"at {each.hour:g} h by {each.change:+.1%}" for each in unsteady)
-    sentence = (
-        f"The measurement cannot be trusted: luminance changed within the session {at}, and {UNSTEADY[verdict.name]}. "
-        f"Measure again when brightness is steady."
-    )
-    return replace(verdict, name="measurement-problem", sentence=sentence)
+    doubt = verdict.name in UNSTEADY and doubted(explanation.base.problem, UNSTEADY[verdict.name])
+    return replace(verdict, name="measurement-problem", sentence=doubt) if doubt else verdict
 
 
 def _if_so(verdict: Verdict, explanation: Explanation) -> Verdict:
