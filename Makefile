@@ -14,7 +14,7 @@ ALONE := OPENBLAS_NUM_THREADS=1
 # A process that has nothing left to do takes tests from another.
 PYTEST := $(PYTHON) -m pytest --numprocesses auto --dist worksteal
 
-.PHONY: help setup programs demo test test-quick test-all test-slow test-other lint lint-page vendor explore-picture bench consumers fuzz hidden sessions study-level reference docs figures configs check-configs display table1 dist clean
+.PHONY: help setup programs more-programs demo test test-quick test-all test-slow test-other lint lint-page vendor explore-picture bench consumers fuzz hidden sessions study-level reference docs figures configs check-configs display table1 dist clean
 
 help: ## say what can be made (this)
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
@@ -24,8 +24,11 @@ help: ## say what can be made (this)
 setup: ## make .venv, with all that lutgen needs; does nothing when it is there
 	@.ci/setup venv $(OCIO)
 
-programs: setup # the programs that tests drive from outside: oiiotool, ffmpeg, mpv, Blender, Chromium, Firefox, Argyll, LittleCMS
+programs: setup # the programs that tests drive from outside: Chromium, Firefox, ffmpeg, oiiotool
 	@.ci/setup programs
+
+more-programs: programs # those that only make consumers and make bench ask: Blender, darktable, mpv, Argyll, LittleCMS, ociobakelut
+	@.ci/setup consumers
 
 demo: setup ## a real tissue image on an aged display; prints the path of the picture
 	@$(PYTHON) examples/demo.py
@@ -65,10 +68,10 @@ explore-picture: programs ## the picture of lutgen explore in README anew
 build/page: tests/page/package.json
 	@.ci/setup page
 
-bench: programs ## how fast, against other programs
+bench: more-programs ## how fast, against other programs
 	@$(ALONE) $(PYTHON) -m examples.bench $(ARGS)
 
-consumers: programs ## what real programs do with our files, by version, and whether lutgen says so
+consumers: more-programs ## what real programs do with our files, by version, and whether lutgen says so
 	@$(PYTHON) -m tests.consumers
 
 # 2 000 of these mutations are a slow test too; the nightly run is make fuzz ARGS="--count 100000 --seed $$(date +%j)".

@@ -20,7 +20,7 @@ from skimage.data import immunohistochemistry
 from examples.make_displays import DISPLAYS, FOLDER
 from lutgen import DisplayModel, LutgenError, apply_to_image, load_model, read_measurements
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab, xyz_to_lab
-from lutgen.display.modes import luminance_law
+from lutgen.display.tips import luminance_law
 from tests.virtual_display.campaign import truth
 
 if TYPE_CHECKING:

@@ -1,7 +1,8 @@
 """Rows of ``bench``: how fast lutgen compares and diagnoses, and what its shortcuts gain over the naive ways.
 
 The readings are simulated (``tests/virtual_display``): 1094 of them at 10 hours, eight sessions of the full design and
-two hours between at which white and primaries were not read. Goals are those of the project's issue 3, section 2.
+two hours between at which white and primaries were not read. One more campaign has half of the sessions, and ages by
+its hidden effect alone. Goals are those of the project's issue 3, section 2.
 """
 
 from __future__ import annotations
@@ -43,6 +44,9 @@ HIDDEN = {
     "two effects of typical size hidden": (("black-level", 0.0016, "other"), ("warm-up", 0.1, "other")),
 }
 
+#: What is hidden in the campaign that is diagnosed from hour 0.
+WORN = (("phosphor-wear", 0.2, "other"),)
+
 #: The effect that is fitted in races against the naive ways, and the parameters that are free.
 FITTED = ("black-level", ("new", "grown", "power", "tint_x", "tint_z"))
 
@@ -55,9 +59,13 @@ EVERY = 10
 
 @dataclass(frozen=True)
 class Work:
-    """How much to do: the sessions' hours and design, and the repetitions of commands and of races."""
+    """How much to do: the sessions' hours and design, and the repetitions of commands and of races.
+
+    ``worn``: the hours of the sessions of the display that is diagnosed from hour 0.
+    """
 
     sessions: tuple[float, ...] = SESSIONS
+    worn: tuple[float, ...] = (0.0, 2500.0, 6000.0, 11_500.0, 18_000.0)
     design: str = "full"
     commands: int = 3
     races: int = 3
@@ -65,7 +73,8 @@ class Work:
     @classmethod
     def quick(cls) -> Work:
         """Every row on few readings."""
-        return cls((0.0, 1000.0, 2500.0), design="colours", commands=1, races=1)
+        few = (0.0, 1000.0, 2500.0)
+        return cls(few, few, design="colours", commands=1, races=1)
 
 
 def criticism(work: Work, folder: Path) -> Iterator[Row]:
@@ -78,6 +87,7 @@ def criticism(work: Work, folder: Path) -> Iterator[Row]:
     problem = Problem.of(read_measurements(files["one effect hidden"]))
     size = f"{problem.rows.size} readings at {problem.hours.size} hours"
     yield from _commands(work, files, size, folder)
+    yield _from_hour_0(work, folder)
     yield _fitting(work, problem, size)
     yield _confirming(work, problem)
 
@@ -85,16 +95,26 @@ def criticism(work: Work, folder: Path) -> Iterator[Row]:
 def _commands(work: Work, files: dict[str, Path], size: str, folder: Path) -> Iterator[Row]:
     """`lutgen compare` and `lutgen diagnose` as processes, with the whole catalogue and its refined forms."""
     *_, hardest = files
-
-    def timed(command: str, name: str, limit: float) -> Row:
-        seconds = [seconds_of(partial(run, [*LUTGEN, command, str(files[name])])) for _ in range(work.commands)]
-        return against_limit(f"{command} {size}, {name}", seconds, limit, "s")
-
-    yield timed("compare", hardest, COMPARE_LIMIT_S)
-    for name in files:
-        yield timed("diagnose", name, DIAGNOSE_LIMIT_S)
+    yield _timed(work, f"compare {size}, {hardest}", ["compare", str(files[hardest])], COMPARE_LIMIT_S)
+    for name, file in files.items():
+        yield _timed(work, f"diagnose {size}, {name}", ["diagnose", str(file)], DIAGNOSE_LIMIT_S)
     peaks = [peak_memory([*LUTGEN, "diagnose", str(files[hardest])], folder) for _ in range(work.commands)]
     yield against_limit("peak memory of that diagnosis (PSS)", peaks, MEMORY_LIMIT_MB, "MB")
+
+
+def _from_hour_0(work: Work, folder: Path) -> Row:
+    """`lutgen diagnose` of a display whose later white and primaries are foretold from the first session."""
+    file = folder / "worn.csv"
+    campaign = Campaign(design=work.design, hours=work.worn, hidden=WORN, baseline="first-hour")
+    file.write_text(csv_text(campaign), encoding="utf-8")
+    hours = campaign.readings.hours
+    title = f"diagnose {hours.size} readings at {np.unique(hours).size} hours, phosphor-wear from hour 0"
+    return _timed(work, title, ["diagnose", str(file), "--baseline", "first-hour"], DIAGNOSE_LIMIT_S)
+
+
+def _timed(work: Work, title: str, arguments: list[str], limit: float) -> Row:
+    command = partial(run, [*LUTGEN, *arguments])
+    return against_limit(title, [seconds_of(command) for _ in range(work.commands)], limit, "s")
 
 
 def _fitting(work: Work, problem: Problem, size: str) -> Row:

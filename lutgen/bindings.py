@@ -13,7 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lutgen.errors import LutgenError, reason_of
+from lutgen.errors import LutgenError, in_one_line, reason_of
 from lutgen.files import is_unicode
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ def ocio_errors() -> tuple[type[BaseException], ...]:
 def warnings_logged(lib: Any) -> Iterator[list[str]]:
     """Collect what OpenColorIO logs, each message on one line, instead of printing it."""
     messages: list[str] = []
-    lib.SetLoggingFunction(lambda message: messages.append(" ".join(str(message).split())))
+    lib.SetLoggingFunction(lambda message: messages.append(in_one_line(message)))
     try:
         yield messages
     finally:
@@ -77,6 +77,16 @@ def littlecms() -> Any:
         raise LutgenError(
             f"ICC profiles are read back through LittleCMS, whose binding cannot be imported ({error}). Install it by "
             f"`pip install lutgen[icc]`; `lutgen build --no-certificates` does without."
+        ) from None
+
+
+def optional(module: str, use: str, *, extra: str, otherwise: str) -> Any:
+    """Import a module of one of lutgen's extras. Raises LutgenError: what it is needed for, and what to do without."""
+    try:
+        return import_module(module)
+    except ImportError as error:
+        raise LutgenError(
+            f"{use}, which cannot be imported ({error}). Install it with `pip install lutgen[{extra}]`, or {otherwise}."
         ) from None
 
 
@@ -106,9 +116,7 @@ def lut_processor(path: Path) -> Any:
     try:
         return _raw_config().getProcessor(file_transform)
     except ocio_errors() as error:
-        raise LutgenError(
-            f"{path}: OpenColorIO {lib.__version__} cannot read it: {' '.join(str(error).split())}"
-        ) from None
+        raise LutgenError(f"{path}: OpenColorIO {lib.__version__} cannot read it: {in_one_line(error)}") from None
 
 
 @cache

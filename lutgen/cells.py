@@ -8,6 +8,7 @@ where it has them; anything else is None, and the caller says where it stands an
 from __future__ import annotations
 
 import csv
+import io
 import re
 from collections import Counter
 from math import isfinite
@@ -80,8 +81,17 @@ def split_row(line: str, separator: str = ",") -> list[str]:
     return [cell.strip(BLANKS) for cell in next(csv.reader([line], delimiter=separator))]
 
 
+def csv_text(rows: Iterable[Iterable[object]], *, remark: str = "") -> str:
+    """Write rows as a CSV, quoted where a cell has to be (RFC 4180); None is an empty cell, ``remark`` a first line."""
+    text = io.StringIO()
+    if remark:
+        text.write(f"# {remark}\n")
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()
+
+
 def first_doubled(names: Iterable[str]) -> str | None:
-    """Return the first name of a header that stands there twice, if any."""
+    """Return the first name that a list has twice, if any."""
     return next((name for name, count in Counter(names).items() if count > 1), None)
 
 

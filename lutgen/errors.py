@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Collection, Iterable
 
 
 class LutgenError(ValueError):
@@ -21,6 +21,17 @@ def reason_of(error: OSError) -> str:
     return (error.strerror or str(error)).lower()
 
 
+def in_one_line(text: object) -> str:
+    """Return what another program says, such as an exception of OpenColorIO's, with its line breaks made spaces."""
+    return " ".join(str(text).split())
+
+
 def pick_one(what: str, given: object, choices: Iterable[str]) -> LutgenError:
     """Return the error for a name that is not among ``choices``."""
     return LutgenError(f"unknown {what} {str(given)!r}. Pick one of: {', '.join(choices)}.")
+
+
+def refuse_unknown(what: str, given: object, choices: Collection[object]) -> None:
+    """Raise LutgenError as :func:`pick_one` words it, for what is not among ``choices``."""
+    if given not in choices:
+        raise pick_one(what, given, map(str, choices))

@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 from math import floor, isfinite, log10
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 #: Significant figures of a value, and of its error.
 FIGURES, OF_AN_ERROR = 4, 2
@@ -64,11 +68,20 @@ def spaced(value: float) -> str:
     return f"{round(value, 6):,}".removesuffix(".0").replace(",", "\N{NO-BREAK SPACE}")
 
 
+def counted(count: int, noun: str) -> str:
+    """Count things whose plural has an s: 1 slide, 18 000 pixels."""
+    return f"{spaced(count)} {noun}{'' if count == 1 else 's'}"
+
+
+def listed(names: Sequence[str], most: int) -> str:
+    """List names, the first ``most`` of them, and count the others."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return ", ".join(names[:most]) + more
+
+
 def pixels_of_colours(pixels: int, colours: int) -> str:
     """Count pixels and their distinct colours: 345 600 pixels of 50 304 colours, 1 pixel of 1 colour."""
-    return (
-        f"{spaced(pixels)} pixel{'' if pixels == 1 else 's'} of {spaced(colours)} colour{'' if colours == 1 else 's'}"
-    )
+    return f"{counted(pixels, 'pixel')} of {counted(colours, 'colour')}"
 
 
 def _power(value: float) -> int:

@@ -1,12 +1,13 @@
-"""How many seeded faults in a module the tests notice; by hand: each mutant takes seconds, and the score is for people.
+"""How many seeded faults in a module the quick tests notice; by hand, since each mutant takes seconds.
 
-    python -m tests.mutants --trace lines.json            # which quick tests run which lines; needs coverage
+    pip install coverage                                    # for --trace alone
+    python -m tests.mutants --trace lines.json lutgen/display lutgen/bake/digits.py
     python -m tests.mutants --lines lines.json --count 300 lutgen/display lutgen/bake/digits.py
 
-A mutant is a module with one operator, comparison, constant or condition changed. One process imports all and collects
-all quick tests; each mutant is tried in a fork of it. A fault in a function takes the place of its code there; any
-other is imported anew. The tests that run the line are tried, quickest first, until one fails or the budget is spent. A
-fork that dies, or ends by its limits, has noticed its fault; a test that fails without any fault notices nothing.
+A mutant is a module with one operator, comparison, constant or condition changed. It is written into a copy of the
+repository, so that commands and workers which tests start run it too. The tests that run the changed line are tried,
+quickest first, until one fails or the budget is spent; then the others of their files, which share what these made. A
+process that dies, or ends by its limits, has noticed its fault; a test that fails without any fault notices nothing.
 """
 
 from __future__ import annotations
@@ -14,11 +15,7 @@ from __future__ import annotations
 import argparse
 import ast
 import copy
-import functools
-import gc
 import importlib
-import importlib.abc
-import importlib.util
 import json
 import os
 import random
@@ -28,18 +25,17 @@ import signal
 import sys
 import tempfile
 import time
-from collections import Counter
-from itertools import zip_longest
+from collections import Counter, defaultdict
+from contextlib import suppress
+from importlib.util import cache_from_source
+from itertools import accumulate, zip_longest
 from pathlib import Path
-from types import CodeType, FunctionType
 from typing import TYPE_CHECKING, NamedTuple
 
 import pytest
-from _pytest.runner import runtestprotocol
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
-    from types import ModuleType
 
 #: What becomes of an operator or a comparison.
 SWAPS: dict[type, type] = {
@@ -65,10 +61,10 @@ LIMIT = 120
 #: Seconds by the clock after which a mutant counts as noticed: its process waits for ever.
 PATIENCE = 600
 
-#: What a fork answers where the fault is outside functions.
-ANEW = "anew"
+#: What takes long to import and is none of ours: done once, before processes are forked. No plug-ins of pytest's.
+SLOW_TO_IMPORT = ("colour", "jsonschema", "matplotlib.pyplot", "scipy.optimize", "scipy.stats")
 
-QUICK = ["-q", "-p", "no:cacheprovider", "-m", "not slow"]
+QUICK = ["-q", "-p", "no:cacheprovider", "-p", "no:xdist", "-m", "not slow"]
 ROOT = Path(__file__).parents[1]
 
 
@@ -104,8 +100,8 @@ def _changes(node: ast.AST) -> list[str]:
     return []
 
 
-def changed(mutant: Mutant) -> CodeType:
-    """Return the compiled module with the change, its lines numbered as before."""
+def changed(mutant: Mutant) -> str:
+    """Return the source with the change."""
     tree = ast.parse((ROOT / mutant.file).read_text(encoding="utf-8"))
     node = list(ast.walk(tree))[mutant.place]
     if isinstance(node, ast.BinOp | ast.AugAssign | ast.BoolOp):
@@ -116,78 +112,40 @@ def changed(mutant: Mutant) -> CodeType:
         node.value += 1
     elif isinstance(node, ast.If | ast.IfExp):
         node.test = ast.copy_location(ast.UnaryOp(ast.Not(), copy.copy(node.test)), node.test)
-    return compile(ast.fix_missing_locations(tree), str(ROOT / mutant.file), "exec", dont_inherit=True)
+    return ast.unparse(ast.fix_missing_locations(tree))
 
 
-def _codes(code: CodeType) -> Iterator[CodeType]:
-    for const in code.co_consts:
-        if isinstance(const, CodeType):
-            yield const
-            yield from _codes(const)
-
-
-def _place(code: CodeType) -> tuple[str, int]:
-    return code.co_qualname, code.co_firstlineno
-
-
-def swap(mutant: Mutant) -> bool:
-    """Give all living functions of the file the changed code; False where the change is outside functions."""
-    new = {_place(code): code for code in _codes(changed(mutant))}
-    source = compile((ROOT / mutant.file).read_text(encoding="utf-8"), "", "exec", dont_inherit=True)
-    old = {_place(code): code for code in _codes(source)}
-    different = {name for name in old if new[name].replace(co_filename="") != old[name]}
-    living = [
-        each
-        for each in gc.get_objects()
-        if isinstance(each, FunctionType)
-        and each.__code__.co_filename == str(ROOT / mutant.file)
-        and _place(each.__code__) in different
-    ]
-    # A class's body is code too, but is run once, when it is imported: no living function has it.
-    for each in living:
-        each.__code__ = new[_place(each.__code__)]
-    for each in gc.get_objects():
-        if isinstance(each, functools._lru_cache_wrapper) and str(each.__module__).startswith("lutgen"):
-            each.cache_clear()
-    return bool(living)
-
-
-class _Replaced(importlib.abc.MetaPathFinder, importlib.abc.Loader):
-    """Imports one module from another code."""
-
-    def __init__(self, mutant: Mutant) -> None:
-        self._name = mutant.file.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
-        self._mutant = mutant
-
-    def find_spec(self, name: str, _path: object, _target: object = None) -> importlib.machinery.ModuleSpec | None:
-        if name != self._name:
-            return None
-        return importlib.util.spec_from_file_location(name, ROOT / self._mutant.file, loader=self)
-
-    def create_module(self, _spec: importlib.machinery.ModuleSpec) -> None:
-        return None
-
-    def exec_module(self, module: ModuleType) -> None:
-        exec(changed(self._mutant), module.__dict__)  # noqa: S102 - that is the mutant
+def unchanged(mutant: Mutant) -> str:
+    """Return the source without the change, laid out as :func:`changed` lays it out."""
+    return ast.unparse(ast.parse((ROOT / mutant.file).read_text(encoding="utf-8")))
 
 
 class Lines:
     """Which tests run which lines, and how long each takes."""
 
-    def __init__(self, file: Path) -> None:
-        content = json.loads(file.read_text(encoding="utf-8"))
-        self.seconds: dict[str, float] = content["seconds"]
-        self._lines: dict[str, dict[str, list[str]]] = content["lines"]
+    def __init__(self, files: list[Path]) -> None:
+        """Read what :class:`Tracing` wrote, in one part or several."""
+        self.seconds: dict[str, float] = {}
+        self._tests: dict[str, dict[int, set[str]]] = defaultdict(lambda: defaultdict(set))
+        for file in files:
+            content = json.loads(file.read_text(encoding="utf-8"))
+            self.seconds |= content["seconds"]
+            for name, lines in content["lines"].items():
+                for line, tests in lines.items():
+                    self._tests[name][int(line)].update(tests)
 
-    def tests(self, mutant: Mutant, *, whole_file: bool) -> list[str]:
-        """Return those of the mutant's line, or of any line of its file, quickest first."""
-        lines = self._lines.get(mutant.file, {})
-        found = {test for line in lines for test in lines[line]} if whole_file else set(lines.get(str(mutant.line), ()))
-        return sorted(found & self.seconds.keys(), key=lambda test: (self.seconds[test], test))
+    def tests(self, mutant: Mutant) -> Iterator[str]:
+        """Yield the tests of the line, then those of the file where the line is run by imports, then their kin."""
+        lines = self._tests[mutant.file]
+        given: set[str] = set()
+        for found in (lines[mutant.line], set().union(*lines.values()) if "" in lines[mutant.line] else set()):
+            yield from self._quickest(found - given)
+            given |= found
+        files = {test.partition("::")[0] for test in lines[mutant.line]}
+        yield from self._quickest({test for test in self.seconds if test.partition("::")[0] in files} - given)
 
-    def imported(self, mutant: Mutant) -> bool:
-        """Whether the line is run outside tests: when its module is imported, or cases are collected."""
-        return "" in self._lines.get(mutant.file, {}).get(str(mutant.line), ())
+    def _quickest(self, tests: set[str]) -> list[str]:
+        return sorted(tests & self.seconds.keys(), key=lambda test: (self.seconds[test], test))
 
 
 def _forked(work: Callable[[], str]) -> str:
@@ -196,6 +154,7 @@ def _forked(work: Callable[[], str]) -> str:
     child = os.fork()
     if child == 0:
         os.close(reading)
+        os.setsid()
         silent = os.open(os.devnull, os.O_RDWR)
         for stream in (0, 1, 2):
             os.dup2(silent, stream)
@@ -207,88 +166,74 @@ def _forked(work: Callable[[], str]) -> str:
             os.write(writing, f"{type(error).__name__} outside tests".encode())
         os._exit(0)
     os.close(writing)
+    status = os.waitpid(child, 0)[1]
+    with suppress(ProcessLookupError):
+        os.killpg(child, signal.SIGKILL)  # what a test started and left behind, which holds the pipe's end too
     with os.fdopen(reading, "rb") as pipe:
         answer = pipe.read().decode()
-    status = os.waitpid(child, 0)[1]
     return answer or (f"signal {os.WTERMSIG(status)}" if os.WIFSIGNALED(status) else "")
 
 
 class Trial:
-    """A pytest plugin that, instead of running the tests, runs those of each mutant."""
+    """Tries mutants in a copy of the repository."""
 
-    def __init__(self, lines: Lines, chosen: dict[Path, list[Mutant]], budget: float) -> None:
-        self._lines, self._chosen, self._budget = lines, chosen, budget
-        self._deadly: Counter[tuple[str, str]] = Counter()
-        self._items: dict[str, pytest.Item] = {}
-        self._unsound: set[str] = set()
+    def __init__(self, lines: Lines, folder: Path, budget: float) -> None:
+        """Take the processor time in seconds that the tests of a mutant may have, without any fault."""
+        self._lines, self._copy, self._budget = lines, folder / "copy", budget
+        self._scratch = folder / "tests"
+        self._deadly: dict[str, Counter[str]] = defaultdict(Counter)
+        self._sound: dict[tuple[str, str], bool] = {}
+        away = shutil.ignore_patterns(".*", "build", "__pycache__")
+        shutil.copytree(ROOT, self._copy, ignore=lambda *of: away(*of) - {".ci", ".github", ".gitignore"})
+        # Commands that tests start import the copy.
+        os.environ["PYTHONPATH"] = str(self._copy)
+        os.chdir(self._copy)
 
-    def pytest_runtestloop(self, session: pytest.Session) -> bool:
-        gc.unfreeze()  # what conftest froze: swap looks for functions among it
-        self._items = {item.nodeid: item for item in session.items}
-        self._sound = functools.cache(lambda test: not _forked(lambda: self._failing([test])))
-        noticed: Counter[Path] = Counter()
-        # In turn, so that a run that is ended early says as much of each target.
-        for round_ in zip_longest(*([(target, each) for each in chosen] for target, chosen in self._chosen.items())):
-            for target, mutant in filter(None, round_):
-                answer = self._answer(mutant)
-                noticed[target] += bool(answer)
-                print(f"{mutant.file}:{mutant.line}: {mutant.what}: {answer or 'NOT NOTICED'}", flush=True)
-        for target, chosen in self._chosen.items():
-            print(f"{target}: {noticed[target]} of {len(chosen)} mutants are noticed", flush=True)
-        return True
-
-    def _answer(self, mutant: Mutant) -> str:
+    def answer(self, mutant: Mutant) -> str:
         """Return what noticed the mutant, or nothing."""
         while True:
-            answer = _forked(lambda: self._failing(self._order(mutant)) if swap(mutant) else ANEW)
-            if answer == ANEW or (not answer and self._lines.imported(mutant)):
-                answer = self._anew(mutant)
-            if "::" not in answer:
+            tests = self._chosen(mutant)
+            answer = self._failing(mutant.file, changed(mutant), tests) if tests else ""
+            # What dies without naming a test must not do so of itself.
+            if not answer or self._is_sound(mutant, answer if answer in tests else tests[0]):
+                self._deadly[mutant.file][answer] += answer in tests
                 return answer
-            if self._sound(answer):
-                self._deadly[mutant.file, answer] += 1
-                return answer
-            self._unsound.add(answer)
 
-    def _order(self, mutant: Mutant, *, whole_file: bool = False) -> list[str]:
-        tests = [
-            test
-            for test in self._lines.tests(mutant, whole_file=whole_file)
-            if test in self._items.keys() - self._unsound
-        ]
-        return sorted(tests, key=lambda test: -self._deadly[mutant.file, test])
+    def _chosen(self, mutant: Mutant) -> list[str]:
+        """Return the tests that the budget allows, first those that noticed other faults of the file."""
+        tests = [test for test in self._lines.tests(mutant) if self._sound.get((mutant.file, test), True)]
+        tests.sort(key=lambda test: -self._deadly[mutant.file][test])
+        spent = accumulate(self._lines.seconds[test] for test in tests)
+        return [test for test, so_far in zip(tests, spent, strict=True) if so_far <= self._budget]
 
-    def _failing(self, tests: list[str]) -> str:
-        """Return the first of these tests that fails, or nothing."""
-        start = time.process_time()
-        for test in tests:
-            if any(report.failed for report in runtestprotocol(self._items[test], log=False, nextitem=None)):
-                return test
-            if time.process_time() - start > self._budget:
-                break
-        return ""
+    def _is_sound(self, mutant: Mutant, test: str) -> bool:
+        if (mutant.file, test) not in self._sound:
+            self._sound[mutant.file, test] = not self._failing(mutant.file, unchanged(mutant), [test])
+        return self._sound[mutant.file, test]
 
-    def _anew(self, mutant: Mutant) -> str:
-        """Import all that is lutgen's again, with the fault, and run the line's tests, or the whole file's."""
-        tests = self._order(mutant) or self._order(mutant, whole_file=True)
-        spent, taken = 0.0, []
-        for test in tests:
-            spent += self._lines.seconds[test]
-            if spent > self._budget:
-                break
-            taken.append(test)
+    def _failing(self, file: str, source: str, tests: list[str]) -> str:
+        """Return the first of the tests that fails with this source of a file, or nothing."""
+        first = _First()
 
         def work() -> str:
-            for name in [name for name in sys.modules if name.partition(".")[0] in {"lutgen", "tests"}]:
-                del sys.modules[name]
-            sys.meta_path.insert(0, _Replaced(mutant))
-            first = _First()
-            folder = tempfile.mkdtemp()
-            code = pytest.main(["-x", *QUICK, "-p", "no:xdist", "--basetemp", folder, *taken], plugins=[first])
-            shutil.rmtree(folder, ignore_errors=True)
+            # Ours is that of the copy; the package of this module is that of the repository.
+            sys.modules.pop("tests", None)
+            sys.path.insert(0, str(self._copy))
+            options = ["-x", *QUICK, "--rootdir", str(self._copy), "--basetemp", str(self._scratch)]
+            code = pytest.main([*options, *tests], plugins=[first])
             return first.failed or ("" if code == pytest.ExitCode.OK else f"pytest ends with {int(code)}")
 
-        return _forked(work) if taken else ""
+        there = self._copy / file
+        # Compiled files are told apart by seconds and size: not enough here.
+        compiled = Path(cache_from_source(str(there)))
+        compiled.unlink(missing_ok=True)
+        there.write_text(source, encoding="utf-8")
+        try:
+            return _forked(work)
+        finally:
+            shutil.copyfile(ROOT / file, there)
+            compiled.unlink(missing_ok=True)
+            shutil.rmtree(self._scratch, ignore_errors=True)
 
 
 class _First:
@@ -302,13 +247,17 @@ class _First:
 
 
 class Tracing:
-    """A pytest plugin that writes down which test runs which lines."""
+    """A pytest plugin that writes down which test runs which lines, in this process and in those that it starts."""
 
-    def __init__(self, file: Path) -> None:
-        self._file = file
+    def __init__(self, file: Path, targets: list[Path], folder: Path) -> None:
+        """Trace the targets, and write the file in the end."""
+        self._file, self._folder = file, folder
         # By hand alone: no part of the environment of tests.
         coverage = importlib.import_module("coverage")
-        self._seen = coverage.Coverage(data_file=None, include=[f"{ROOT}/lutgen/*"], config_file=False)
+        include = ",".join(f"{each.resolve()}/*" if each.is_dir() else str(each.resolve()) for each in targets)
+        settings = folder / "settings"
+        settings.write_text(f"[run]\nparallel = true\npatch = fork, subprocess, _exit\ninclude = {include}\n")
+        self._seen = coverage.Coverage(data_file=str(folder / "lines"), config_file=str(settings))
         self._seconds: dict[str, float] = {}
         self._failed: set[str] = set()
 
@@ -318,9 +267,12 @@ class Tracing:
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
         self._seen.switch_context(item.nodeid)
-        start = time.process_time()
+        # Processes that the test starts read there what to trace, and as whose.
+        self._seen.set_option("run:context", item.nodeid)
+        os.environ["COVERAGE_PROCESS_CONFIG"] = self._seen.config.serialize()
+        start = sum(os.times()[:4])
         done = yield
-        self._seconds[item.nodeid] = round(time.process_time() - start, 3)
+        self._seconds[item.nodeid] = round(sum(os.times()[:4]) - start, 3)
         self._seen.switch_context("")
         return done
 
@@ -330,6 +282,8 @@ class Tracing:
 
     def pytest_sessionfinish(self) -> None:
         self._seen.stop()
+        self._seen.save()
+        self._seen.combine([str(self._folder)])
         data = self._seen.get_data()
         lines = {}
         for file in sorted(data.measured_files()):
@@ -339,26 +293,50 @@ class Tracing:
         self._file.write_text(json.dumps({"seconds": self._seconds, "lines": lines}), encoding="utf-8")
 
 
+def traced(file: Path, targets: list[Path], tests: list[str]) -> int:
+    """Run the quick tests, and write which of them run which lines of the targets."""
+    with tempfile.TemporaryDirectory() as folder:
+        return int(pytest.main([*QUICK, *tests], plugins=[Tracing(file, targets, Path(folder))]))
+
+
+def tried(chosen: dict[Path, list[Mutant]], lines: Lines, budget: float) -> None:
+    """Try all mutants, and print what noticed each, and the score of each target."""
+    noticed: Counter[Path] = Counter()
+    for name in SLOW_TO_IMPORT:
+        importlib.import_module(name)
+    with tempfile.TemporaryDirectory() as folder:
+        trial = Trial(lines, Path(folder), budget)
+        # In turn, so that a run that is ended early says as much of each target.
+        for round_ in zip_longest(*([(target, each) for each in every] for target, every in chosen.items())):
+            for target, mutant in filter(None, round_):
+                start = time.monotonic()
+                answer = trial.answer(mutant)
+                noticed[target] += bool(answer)
+                by = answer or "NOT NOTICED"
+                print(f"{time.monotonic() - start:3.0f} s {mutant.file}:{mutant.line}: {mutant.what}: {by}", flush=True)
+        os.chdir(ROOT)
+    for target, every in chosen.items():
+        print(f"{target}: {noticed[target]} of {len(every)} mutants are noticed", flush=True)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("targets", nargs="*", type=Path, help="files, or folders whose files are one target")
     parser.add_argument("--trace", type=Path, help="write which tests run which lines; ends then")
-    parser.add_argument("--lines", type=Path, help="what --trace wrote")
-    parser.add_argument("--tests", nargs="*", default=[], help="files of tests; without it all")
+    parser.add_argument("--lines", type=Path, nargs="+", help="what --trace wrote", default=[])
+    parser.add_argument("--tests", nargs="+", default=[], help="files of tests that --trace runs; without it all")
     parser.add_argument("--count", type=int, default=60, help="of each target")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--budget", type=float, default=20.0, help="seconds of processor time for a mutant's tests")
     options = parser.parse_args()
     if options.trace:
-        raise SystemExit(pytest.main([*QUICK, "-p", "no:xdist", *options.tests], plugins=[Tracing(options.trace)]))
+        raise SystemExit(traced(options.trace, options.targets, options.tests))
     chosen: dict[Path, list[Mutant]] = {}
     for target in options.targets:
         files = sorted(target.rglob("*.py")) if target.is_dir() else [target]
         every = [mutant for file in files for mutant in mutants(file)]
         chosen[target] = random.Random(options.seed).sample(every, min(options.count, len(every)))  # noqa: S311 - no secret
-    with tempfile.TemporaryDirectory() as folder:
-        plugins = [Trial(Lines(options.lines), chosen, options.budget)]
-        pytest.main([*QUICK, "-s", "-p", "no:xdist", "--basetemp", f"{folder}/tests", *options.tests], plugins=plugins)
+    tried(chosen, Lines(options.lines), options.budget)
 
 
 if __name__ == "__main__":

@@ -23,9 +23,9 @@ PACKAGE = ROOT / "lutgen"
 #: A row imports only from rows above it; two siblings of a row do not import each other. A name is a folder's or a
 #: file's in ``lutgen/``.
 ROWS = (
-    {"errors", "cells", "names"},
-    {"files"},
-    {"colorimetry", "bindings", "documents", "icc_tags", "numerals"},
+    {"errors", "cells", "names", "progress"},
+    {"files", "processes"},
+    {"colorimetry", "bindings", "documents", "numerals"},
     {"server", "time_law"},
     {"readings"},
     {"effects"},

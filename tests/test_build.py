@@ -180,6 +180,13 @@ def test_building_again_into_the_same_folder_changes_nothing(copy: Path, small: 
     assert contents(copy) == contents(small)
 
 
+def test_an_older_and_damaged_build_is_replaced(copy: Path, small: Path, model: DisplayModel) -> None:
+    (copy / "manifest.json").write_text(json.dumps(manifest_of(copy) | {"generator": "lutgen 0.0.1"}), encoding="utf-8")
+    (copy / "chroma" / "10000h" / "aged.clf").unlink()
+    build(model, SMALL, copy, jobs=1, force=True)
+    assert contents(copy) == contents(small)
+
+
 @pytest.mark.parametrize(
     ("options", "modes"),
     [((), {"chroma", "chroma-luma"}), (("--mode", "stable"), {"stable"}), (("--mode", "all"), {*MODES})],

@@ -17,6 +17,7 @@ from lutgen.criticism.compare import compare
 from lutgen.criticism.diagnose import diagnose
 from lutgen.criticism.fit import fit
 from lutgen.criticism.fit_view import View, patch_name
+from lutgen.criticism.linear import Term
 from lutgen.criticism.panels import ResidualPanel, panels
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.refine import refine
@@ -33,6 +34,7 @@ from lutgen.report.criticism_plots import (
     plot_refinement,
 )
 from tests.campaigns import CAMPAIGNS, text_of
+from tests.effect_scenes import lively
 from tests.quick import mostly_slow
 from tests.readings_text import read
 
@@ -240,7 +242,25 @@ def test_an_effect_is_drawn_over_what_it_depends_on(data: str, effect: str, way:
 
 
 @pytest.mark.slow
-@pytest.mark.rare(instead="test_an_effect_is_drawn_over_what_it_depends_on")
+def test_every_effect_has_a_view_and_the_longest_over_each_axis_is_legible(
+    tmp_path: Path, canvases: list[Canvas]
+) -> None:
+    """As the next test, without fits: effects that share their axes differ in names and sentences alone."""
+    problem = Problem.of(readings("edge"))
+    longest: dict[tuple[str, str], View] = {}
+    for effect in catalogue().values():
+        if effect.baseline == "colour-points":
+            view = View.of(problem, (Term(effect, lively(effect), effect.forms[0]),), effect)
+            key = (view.way.name, view.unit)
+            longest[key] = max(longest.get(key, view), view, key=lambda each: len(each.sentence()))
+    assert len(longest) >= 5
+    for number, view in enumerate(longest.values()):
+        plot_fit([view], tmp_path / f"{number}.png", title=view.effect.name, foot="", force=False)
+    check_legible(canvases)
+
+
+@pytest.mark.slow
+@pytest.mark.rare(instead="test_every_effect_has_a_view_and_the_longest_over_each_axis_is_legible")
 def test_every_effect_of_the_catalogue_can_be_drawn(tmp_path: Path, canvases: list[Canvas]) -> None:
     problem = Problem.of(readings("edge"))
     base = fit(problem)

@@ -92,6 +92,7 @@ def test_every_config_is_within_one_code_of_the_model(lines: list[str]) -> None:
         assert float(delta_e) > 1.0
 
 
+@pytest.mark.rare(instead="test_build.py::test_an_older_and_damaged_build_is_replaced")
 def test_a_second_run_replaces_an_older_and_damaged_build_and_gives_the_same_picture(
     out: Path, lines: list[str]
 ) -> None:

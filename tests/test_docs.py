@@ -116,6 +116,7 @@ def test_a_display_is_what_its_maker_makes_and_says_that_it_is_simulated(name: s
     assert len(text) < SMALL
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(shutil.which("oiiotool") is None, reason="oiiotool is not installed (Debian: openimageio-tools)")
 def test_the_default_configs_work_in_oiiotool_as_the_guide_says(tmp_path: Path) -> None:
     make_folder(tmp_path)

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 pytestmark = [
     pytest.mark.numbers,
-    pytest.mark.slow,
+    pytest.mark.slow(few=10),
     pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed (Debian: chromium)"),
 ]
 
@@ -79,44 +79,28 @@ def explored(folder: Path, *arguments: str) -> Iterator[tuple[str, subprocess.Po
 
 
 @pytest.fixture(scope="module")
-def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Page, Path]]:
-    """Chromium, and the folder that takes its downloads."""
-    folder = tmp_path_factory.mktemp("chromium")
-    with browser(folder / "profile") as page:
-        page.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder))
-        page.size(1280, 720)
-        yield page, folder
-
-
-@pytest.fixture(scope="module")
-def fox(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Page, Path]]:
-    """Firefox, and the folder that takes its downloads."""
-    if FIREFOX is None:
-        pytest.skip("Firefox and a screen for it are not installed (Debian: firefox-esr, xvfb)")
-    folder = tmp_path_factory.mktemp("firefox")
-    with firefox(folder / "profile") as page:
-        page.size(1280, 720)
-        yield page, folder / "profile" / "downloads"
+def server() -> Iterator[str]:
+    """The address of examples/display-a.csv, which many windows show one after the other."""
+    with explored(ROOT, "examples/display-a.csv") as (address, _):
+        yield address
 
 
 @pytest.fixture(params=["chromium", "fox"])
 def either(request: pytest.FixtureRequest) -> tuple[Page, Path]:
     """Each browser in turn, and the folder that takes its downloads."""
-    browser_and_folder: tuple[Page, Path] = request.getfixturevalue(request.param)
-    return browser_and_folder
+    page, folder = request.getfixturevalue(request.param)
+    page.size(1280, 720)
+    page.theme()
+    return page, folder
 
 
 @pytest.fixture
-def page_of_either(either: tuple[Page, Path]) -> Iterator[Page]:
-    """Each browser in turn on the page of examples/display-a.csv."""
-    yield from _on_display_a(either[0])
-
-
-def _on_display_a(page: Page) -> Iterator[Page]:
-    with explored(ROOT, "examples/display-a.csv") as (address, _):
-        opened(page, address)
-        yield page
-        page.open_address("about:blank")
+def page_of_either(either: tuple[Page, Path], server: str) -> Iterator[Page]:
+    """Each browser in turn in a new window on examples/display-a.csv."""
+    page, _ = either
+    opened(page, server)
+    yield page
+    page.open_address("about:blank")
 
 
 def opened(page: Page, address: str) -> None:
@@ -263,6 +247,7 @@ def shown_pixels(page: Page) -> np.ndarray[Any, np.dtype[np.uint8]]:
 # The road -----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_whole_road_from_the_error_to_a_lut(either: tuple[Page, Path], tmp_path: Path) -> None:
     page, downloads = either
     with explored(ROOT, "examples/display-a.csv") as (address, _):
@@ -797,7 +782,6 @@ def test_everything_is_inside_the_window(page_of_either: Page, size: tuple[int, 
         assert at["bottom"] <= size[1], name
     assert cut_words(page) == []
     assert overlapping(page) == []
-    page.size(1280, 720)
 
 
 def test_the_keyboard_reaches_everything(page_of_either: Page) -> None:
@@ -846,7 +830,6 @@ def test_axe_finds_no_violation(page_of_either: Page, theme: str) -> None:
         assert found == [], panel
         if panel:
             page.ask(f"document.getElementById({panel!r}).hidePopover()")
-    page.theme()
 
 
 def test_the_page_asks_nobody_but_its_server_and_has_no_complaint(chromium: tuple[Page, Path]) -> None:

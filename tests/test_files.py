@@ -12,7 +12,7 @@ import pytest
 from lutgen import LutgenError, load_model
 from lutgen.bake.manifest import read_manifest
 from lutgen.display.fitted import found_by
-from lutgen.display.modes import luminance_law
+from lutgen.display.tips import luminance_law
 from lutgen.effects.own import load_file
 from lutgen.files import bytes_at_most, file_sha256, read_at_most
 from lutgen.pictures.cohort_slides import find_slides

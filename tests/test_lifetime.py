@@ -251,7 +251,7 @@ def test_a_model_of_bare_readings_has_no_intervals(tissue: Pixels, model: Displa
     assert found.as_json()["images"][0]["modes"]["chroma"]["lifetimes"]["3"]["interval"] is None
 
 
-@pytest.mark.slow
+@pytest.mark.slow(few=2)
 def test_intervals_hold_the_lifetime_and_are_the_same_again(
     tissue: Pixels, refined: DisplayModel, tmp_path: Path
 ) -> None:
@@ -269,7 +269,7 @@ def test_intervals_hold_the_lifetime_and_are_the_same_again(
         assert (high or 18_000.0) - low < 0.3 * life
 
 
-@pytest.mark.slow
+@pytest.mark.slow(few=2)
 def test_less_noise_makes_narrower_intervals(tissue: Pixels, refined: DisplayModel, tmp_path: Path) -> None:
     file = save(tmp_path / "in.png", tissue[:32, :32])
     widths = []
@@ -284,7 +284,7 @@ def test_less_noise_makes_narrower_intervals(tissue: Pixels, refined: DisplayMod
     assert 1.5 < widths[0] / widths[1] < 8
 
 
-@pytest.mark.slow
+@pytest.mark.slow(few=2)
 def test_draws_scatter_as_they_should(refined: DisplayModel) -> None:
     models = drawn(refined, 400)
     assert len(drawn(refined)) == DRAWS
@@ -369,7 +369,7 @@ def test_csv_is_table_1_a_line_an_image_and_mode(tissue: Pixels, model: DisplayM
     assert rows[0]["mean_60"] == ""
 
 
-@pytest.mark.slow
+@pytest.mark.slow(few=2)
 def test_progress_rises_to_the_whole(tissue: Pixels, refined: DisplayModel, tmp_path: Path) -> None:
     files = [save(tmp_path / name, tissue[:16, :16]) for name in ("a.png", "b.png")]
     seen: list[tuple[int, int]] = []

@@ -22,9 +22,15 @@ def with_mark(name: str, items: Iterable[pytest.Item]) -> list[pytest.Item]:
     return [item for item in items if item.get_closest_marker(name)]
 
 
+def name_of(item: pytest.Item) -> str:
+    return item.nodeid.partition("[")[0]
+
+
 def test_rare_tests_are_slow_and_name_what_is_run_instead(request: pytest.FixtureRequest) -> None:
     """Without the mark `slow` nobody would run them; without another test their rule would rest until a release."""
     collected = request.config.stash[COLLECTED]
+    out = left_out(collected)
+    never = {name_of(item) for item in out} - {name_of(item) for item in collected if item not in out}
     for item in with_mark("rare", collected):
         assert item.get_closest_marker("slow"), item.nodeid
         mark = item.get_closest_marker("rare")
@@ -32,10 +38,12 @@ def test_rare_tests_are_slow_and_name_what_is_run_instead(request: pytest.Fixtur
         assert mark.kwargs.keys() == {"instead"}, item.nodeid
         file, _, name = mark.kwargs["instead"].rpartition("::")
         text = (item.path.with_name(file) if file else item.path).read_text(encoding="utf-8")
-        found = re.search(rf"((?:^@.*\n(?:^[ \])].*\n)*)*)^def {name}\(", text, flags=re.MULTILINE)
+        found = re.search(rf"^def {name}\(", text, flags=re.MULTILINE)
         assert found, f"{item.nodeid}: {mark.kwargs['instead']} is no test"
         # A table may have rare cases: its others are the sample.
-        assert "@pytest.mark.rare" not in found[1], f"{item.nodeid}: {mark.kwargs['instead']} is rare too"
+        path = item.nodeid.partition("::")[0]
+        instead = f"{path.rpartition('/')[0]}/{file}::{name}" if file else f"{path}::{name}"
+        assert instead not in never, f"{item.nodeid}: {mark.kwargs['instead']} is not run either"
 
 
 def test_no_more_slow_cases_are_run_than_the_budget_says(request: pytest.FixtureRequest) -> None:
@@ -54,14 +62,19 @@ def test_of_a_slow_table_a_sample_is_run_and_always_the_same() -> None:
         def get_closest_marker(self, name: str) -> pytest.Mark | None:
             return self.marks.get(name)
 
-    slow, every = pytest.mark.slow.mark, pytest.mark.slow(every=True).mark
+    slow, every, few = pytest.mark.slow.mark, pytest.mark.slow(every=True).mark, pytest.mark.slow(few=4).mark
     rare = pytest.mark.rare(instead="test_quick").mark
     table = [Case(f"test_a.py::test_table[{case}]", slow=slow) for case in range(9)]
     whole = [Case(f"test_a.py::test_whole[{case}]", slow=every) for case in range(3)]
     seldom = [Case("test_a.py::test_whole[3]", slow=every, rare=rare), Case("test_a.py::test_seldom", rare=rare)]
     quick = [Case(f"test_a.py::test_quick[{case}]") for case in range(3)]
-    items: list[pytest.Item] = [*table, *whole, *seldom, *quick]  # type: ignore[list-item]
+    pages = [Case(f"test_b.py::test_{number}[{case}]", slow=few) for number in range(20) for case in range(2)]
+    items: list[pytest.Item] = [*table, *whole, *seldom, *quick, *pages]  # type: ignore[list-item]
     out = left_out(items)
     assert len(out & {*items[:9]}) == 9 - SAMPLE
-    assert out - {*items[:9]} == {*items[12:14]}
+    assert out - {*items[:9]} - {*items[-40:]} == {*items[12:14]}
+    shown = [item.nodeid.partition("[")[0] for item in items[-40:] if item not in out]
+    assert len(shown) == len(set(shown)) == 4
     assert out == left_out(items)
+    draws = [left_out(items, seed) for seed in range(60)]
+    assert set.intersection(*draws) == {*items[12:14]}

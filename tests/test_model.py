@@ -22,8 +22,8 @@ from lutgen.colorimetry import (
     xyY_to_xyz,
 )
 from lutgen.display import MODES, REFERENCES, SELECTIONS, DisplayModel, default_display, load_model
-from lutgen.display.modes import luminance_law
 from lutgen.display.paper import averaged_matrices, matrices_of, nearest_weights, three_point_matrices
+from lutgen.display.tips import luminance_law
 from lutgen.errors import LutgenError
 from lutgen.readings import Measurements, read_measurements
 from tests.twin import PAPER_LAW, Law, Row, Twin, rows_of_csv

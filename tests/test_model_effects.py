@@ -43,7 +43,7 @@ from lutgen.display import (
 )
 from lutgen.display.aging import show
 from lutgen.display.effect_chain import without_steps
-from lutgen.display.modes import luminance_law
+from lutgen.display.tips import luminance_law
 from lutgen.effects import catalogue
 from lutgen.effects.expression import parse
 from lutgen.effects.own import load_file

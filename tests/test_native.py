@@ -28,8 +28,8 @@ from lutgen.criticism.shared_errors import with_shared_errors
 from lutgen.criticism.system import System
 from lutgen.criticism.verdict import AGREES, NOTHING_COMPARED
 from lutgen.display import MODES, REFERENCES, SELECTIONS, DisplayModel, load_model, save_model
-from lutgen.display.modes import luminance_law
 from lutgen.display.native import NativeDisplay
+from lutgen.display.tips import luminance_law
 from lutgen.display.transfer_curve import TransferCurve, rising_light
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError

@@ -251,22 +251,25 @@ def test_replicates_share_hour_code_session_conditions_and_cap() -> None:
     assert (noted == plain).all()
 
 
-def test_readings_of_several_sessions_of_one_hour_are_replicates_but_for_their_gains() -> None:
-    told = []
+def test_readings_of_several_sessions_of_one_hour_are_replicates_but_for_their_gains_and_offsets() -> None:
+    relative, floor = [], []
     for seed in range(12):
         exact = readings(repeats=3)
         session = np.tile(np.arange(3), exact.hours.size // 3)
         noisy = with_noise(exact, seed)
-        gains = 1.0 + np.random.default_rng([seed, 2]).normal(0.0, 0.02, exact.hours.size)[session]
-        found = estimate_noise(
-            replace(noisy, xyz_cd_m2=noisy.xyz_cd_m2 * gains[:, np.newaxis], session=tuple(map(str, session)))
-        )
+        rng = np.random.default_rng([seed, 2])
+        gains = 1.0 + rng.normal(0.0, 0.02, exact.hours.size)[session, np.newaxis]
+        offsets = rng.normal(0.0, 0.03, (3, 3))[session]
+        shared = noisy.xyz_cd_m2 * gains + offsets
+        found = estimate_noise(replace(noisy, xyz_cd_m2=shared, session=tuple(map(str, session))))
         assert (found.source, found.across_sessions) == ("replicates", True)
-        told.append(found.relative)
-        # Ten contrasts an hour, but for two gains.
-        assert found.contrasts in {31, 32}  # rounded down
-    # Gains of 2 % would be ten times the noise.
-    assert np.mean(told) == pytest.approx(0.002, rel=0.1)
+        relative.append(found.relative)
+        floor.append(found.floor_cd_m2)
+        # Ten contrasts an hour, but for two gains and two offsets.
+        assert found.contrasts in {23, 24}  # rounded down
+    # Gains of 2 % and offsets of 0.03 cd/m² would be ten times the noise.
+    assert np.mean(relative) == pytest.approx(0.002, rel=0.1)
+    assert np.mean(floor) == pytest.approx(0.003, rel=0.5)
 
 
 def test_replicates_at_different_temperatures_do_not_count_their_drift_as_noise() -> None:

@@ -21,9 +21,9 @@ from lutgen.criticism.problem import Problem
 from lutgen.criticism.refine import Refinement, refine
 from lutgen.display import DisplayModel, load_model, save_model
 from lutgen.display.loaded import LoadedCalibrations
-from lutgen.display.modes import luminance_law
 from lutgen.display.native import NativeDisplay
 from lutgen.display.own_model.ladder import mixtures_error
+from lutgen.display.tips import luminance_law
 from lutgen.effects import Scene
 from lutgen.errors import LutgenError
 from lutgen.readings import Measurements, read_measurements

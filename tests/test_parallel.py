@@ -7,7 +7,7 @@ import threading
 
 import pytest
 
-from lutgen.bake.parallel import in_parallel
+from lutgen.processes import in_parallel
 
 _LOCK = threading.Lock()
 

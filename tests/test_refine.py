@@ -16,7 +16,7 @@ from lutgen.criticism.compare import compare_problem
 from lutgen.criticism.diagnose import diagnose
 from lutgen.criticism.refine import Course, Refinement, refine, terms_of
 from lutgen.display import DisplayModel, load_model, save_model
-from lutgen.display.modes import luminance_law
+from lutgen.display.tips import luminance_law
 from lutgen.errors import LutgenError
 from tests import native_displays as native
 from tests.criticism_twin import TIPS, Fault, Reading, display, noisy, table

@@ -12,10 +12,9 @@ import pytest
 from skimage.data import immunohistochemistry
 from skimage.io import imread, imsave
 
-from tests.browser import CHROMIUM, Page, browser
+from tests.browser import CHROMIUM, Page
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from pathlib import Path
 
 pytestmark = [
@@ -49,11 +48,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def page(folder: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    with browser(tmp_path_factory.mktemp("profile")) as page:
-        page.size(1300, 1000)
-        page.open(folder / "r.html")
-        yield page
+def page(folder: Path, chromium: tuple[Page, Path]) -> Page:
+    page, _ = chromium
+    page.size(1300, 1000)
+    page.theme()
+    page.requests.clear()
+    page.complaints.clear()
+    page.open(folder / "r.html")
+    return page
 
 
 @pytest.fixture

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,12 +36,20 @@ def answers_of(folder: Path) -> dict[str, dict[str, Any]]:
     return answers
 
 
-@pytest.mark.slow
-@pytest.mark.rare(instead="test_sealed_sets_are_the_same_every_time")
-def test_sealed_sets_are_what_their_answers_say(sets: Path) -> None:
+@pytest.mark.parametrize("of_a_kind", [
+    1,
+    pytest.param(12, marks=[
+        pytest.mark.slow, pytest.mark.rare(instead="test_sealed_sets_are_what_their_answers_say"),
+    ]),
+])  # fmt: skip
+def test_sealed_sets_are_what_their_answers_say(sets: Path, of_a_kind: int) -> None:
     answers = answers_of(sets)
     assert {answer["kind"] for answer in answers.values()} == set(sealed.KINDS)
+    looked_at: Counter[str] = Counter()
     for name, answer in answers.items():
+        looked_at[answer["kind"]] += 1
+        if looked_at[answer["kind"]] > of_a_kind:
+            continue
         text = (sets / name).read_text(encoding="utf-8")
         assert (text == csv_text(sealed.campaign_of(answer))) == (answer["kind"] != "broken")
         assert read_measurements(sets / name).hours.size == text.count("\n") - 6

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from functools import cache
 from itertools import product
+from typing import TYPE_CHECKING
 
+import colour
 import numpy as np
 import pytest
 from scipy import special, stats
@@ -22,6 +24,11 @@ from tests.quick import mostly_slow
 from tests.readings_text import read
 from tests.virtual_display.campaign import Campaign, csv_text
 from tests.virtual_display.spectra import CLASSES
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lutgen.colorimetry import Array
 
 pytestmark = pytest.mark.numbers
 
@@ -143,6 +150,38 @@ def test_any_number_of_steps_behind_any_table_is_found(form: str, steps: int) ->
         assert found.term.values["added"] == 0.4
     assert found.fit.chi2 < 1.1 * found.fit.freedom < 0.9 * base.chi2
     assert found.settings > 1e6
+
+
+def behind_a_table(code: Array) -> Array:
+    return np.asarray((np.round(code**0.9165 * 719.0) / 719.0) ** (1.0 / 0.9165))
+
+
+def in_a_panel(code: Array) -> Array:
+    """11 bits of a panel of gamma 2.2, 0.4 of a step added before truncation."""
+    native = np.floor(colour.models.eotf_sRGB(code) ** (1.0 / 2.2) * 2047.0 + 0.4) / 2047.0
+    return np.asarray(colour.models.eotf_inverse_sRGB(native**2.2))
+
+
+@pytest.mark.parametrize(
+    ("rounded", "steps", "setting"),
+    [(behind_a_table, 719, {"table_gamma": 0.9165}), (in_a_panel, 2047, {"panel_gamma": 2.2, "added": 0.4})],
+)
+def test_the_rounding_that_codes_ask_for_is_proposed_first(
+    rounded: Callable[[Array], Array], steps: int, setting: dict[str, float]
+) -> None:
+    rng = np.random.default_rng(4)
+    code, propose = (
+        np.sort(rng.choice(np.arange(12, 250), 45, replace=False)) / 255.0,
+        catalogue()["quantization"].propose,
+    )
+    shared = rng.uniform(0.0, 0.2, (45, 45)) / 45.0
+    information = 1e9 * (np.eye(45) + shared + shared.T)
+    pull = information @ (rounded(code) - code) + rng.normal(0.0, 3e4, 45)
+    assert propose is not None
+    best, looked_at = propose(code, pull, information)
+    assert round(2.0 ** best[0]["bits"] - 1.0) == steps
+    assert best[0] == pytest.approx({"bits": best[0]["bits"]} | setting, abs=1e-3)
+    assert looked_at > 1e7
 
 
 @pytest.mark.parametrize("hidden", [{}, {"eotf_drift": (0.01, "same")}])

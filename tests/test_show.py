@@ -17,7 +17,7 @@ from lutgen import DisplayModel, LutgenError, read_measurements, show
 from lutgen.colorimetry import xy_to_uv
 from lutgen.display import AppliedEffect, Estimate, default_display
 from lutgen.display.aging import cct_and_duv, toward
-from lutgen.display.modes import luminance_law
+from lutgen.display.tips import luminance_law
 from lutgen.effects import catalogue
 from lutgen.numerals import spaced
 from lutgen.report.aging_plot import PAGE, plot_display

@@ -10,8 +10,7 @@ import pytest
 
 from lutgen.display import default_display
 from lutgen.display.conditions import parse_at
-from lutgen.display.modes import luminance_law
-from lutgen.display.tips import Tips, parse_hours
+from lutgen.display.tips import Tips, luminance_law, parse_hours
 from lutgen.effects.formula import read_formula
 from lutgen.errors import LutgenError
 from lutgen.history.history import parse_limit

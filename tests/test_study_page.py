@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 pytestmark = [
     pytest.mark.numbers,
-    pytest.mark.slow,
+    pytest.mark.slow(few=8),
     pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed (Debian: chromium)"),
 ]
 
@@ -57,9 +57,9 @@ TOLERANCE = 0.025
 
 
 @pytest.fixture(scope="module")
-def page(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Page]:
-    with browser(tmp_path_factory.mktemp("profile")) as page:
-        yield page
+def page(chromium: tuple[Page, Path]) -> Iterator[Page]:
+    yield chromium[0]
+    chromium[0].open_address("about:blank")
 
 
 @pytest.fixture(autouse=True)

@@ -17,12 +17,9 @@ from lutgen.bake.fidelity import Counts, certificate_colours
 from lutgen.bake.lut import Sampler
 from lutgen.display import default_display
 from lutgen.pictures.viewer import FOLDER
-from tests.browser import CHROMIUM, browser
-from tests.firefox import FIREFOX, firefox
+from tests.browser import CHROMIUM
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from contextlib import AbstractContextManager
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -82,15 +79,13 @@ def file(tmp_path_factory: pytest.TempPathFactory, colours: NDArray[np.uint8]) -
     return file
 
 
-@pytest.fixture(scope="module", params=["chromium", "firefox"])
-def page(request: pytest.FixtureRequest, file: Path) -> Iterator[Page]:
-    if request.param == "firefox" and FIREFOX is None:
-        pytest.skip("Firefox and a screen for it are not installed (Debian: firefox-esr, xvfb)")
-    started: dict[str, Callable[[Path], AbstractContextManager[Page]]] = {"chromium": browser, "firefox": firefox}
-    with started[request.param](file.parent / request.param) as page:
-        page.size(600, 500)
-        page.open_address(file.as_uri())
-        yield page
+@pytest.fixture(scope="module", params=["chromium", "fox"])
+def page(request: pytest.FixtureRequest, file: Path) -> Page:
+    page: Page
+    page, _ = request.getfixturevalue(request.param)
+    page.size(600, 500)
+    page.open_address(file.as_uri())
+    return page
 
 
 def table(hours: float) -> NDArray[np.float64]:

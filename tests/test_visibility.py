@@ -69,20 +69,29 @@ FAINT = (
 )
 
 
+NINE_OF_TEN = "test_an_effect_of_the_smallest_detectable_size_is_found_in_nine_of_ten_campaigns"
+
+
 @pytest.mark.slow(every=True)
-@pytest.mark.rare(instead="test_rehearse.py::test_the_size_that_is_said_to_be_smallest_is_that_of_the_visibility_table")
-def test_an_effect_of_the_smallest_detectable_size_is_found_in_nine_of_ten_campaigns() -> None:
+@pytest.mark.parametrize(("faint", "low", "high", "luck"), [
+    # 40 draws of nine in ten are 31 or more in 99 of 100 cases.
+    (FAINT[:1], 0.775, 1.0, 0.15),
+    pytest.param(FAINT, 0.85, 0.95, 0.06, marks=pytest.mark.rare(instead=NINE_OF_TEN)),
+])  # fmt: skip
+def test_an_effect_of_the_smallest_detectable_size_is_found_in_nine_of_ten_campaigns(
+    faint: tuple[tuple[str, str], ...], low: float, high: float, luck: float
+) -> None:
     found, smaller = {}, {}
-    for name, design in FAINT:
+    for name, design in faint:
         base, effect, said = healthy(design), catalogue()[name], seen(name, design)
         assert said.visible
         assert said.smallest_detectable is not None
         size = said.smallest_detectable * (1.0 if effect.parameters[said.parameter].value >= 0 else -1.0)
         found[name] = detections(effect, said.parameter, size, base, 40)
         smaller[name] = detections(effect, said.parameter, size / 3.0, base, 20)
-    assert 0.85 <= sum(found.values()) / (40 * len(FAINT)) <= 0.95, found
+    assert low <= sum(found.values()) / (40 * len(faint)) <= high, found
     assert min(found.values()) >= 26, found
-    assert sum(smaller.values()) / (20 * len(FAINT)) < 0.06, smaller
+    assert sum(smaller.values()) / (20 * len(faint)) < luck, smaller
 
 
 @pytest.mark.parametrize(("name", "form", "parameter"), [

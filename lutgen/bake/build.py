@@ -17,7 +17,6 @@ from lutgen.bake.gpu import check_renderer, gpu_run
 from lutgen.bake.lut import SIZES, Lut
 from lutgen.bake.manifest import FileRecord, HeldFile, Manifest, Recipe, model_as_json, sha256
 from lutgen.bake.own_reading import checked_table, is_read_here, refuse_other
-from lutgen.bake.parallel import in_parallel
 from lutgen.bake.plan import Plan
 from lutgen.bake.provenance import config_of_all, config_of_display, provenance_of
 from lutgen.bake.readback import TableKind, apply_lut
@@ -25,10 +24,10 @@ from lutgen.bindings import named_for_ocio, ocio
 from lutgen.display.inverse import compensation_of
 from lutgen.errors import LutgenError
 from lutgen.files import is_unicode, replacing, scratch, under_its_name, write_atomically
+from lutgen.processes import in_parallel
+from lutgen.progress import Progress, unseen
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from lutgen.bake.config import AgedConfig
     from lutgen.bake.figures import Figures
     from lutgen.bake.formats import Format, Provenance
@@ -56,7 +55,7 @@ def build(
     *,
     jobs: int | None = None,
     force: bool = False,
-    progress: Callable[[int, int], None] = lambda _done, _all: None,
+    progress: Progress = unseen,
 ) -> Built:
     """Bake ``plan`` of ``model`` into the folder ``output``.
 
@@ -102,7 +101,7 @@ def _build(
     *,
     jobs: int | None,
     force: bool,
-    progress: Callable[[int, int], None],
+    progress: Progress,
 ) -> Built:
     recipe = Recipe(model_as_json(model, output), plan.as_json())
     paths = paths_of(plan)
@@ -114,8 +113,8 @@ def _build(
     try:
         folder.begin(recipe, paths)
         records: list[FileRecord] = []
-        for made in in_parallel(partial(_bake, work), parts, jobs):
-            records.extend(made)
+        for records_of_part in in_parallel(partial(_bake, work), parts, jobs):
+            records.extend(records_of_part)
             progress(len({(record.mode, record.hours) for record in records}), len(plan.modes) * len(plan.hours))
         form = config_format(plan)
         if form:
@@ -256,7 +255,7 @@ def certified(file: HeldFile, aged: AgedDisplay, form: Format, lut: Lut | Matrix
 
 def _shown(file: HeldFile, form: Format, lut: Lut | MatrixLut, kind: TableKind, beside: Path) -> Array:
     """Code values that a file gives for the judge's colours, (n, 3)."""
-    # A file that lutgen reads itself OpenColorIO reads as a whole when it is the first of its kind.
+    # Where lutgen parses the text itself, OpenColorIO still reads the first file of each kind as a whole.
     own = checked_table(file, lut, beside) if isinstance(lut, Lut) and is_read_here(lut, form.suffix) else None
     codes = JUDGE.shown(own) if own else None
     if codes is not None and kind in _READ_WHOLE:
@@ -277,16 +276,16 @@ def best_candidate(
     model: DisplayModel, aged: AgedDisplay, form: Format, size: int
 ) -> tuple[Lut | MatrixLut, Provenance]:
     """Bake a format's candidates and give the most faithful, judged in double precision: alike on every binding."""
-    made_of = (aged.head, aged.tail, size)
-    if form.name not in _BAKED or _BAKED[form.name][0] != made_of:
+    links = (aged.head, aged.tail, size)
+    if form.name not in _BAKED or _BAKED[form.name][0] != links:
         candidates = form.bake(JUDGE.sampler, aged, size)
         errors = [JUDGE.table_error(lut, aged) for lut in candidates]
-        # Where colours are smooth; the display that is nothing but stairs is judged on all.
+        # Smooth colours decide; a display whose curves are nothing but stairs has none, and all its colours decide.
         lut, error = min(
             zip(candidates, errors, strict=True),
             key=lambda each: (each[1].smooth.p99, each[1].all.p99, each[1].all.mean),
         )
-        _BAKED[form.name] = made_of, lut, error.all
+        _BAKED[form.name] = links, lut, error.all
     _, baked, figures = _BAKED[form.name]
     return baked, provenance_of(model, aged, baked, figures)
 

@@ -17,11 +17,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lutgen import __version__
-from lutgen.bake.budget import Budget, over_budget
 from lutgen.bake.build import JUDGE, SHOWN_WHOLE, best_candidate, certified, config_format, prepare
 from lutgen.bake.check_config import check_config
 from lutgen.bake.check_manifest import altered, left_alone, plan_of, stale, strangers, unknown_values, unlisted
 from lutgen.bake.expected import differs_from, otherwise_certified
+from lutgen.bake.figures import Budget, over_budget
 from lutgen.bake.formats import format_named, lut_suffixes
 from lutgen.bake.gpu import TOLERANCE as GPU_TOLERANCE
 from lutgen.bake.gpu import GpuRun, check_renderer, gpu_run
@@ -36,15 +36,16 @@ from lutgen.bake.manifest import (
     read_manifest,
 )
 from lutgen.bake.own_reading import is_read_here, is_text_of
-from lutgen.bake.parallel import in_parallel
 from lutgen.bake.provenance import config_of_all, config_of_display
 from lutgen.bake.readback import apply_lut, table_kind
 from lutgen.bindings import named_for_ocio, ocio, refuse_unlikely
 from lutgen.errors import LutgenError
 from lutgen.files import scratch
+from lutgen.processes import in_parallel
+from lutgen.progress import Progress, unseen
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
     from lutgen.bake.fidelity import Certificate
     from lutgen.bake.formats import Format, Provenance
@@ -106,7 +107,7 @@ def check(
     budget: Budget | None = None,
     gpu: bool = False,
     jobs: int | None = None,
-    progress: Callable[[int, int], None] = lambda _done, _all: None,
+    progress: Progress = unseen,
 ) -> Checked:
     """Check a folder that ``lutgen build`` made.
 
@@ -239,8 +240,8 @@ def _check_part(work: _Work, records: tuple[FileRecord, ...]) -> Checked:
                     shaders[record.path] = gpu_run(path, JUDGE.code)
                     findings += _shader_findings(record.path, shaders[record.path])
             else:
-                found, certificate = _check_built_lut(file, claimed(record.mode, record.hours), record, work)
-                findings += found
+                of_file, certificate = _check_built_lut(file, claimed(record.mode, record.hours), record, work)
+                findings += of_file
                 if certificate:
                     certificates[record.path] = certificate
         except LutgenError as error:  # the manifest describes the file as no build does
@@ -252,10 +253,11 @@ def _shader_findings(path: str, run: GpuRun) -> list[Finding]:
     # NaN fails the comparison too.
     return [
         Finding(
-            path, f"its shader differs from the CPU by up to {found.max:.2g} in code values ({view}; {run.renderer})"
+            path,
+            f"its shader differs from the CPU by up to {difference.max:.2g} in code values ({view}; {run.renderer})",
         )
-        for view, found in run.views.items()
-        if not found.max <= GPU_TOLERANCE
+        for view, difference in run.views.items()
+        if not difference.max <= GPU_TOLERANCE
     ]
 
 

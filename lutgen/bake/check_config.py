@@ -19,7 +19,7 @@ from lutgen.bake.plan import direction_of
 from lutgen.bindings import is_utf8, named_for_ocio, ocio, ocio_errors, warnings_logged
 from lutgen.colorimetry import code_to_linear, inverse, linear_to_code, linear_to_xyz, transform
 from lutgen.display import hour_name
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, in_one_line
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -65,7 +65,7 @@ def check_config(
         # The cache of the config returns the metadata of an equal processor: two identities would name the same file.
         config.setProcessorCacheFlags(lib.PROCESSOR_CACHE_OFF)
     except ocio_errors() as error:
-        return [f"OpenColorIO {lib.__version__} does not load it: {_one_line(error)}"]
+        return [f"OpenColorIO {lib.__version__} does not load it: {in_one_line(error)}"]
     problems = [f"OpenColorIO warns: {text}" for text in warnings]
     # A CLF states its own interpolation, a .cube states none: a config that asks for tetrahedral is right for both.
     files = re.findall(r"!<FileTransform>.*", str(config.serialize())) if is_utf8(config) else []
@@ -126,7 +126,7 @@ class _Run:
         try:
             file = Path(self.context.resolveFileLocation(source)).resolve()
         except ocio_errors() as error:
-            return [f"cannot be instantiated: {_one_line(error)}"]
+            return [f"cannot be instantiated: {in_one_line(error)}"]
         return [] if file == self.lut else [f"points elsewhere: {file}"]
 
     def problems(self) -> list[str]:
@@ -136,9 +136,9 @@ class _Run:
         except LutgenError as error:
             return [str(error)]
         faults: dict[str, list[str]] = {}
-        for what, part, expected in self._parts(code, aged):
+        for part_name, part, expected in self._parts(code, aged):
             for problem in self._one(part, code, expected):
-                faults.setdefault(problem, []).append(what)
+                faults.setdefault(problem, []).append(part_name)
         return [f"{problem} ({'; '.join(places)})" for problem, places in faults.items()]
 
     def _parts(self, code: Array, aged: Array) -> Iterator[tuple[str, Any, Array]]:
@@ -171,14 +171,14 @@ class _Run:
             result = code.astype(np.float32)
             processor.getDefaultCPUProcessor().applyRGB(result)
         except ocio_errors() as error:
-            return [f"cannot be instantiated: {_one_line(error)}"]
+            return [f"cannot be instantiated: {in_one_line(error)}"]
         problems = [f"points elsewhere: {file}" for file in files if file != self.lut]
         tables = [step for step in steps if isinstance(step, lib.Lut3DTransform)]
         if any(table.getInterpolation() != lib.INTERP_TETRAHEDRAL for table in tables):
             problems.append("wrong interpolation: not tetrahedral")
-        shown, told = np.clip(result, 0, 1), np.clip(expected, 0, 1)
-        same_light = np.abs(code_to_linear(shown) - code_to_linear(told)) <= LIGHT
-        difference = np.where(same_light, 0.0, np.abs(shown - told)).max()
+        shown, expected_shown = np.clip(result, 0, 1), np.clip(expected, 0, 1)
+        same_light = np.abs(code_to_linear(shown) - code_to_linear(expected_shown)) <= LIGHT
+        difference = np.where(same_light, 0.0, np.abs(shown - expected_shown)).max()
         # NaN fails the comparison too.
         if not difference <= TOLERANCE:
             problems.append(f"its pixels differ from its LUT's by up to {difference:.4g} in code values")
@@ -192,7 +192,3 @@ def viewer_values(linear: Array, viewer: str) -> Array:
     if curve == "srgb":
         return linear_to_code(light)
     return np.asarray(np.maximum(light, 0.0) ** (1.0 / float(curve.removeprefix("power "))))
-
-
-def _one_line(text: object) -> str:
-    return " ".join(str(text).split())

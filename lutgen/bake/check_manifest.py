@@ -16,9 +16,9 @@ import numpy as np
 
 from lutgen.bake.build import paths_of
 from lutgen.bake.formats import format_named, format_names
+from lutgen.bake.littlecms import source_profile_of
 from lutgen.bake.manifest import JOURNAL, MANIFEST, FileRecord, HeldFile, Manifest, model_as_json, same_model
 from lutgen.bake.plan import Plan, direction_of
-from lutgen.bake.source_profile import source_profile_of
 from lutgen.bindings import LARGEST_LUT
 from lutgen.display import default_display, hour_name, load_model
 from lutgen.errors import LutgenError, reason_of
@@ -59,8 +59,8 @@ def unlisted(manifest: Manifest, strangers: Sequence[str]) -> list[tuple[str, st
 def strangers(folder: Path, manifest: Manifest) -> list[str]:
     """Return every file in a build's folder that is no file of the build, as its path in the folder."""
     ours = {folder / record.path for record in manifest.files} | {folder / MANIFEST, folder / JOURNAL}
-    there = (path for path in folder.rglob("*") if path.is_symlink() or not path.is_dir())
-    return sorted(path.relative_to(folder).as_posix() for path in there if path not in ours)
+    files = (path for path in folder.rglob("*") if path.is_symlink() or not path.is_dir())
+    return sorted(path.relative_to(folder).as_posix() for path in files if path not in ours)
 
 
 def left_alone(strangers: Sequence[str]) -> list[str]:
@@ -126,7 +126,9 @@ def _contradictions(record: FileRecord, asked: FileRecord) -> list[str]:
         (name, getattr(record, name), getattr(asked, name)) for name in ("kind", "mode", "hours", "format", "clipped")
     ]
     return [
-        f"{name} is {found!r}, and the options ask for {wanted!r}" for name, found, wanted in says if found != wanted
+        f"{name} is {recorded!r}, and the options ask for {planned!r}"
+        for name, recorded, planned in says
+        if recorded != planned
     ]
 
 

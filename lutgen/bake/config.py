@@ -144,8 +144,8 @@ def config_text(aged: AgedConfig) -> bytes:
 
 def _put(line: bytes, old: str, new: str, text: bytes) -> bytes:
     """Put words in place of others on lines of a form; b"" where there are none."""
-    wanted = re.compile(line % re.escape(old.encode()))
-    return wanted.sub(lambda found: found[1] + new.encode() + found[2], text) if wanted.search(text) else b""
+    pattern = re.compile(line % re.escape(old.encode()))
+    return pattern.sub(lambda match: match[1] + new.encode() + match[2], text) if pattern.search(text) else b""
 
 
 def _worded(aged: AgedConfig) -> bytes:
@@ -283,10 +283,10 @@ def _from_aces(lib: Any) -> Any:
 
 
 def _matrix(lib: Any, matrix: Array) -> Any:
-    whole = np.eye(4)
+    square = np.eye(4)
     # Twelve decimals survive every version's printing and reading; all digits of a double do not.
-    whole[:3, :3] = np.round(matrix, 12)
-    return lib.MatrixTransform(matrix=whole.ravel().tolist())
+    square[:3, :3] = np.round(matrix, 12)
+    return lib.MatrixTransform(matrix=square.ravel().tolist())
 
 
 def _group(lib: Any, *transforms: Any) -> Any:

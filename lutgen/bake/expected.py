@@ -13,11 +13,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.bake.config import config_text
+from lutgen.bake.figures import SLACK
 from lutgen.bake.formats.ocioz import TABLE, files_of
 from lutgen.bake.readback import apply_lut
 from lutgen.bake.spaces import lattice
 from lutgen.bindings import is_utf8, ocio, ocio_errors
 from lutgen.cells import NUMBER
+from lutgen.errors import in_one_line
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -38,9 +40,6 @@ AT_A_POINT = 3e-4
 
 #: A config and its table in one file.
 ARCHIVE = ".ocioz"
-
-#: A file may differ from its own certificate by this much: OpenColorIO 2.1 and 2.6 differ by up to 0.003 on one file.
-SLACK = 0.005
 
 _WORD = re.compile(NUMBER.encode())
 
@@ -70,11 +69,11 @@ def differs_from(path: Path, data: bytes, expected: bytes, lut: Lut | MatrixLut,
 
 def _in_archive(data: bytes, expected: bytes) -> str:
     """Compare the files of an archive: the config as a whole, the table number by number."""
-    found, wanted = files_of(data), files_of(expected)
-    if found.keys() != wanted.keys():
-        return f"holds {', '.join(map(repr, found))}, not {', '.join(wanted)}"
-    for name, text in wanted.items():
-        says = found[name]
+    actual_files, expected_files = files_of(data), files_of(expected)
+    if actual_files.keys() != expected_files.keys():
+        return f"holds {', '.join(map(repr, actual_files))}, not {', '.join(expected_files)}"
+    for name, text in expected_files.items():
+        says = actual_files[name]
         differs = _in_words(says, text) if name == TABLE else _config_in_words(says, text)
         if says != text and differs:
             return f"{name} in it {differs}"
@@ -82,18 +81,18 @@ def _in_archive(data: bytes, expected: bytes) -> str:
 
 
 def _in_words(data: bytes, expected: bytes) -> str:
-    for line, (found, wanted) in enumerate(zip_longest(data.splitlines(), expected.splitlines(), fillvalue=b""), 1):
-        if found != wanted and not _same_line(found, wanted):
-            says, writes = (text[:60].decode(errors="replace") for text in (found, wanted))
+    for line, (actual, own) in enumerate(zip_longest(data.splitlines(), expected.splitlines(), fillvalue=b""), 1):
+        if actual != own and not _same_line(actual, own):
+            says, writes = (text[:60].decode(errors="replace") for text in (actual, own))
             return f"is not what lutgen writes: line {line} is {says!r}, not {writes!r}"
     return ""
 
 
-def _same_line(found: bytes, wanted: bytes) -> bool:
-    if _WORD.sub(b"0", found) != _WORD.sub(b"0", wanted):
+def _same_line(actual: bytes, expected: bytes) -> bool:
+    if _WORD.sub(b"0", actual) != _WORD.sub(b"0", expected):
         return False
-    near = IN_A_COMMENT if b"dE2000" in wanted else LAST_DIGIT
-    pairs = zip(_WORD.findall(found), _WORD.findall(wanted), strict=True)
+    near = IN_A_COMMENT if b"dE2000" in expected else LAST_DIGIT
+    pairs = zip(_WORD.findall(actual), _WORD.findall(expected), strict=True)
     return all(abs(float(a) - float(b)) <= near * max(1.0, abs(float(b))) for a, b in pairs)
 
 
@@ -114,7 +113,7 @@ def _config_in_words(data: bytes, text: bytes) -> str:
     try:
         config = ocio().Config.CreateFromStream(data.decode())
     except ocio_errors() as error:
-        return f"does not load: {' '.join(str(error).split())}"
+        return f"does not load: {in_one_line(error)}"
     return _worded_otherwise(config, text)
 
 
@@ -122,20 +121,20 @@ def _worded_otherwise(config: Any, text: bytes) -> str:
     """Let OpenColorIO serialise both configs, and say where the texts differ."""
     try:
         actual = str(config.serialize())
-        wanted = str(ocio().Config.CreateFromStream(text.decode()).serialize())
+        expected = str(ocio().Config.CreateFromStream(text.decode()).serialize())
     except ocio_errors() as error:
-        return f"cannot be worded anew: {' '.join(str(error).split())}"
-    for says, writes in zip_longest(actual.splitlines(), wanted.splitlines(), fillvalue=""):
+        return f"cannot be worded anew: {in_one_line(error)}"
+    for says, writes in zip_longest(actual.splitlines(), expected.splitlines(), fillvalue=""):
         if says != writes:
             return f"is not what lutgen writes: {says.strip()[:80]!r}, not {writes.strip()[:80]!r}"
     return ""
 
 
-def otherwise_certified(said: Mapping[str, Any] | None, now: Mapping[str, Any]) -> list[str]:
+def otherwise_certified(certified: Mapping[str, Any] | None, now: Mapping[str, Any]) -> list[str]:
     """Return in sentences where a certificate differs from a new one; worse figures are reported elsewhere."""
-    if not isinstance(said, dict):
+    if not isinstance(certified, dict):
         return ["there is no certificate"]
-    before, after = dict(_told(said)), dict(_told(now))
+    before, after = dict(_flat(certified)), dict(_flat(now))
     problems = [f"its certificate lacks {name}" for name in after if name not in before]
     problems += [f"its certificate has {name}, which no certificate has" for name in before if name not in after]
     for name, value in after.items():
@@ -145,16 +144,17 @@ def otherwise_certified(said: Mapping[str, Any] | None, now: Mapping[str, Any]) 
     return problems
 
 
-def _told(content: Mapping[str, Any], head: str = "") -> Iterator[tuple[str, Any]]:
+def _flat(content: Mapping[str, Any], head: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield the figures of a certificate, named by all keys on the way to them."""
     for key, value in content.items():
         if isinstance(value, dict):
-            yield from _told(value, f"{head}{key} ")
+            yield from _flat(value, f"{head}{key} ")
         else:
             yield f"{head}{key}", value
 
 
-def _agrees(said: Any, now: Any) -> bool:
-    if isinstance(said, bool) or not isinstance(said, int | float) or not isinstance(now, int | float):
-        return bool(said == now)
+def _agrees(certified: Any, now: Any) -> bool:
+    if isinstance(certified, bool) or not isinstance(certified, int | float) or not isinstance(now, int | float):
+        return bool(certified == now)
     # Counts of colours: rounding may move one in a thousand over a border.
-    return abs(said - now) <= max(SLACK, 1e-3 * abs(now) if isinstance(now, int) else 0.0)
+    return abs(certified - now) <= max(SLACK, 1e-3 * abs(now) if isinstance(now, int) else 0.0)

@@ -25,10 +25,10 @@ import numpy as np
 
 from lutgen.bake.figures import Figures, figures, rounded
 from lutgen.bake.fitted_nodes import before_clip, ramps_at_white
+from lutgen.bake.littlecms import SourceProfile, source_profile_in
 from lutgen.bake.lut import Lut, Sampler
 from lutgen.bake.readback import TableKind
 from lutgen.bake.round_trip import RoundTrip, Without, round_trip
-from lutgen.bake.source_profile import SourceProfile, source_profile_in
 from lutgen.bake.spaces import lattice, tetrahedra
 from lutgen.colorimetry import code_to_linear, delta_e_2000, in_chunks, linear_to_code, linear_to_lab, transform
 from lutgen.display.chain import outside_gamut

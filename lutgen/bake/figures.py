@@ -1,20 +1,31 @@
-"""The summary of many colour differences: mean, 99 % quantile and maximum."""
+"""Colour differences of files in figures: mean, 99 % quantile and maximum, their summary, and what a file may err."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from math import inf
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from lutgen.bake.formats import format_named
+from lutgen.errors import LutgenError
+
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
     from numpy.typing import NDArray
 
+    from lutgen.bake.fidelity import Certificate
+    from lutgen.bake.manifest import FileRecord
     from lutgen.colorimetry import Array
 
 
 #: What a .cube of 33³ keeps on any plausible display where colours are smooth: largest ΔE2000, and 99 % quantile.
 MAX_DELTA_E, P99 = 1.0, 0.2
+
+#: A file may differ from its own certificate by this much: OpenColorIO 2.1 and 2.6 differ by up to 0.003 on one file.
+SLACK = 0.005
 
 
 @dataclass(frozen=True)
@@ -44,3 +55,126 @@ def rounded(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: rounded(item) for key, item in value.items()}
     return round(value, 6) if isinstance(value, float) else value
+
+
+#: Groups of colours in which a certificate compares a file with the model; the others compare displays.
+_OF_FILES = ("smooth", "gamut", "border")
+
+#: Share of the lattice's colours that a corrected display cannot show, in a certificate.
+_OUT_OF_REACH = "unreachable_lattice_share"
+
+
+class SummaryRow(NamedTuple):
+    """The largest mean, 99 % quantile and maximum of ΔE2000 over some files."""
+
+    mode: str
+    format: str
+    group: str
+    files: int
+    mean: float
+    p99: float
+    max: float
+
+
+def summarise(records: Iterable[FileRecord]) -> list[SummaryRow]:
+    """Return one row for each mode, format and group (smooth, gamut, border) that has colours, in file order."""
+    rows: dict[tuple[str, str, str], SummaryRow] = {}
+    for record in records:
+        for group, errors in (record.certificate or {}).items():
+            if not isinstance(errors, dict) or not errors["colours"]:
+                continue
+            key = (str(record.mode), str(record.format), group)
+            row = rows.get(key, SummaryRow(*key, 0, 0.0, 0.0, 0.0))
+            rows[key] = row._replace(
+                files=row.files + 1,
+                mean=max(row.mean, errors["mean"]),
+                p99=max(row.p99, errors["p99"]),
+                max=max(row.max, errors["max"]),
+            )
+    return list(rows.values())
+
+
+def worst_error(records: Sequence[FileRecord], *, verbose: bool) -> str:
+    """Return the largest error of each group of colours over all files, and the share out of reach of a correction.
+
+    One line; without ``verbose`` it says how to get more.
+    """
+    worst: dict[str, float] = {}
+    for row in summarise(records):
+        if row.group in _OF_FILES:
+            worst[row.group] = max(worst.get(row.group, 0.0), row.max)
+    groups = ", ".join(f"{group} {error:.4f}" for group, error in worst.items())
+    certificates = [each.certificate for each in records if each.certificate]
+    shares = [float(each[_OUT_OF_REACH]) for each in certificates if _OUT_OF_REACH in each]
+    reach = f"; up to {max(shares):.1%} of the colours out of reach" if shares else ""
+    more = "" if verbose else " (more with --verbose)"
+    return f"Largest ΔE2000 of the files against the model: {groups}{reach}{more}."
+
+
+def coarse(luts: Sequence[FileRecord]) -> str:
+    """Say which file errs most of those that a finer table would follow; "" where all are within the usual figures."""
+    errors = [
+        (smooth["max"], smooth["p99"], lut)
+        for lut in luts
+        if lut.size and format_named(str(lut.format)).follows
+        for smooth in ((lut.certificate or {}).get("smooth"),)
+        if smooth
+    ]
+    over = [each for each in errors if each[0] > MAX_DELTA_E or each[1] > P99]
+    if not over:
+        return ""
+    error, _, lut = max(over, key=lambda each: each[0])
+    return (
+        f"{lut.size}³ is coarse for {len(over)} of {len(errors)} files: {lut.path} errs by up to {error:.2f} "
+        f"where colours are smooth (usual: at most {MAX_DELTA_E:g}, 99 % at most {P99:g}). "
+        "Take a larger --cubesize, or --tolerance."
+    )
+
+
+@dataclass(frozen=True)
+class Budget:
+    """Largest ΔE2000 allowed over the smooth colours, and its 99 % quantile.
+
+    None: ``MAX_DELTA_E`` and ``P99``, or what the file was certified to err, where that is more.
+    """
+
+    max_delta_e: float | None = None
+    p99: float | None = None
+
+    def __post_init__(self) -> None:
+        """Raise LutgenError for a limit that is no finite number from 0 on."""
+        for option, limit in (("--max-delta-e", self.max_delta_e), ("--p99", self.p99)):
+            if limit is not None and not 0 <= limit < inf:
+                raise LutgenError(f"{option} {limit:g}: a colour difference ΔE2000 from 0 on, such as 0.1.")
+
+    def limits(self, record: FileRecord | None) -> tuple[float, float]:
+        """Return the limits for a file: largest ΔE2000 and 99 % quantile."""
+        smooth = ((record.certificate if record else None) or {}).get("smooth")
+        certified = smooth if isinstance(smooth, dict) else {}
+        return (
+            max(MAX_DELTA_E, _figure(certified, "max") + SLACK) if self.max_delta_e is None else self.max_delta_e,
+            max(P99, _figure(certified, "p99") + SLACK) if self.p99 is None else self.p99,
+        )
+
+
+def over_budget(certificate: Certificate, record: FileRecord | None, budget: Budget) -> list[str]:
+    """Say where a certificate is over the budget, or worse than the one that a file's record has."""
+    problems = []
+    max_delta_e, p99 = budget.limits(record)
+    for figure, limit, option in (("max", max_delta_e, "--max-delta-e"), ("p99", p99, "--p99")):
+        value = getattr(certificate.smooth, figure)
+        if value > limit:
+            problems.append(f"fidelity: smooth ΔE2000 {figure} is {value:.4f}, over the budget of {limit:g} ({option})")
+    for group, before in ((record.certificate if record else None) or {}).items():
+        now = certificate.groups().get(group)
+        if isinstance(before, dict) and now is not None:
+            compared = [(name, getattr(now, name), _figure(before, name)) for name in ("mean", "p99", "max")]
+            if any(value > limit + SLACK for _, value, limit in compared):
+                texts = [f"{name} {value:.4f} (certified {limit:.4f})" for name, value, limit in compared]
+                problems.append(f"fidelity: {group} ΔE2000 is worse than certified: {', '.join(texts)}")
+    return problems
+
+
+def _figure(group: Mapping[str, Any], name: str) -> float:
+    value = group.get(name)
+    return float(value) if isinstance(value, int | float) else 0.0

@@ -166,8 +166,8 @@ def _missing(path: Path) -> list[Path]:
         if os.path.lexists(place):
             if not place.is_dir():
                 # A link may lead to nothing, or to itself.
-                what = "a file" if is_file(place) or not place.is_symlink() else "a link that leads to no folder"
-                raise LutgenError(f"{place}: is {what}, and the output is a folder. Choose another with -o.")
+                obstacle = "a file" if is_file(place) or not place.is_symlink() else "a link that leads to no folder"
+                raise LutgenError(f"{place}: is {obstacle}, and the output is a folder. Choose another with -o.")
             break
         missing.append(place)
     return missing

@@ -19,9 +19,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.bake.config import RAW_VIEW, SOURCE
-from lutgen.bake.parallel import in_parallel
 from lutgen.bindings import named_for_ocio, ocio, ocio_errors
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, in_one_line
+from lutgen.processes import in_parallel
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -98,7 +98,7 @@ def gpu_run(config: Path, code: Array) -> GpuRun:
                     step = lib.DisplayViewTransform(SOURCE, display, view)
                     views[f"{display}, {view}"] = difference(loaded.getProcessor(step), code)
     except ocio_errors() as error:
-        message = f"{config}: OpenColorIO {lib.__version__} makes no shader of it: {' '.join(str(error).split())}"
+        message = f"{config}: OpenColorIO {lib.__version__} makes no shader of it: {in_one_line(error)}"
         raise LutgenError(message) from None
     return GpuRun(renderer, views)
 
@@ -121,9 +121,9 @@ def drawn_by_gpu(processor: Any, code: NDArray[np.float32]) -> NDArray[np.float3
     pixels[: len(code), :3] = code
     with ExitStack() as owned:
 
-        def kept(made: Any) -> Any:
-            owned.callback(made.release)
-            return made
+        def kept(resource: Any) -> Any:
+            owned.callback(resource.release)
+            return resource
 
         fragment = _FRAGMENT.format(ocio=shader.getShaderText())
         program = kept(context.program(vertex_shader=_VERTEX, fragment_shader=fragment))
@@ -185,7 +185,7 @@ def _context_in(_process: int) -> Any:
         if type(error) is not Exception and not isinstance(error, OSError):
             raise
         message = (
-            f"no OpenGL 4.0 through EGL here ({' '.join(str(error).split())}), so no shader can be run. Install a "
+            f"no OpenGL 4.0 through EGL here ({in_one_line(error)}), so no shader can be run. Install a "
             f"driver; without a graphics card Debian's libegl1 and libgl1-mesa-dri will do."
         )
         raise LutgenError(message) from None

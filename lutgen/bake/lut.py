@@ -141,10 +141,10 @@ class Sampler:
             self._drives[name] = aged.linear(aged.head_signal(code()))
         return self._drives[name]
 
-    def _signal(self, aged: AgedDisplay, name: object, made: Callable[[], Array]) -> Array:
+    def _signal(self, aged: AgedDisplay, name: object, compute: Callable[[], Array]) -> Array:
         key = (name, aged.head)
         if key not in self._signals:
-            self._signals[key] = made()
+            self._signals[key] = compute()
         return self._signals[key]
 
     def _lattice(self, aged: AgedDisplay, size: int, space: str) -> Array:

@@ -21,9 +21,9 @@ from lutgen import __version__
 from lutgen.display import AppliedEffect, DisplayModel, LatentTips, default_display
 from lutgen.display.conditions import REFERENCE, conditions_of, what_luts_carry
 from lutgen.display.fitted import found_by, record_of
-from lutgen.display.modes import LAWS, law_of_table, luminance_law
 from lutgen.display.native import NativeDisplay
 from lutgen.display.own_model.stored import StoredModel
+from lutgen.display.tips import LAWS, law_of_table, luminance_law
 from lutgen.documents import from_json
 from lutgen.errors import LutgenError, reason_of
 from lutgen.files import bytes_at_most

@@ -1,13 +1,13 @@
-"""A .cube of lutgen's own form read strictly, and held against OpenColorIO on a sample that the file's hash draws.
+"""A .cube in lutgen's own form, parsed strictly here; OpenColorIO reads a sample of it.
 
-OpenColorIO 2.1 needs 28 ms to parse the text of 33³, ten times as long as lutgen needs to bake and write it. So
-the text is read here: the head in one form, then exactly n³ rows of three numbers with seven decimals and no more. What
-is read must be the table that was baked, to the last digit: a fault of any size in any row is told.
+OpenColorIO 2.1 needs 28 ms to parse the text of 33³ rows, ten times as long as lutgen needs to bake and write them. So
+this module parses the text: a head in one form, then exactly n³ rows of three numbers with seven decimals. The numbers
+must be those of the baked table to the last digit, so that a fault in any row is reported.
 
-What OpenColorIO makes of such a text is found out on the same head over ``EDGE``³ rows of the file, drawn by its
-SHA-256, which OpenColorIO loads and applies. A table has one text alone that is read here, so that a file is compared
-with what lutgen would write without writing it. All rows have one grammar, so a program that reads some reads all; the
-first file of each kind in a process is loaded and applied as a whole besides.
+How OpenColorIO reads such a text is tried on a small file: the same head over ``EDGE``³ rows, which the SHA-256 of the
+whole file selects. All rows have one grammar, so a program that reads some rows reads all of them; besides, OpenColorIO
+loads and applies the first file of each kind in a process as a whole. A table has exactly one text that is accepted
+here, so comparing the numbers compares a file with what lutgen would write, without writing it.
 """
 
 from __future__ import annotations

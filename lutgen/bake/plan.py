@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 from lutgen.bake.formats import format_named, format_names
 from lutgen.bake.lut import SIZES
 from lutgen.display import compensated, hour_name
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.names import AGING_MODES, DIRECTIONS, MODES, UNREACHABLE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from lutgen.bake.littlecms import SourceProfile
     from lutgen.bake.manifest import Manifest
-    from lutgen.bake.source_profile import SourceProfile
     from lutgen.display import AgedDisplay, DisplayModel
 
 
@@ -59,18 +59,14 @@ class Plan:
     def __post_init__(self) -> None:
         """Raise LutgenError for options that cannot be baked."""
         for mode in self.modes:
-            if mode not in MODES:
-                raise pick_one("mode", mode, MODES)
-        if self.direction not in DIRECTIONS:
-            raise pick_one("direction", self.direction, DIRECTIONS)
+            refuse_unknown("mode", mode, MODES)
+        refuse_unknown("direction", self.direction, DIRECTIONS)
         self._check_formats()
-        if self.unreachable not in UNREACHABLE:
-            raise pick_one("way with unreachable colours", self.unreachable, UNREACHABLE)
+        refuse_unknown("way with unreachable colours", self.unreachable, UNREACHABLE)
         if not (self.hours and self.modes and self.formats):
             message = "nothing to build: give at least one hour, one mode and one format."
             raise LutgenError(message)
-        if self.cubesize not in SIZES:
-            raise pick_one("cube size", self.cubesize, map(str, SIZES))
+        refuse_unknown("cube size", self.cubesize, SIZES)
         if self.tolerance is not None and not 0 < self.tolerance < 100:
             message = f"--tolerance {self.tolerance:g}: a colour difference ΔE2000 above 0 and below 100, such as 0.1."
             raise LutgenError(message)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from lutgen import __version__
 from lutgen.bake.config import CORRECTION, SIMULATION, AgedConfig
 from lutgen.bake.formats import Provenance
+from lutgen.bake.littlecms import source_profile_in
 from lutgen.bake.manifest import sha256
-from lutgen.bake.source_profile import source_profile_in
 from lutgen.display import MODES, compensation_of, hour_name
 
 if TYPE_CHECKING:
@@ -79,11 +79,11 @@ def _unreachable(link: Compensation | None) -> list[str]:
 def config_of_display(aged: AgedDisplay, lut: str, *, unclipped: bool) -> AgedConfig:
     """Return the config of one mode and hour, whose LUT keeps numbers outside 0..1 or not."""
     hour, link = hour_name(aged.hours), compensation_of(aged)
-    what = f"mode {aged.mode} ({MODES[aged.mode]}), {hour}."
+    shown = f"mode {aged.mode} ({MODES[aged.mode]}), {hour}."
     if link is None:
-        return AgedConfig(f"{aged.mode}_{hour}", f"An aged display: {what} {_reach(unclipped=unclipped)}", lut)
+        return AgedConfig(f"{aged.mode}_{hour}", f"An aged display: {shown} {_reach(unclipped=unclipped)}", lut)
     dimmed = f" Everything is dimmed to {link.scale:.1%} of its light." if link.scale < 1.0 else ""
-    text = f"Compensated for an aged display: {what}{dimmed} Other displays show it wrong."
+    text = f"Compensated for an aged display: {shown}{dimmed} Other displays show it wrong."
     return AgedConfig(f"compensate_{aged.mode}_{hour}", text, lut, words=CORRECTION)
 
 

@@ -48,7 +48,7 @@ class Without:
     """The part of a round trip that depends on no file: the L*a*b* to be shown, (n, 3), and the inverse's own error."""
 
     link: Compensation
-    wanted: Array
+    target: Array
     inverse: Figures
 
     @classmethod
@@ -57,11 +57,11 @@ class Without:
 
         ``usual``, (n,), is for :func:`figures`.
         """
-        wanted = linear_to_lab(xyz_to_linear(link.target(asked)))
+        target = linear_to_lab(xyz_to_linear(link.target(asked)))
         reached = ~outside_gamut(drive)
         exact = linear_to_code(np.clip(drive[reached], 0.0, 1.0))
         shown = linear_to_lab(link.aged.code_to_linear(exact))
-        return cls(link, wanted, figures(delta_e_2000(shown, wanted[reached]), usual[reached]))
+        return cls(link, target, figures(delta_e_2000(shown, target[reached]), usual[reached]))
 
 
 def round_trip(
@@ -82,7 +82,7 @@ def round_trip(
     ``tissue``: which of the colours are tissue. ``lattice``: the model's linear drives for a lattice, (m, 3).
     """
     aged = without.link.aged
-    shown = delta_e_2000(linear_to_lab(aged.code_to_linear(np.clip(code, 0.0, 1.0))), without.wanted)
+    shown = delta_e_2000(linear_to_lab(aged.code_to_linear(np.clip(code, 0.0, 1.0))), without.target)
     out = outside_gamut(drive)
     reached, reached_border, unreachable = (
         figures(shown[group], usual[group]) for group in (~out & ~border, ~out & border, out)

@@ -16,7 +16,7 @@ import numpy as np
 
 from lutgen.bake.lut import Lut
 from lutgen.bindings import oiio
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, in_one_line
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -82,7 +82,7 @@ def read_table(path: Path) -> tuple[Lut, bool]:
     lib = oiio()
     image = lib.ImageInput.open(str(path))
     if image is None:
-        raise LutgenError(f"{path}: OpenImageIO cannot read it: {_one_line(lib.geterror())}")
+        raise LutgenError(f"{path}: OpenImageIO cannot read it: {in_one_line(lib.geterror())}")
     spec = image.spec()
     level = round(spec.width ** (1 / 3))
     if spec.width != spec.height or level**3 != spec.width or level not in LEVELS or spec.nchannels < 3:
@@ -96,7 +96,7 @@ def read_table(path: Path) -> tuple[Lut, bool]:
     problem = image.geterror()
     image.close()
     if read is None or problem:
-        raise LutgenError(f"{path}: OpenImageIO cannot read all of it: {_one_line(problem)}")
+        raise LutgenError(f"{path}: OpenImageIO cannot read all of it: {in_one_line(problem)}")
     pixels, points = np.asarray(read, np.float64)[..., :3], level * level
     table = pixels.reshape(points, points, points, 3)
     if points == POINTS:
@@ -109,10 +109,6 @@ def read_table(path: Path) -> tuple[Lut, bool]:
 def _roughness(table: Array) -> float:
     """Sum of the differences of neighbours along the three edges."""
     return float(sum(np.abs(np.diff(table, axis=axis)).sum() for axis in range(3)))
-
-
-def _one_line(text: str) -> str:
-    return " ".join(text.split())
 
 
 def apply_picture(path: Path, code: Array) -> Array:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lutgen.cli.options import say_remarks, stacked
+from lutgen.cli.options import replace_option, say_remarks, stacked
 from lutgen.names import BASELINES, INSTRUMENTS, SELECTIONS
 
 if TYPE_CHECKING:
@@ -87,7 +87,7 @@ _EXPRESSION = click.option(
 )
 _OUTPUT = (
     click.option("--json", "json_to", metavar="FILE", help="Write all numbers as JSON; - for standard output alone."),
-    click.option("--force", is_flag=True, help="Replace files that exist."),
+    replace_option,
 )
 
 
@@ -135,9 +135,11 @@ def _saved(model: str, effects: dict[str, Effect]) -> DisplayModel:
     return load_model(model, {name: each for name, each in effects.items() if each.origin != "built-in"})
 
 
-def _given_or_saved(what: str, given: str | None, saved: str | None, usual: str) -> str:
+def _given_or_saved(option: str, given: str | None, saved: str | None, usual: str) -> str:
     if given and saved and given != saved:
-        raise click.UsageError(f"--{what} {given} contradicts --model, whose {what} is {saved}. Leave --{what} out.")
+        raise click.UsageError(
+            f"--{option} {given} contradicts --model, whose {option} is {saved}. Leave --{option} out."
+        )
     return given or saved or usual
 
 

@@ -46,8 +46,8 @@ class _Digits(_ParamType):
         if isinstance(value, str):  # and not a default, which is a number
             read = whole(value, least=-_MOST_WHOLE, most=_MOST_WHOLE) if self.whole else number(value)
             if read is None:
-                what = "a whole number, such as 8" if self.whole else "a finite number, such as 8 or 0.5"
-                self.fail(f"{value[:40]!r} is not {what}, in digits 0 to 9.", param, ctx)
+                expected = "a whole number, such as 8" if self.whole else "a finite number, such as 8 or 0.5"
+                self.fail(f"{value[:40]!r} is not {expected}, in digits 0 to 9.", param, ctx)
             value = read
         return super().convert(value, param, ctx)
 
@@ -106,6 +106,7 @@ json_option = click.option(
     "--json", "json_to", metavar="FILE|-", help="Write all numbers as JSON; - prints them alone."
 )
 force_option = click.option("--force", is_flag=True, help="Replace files that exist; never the image itself.")
+replace_option = click.option("--force", is_flag=True, help="Replace files that exist.")
 
 
 def check_output(output: str, image: str, *, force: bool, suffixes: Sequence[str] = (".png",)) -> Path:
@@ -177,7 +178,7 @@ def model_from(
     from dataclasses import replace
 
     from lutgen.display import DisplayModel, default_display, load_model, parse_at
-    from lutgen.display.modes import UNSAID, luminance_law
+    from lutgen.display.tips import UNSAID, luminance_law
     from lutgen.readings import read_measurements
 
     if model:

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from rich.table import Column
     from rich.table import Table as TerminalTable
 
+    from lutgen.progress import Progress
     from lutgen.report.parts import Headline, Page, Table
 
 #: ``--json`` to standard output.
@@ -198,7 +199,7 @@ def _wrapped_line(line: str, width: int) -> list[str]:
 
 
 @contextmanager
-def progress_bar(title: str, *, quiet: bool = False) -> Iterator[Callable[[int, int], None]]:
+def progress_bar(title: str, *, quiet: bool = False) -> Iterator[Progress]:
     """Show a bar on standard error while something runs; only when that is a terminal."""
     if quiet or not sys.stderr.isatty():
         yield lambda _done, _total: None

@@ -35,8 +35,7 @@ def anchored(problem: Problem, terms: Sequence[Term]) -> Array:
 
     Tips are solved at every hour, under baselines that foretell at hour 0 only.
     """
-    fixed, gains = _given(terms), np.zeros(max(int(problem.gains.max()) + 1, 1))
-    return predict(problem, State(fixed, anchored_tips(problem, terms), gains))
+    return predict(problem, State(_given(terms), anchored_tips(problem, terms), np.zeros(problem.gain_count)))
 
 
 def anchored_tips(problem: Problem, terms: Sequence[Term]) -> Array:
@@ -70,7 +69,7 @@ def noise_only(problem: Problem, predicted: Array, draws: int = DRAWS) -> Iterat
     ]
     for draw in range(draws):
         noise = np.einsum("nij,nj->ni", root, rng.standard_normal(predicted.shape))
-        gains = problem.noise.session * rng.standard_normal(max(int(problem.gains.max()) + 1, 1))
+        gains = problem.noise.session * rng.standard_normal(problem.gain_count)
         noise += np.where(problem.gains >= 0, gains[problem.gains], 0.0)[:, np.newaxis] * predicted
         shared = np.zeros_like(noise)
         for whole in problem.blocks:

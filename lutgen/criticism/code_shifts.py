@@ -109,11 +109,6 @@ class CodeShifts:
             (everything - curve) / self.scatter > freedom + BEYOND_CHANCE * np.sqrt(2.0 * freedom)
         )
 
-    def agreement(self, shifts: Array) -> Array:
-        """Gain in χ² of shifts (k, m), each scaled at will, by what each code value says alone: (k,)."""
-        along = np.maximum(shifts @ self.pull, 0.0)
-        return np.asarray(along**2 / np.maximum(shifts**2 @ np.diag(self.information), 1e-300))
-
 
 def _gain(information: Array, pull: Array) -> tuple[float, int]:
     values, vectors = np.linalg.eigh(information)

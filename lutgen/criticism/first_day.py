@@ -141,9 +141,8 @@ class FirstDay:
             lit = self._plain.shares.sum(axis=1)[self._codes[1]] + (memory.light.sum(axis=1) if memory else 0.0)
             white = (problem.measured_tips[:, 0] / problem.measured_tips[0, 0])[problem.hour_of]
             capped, first = is_capped(problem.readings)[problem.rows], problem.hour_of == 0
-            moved = (capped & first)[:, np.newaxis] - (~capped & ~first)[:, np.newaxis] * (
-                1.0 - lit[:, np.newaxis]
-            ) * white
+            dark = (~capped & ~first) * (1.0 - lit)
+            moved = (capped & first)[:, np.newaxis] - dark[:, np.newaxis] * white
             columns.append(np.eye(3)[:, np.newaxis] * problem.offset_cd_m2 * moved)
         return np.concatenate(columns)
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.sparse import csr_array
 
-from lutgen.criticism.linear import State, local_derivatives
+from lutgen.criticism.linear import State, linearise
 from lutgen.criticism.system import local_basis
 
 if TYPE_CHECKING:
@@ -48,8 +48,8 @@ class FirstErrors:
         whitened = np.einsum("nij,enj->eni", problem.whitener, problem.first_day.errors)
         if not len(whitened):
             return None
-        state = State((), problem.measured_tips, np.zeros(max(int(problem.gains.max()) + 1, 1)))
-        local = local_derivatives(problem, state)
+        state = State((), problem.measured_tips, np.zeros(problem.gain_count))
+        local = linearise(problem, state).local
         bases = [local_basis(problem, local, state, here)[: 3 * here.size] for here in problem.blocks]
         blocks = tuple(zip(problem.blocks, bases, strict=True))
         columns = csr_array(whitened.reshape(len(whitened), -1).T)

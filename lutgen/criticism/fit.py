@@ -155,7 +155,7 @@ def start_state(problem: Problem, terms: Sequence[Term]) -> State:
     tips = problem.measured_tips
     if problem.foretells:
         tips = np.broadcast_to(tips[0], tips.shape)
-    return State(tuple(terms), tips, np.zeros(max(int(problem.gains.max()) + 1, 1)))
+    return State(tuple(terms), tips, np.zeros(problem.gain_count))
 
 
 def fit(problem: Problem, terms: Sequence[Term] = (), start: State | None = None) -> Fit:

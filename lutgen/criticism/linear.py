@@ -114,11 +114,6 @@ def linearise(problem: Problem, state: State) -> Linear:
     return Linear(whiten(problem, problem.xyz - xyz * gain), whiten(problem, local), whiten(problem, free))
 
 
-def local_derivatives(problem: Problem, state: State) -> Array:
-    """Derivatives of the whitened residuals by the unknowns of their blocks alone, (L, n, 3)."""
-    return linearise(problem, state._replace(terms=())).local
-
-
 def _by_parameters(problem: Problem, state: State, before: Panel, xyz: Array) -> Array:
     columns = []
     for index, term in enumerate(state.terms):

@@ -225,6 +225,11 @@ class Problem:
         """Hour and name of the session of each gain, in the order of their numbers."""
         return self._gains[1]
 
+    @property
+    def gain_count(self) -> int:
+        """Number of session gains, one at least, since a state holds an array of them."""
+        return max(len(self.gain_keys), 1)
+
     @cached_property
     def _gains(self) -> tuple[NDArray[np.intp], list[tuple[float, str]]]:
         names = np.array(self.readings.session or [""] * self.readings.hours.size)[self.rows]
@@ -297,10 +302,7 @@ class Problem:
         return FirstErrors.of(self)
 
     def covariance(self, xyz_cd_m2: Array) -> Array:
-        """Covariance of the readings about the model, if their light is (n, 3): (n, 3, 3).
-
-        It has noise, what the first session's noise does to each reading, and discrepancy.
-        """
+        """Covariance of readings of light (n, 3) about the model, errors of the first session in it: (n, 3, 3)."""
         covariance = self._own_covariance(xyz_cd_m2)
         if self.native:
             covariance = covariance + np.einsum("eni,enj->nij", self.first_day.errors, self.first_day.errors)

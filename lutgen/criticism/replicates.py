@@ -1,7 +1,7 @@
 """Replicates: readings that differ in nothing but noise, grouped, and how far each lies from the mean of its group.
 
-They are readings of one session; where sessions repeat nothing, those of all sessions of one hour, but for the gains by
-which sessions differ.
+They are readings of one session; where sessions repeat nothing, those of all sessions of one hour, but for the gains
+and the dark offsets by which sessions differ.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 #: An ordinary good colorimeter, 1 σ: 0.2 % of the light and 0.003 cd/m².
 RELATIVE, FLOOR_CD_M2 = 0.002, 0.003
 
-#: Rounds in which gains of sessions and means of replicates are found in turn.
+#: Rounds in which gains and offsets of sessions and means of replicates are found in turn.
 ROUNDS = 20
 
 
@@ -37,7 +37,7 @@ class Replicates:
     """Readings that differ in nothing but noise.
 
     ``groups``: number of each reading's group, (n,). ``deviations``: from the mean of the group, (n, 3), cd/m².
-    ``lost``: share of a contrast between replicates that went into the gain of the reading's session, (n,).
+    ``lost``: share of a contrast between replicates that went into gain and offset of the reading's session, (n,).
     """
 
     groups: NDArray[np.intp]
@@ -51,7 +51,7 @@ class Replicates:
 
     @classmethod
     def of(cls, readings: Measurements, rows: NDArray[np.intp], *, across_sessions: bool = False) -> Replicates:
-        """Group readings, by their indices, within sessions; or within hours, but for the gain of each session."""
+        """Group readings, by their indices, within sessions; or within hours, but for what sessions differ by."""
         xyz, temperature = readings.xyz_cd_m2[rows], readings.conditions.get("temperature_c")
         warm = None if temperature is None else temperature[rows]
         if not across_sessions:
@@ -59,26 +59,31 @@ class Replicates:
             return cls(groups, replicate_deviations(xyz, groups, warm), np.zeros(rows.size))
         groups = _numbered([readings.hours, *_patches(readings)])[rows]
         session = _numbered([readings.hours, readings.sessions.astype(float)])[rows]
-        steady, leverage = _without_gains(xyz, groups, session)
+        steady, leverage = _as_one_session(xyz, groups, session)
         _, of_hour = np.unique(readings.hours[rows], return_inverse=True)
         sessions = np.bincount(of_hour[np.unique(session, return_index=True)[1]])[of_hour]
-        # The gains of S sessions of an hour are known but for their mean.
+        # What S sessions of an hour differ by is known but for its mean.
         return cls(groups, replicate_deviations(steady, groups, warm), leverage * (sessions - 1) / sessions)
 
 
-def _without_gains(xyz: Array, groups: NDArray[np.intp], session: NDArray[np.intp]) -> tuple[Array, Array]:
-    """Readings without the gain by which their session differs from the others of its hour, (n, 3), and leverages."""
+def _as_one_session(xyz: Array, groups: NDArray[np.intp], session: NDArray[np.intp]) -> tuple[Array, Array]:
+    """Readings without the gain and the dark offset by which their session differs from the others of its hour, (n, 3).
+
+    Also the leverage of each reading on them, (n,).
+    """
     light = group_means(xyz, groups)
-    # A group of one reading says nothing of a gain.
+    # A group of one reading says nothing of what sessions differ by.
     told = (np.bincount(groups) > 1)[groups][:, np.newaxis]
     weight = told / (np.abs(light) * RELATIVE + FLOOR_CD_M2) ** 2
-    strength = np.maximum(np.bincount(session, (weight * light**2).sum(axis=1)), 1e-300)
+    of_gain, of_offset = (np.maximum(_sums(each, session), 1e-300) for each in (weight * light**2, weight))
     steady = xyz
     for _ in range(ROUNDS):
         off = steady - group_means(steady, groups)
-        gain = np.bincount(session, (weight * light * off).sum(axis=1)) / strength
-        steady = steady - gain[session][:, np.newaxis] * light
-    return steady, (weight * light**2).sum(axis=1) / strength[session]
+        # X, Y and Z apart: a gain of all three would take more of their common noise than of their differences.
+        steady = steady - light * (_sums(weight * light * off, session) / of_gain)[session]
+        off = steady - group_means(steady, groups)
+        steady = steady - (_sums(weight * off, session) / of_offset)[session]
+    return steady, (weight * light**2 / of_gain[session] + weight / of_offset[session]).mean(axis=1)
 
 
 def patch_kin(readings: Measurements) -> NDArray[np.intp]:
@@ -125,6 +130,9 @@ def replicate_deviations(xyz: Array, groups: NDArray[np.intp], temperature: Arra
 
 def group_means(values: Array, groups: NDArray[np.intp]) -> Array:
     """Mean of each reading's group, (n, 3), of values (n, 3)."""
-    count = np.bincount(groups)
-    sums = np.stack([np.bincount(groups, column) for column in values.T], axis=1)
-    return np.asarray((sums / np.maximum(count, 1)[:, np.newaxis])[groups])
+    return np.asarray((_sums(values, groups) / np.maximum(np.bincount(groups), 1)[:, np.newaxis])[groups])
+
+
+def _sums(values: Array, groups: NDArray[np.intp]) -> Array:
+    """Sums of values (n, 3) over groups, (g, 3)."""
+    return np.stack([np.bincount(groups, column) for column in values.T], axis=1)

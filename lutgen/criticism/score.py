@@ -10,7 +10,7 @@ import numpy as np
 
 from lutgen.criticism.code_shifts import CodeShifts
 from lutgen.criticism.linear import BEHIND_PANEL, STEP, State, Term, whiten
-from lutgen.criticism.system import local_basis, local_columns, prior_rows, readings_at
+from lutgen.criticism.system import local_basis, prior_rows, readings_at
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -137,17 +137,13 @@ class Score:
     def proposed(self, effect: Effect) -> tuple[list[dict[str, float]], int]:
         """Settings that an effect proposes for jagged shifts of code values, best first, and how many it looked at."""
         if effect.name not in self._proposed:
-            looked = 0
-
-            def judge(shifts: Array) -> Array:
-                nonlocal looked
-                looked += len(shifts)
-                return self.code_shifts.agreement(shifts)
-
-            settings = (
-                effect.propose(self.code_shifts.code, judge) if effect.propose and self.code_shifts.is_jagged else []
+            shifts = self.code_shifts
+            settings, looked = (
+                effect.propose(shifts.code, shifts.pull, shifts.information)
+                if effect.propose and shifts.is_jagged
+                else ([], 1)
             )
-            self._proposed[effect.name] = settings, max(looked, 1)
+            self._proposed[effect.name] = settings, looked
         return self._proposed[effect.name]
 
     def switched(self, term: Term) -> tuple[float, float]:
@@ -168,6 +164,5 @@ class _Part:
     def of(cls, base: Fit, state: State, here: NDArray[np.intp]) -> _Part:
         """Take a block of the problem at a fit."""
         problem, shared = base.problem, len(base.problem.shared[int(here[0])])
-        gains = local_columns(problem, base.linear.local, here, here)[1]
-        off = prior_rows(problem, state, int(problem.hour_of[here[0]]), gains, shared)[1]
+        off = prior_rows(problem, state, int(problem.hour_of[here[0]]), problem.gains_of[int(here[0])], shared)[1]
         return cls(readings_at(here), local_basis(problem, base.linear.local, state, here), off)

@@ -90,14 +90,20 @@ class Luck:
             self.optimism, self._largest = max(OPTIMISM, OPTIMISM * gain / max(promise, 1e-9)), gain
 
 
-def families(base: Fit, effects: Iterable[Effect], *, within: float = np.inf) -> Iterator[Family]:
+def families(
+    base: Fit, effects: Iterable[Effect], *, within: float = np.inf, limit: float = np.inf
+) -> Iterator[Family]:
     """Fit every effect beside what ``base`` has already, one after the other, in the order given.
 
     ``within``: families that cannot come this near to the best one's BIC need not be refined beyond their simple
-    formulas. What a form may reach is judged from its first step.
+    formulas. What a form may reach is judged from its first step. ``limit``: effects whose simple formulas cannot bring
+    BIC below it are left out.
     """
-    luck, effects = Luck(), list(effects)
-    simple = [_attempts(base, effect, luck, range(min(effect.refined, len(effect.forms)))) for effect in effects]
+    luck, effects, spare = Luck(), list(effects), limit < np.inf
+    simple = [
+        _attempts(base, effect, luck, range(min(effect.refined, len(effect.forms))), limit=limit, spare=spare)
+        for effect in effects
+    ]
     best = min((min(map(bic, tried)) for tried in simple if tried), default=np.inf)
     for effect, tried in zip(effects, simple, strict=True):
         if not tried:
@@ -120,15 +126,22 @@ def contenders(base: Fit, effects: Iterable[Effect], limit: float, luck: Luck | 
 
 
 def family(
-    base: Fit, effect: Effect, luck: Luck | None = None, *, freely: bool = False, limit: float = np.inf
+    base: Fit,
+    effect: Effect,
+    luck: Luck | None = None,
+    *,
+    freely: bool = False,
+    limit: float = np.inf,
+    longest: int | None = None,
 ) -> Family:
     """Fit the forms of an effect beside what ``base`` has already, and choose the best by BIC.
 
     ``freely``: also a long form of which no formula explains half, since somebody knows that the effect is there.
-    ``limit``: but for the simplest form, only those that may bring BIC below it.
+    ``limit``, ``longest``: but for the simplest form, only those that may bring BIC below it, of so many parameters.
     """
     luck = luck or Luck()
-    tried = _attempts(base, effect, luck, range(max(len(effect.forms), 1)), limit=limit)
+    forms = [at for at, form in enumerate(effect.forms) if not at or longest is None or len(form) <= longest]
+    tried = _attempts(base, effect, luck, forms or [0], limit=limit)
     if not tried:
         raise _one_session(base, effect)
     allowed = tried if freely else _of_the_family(base, _with_spared(base, luck, tried))
@@ -144,14 +157,12 @@ def _of_the_family(base: Fit, tried: Sequence[Candidate]) -> list[Candidate]:
     """Leave out long forms that do more by their freedom than any formula does: they mimic any effect."""
     formulas = [each for each in tried if _is_formula(each.effect, each.form)]
     best = max(formulas, key=lambda each: each.gain, default=None)
-    kept = list(formulas)
-    for each in tried:
-        if each in formulas:
-            continue
-        needed = HALF * each.gain
-        if best and (best.gain > needed or _in_its_course(base, best, each).gain > needed):
-            kept.append(each)
-    return kept
+
+    def is_owed(long: Candidate) -> bool:
+        needed = HALF * long.gain
+        return best is not None and (best.gain > needed or _in_its_course(base, best, long).gain > needed)
+
+    return [each for each in tried if _is_formula(each.effect, each.form) or is_owed(each)]
 
 
 def _in_its_course(base: Fit, formula: Candidate, long: Candidate) -> Candidate:
@@ -219,10 +230,13 @@ def _attempts(
         penalty = len(form) * float(np.log(base.readings))
         if _is_proposed(effect, form) and base.bic - luck.optimism * score.code_shifts.most + penalty > limit:
             continue  # no setting can promise more than a shift of its own for each code value
+        if not _is_formula(effect, form) and luck.optimism * _of_formulas(score, effect) < HALF * (base.bic - limit):
+            continue  # no formula explains half of what this form would have to
         grids = _grids(score, effect, form)
         if not grids:
             continue  # a grid between sessions, and one session only
-        if len(grids) > MANY and _promise(score, effect, form[:1]) < WORTH * penalty / len(form):
+        walked = len(grids) > MANY and not _is_proposed(effect, form)
+        if walked and _promise(score, effect, form[:1]) < WORTH * penalty / len(form):
             continue
         starts = [_start(score, effect, form, grid) for grid in grids]
         promise = max(gain for gain, _ in starts)
@@ -240,7 +254,12 @@ def _attempts(
 
 def _promise(score: Score, effect: Effect, form: tuple[str, ...]) -> float:
     """What the first step of a form promises at best."""
-    return max(_start(score, effect, form, grid)[0] for grid in _grids(score, effect, form))
+    return max((_start(score, effect, form, grid)[0] for grid in _grids(score, effect, form)), default=0.0)
+
+
+def _of_formulas(score: Score, effect: Effect) -> float:
+    """What the first step of an effect's formulas promises at best."""
+    return max(_promise(score, effect, form) for form in effect.forms or ((),) if _is_formula(effect, form))
 
 
 def bic(candidate: Candidate) -> float:

@@ -23,7 +23,7 @@ from lutgen.criticism.fit import fit
 from lutgen.criticism.linear import State
 from lutgen.criticism.shared_columns import shared_columns
 from lutgen.criticism.system import local_columns, prior_rows, spanned
-from lutgen.criticism.tails import tails_of, weights_by, weights_of
+from lutgen.criticism.tails import tails_of, weights_at, weights_of
 from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
@@ -72,19 +72,20 @@ class Told(NamedTuple):
 def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
     """Return a problem with its weights and the spreads of offset and wander that sessions show beside ``terms``."""
     problem = replace(problem, offset_cd_m2=0.0, wander=0.0, weights=None)
-    plain = problem
+    plain, fixed = problem, [replace(term, free=()) for term in terms]
     if tails := tails_of(plain):
         # An instrument with heavy tails slips now and then: its slips are weighed down like the rest, not left out.
         problem, plain = problem.with_slips(), plain.with_slips()
-        found = fit(plain, [replace(term, free=()) for term in terms])
+        found = fit(plain, fixed)
         weights = np.ones(problem.readings.hours.size)
         weights[problem.rows] = weights_of(plain, found.residual, tails)
         if plain.remembered and plain.first_errors:
             # A slip of the first session is in all later readings of its colour.
             off = plain.first_day.error_of_met(plain.first_errors.taken_from(found.linear.residual)[1])
-            weights[problem.rows[plain.remembered.met]] = weights_by(off, tails)[plain.remembered.met]
+            met = plain.remembered.met
+            weights[problem.rows[met]] = weights_at((off[met] ** 2).sum(axis=1) / tails.scale**2, tails)
         problem, plain = replace(problem, weights=weights), replace(plain, weights=weights)
-    found = fit(plain, [replace(term, free=()) for term in terms])
+    found = fit(plain, fixed)
     state = State(found.terms, found.tips, found.gains)
     linear = found.linear
     drive, capped = problem.readings.drive[problem.rows], is_capped(problem.readings)[problem.rows]
@@ -107,7 +108,7 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
     elif len(offsets) >= ENOUGH:
         offset = _spread(_beside_the_display(offsets), usual, 1)
     if problem.native and not covered:
-        # Black alone says less of the offsets than it seems: what is wrong with the first one is in all that differ.
+        # Black alone holds the spread too small: what a leak might do is left out of it.
         offset *= float(np.sqrt(max(len(offsets), 1)))
     everything = np.ones(problem.rows.size, dtype=bool)
     gains = _told(plain, state, linear._replace(residual=found.residual), everything, replace(plain, wander=1.0))

@@ -18,9 +18,10 @@ import numpy as np
 from lutgen.criticism.fit import fit
 from lutgen.criticism.heldout import STANDARD_ERRORS, held_out
 from lutgen.criticism.leftover import is_noise
-from lutgen.criticism.linear import State
+from lutgen.criticism.linear import State, linearise
 from lutgen.criticism.probes import free_term, probe
-from lutgen.criticism.search import HALF, STRONG, Family, Luck, bic, contenders, families, family, forms_of
+from lutgen.criticism.search import HALF, OPTIMISM, STRONG, Family, Luck, bic, contenders, families, family, forms_of
+from lutgen.criticism.system import System
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -122,16 +123,8 @@ def explain(
     """
     first = _ranked(base, effects, progress)
     chosen, current = _readmitted(known, base, first, error)
-    while len(chosen) < MOST and not _hopeless(base, current, len(chosen)):
-        names = {each.effect.name for each in chosen}
-        others = [each for each in effects if each.name not in names]
-        ranked = _ranked(current, others, progress) if chosen else first
-        # What is found beside an effect need not show that anything is there.
-        asked = replace(error, allowance=1.0) if chosen and error.measured else error
-        if not ranked or not _is_beyond_chance(ranked[0], current, asked, sum(each.tried for each in ranked)):
-            break
-        chosen = refined([*chosen, ranked[0].best], base)
-        chosen = _exchanged(chosen, effects, base)
+    while found := _next(chosen, current, effects, base, error, first, progress):
+        chosen = found
         current = together(base, chosen)
     chosen = _clean(_pruned(chosen, base), base, error)
     final = together(base, chosen)
@@ -146,6 +139,27 @@ def explain(
         for each in chosen
     )
     return Explanation(base, final, tuple(first), steps, tuple(trail))
+
+
+def _next(  # noqa: PLR0917 - what has been found, and what is searched
+    chosen: list[Candidate],
+    current: Fit,
+    effects: Sequence[Effect],
+    base: Fit,
+    error: PureError,
+    first: Sequence[Family],
+    progress: Callable[[int, int], None],
+) -> list[Candidate] | None:
+    """Admit one more effect, or else exchange one; None where neither helps."""
+    names = {each.effect.name for each in chosen}
+    if len(chosen) < MOST and not _hopeless(base, current, len(chosen)):
+        others = [each for each in effects if each.name not in names]
+        ranked = _ranked(current, others, progress, limit=current.bic - STRONG) if chosen else first
+        # What is found beside an effect need not show that anything is there.
+        asked = replace(error, allowance=1.0) if chosen and error.measured else error
+        if ranked and _is_beyond_chance(ranked[0], current, asked, sum(each.tried for each in ranked)):
+            return refined([*chosen, ranked[0].best], base)
+    return _exchanged(chosen, effects, base)
 
 
 def _readmitted(
@@ -196,10 +210,11 @@ def _ranked(
     base: Fit,
     effects: Sequence[Effect],
     progress: Callable[[int, int], None] = lambda _done, _total: None,
-    within: float = NEAR,
+    *,
+    limit: float = np.inf,
 ) -> list[Family]:
     found = []
-    for each in families(base, effects, within=within):
+    for each in families(base, effects, within=NEAR, limit=limit):
         found.append(each)
         progress(len(found), len(effects))
     return sorted(found, key=lambda each: bic(each.best))
@@ -226,7 +241,9 @@ def refined(chosen: list[Candidate], base: Fit, *, alone: bool = False, limit: f
     for index, each in enumerate(chosen):
         beside = [*chosen[:index], *chosen[index + 1 :]]
         around = together(base, beside)
-        again = family(around, each.effect, limit=limit).best
+        # Where all parameters together promise less than one costs, no longer form is worth its own.
+        settled = OPTIMISM * _freed(whole, each.effect) < np.log(base.readings)
+        again = family(around, each.effect, limit=limit, longest=len(each.form) if settled else None).best
         if whole.bic < bic(again):
             # Proposed settings are found from what the others leave, which may hide those that are there already.
             again = replace(each, fit=whole, gain=around.chi2 - whole.chi2)
@@ -234,10 +251,10 @@ def refined(chosen: list[Candidate], base: Fit, *, alone: bool = False, limit: f
     return chosen
 
 
-def _exchanged(chosen: list[Candidate], effects: Sequence[Effect], base: Fit) -> list[Candidate]:
-    """Replace an admitted effect where, beside the others, another family explains clearly more."""
+def _exchanged(chosen: list[Candidate], effects: Sequence[Effect], base: Fit) -> list[Candidate] | None:
+    """Replace an admitted effect where, beside the others, another family explains clearly more; None: nowhere."""
     if len(chosen) < 2:
-        return chosen
+        return None
     limit = together(base, chosen).bic - STRONG
     for each in chosen:
         beside = [other for other in chosen if other is not each]
@@ -245,7 +262,7 @@ def _exchanged(chosen: list[Candidate], effects: Sequence[Effect], base: Fit) ->
         better = contenders(together(base, beside), [new for new in effects if new.name not in names], limit)
         if better:
             return refined([*beside, better[0].best], base)
-    return chosen
+    return None
 
 
 def _pruned(chosen: list[Candidate], base: Fit) -> list[Candidate]:
@@ -254,10 +271,30 @@ def _pruned(chosen: list[Candidate], base: Fit) -> list[Candidate]:
         return chosen
     limit = together(base, chosen).bic + STRONG
     for each in chosen:
-        rest = refined([other for other in chosen if other is not each], base, alone=True, limit=limit)
+        rest = [other for other in chosen if other is not each]
+        alone = together(base, rest)
+        if alone.bic - OPTIMISM * _freed(alone, *(other.effect for other in rest)) > limit:
+            continue  # no form of the others does without it
+        rest = refined(rest, base, alone=True, limit=limit)
         if together(base, rest).bic < limit:
             return _pruned(rest, base)
     return chosen
+
+
+def _freed(found: Fit, *effects: Effect) -> float:
+    """What a first step promises from a fit with all parameters of some of its effects free, as in no form they are.
+
+    Infinite of an effect that is tried on a grid, on which a step says nothing.
+    """
+    if any(parameter.grid for effect in effects for parameter in effect.parameters.values()):
+        return np.inf
+    names = {effect.name for effect in effects}
+    terms = tuple(
+        replace(term, free=tuple(term.effect.parameters)) if term.effect.name in names else term for term in found.terms
+    )
+    state = State(terms, found.tips, found.gains)
+    system = System(found.problem, linearise(found.problem, state), state)
+    return system.chi2 - system.step(terms).chi2
 
 
 def _clean(chosen: list[Candidate], base: Fit, error: PureError) -> list[Candidate]:

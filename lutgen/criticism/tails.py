@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.special import gammaln
 
-from lutgen.criticism.replicates import patch_kin
+from lutgen.criticism.replicates import Replicates, patch_kin
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,6 +26,9 @@ DEGREES = (2.5, 3.0, 4.0, 5.0, 7.0, 10.0, 15.0)
 
 #: Fewer replicated readings than this tell nothing of tails.
 ENOUGH = 30
+
+#: Of a replicate no less than this share is left beside the mean of its group and what its session differs by.
+LEAST_LEFT = 0.1
 
 #: A reading that counts less than this is named.
 SLIP = 0.1
@@ -40,15 +43,17 @@ class Tails(NamedTuple):
 
 def tails_of(problem: Problem) -> Tails | None:
     """Estimate the tails from replicates; None where they are those of a normal distribution, or too few tell."""
-    groups = problem.groups
-    count = np.bincount(groups)[groups]
+    found = Replicates.of(problem.readings, problem.rows, across_sessions=problem.noise.across_sessions)
+    count = np.bincount(found.groups)[found.groups]
     replicated = (count > 1) & ~_coarse(problem)
     if int(replicated.sum()) < ENOUGH:
         return None
-    mean = np.stack([np.bincount(groups, problem.xyz[:, k]) for k in range(3)], axis=1)[groups] / count[:, np.newaxis]
     # In units of the meter's noise alone: what a model misses is in all replicates alike.
-    off, noise = (problem.xyz - mean)[replicated], problem.noise.covariance(mean[replicated])
-    squares = np.einsum("ni,nij,nj->n", off, np.linalg.inv(noise), off) / (1.0 - 1.0 / count[replicated])
+    off, left = found.deviations[replicated], (1.0 - 1.0 / count - found.lost)[replicated]
+    noise = problem.noise.covariance(problem.xyz[replicated] - off)
+    squares = np.einsum("ni,nij,nj->n", off, np.linalg.inv(noise), off) / np.maximum(left, LEAST_LEFT)
+    if np.median(squares) <= 0.0:
+        return None  # copies have no tails
     normal = _normal(squares)
     best = max((_student(squares, degrees) for degrees in DEGREES), key=lambda each: each[0])
     # BIC: a t distribution has two parameters more.
@@ -81,15 +86,14 @@ def _student(squares: Array, degrees: float) -> tuple[float, float, float]:
 def weights_of(problem: Problem, residual: Array, tails: Tails) -> Array:
     """Weight of each reading, (n,), relative to the variance that replicates show; ``residual`` is whitened, (n, 3)."""
     expected, known = _expected(problem, residual)
-    distance = ((residual - expected) ** 2).sum(axis=1) / (1.5 * tails.scale**2)
-    weights = (tails.degrees + 3.0) / (tails.degrees + distance) / tails.scale**2
+    weights = weights_at(((residual - expected) ** 2).sum(axis=1) / (1.5 * tails.scale**2), tails)
     # A reading without kin stands by nothing: it keeps the variance that replicates show.
     return np.where(known, weights, 1.0)
 
 
-def weights_by(off: Array, tails: Tails) -> Array:
-    """Weight of each reading, (n,), by how far it is off, (n, 3) in σ, where that is known."""
-    return np.asarray((tails.degrees + 3.0) / (tails.degrees + (off**2).sum(axis=1) / tails.scale**2) / tails.scale**2)
+def weights_at(distance: Array, tails: Tails) -> Array:
+    """Weight of each reading, (n,), by its squared distance in units of the tails' scale, (n,)."""
+    return np.asarray((tails.degrees + 3.0) / (tails.degrees + distance) / tails.scale**2)
 
 
 def _expected(problem: Problem, residual: Array) -> tuple[Array, NDArray[np.bool_]]:

@@ -261,32 +261,30 @@ def strongest(explanation: Explanation) -> tuple[str, str]:
 
 def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...]) -> Verdict:
     """Say what the admitted effects prove."""
-    steps, base, final = explanation.steps, explanation.base, explanation.final
+    steps, base = explanation.steps, explanation.base
     weighed = Weighed.of(explanation, error)
     if not weighed.kept and weighed.clean and is_within_scatter(error, base) and not weighed.nothing.names:
         traces = ", ".join(step.name for step in steps)
         remark = f"What is left would let {traces} explain a trace of it, next to nothing beside what the model has."
         return Verdict("consistent", _agrees(base), remarks=(*remarks, remark))
     probed = weighed.left if weighed.left.names else weighed.nothing
+    # What explains no more than formulas may miss may be for what a formula of a curve misses.
+    main = [step for step in steps if weighed.shares[step.name] > 1.0 - MOST_OF_IT]
+    curves = main and len(steps) > 1 and weighed.explains and all(bends_curves(step.effect) for step in main)
     pair = weighed.sound and weighed.clean and len(weighed.kept) == 2
-    like_both = pair and overlap([step.chosen for step in weighed.kept], base)
-    if len(steps) > 1 and weighed.explains and not like_both and all(bends_curves(step.effect) for step in steps):
+    if curves and not (pair and overlap([step.chosen for step in weighed.kept], base)):
         return replace(_bent(explanation, weighed), remarks=remarks)
     if not weighed.sound:
         return _unexplained(explanation, remarks, probed)
-    beside = [step.name for step in steps if step not in weighed.kept]
-    if beside:
+    kept, seen, trifles = weighed.kept, weighed.seen, [step.name for step in weighed.trifles]
+    named = {*trifles, *(step.name for step in kept)}
+    if beside := [step.name for step in steps if step.name not in named]:
         remarks = (*remarks, f"Fitted beside, for what the formula leaves, no fault of its own: {', '.join(beside)}.")
-    seen = shares_of_delta_e(base, final, [step.name for step in weighed.kept])
-    kept = tuple(sorted(weighed.kept, key=lambda step: (-seen[step.name], -weighed.shares[step.name])))
-    if trifles := [step for step in kept[1:] if max(seen[step.name], weighed.shares[step.name]) < 1.0 - MOST_OF_IT]:
-        kept = tuple(step for step in kept if step not in trifles)
-        beside += [step.name for step in trifles]
-        names = ", ".join(step.name for step in trifles)
-        remarks = (*remarks, f"Fitted beside, next to nothing of the error: {names}.")
+    if trifles:
+        remarks = (*remarks, f"Fitted beside, next to nothing of the error: {', '.join(trifles)}.")
     left = "" if weighed.clean else f"its formula leaves something: {structure(explanation, weighed.left)}."
     if len(kept) == 1:
-        left = left or ("its formula leaves something that another takes up." if beside else "")
+        left = left or ("its formula leaves something that another takes up." if beside or trifles else "")
         (step,) = kept
         worded = _one(step, seen[step.name], left, _owed(step, explanation), _imitated(step, explanation, error))
     elif overlap([step.chosen for step in kept], base):
@@ -309,17 +307,17 @@ def _is_shadowed(kept: tuple[Step, ...], explanation: Explanation, error: PureEr
 
 def _bent(explanation: Explanation, weighed: Weighed) -> Verdict:
     """Name the effect that explains most of a curve that changed, where others take up what its formula misses."""
-    base, final, shares = explanation.base, explanation.final, weighed.shares
-    steps = sorted(explanation.steps, key=lambda step: -shares[step.name])
-    first, *others = steps
-    names = (first.name, *(step.name for step in others if shares[step.name] > HALF * shares[first.name]))
-    seen = shares_of_delta_e(base, final, [step.name for step in steps])
+    base, final = explanation.base, explanation.final
+    own = {step.name: step.without.chi2 - final.chi2 for step in explanation.steps if bends_curves(step.effect)}
+    first, *others = sorted(explanation.steps, key=lambda step: -own.get(step.name, 0.0))
+    names = (first.name, *(step.name for step in others if own.get(step.name, 0.0) > HALF * own[first.name]))
+    seen = shares_of_delta_e(base, final, [step.name for step in explanation.steps])
     sentence = (
         f"Curves have changed as by {' or '.join(names)}, or by an effect like it that the catalogue lacks: "
         f"{first.effect.in_words(first.chosen.term.values)}. What its formula misses, "
         f"{' and '.join(step.name for step in others)} take{'' if len(others) > 1 else 's'} up."
     )
-    return Verdict("one-of", sentence, names, shares=shares, shares_delta_e=seen)
+    return Verdict("one-of", sentence, names, shares=weighed.shares, shares_delta_e=seen)
 
 
 def _like_both(steps: tuple[Step, ...]) -> Verdict:

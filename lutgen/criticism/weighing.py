@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from lutgen.criticism.leftover import is_noise
 from lutgen.criticism.probes import Probed, free_term, probe
 from lutgen.criticism.search import STRONG
+from lutgen.criticism.shares import shares_of_delta_e
 from lutgen.criticism.stepwise import MOST_OF_IT, stand_apart, together
 
 if TYPE_CHECKING:
@@ -25,9 +26,11 @@ class Weighed:
     Attributes
     ----------
     kept
-        Effects that the readings need.
-    shares
-        Effect → share of the excess χ² that goes with it.
+        Effects that the readings need, the one that is seen most first.
+    trifles
+        Effects that the readings need too, and that are next to nothing of the error: no faults of their own.
+    shares, seen
+        Effect → share of the excess χ², and of the excess mean ΔE2000, that goes with it.
     nothing, left
         The free term beside the model alone, and beside all effects.
     clean
@@ -40,7 +43,9 @@ class Weighed:
     """
 
     kept: tuple[Step, ...]
+    trifles: tuple[Step, ...]
     shares: Mapping[str, float]
+    seen: Mapping[str, float]
     nothing: Probed
     left: Probed
     clean: bool
@@ -57,12 +62,19 @@ class Weighed:
             shares[step.name], before = max(before - found.chi2, 0.0) / excess, found.chi2
         nothing, left = probe(base, error), free_term(final, error)
         both = final.bic - left.evidence
-        kept = _needed(explanation, error, shares, nothing, both)
+        needed = _needed(explanation, error, shares, nothing, both)
+        seen = shares_of_delta_e(base, final, [step.name for step in needed])
+        needed = sorted(needed, key=lambda step: (-seen[step.name], -shares[step.name]))
+        trifles = [step for step in needed[1:] if max(seen[step.name], shares[step.name]) < 1.0 - MOST_OF_IT]
+        kept = [step for step in needed if step not in trifles]
         chosen, gain = [step.chosen for step in kept], base.chi2 - final.chi2
         noise = is_noise(final, error)
         explained = gain / (gain + left.gain) if left.names else gain / excess
-        # One family may leave what its formula misses; several that leave a misfit are what a search makes of another.
-        enough = explained > MOST_OF_IT and (len(kept) == 1 or noise)
+        # A family may leave what its formula misses. Of several each must explain nearly all of what the others leave:
+        # else they are what a search makes of another effect.
+        missed = left.gain if left.names else excess - gain
+        own = [step.without.chi2 - final.chi2 for step in kept]
+        enough = explained > MOST_OF_IT and (noise or all(each > MOST_OF_IT * (each + missed) for each in own))
         # What is fitted beside, for what formulas leave, may be no more than formulas may leave.
         beside = together(base, chosen).chi2 - final.chi2 if len(kept) < len(steps) else 0.0
         clean = noise and not left.names
@@ -74,12 +86,13 @@ class Weighed:
             and not any(_is_at_its_limit(step) for step in kept)
             and stand_apart(chosen, base)
         )
-        return cls(kept, shares, nothing, left, clean, clean or explained > MOST_OF_IT, sound)
+        explains = clean or explained > MOST_OF_IT
+        return cls(tuple(kept), tuple(trifles), shares, seen, nothing, left, clean, explains, sound)
 
 
 def _needed(
     explanation: Explanation, error: PureError, shares: Mapping[str, float], nothing: Probed, beside_all: float
-) -> tuple[Step, ...]:
+) -> list[Step]:
     """Admitted effects without which the readings are clearly less likely, whatever a free term takes over.
 
     A formula that does not quite fit leaves something that looks like the effects that its own is confused with. Beside
@@ -95,7 +108,7 @@ def _needed(
         free = step.without.bic - probed.evidence
         if free > beside_all + STRONG and shares[step.name] > (1.0 - MOST_OF_IT) * largest:
             kept.append(step)
-    return tuple(kept)
+    return kept
 
 
 def bends_curves(effect: Effect) -> bool:

@@ -222,11 +222,11 @@ def _hues() -> dict[str, Array]:
     """Directions in u'v' from sRGB's white to its primaries and their pairs, of length 1."""
     drives = {"red": "100", "yellow": "110", "green": "010", "cyan": "011", "blue": "001", "magenta": "101"}
     white = xy_to_uv(xyz_to_xyY(LINEAR_TO_XYZ.sum(axis=1))[:2])
-    ways = {
+    shifts = {
         name: xy_to_uv(xyz_to_xyY(LINEAR_TO_XYZ @ np.array(list(drive), dtype=float))[:2]) - white
         for name, drive in drives.items()
     }
-    return {name: way / np.hypot(*way) for name, way in ways.items()}
+    return {name: shift / np.hypot(*shift) for name, shift in shifts.items()}
 
 
 _HUES = _hues()

@@ -11,7 +11,7 @@ import numpy as np
 
 from lutgen.cells import BLANKS, number
 from lutgen.effects.probe import reacts_to
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.readings.conditions import COLUMNS, CONDITIONS
 
 if TYPE_CHECKING:
@@ -100,15 +100,14 @@ def _names() -> list[str]:
 
 def _known(values: Mapping[str, float]) -> Mapping[str, float]:
     for name in values:
-        if name not in _names():
-            raise pick_one("condition", name, _names())
+        refuse_unknown("condition", name, _names())
     return values
 
 
 def in_words(conditions: Conditions, names: Iterable[str]) -> str:
     """Say some conditions in words: ``centre, dark room, warm``."""
-    wanted, values = set(names), conditions.as_dict()
-    asked = [each for each in CONDITIONS if wanted & {column.name for column in each.columns}]
+    named, values = set(names), conditions.as_dict()
+    asked = [each for each in CONDITIONS if named & {column.name for column in each.columns}]
     return ", ".join(dict.fromkeys(each.told(values) for each in asked))
 
 
@@ -153,8 +152,8 @@ def _fixed(model: DisplayModel, verb: str, but: str, free: tuple[str, ...] = ())
     lines = [f"{verb}: {in_words(model.conditions, needs)}."] if needs else []
     for each in model.baked:
         if names := asks[each.effect.name]:
-            what = " and ".join(dict.fromkeys(_DEPENDS[name] for name in names))
-            lines.append(f"{each.effect.name} depends on {what}, {but}.")
+            on = " and ".join(dict.fromkeys(_DEPENDS[name] for name in names))
+            lines.append(f"{each.effect.name} depends on {on}, {but}.")
     lines += [f"Nothing in this model depends on {name}." for name in stated if not _matters(model, name)]
     return lines + [
         f"{each.effect.name} is left out: it belongs to the instrument, not to the display."

@@ -229,8 +229,8 @@ class EffectChain:
         Raises LutgenError: white's luminance cannot be brought there, or the effects give NaN or infinity.
         """
         new, aged = self._whites(now)
-        wanted = luminance(aged / new) * new
-        lit = _scaled(now, self._gain(now, aged, wanted))
+        target = luminance(aged / new) * new
+        lit = _scaled(now, self._gain(now, aged, target))
         panel = self._panel(replace(now, conditions=self.conditions))
         light = LightLink(self.applied, replace(lit, conditions=self.conditions), 1.0 / new, self.fresh)
         if panel.surroundings is None:
@@ -263,20 +263,20 @@ class EffectChain:
         white = trace.emitted(self.applied, before, np.array([lit.tips]), lit.scene(_WHITE))
         return float(_finite(np.asarray(white), self.applied)[..., 1].squeeze())
 
-    def _gain(self, now: Surroundings, aged: float, wanted: float) -> float:
+    def _gain(self, now: Surroundings, aged: float, target: float) -> float:
         """Find the factor on all tips that brings white to the luminance ``wanted``, by secants."""
-        last, was, gain = 1.0, aged, wanted / aged if aged > 0 else np.nan
+        last, was, gain = 1.0, aged, target / aged if aged > 0 else np.nan
         for _ in range(50):
             if not 0 < gain < np.inf:
                 break
             reached = self._white(now, gain)
-            if abs(reached - wanted) <= _HELD * wanted:
+            if abs(reached - target) <= _HELD * target:
                 return gain
             slope = (reached - was) / (gain - last) if gain != last else 0.0
-            last, was, gain = gain, reached, gain + (wanted - reached) / slope if slope > 0 else np.nan
+            last, was, gain = gain, reached, gain + (target - reached) / slope if slope > 0 else np.nan
         names = ", ".join(each.effect.name for each in self.applied)
         message = (
-            f"hour {now.hours:g}: no backlight brings white to {wanted:.4g} cd/m² with these effects: {names}. "
+            f"hour {now.hours:g}: no backlight brings white to {target:.4g} cd/m² with these effects: {names}. "
             f"Check their values."
         )
         raise LutgenError(message)

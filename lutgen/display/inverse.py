@@ -39,7 +39,7 @@ from lutgen.display.chain import AgedDisplay
 from lutgen.display.effect_chain import jumps, without_steps
 from lutgen.display.paper import paper_links
 from lutgen.display.search import Start, searched
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.names import UNREACHABLE
 
 if TYPE_CHECKING:
@@ -126,8 +126,7 @@ def compensated(aged: AgedDisplay, fresh: AgedDisplay, *, unreachable: str = "cl
 
     Raises LutgenError: unknown ``unreachable``, or a display whose white lies outside its primaries.
     """
-    if unreachable not in UNREACHABLE:
-        raise pick_one("way with unreachable colours", unreachable, UNREACHABLE)
+    refuse_unknown("way with unreachable colours", unreachable, UNREACHABLE)
     link = _correction(_unnamed(aged), _unnamed(fresh), unreachable)
     return AgedDisplay(aged.mode, aged.hours, (), (link,))
 
@@ -177,13 +176,13 @@ class _LatticeDrives:
         low = np.minimum(places.astype(np.intp), self.size - 2)
         above = (places - low)[:, :, np.newaxis]
         stride = np.array([self.size**2, self.size, 1])
-        first, found = low @ stride, np.zeros((len(code), self.nodes.shape[1]))
+        first, mixed = low @ stride, np.zeros((len(code), self.nodes.shape[1]))
         for corner in product((0, 1), repeat=3):
             weight = np.prod(np.where(np.array(corner)[:, np.newaxis], above, 1.0 - above), axis=1)
-            found += weight * self.nodes.take(first + stride @ corner, axis=0)
-        side = found[:, 0]
-        found[(side > _ONE_SIDE) & (side < _OTHER - _ONE_SIDE)] = np.nan
-        return Start(code_to_linear(found[:, 1:4]), found[:, 4:].T.reshape(3, 3, -1))
+            mixed += weight * self.nodes.take(first + stride @ corner, axis=0)
+        side = mixed[:, 0]
+        mixed[(side > _ONE_SIDE) & (side < _OTHER - _ONE_SIDE)] = np.nan
+        return Start(code_to_linear(mixed[:, 1:4]), mixed[:, 4:].T.reshape(3, 3, -1))
 
 
 @lru_cache(maxsize=1)
@@ -291,7 +290,7 @@ def _at_border(aged: AgedDisplay, white: Array, primary: Array, xyz: Array) -> A
     return np.where((error[0] < error[1])[:, np.newaxis], *drives)
 
 
-def _moved(linear: Array, wanted: float) -> Array:
+def _moved(linear: Array, target: float) -> Array:
     """Drives (n, 3) whose two smaller channels are raised or lowered alike until they sum to ``wanted``."""
     smaller = np.arange(3) != linear.argmax(axis=1)[:, np.newaxis]
-    return np.asarray(linear + smaller * ((wanted - _smaller_two(linear)) / 2.0)[:, np.newaxis])
+    return np.asarray(linear + smaller * ((target - _smaller_two(linear)) / 2.0)[:, np.newaxis])

@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.cells import first_doubled
 from lutgen.colorimetry import xyY_to_xyz, xyz_to_xyY
 from lutgen.display.chain import AgedDisplay, SrgbTransfer
 from lutgen.display.conditions import REFERENCE, Conditions
 from lutgen.display.effect_chain import EffectChain, Fresh, Surroundings, four_tips, makes_steps
 from lutgen.display.fitted import AppliedEffect, LatentTips, constant_tips
 from lutgen.display.loaded import LoadedCalibrations
-from lutgen.display.modes import UNSAID, LuminanceLaw, law_of, luminance_law, scale_luminance
 from lutgen.display.native import NativeDisplay
 from lutgen.display.paper import Matrices, Selection, matrices_of
-from lutgen.display.tips import Tips
+from lutgen.display.tips import UNSAID, LuminanceLaw, Tips, law_of, luminance_law, scale_luminance
 from lutgen.display.trace import SELECTION_STAGE, in_chain_order, is_soft
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.names import BASELINES, FORETELLING_BASELINES, MODES, NATIVE_BASELINES, REFERENCES, SELECTIONS
 
 if TYPE_CHECKING:
@@ -95,17 +95,14 @@ class DisplayModel:
         if not self.reference:
             changes = np.unique(self.measurements.hours).size > 1
             object.__setattr__(self, "reference", "relative" if changes else "absolute")
-        if self.reference not in REFERENCES:
-            raise pick_one("reference", self.reference, REFERENCES)
-        if self.selection not in SELECTIONS:
-            raise pick_one("selection", self.selection, SELECTIONS)
-        if self.baseline not in BASELINES:
-            raise pick_one("baseline", self.baseline, BASELINES)
+        refuse_unknown("reference", self.reference, REFERENCES)
+        refuse_unknown("selection", self.selection, SELECTIONS)
+        refuse_unknown("baseline", self.baseline, BASELINES)
         if self.native and self.baseline not in NATIVE_BASELINES:
             raise LutgenError(f"baseline {self.baseline!r} has no native display. Take the baseline native.")
         effects = tuple(in_chain_order(self.effects))
         names = [each.effect.name for each in effects]
-        twice = next((name for name in names if names.count(name) > 1), None)
+        twice = first_doubled(names)
         if twice:
             raise LutgenError(f"effect {twice!r} is given twice. Keep one of them.")
         object.__setattr__(self, "effects", effects)
@@ -166,8 +163,7 @@ class DisplayModel:
             Unknown mode, hours outside the measured span or the luminance law's, or effects that give no light.
 
         """
-        if mode not in MODES:
-            raise pick_one("mode", mode, MODES)
+        refuse_unknown("mode", mode, MODES)
         self.tips.check_span(hours)
         when = 0.0 if mode == "stable" else float(hours)
         if self._acting or self._shown_native:

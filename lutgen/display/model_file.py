@@ -9,7 +9,6 @@ written so that they read back to the last bit.
 
 from __future__ import annotations
 
-import json
 import os
 import re
 from math import isfinite
@@ -22,11 +21,11 @@ import numpy as np
 from lutgen.display.conditions import REFERENCE, conditions_of
 from lutgen.display.fitted import AppliedEffect, Estimate, FitCovariance, LatentTips, found_by, record_of
 from lutgen.display.model import DisplayModel, default_display
-from lutgen.display.modes import LAWS, UNSAID, law_of_table, luminance_law
 from lutgen.display.native import CHANNELS, NativeDisplay
 from lutgen.display.own_model.stored import MAX_BYTES as OWN_MAX_BYTES
 from lutgen.display.own_model.stored import StoredModel
-from lutgen.documents import from_toml
+from lutgen.display.tips import LAWS, UNSAID, law_of_table, luminance_law
+from lutgen.documents import from_toml, toml_text
 from lutgen.errors import LutgenError
 from lutgen.files import read_at_most, write_atomically
 from lutgen.names import FORETELLING_BASELINES
@@ -35,7 +34,7 @@ from lutgen.readings import read_measurements
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from lutgen.display.modes import LuminanceLaw
+    from lutgen.display.tips import LuminanceLaw
     from lutgen.effects import Effect
     from lutgen.readings import Measurements
 
@@ -46,8 +45,7 @@ _BARE = re.compile(r"[A-Za-z0-9_-]+")
 def value_text(value: Any) -> str:
     """Write a text, a number (of numpy too), a truth value, or a list of them, as TOML 1.0 with all digits."""
     if isinstance(value, str):
-        # JSON's escapes are TOML's; JSON lets DEL stand, TOML does not.
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
+        return toml_text(value)
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, Integral):
@@ -393,6 +391,6 @@ class _Table:
         except (ValueError, TypeError):
             raise self._wrong(key, "a list of numbers, all rows alike") from None
 
-    def _wrong(self, key: str, wanted: str) -> LutgenError:
+    def _wrong(self, key: str, allowed: str) -> LutgenError:
         given = f"is {self.values[key]!r}" if key in self.values else "is missing"
-        return LutgenError(f"{self.where}: {key} {given}; it must be {wanted}.")
+        return LutgenError(f"{self.where}: {key} {given}; it must be {allowed}.")

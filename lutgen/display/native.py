@@ -30,7 +30,7 @@ from lutgen.display.own_model.native_curves import FEW, LEAST_MIXTURES, added_up
 from lutgen.display.own_model.stored import StoredModel
 from lutgen.display.trace import Remembered, tip_shares
 from lutgen.display.transfer_curve import TransferCurve, fallen, misread_levels, rising_light
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.readings.rest import TIP_DRIVES
 from lutgen.readings.table import is_capped
 
@@ -93,8 +93,7 @@ class NativeDisplay:
 
     def __post_init__(self) -> None:
         """Raise LutgenError for a black or a source that no display has."""
-        if self.source not in SOURCES:
-            raise pick_one("source of a native display's curves", self.source, SOURCES)
+        refuse_unknown("source of a native display's curves", self.source, SOURCES)
         if not all(0.0 <= share <= DARKEST for share in self.black):
             shares = ", ".join(f"{share:.4g}" for share in self.black)
             message = f"native display: black is {shares} of white's X, Y, Z; it must lie within 0..{DARKEST:g}."

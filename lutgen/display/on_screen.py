@@ -259,8 +259,8 @@ def linear_at(aged: AgedDisplay, code: Array, place: Array) -> Array:
     """Code values (n, 3) at places (n, 2) → linear sRGB of the aged colours (n, 3), not clipped; in chunks."""
 
     def seen(some: Array, at: Array) -> Array:
-        here = seen_at(aged, at)
-        return here.linear(here.head_signal(some))
+        at_place = seen_at(aged, at)
+        return at_place.linear(at_place.head_signal(some))
 
     return in_chunks(seen, code, place)
 

@@ -68,23 +68,23 @@ def searched(
     ``thorough``: search longer, and from other starts, where a colour was not found at once.
     """
     problem = _Problem.of(aged)
-    wanted = problem.light(xyz)
-    near = wanted if start is None else np.where(np.isnan(start.drive), wanted, start.drive)
+    target = problem.light(xyz)
+    near = target if start is None else np.where(np.isnan(start.drive), target, start.drive)
     near = np.clip(near, 0.0, 1.0)
-    slopes = np.full((3, 3, len(wanted)), np.nan) if start is None else start.slopes
+    slopes = np.full((3, 3, len(target)), np.nan) if start is None else start.slopes
     # Out of reach, which side of a bend a descent ends on hangs on its first step.
     slopes[:, :, ((near == 0.0) | (near == 1.0)).any(axis=1)] = np.nan
-    drive, missing = np.empty_like(wanted), np.empty_like(wanted)
+    drive, missing = np.empty_like(target), np.empty_like(target)
     unfinished, rounds = [], _FIRST_ROUNDS if thorough else _ROUGH_ROUNDS
-    for first in range(0, len(wanted), CHUNK):
+    for first in range(0, len(target), CHUNK):
         part = slice(first, first + CHUNK)
-        drive[part], missing[part], late = _descended(problem, wanted[part], near[part], slopes[:, :, part], rounds)
+        drive[part], missing[part], late = _descended(problem, target[part], near[part], slopes[:, :, part], rounds)
         unfinished.append(first + late)
     if thorough:
         # The few slow colours are searched together.
         late = np.concatenate(unfinished)
-        drive[late], missing[late], _ = _descended(problem, wanted[late], drive[late], slopes[:, :, late], _ROUNDS)
-        _search_stuck_again(problem, wanted, drive, missing)
+        drive[late], missing[late], _ = _descended(problem, target[late], drive[late], slopes[:, :, late], _ROUNDS)
+        _search_stuck_again(problem, target, drive, missing)
     return drive + np.where(_ends(drive, missing), missing, 0.0), slopes
 
 
@@ -118,7 +118,7 @@ class _Problem:
         return np.asarray(rises / step.T)
 
 
-def _search_stuck_again(problem: _Problem, wanted: Array, drive: Array, missing: Array) -> None:
+def _search_stuck_again(problem: _Problem, target: Array, drive: Array, missing: Array) -> None:
     """Search colours inside 0..1 that were not found from other starts; replaces ``drive`` and ``missing``, (n, 3)."""
     # A jump between a start and the colour stops the descent; a start on the other side may have no jump on its way.
     stuck = np.flatnonzero((np.abs(missing) > _STUCK_AT).any(axis=1) & ~_ends(drive, missing).any(axis=1))
@@ -126,7 +126,7 @@ def _search_stuck_again(problem: _Problem, wanted: Array, drive: Array, missing:
         return
     starts = np.concatenate([np.clip(drive[stuck] + aside, 0.0, 1.0) for aside in _ASIDE])
     unknown = np.full((3, 3, len(starts)), np.nan)
-    again, left, _ = _descended(problem, np.tile(wanted[stuck], (len(_ASIDE), 1)), starts, unknown, _ROUNDS)
+    again, left, _ = _descended(problem, np.tile(target[stuck], (len(_ASIDE), 1)), starts, unknown, _ROUNDS)
     again, left = (
         np.stack([first[stuck], *np.split(others, len(_ASIDE))]) for first, others in ((drive, again), (missing, left))
     )
@@ -140,12 +140,12 @@ def _ends(drive: Array, missing: Array) -> NDArray[np.bool_]:
 
 
 def _descended(
-    problem: _Problem, wanted: Array, start: Array, slopes: Array, rounds: int
+    problem: _Problem, target: Array, start: Array, slopes: Array, rounds: int
 ) -> tuple[Array, Array, NDArray[np.intp]]:
     """Follow the descent from some drives, (n, 3), and slopes, (3, 3, n), which are replaced by newer ones."""
     # Returns the last drives and the light that is missing there, both (n, 3), and the indices of unfinished colours.
     drive = start.copy()
-    missing = wanted - problem.shown(drive)
+    missing = target - problem.shown(drive)
     damping = np.full(len(drive), _DAMPING)
     # Whether a colour needs new slopes, and whether those that it has were taken at its present drive.
     needed = np.isnan(slopes[0, 0])
@@ -159,11 +159,11 @@ def _descended(
             break
         anew = active[needed[active]]
         if anew.size:
-            slopes[:, :, anew] = problem.slopes(drive[anew], wanted[anew] - missing[anew])
+            slopes[:, :, anew] = problem.slopes(drive[anew], target[anew] - missing[anew])
             taken_here[anew] = True
-        here, short, exact, damped = drive[active], missing[active], taken_here[active], damping[active]
-        moved = _step(np.take(slopes, active, axis=2), here, short, damped)
-        left = wanted[active] - problem.shown(moved)
+        current, short, exact, damped = drive[active], missing[active], taken_here[active], damping[active]
+        moved = _step(np.take(slopes, active, axis=2), current, short, damped)
+        left = target[active] - problem.shown(moved)
         before, after = _dot(short.T, short.T), _dot(left.T, left.T)
         better = after < before
         drive[active[better]], missing[active[better]] = moved[better], left[better]
@@ -174,8 +174,8 @@ def _descended(
         damping[active] = np.where(better, np.maximum(damped / _DAMPED, _DAMPING), worse)
         reached = active[after < aim[active]]
         aim[reached], until[reached] = 0.5 * after[after < aim[active]], number + _PATIENCE
-        patient = (until[active] > number) | ~((here > 0.0) & (here < 1.0)).all(axis=1)
-        moving = (_largest(moved - here) > _STILL) & patient
+        patient = (until[active] > number) | ~((current > 0.0) & (current < 1.0)).all(axis=1)
+        moving = (_largest(moved - current) > _STILL) & patient
         active = active[np.where(better, moving, ~exact | (moving & (damping[active] < _STUCK)))]
     return drive, missing, active
 

@@ -94,9 +94,9 @@ class Panel:
         xyz = np.empty((*tips.shape[:-3], len(self.shares), 3))
         white = xyz if self.black is None and self.offset is None else np.empty_like(xyz)
         for index, place in enumerate(places):
-            here = tips[..., index, :, :]
-            white[..., place, :] = here[..., :1, :]
-            xyz[..., place, :] = self.shares[place] @ here
+            of_group = tips[..., index, :, :]
+            white[..., place, :] = of_group[..., :1, :]
+            xyz[..., place, :] = self.shares[place] @ of_group
         return self._beside(xyz, white)
 
     def _beside(self, xyz: Array, white: Array) -> Array:
@@ -202,22 +202,22 @@ def since_first_session(
     shares of white, what effects behind the emission do. ``first``: code values at hour 0, at rest. ``before``,
     ``plain``: the panel of that scene with the effects and without. ``tips``: as measured at hour 0, (1, 4, 3).
     """
-    wanted = plain.emit(tips)
+    target = plain.emit(tips)
     sent = before.emit(through(applied, ("emission",), tips, first))
     white = tips[:, 0]
     lit = sent > LEAST_LIGHT * white
-    factor = np.where(lit, wanted / np.where(lit, sent, 1.0), 1.0)
+    factor = np.where(lit, target / np.where(lit, sent, 1.0), 1.0)
     behind = ("optics", "viewing", "instrument")
-    shown = through(applied, behind, wanted, first)
-    if not (shown != wanted).any():
-        return factor, np.zeros_like(wanted)
+    shown = through(applied, behind, target, first)
+    if not (shown != target).any():
+        return factor, np.zeros_like(target)
     # A line through two points is exact for what effects do: to add light, and to take a share of it.
-    other = 2.0 * wanted - shown
+    other = 2.0 * target - shown
     again = through(applied, behind, other, first)
-    moved = other != wanted
-    rise = np.where(moved, again - shown, 1.0) / np.where(moved, other - wanted, 1.0)
-    light = other + (wanted - again) / np.where(rise > LEAST_RISE, rise, 1.0)
-    return factor, (light - wanted) / white
+    moved = other != target
+    rise = np.where(moved, again - shown, 1.0) / np.where(moved, other - target, 1.0)
+    light = other + (target - again) / np.where(rise > LEAST_RISE, rise, 1.0)
+    return factor, (light - target) / white
 
 
 def emitted(applied: Sequence[Applied], before: Panel, tips: Array, scene: Scene) -> Array:

@@ -8,7 +8,6 @@ is stopped or dies, the remaining lines are missing.
 from __future__ import annotations
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -20,6 +19,7 @@ from lutgen.effects.contract import CLAUSES, Clause, Report, examine
 from lutgen.effects.own import load_file
 from lutgen.errors import LutgenError
 from lutgen.files import scratch
+from lutgen.processes import python_environment
 
 #: Seconds that a check of all effects of a file may take. Built-in effects take well below one.
 LIMIT_S = 10.0
@@ -63,12 +63,11 @@ def _names(answers: list[dict[str, Any]], ended: str, path: str | Path) -> list[
 
 def _ask(path: str | Path, limit_s: float) -> tuple[list[dict[str, Any]], str]:
     """Run the child; return its answers, and how it ended, as the predicate of a sentence: ``loops for ever …``."""
-    # The child finds its modules where this process does; -P keeps the working folder out of it.
-    places = os.pathsep.join(folder or str(Path.cwd()) for folder in sys.path)
-    environment = os.environ | {"PYTHONPATH": places, "OPENBLAS_NUM_THREADS": "1"}
+    environment = python_environment(OPENBLAS_NUM_THREADS="1")
     with scratch() as folder:
         file = Path(folder) / "answers"
         file.touch()
+        # -P keeps the working folder out of the modules' places.
         command = [sys.executable, "-P", "-m", __name__, str(file), str(path)]
         silent = subprocess.DEVNULL
         try:

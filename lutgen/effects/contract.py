@@ -216,9 +216,9 @@ _STACKED = {"emission", "optics", "viewing", "instrument"}
 def _cases(stage: str) -> dict[str, ProbeReading]:
     """Readings in every arrangement that fits and LUTs use."""
     full, rest = probe.readings(stage), probe.readings(stage, at_rest=True)
-    one = probe.some(full, slice(0, 1), stage)
+    one_reading = probe.some(full, slice(0, 1), stage)
     one_hour = replace(rest, scene=replace(rest.scene, hours=np.full((1, 1), 9000.0), white=rest.scene.white[:1]))
-    cases = {"many readings": full, "one reading": one, "one hour": one_hour}
+    cases = {"many readings": full, "one reading": one_reading, "one hour": one_hour}
     if stage in _STACKED:
         cases["twelve sets of tips"] = probe.at_once(full)
     if stage == "emission":
@@ -248,11 +248,11 @@ def _array(result: object) -> Array:
     return result
 
 
-def _hint(effect: Effect, told: str) -> str:
-    if "'Scene' object has no attribute" in told:
+def _hint(effect: Effect, message: str) -> str:
+    if "'Scene' object has no attribute" in message:
         known = [name for name in dir(Scene) if not name.startswith("_")]
         return f" A scene has: {', '.join([*probe.arrays(probe.readings(effect.stage).scene), *known])}."
-    if effect.stage == "emission" and "broadcast" in told:
+    if effect.stage == "emission" and "broadcast" in message:
         return " Columns such as scene.tau are (n, 1) and tips (n, 4, 3): write scene.tau[..., np.newaxis]."
     return ""
 

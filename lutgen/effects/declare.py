@@ -111,8 +111,12 @@ class Transform(Protocol):
 class Propose(Protocol):
     """Settings worth a fit, of an effect that moves code values."""
 
-    def __call__(self, code: Array, judge: Callable[[Array], Array], /) -> list[dict[str, float]]:
-        """Return settings, best first, for code values (m,); ``judge`` says how well shifts (k, m) agree, (k,)."""
+    def __call__(self, code: Array, pull: Array, information: Array, /) -> tuple[list[dict[str, float]], int]:
+        """Return settings, best first, and how many were looked at.
+
+        ``code``: code values that were read, (m,). Shifts s of them change χ² by sᵀ · information · s − 2 · pull · s,
+        ``pull`` (m,) and ``information`` (m, m).
+        """
         ...
 
 
@@ -152,8 +156,8 @@ class Effect:
     source
         Source of the form and of the size, with DOI where there is one; or that they are an assumption.
     propose
-        For parameters whose ``grid`` is ``proposed``: code values (m,), and a judge of their shifts, → settings to try,
-        best first.
+        For parameters whose ``grid`` is ``proposed``: code values, and what readings say of their shifts, → settings to
+        try, best first.
     text, origin
         The module's docstring; ``built-in``, the file, the package, the expression or the code it came from.
 

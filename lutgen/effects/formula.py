@@ -106,21 +106,21 @@ class Formula:
     @property
     def quantities(self) -> tuple[str, ...]:
         """Names of the quantities of the scene that it reads."""
-        names = (str(what) for kind, what in self.program if kind == "name")
+        names = (str(operand) for kind, operand in self.program if kind == "name")
         return tuple(dict.fromkeys(name for name in names if name != self.signal and name in QUANTITIES))
 
     def __call__(self, signal: Array, scene: Scene, /, **parameters: float) -> Array:
         """Compute the formula; where it divides by zero or overflows, the result is not finite."""
         stack: list[Array] = []
         with np.errstate(all="ignore"):
-            for kind, what in self.program:
+            for kind, operand in self.program:
                 if kind == "operation":
-                    compute, count = _OPERATIONS[str(what)]
+                    compute, count = _OPERATIONS[str(operand)]
                     stack[-count:] = [compute(*stack[-count:])]
                 elif kind == "number":
-                    stack.append(np.array(float(what)))
+                    stack.append(np.array(float(operand)))
                 else:
-                    stack.append(self._value(str(what), signal, scene, parameters))
+                    stack.append(self._value(str(operand), signal, scene, parameters))
             return np.asarray(stack.pop() + np.zeros_like(signal))
 
     def _value(self, name: str, signal: Array, scene: Scene, parameters: Mapping[str, float]) -> Array:
@@ -144,7 +144,7 @@ def read_formula(text: str) -> Formula:
     except (SyntaxError, ValueError, MemoryError, RecursionError):
         _outside(text, "is no formula: a sign, a parenthesis or a name is missing or too many")
     program = tuple(_steps(tree, text, 0))
-    names = dict.fromkeys(str(what) for kind, what in program if kind == "name")
+    names = dict.fromkeys(str(operand) for kind, operand in program if kind == "name")
     signal = _signal(text, names)
     return Formula(text, signal, tuple(name for name in names if name not in {signal, *QUANTITIES}), program)
 

@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.effects import catalogue
 from lutgen.effects.declare import BUILT_IN, CODE, Effect, chain_order
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, in_one_line, pick_one
 from lutgen.files import read_at_most
 
 if TYPE_CHECKING:
@@ -176,7 +176,7 @@ def what_was_raised(error: BaseException, file: str) -> str:
         if trace.tb_frame.f_code.co_filename == file:
             line = trace.tb_lineno
         trace = trace.tb_next
-    message = " ".join(str(error).split())
+    message = in_one_line(error)
     kind = "" if isinstance(error, LutgenError) else type(error).__name__
     return f"line {line}: {': '.join(part for part in (kind, message) if part)}" if line else f"{kind}: {message}"
 

@@ -158,10 +158,10 @@ def draws(effect: Effect) -> list[dict[str, float]]:
     return parameter_draws({name: each.bounds for name, each in effect.parameters.items()}, DRAWS)
 
 
-def same(one: Array, other: Array) -> bool:
+def same(first: Array, second: Array) -> bool:
     """Say whether two results agree but for rounding."""
-    scale = max(float(np.nanmax(np.abs(one), initial=0.0)), float(np.nanmax(np.abs(other), initial=0.0)))
-    return one.shape == other.shape and np.allclose(one, other, rtol=0, atol=ROUNDING * scale, equal_nan=True)
+    scale = max(float(np.nanmax(np.abs(first), initial=0.0)), float(np.nanmax(np.abs(second), initial=0.0)))
+    return first.shape == second.shape and np.allclose(first, second, rtol=0, atol=ROUNDING * scale, equal_nan=True)
 
 
 def reacts_to(effect: Effect) -> tuple[str, ...]:

@@ -93,5 +93,5 @@ def scaled(tips: Array, gain: Array) -> Array:
     white, primaries = tips[..., 0, :], tips[..., 1:, :]
     beside = white - primaries[..., 0, :] - primaries[..., 1, :] - primaries[..., 2, :]
     faded = primaries * gain[..., np.newaxis]
-    whole = faded[..., 0, :] + faded[..., 1, :] + faded[..., 2, :] + beside * gain.mean(axis=-1, keepdims=True)
-    return np.concatenate([whole[..., np.newaxis, :], faded], axis=-2)
+    new_white = faded[..., 0, :] + faded[..., 1, :] + faded[..., 2, :] + beside * gain.mean(axis=-1, keepdims=True)
+    return np.concatenate([new_white[..., np.newaxis, :], faded], axis=-2)

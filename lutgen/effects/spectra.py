@@ -30,7 +30,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from lutgen.colorimetry import inverse
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, refuse_unknown
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -152,8 +152,7 @@ def lights() -> dict[str, ClassLight]:
 def light_of(display_class: str) -> ClassLight:
     """Return the light of a class. Raises LutgenError for an unknown one."""
     known = lights()
-    if display_class not in known:
-        raise pick_one("display class", display_class, known)
+    refuse_unknown("display class", display_class, known)
     return known[display_class]
 
 
@@ -300,8 +299,8 @@ def _cost(bases: Array, primaries: Array) -> float:
     """Relative entropy of the corrected spectra to the typical ones, each scaled to a sum of 1, over the primaries."""
     typical, corrected = (each / each.sum(axis=1, keepdims=True) for each in (bases, _corrected(bases, primaries)))
     # Light of 0 adds nothing; scipy.special would say so too, for a tenth of a second of every start.
-    there = corrected > 0
-    return float((corrected[there] * np.log(corrected[there] / typical[there])).sum())
+    lit = corrected > 0
+    return float((corrected[lit] * np.log(corrected[lit] / typical[lit])).sum())
 
 
 def _corrected(bases: Array, primaries: Array) -> Array:
@@ -311,20 +310,20 @@ def _corrected(bases: Array, primaries: Array) -> Array:
 
 def _nearest(base: Array, xyz: Array) -> Array:
     """Spectrum nearest to ``base`` with that XYZ: base·exp(θ·CMFs), θ by Newton's method with step halving."""
-    wanted = np.maximum(xyz, _LEAST * xyz.sum()) / xyz[1]
+    target = np.maximum(xyz, _LEAST * xyz.sum()) / xyz[1]
     base = base / _xyz_of(base)[1]
     theta, spectrum = np.zeros(3), base
     for _ in range(200):
-        missing = wanted - _xyz_of(spectrum)
-        if np.abs(missing).max() < 1e-14 * wanted.max():
+        missing = target - _xyz_of(spectrum)
+        if np.abs(missing).max() < 1e-14 * target.max():
             break
         curvature = (spectrum[:, np.newaxis, np.newaxis] * CMFS[:, :, np.newaxis] * CMFS[:, np.newaxis]).sum(axis=0)
         step = (inverse(curvature) * missing).sum(axis=1)
         step *= min(1.0, 20.0 / float(np.abs(step).max()))
-        dual = spectrum.sum() - theta @ wanted
+        dual = spectrum.sum() - theta @ target
         for _ in range(40):
             moved = base * np.exp((CMFS * (theta + step)).sum(axis=1))
-            if moved.sum() - (theta + step) @ wanted <= dual + 1e-15 * abs(dual):
+            if moved.sum() - (theta + step) @ target <= dual + 1e-15 * abs(dual):
                 break
             step = step / 2.0
         theta, spectrum = theta + step, moved

@@ -16,10 +16,9 @@ from starlette.responses import FileResponse, JSONResponse, Response, StreamingR
 from starlette.routing import Route
 
 from lutgen.cells import number, number_list
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.explore.commands import KINDS, commands
-from lutgen.explore.drop import CODE, IMAGE, LIMITS, MOST_FILES, READINGS, kept
-from lutgen.explore.take import taken
+from lutgen.explore.exchange import CODE, IMAGE, LIMITS, MOST_FILES, READINGS, kept, taken
 from lutgen.server import HEADERS, RefusedError, application, json_body, page_file
 
 if TYPE_CHECKING:
@@ -127,8 +126,8 @@ def _first_picture(window: Window) -> Iterator[str]:
     """Addresses of what the page draws first, written as picture.js writes them."""
     first = window.overview["first"]
     table = {"mode": first["mode"], "hours": f"{first['hours']:.15g}", "size": first["size"], "kind": "aged"}
-    for what, query in (("image", {}), ("table", table)):
-        yield f"api/{what}?{urlencode({'window': window.name, **query})}"
+    for topic, query in (("image", {}), ("table", table)):
+        yield f"api/{topic}?{urlencode({'window': window.name, **query})}"
 
 
 async def _page(request: Request) -> Response:
@@ -200,8 +199,7 @@ def _seen_with(request: Request) -> dict[str, Any]:
 
 def _kind(request: Request) -> str:
     kind = request.query_params.get("kind", "aged")
-    if kind not in KINDS:
-        raise pick_one("kind", kind, KINDS)
+    refuse_unknown("kind", kind, KINDS)
     return kind
 
 
@@ -286,15 +284,15 @@ async def _events(window: Window, _request: Request) -> Response:
     async def stream() -> AsyncIterator[bytes]:
         # A comment is sent at once, so that the page knows that it is connected.
         yield b": listening\n\n"
-        async for what, body in window.events():
-            yield b"event: %s\ndata: %s\n\n" % (what.encode(), body)
+        async for topic, body in window.events():
+            yield b"event: %s\ndata: %s\n\n" % (topic.encode(), body)
 
     return StreamingResponse(stream(), media_type="text/event-stream")
 
 
 async def _take(window: Window, request: Request) -> Response:
-    what = request.query_params.get("what", "")
-    making = window.making(taken(window, what, **_seen(request), kind=_kind(request)))
+    topic = request.query_params.get("what", "")
+    making = window.making(taken(window, topic, **_seen(request), kind=_kind(request)))
     name, data = await _while_wanted(request, making)
     ascii_name = "".join(
         letter if letter.isascii() and letter.isprintable() and letter not in '"\\' else "_" for letter in name

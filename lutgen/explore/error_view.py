@@ -114,7 +114,7 @@ def _support(opened: Opened, refinement: Refinement) -> dict[str, tuple[bool, st
 
 
 def _slices(comparison: Comparison) -> list[dict[str, Any]]:
-    problem, found = comparison.problem, []
+    problem, dimensions = comparison.problem, []
     labels, judged = slices(problem), ~problem.is_anchor
     for by, of in labels.items():
         points = [
@@ -130,9 +130,9 @@ def _slices(comparison: Comparison) -> list[dict[str, Any]]:
         if points:
             column = COLUMNS.get(by)
             unit = "h" if by == "hour" else column.unit if column else ""
-            found.append({"name": by, "label": NAMES.get(by, by), "unit": unit, "points": points})
-    _put_within(found, comparison.sizes[1])
-    return found
+            dimensions.append({"name": by, "label": NAMES.get(by, by), "unit": unit, "points": points})
+    _put_within(dimensions, comparison.sizes[1])
+    return dimensions
 
 
 def _put_within(slices: Sequence[dict[str, Any]], sigma: Array) -> None:
@@ -143,10 +143,10 @@ def _put_within(slices: Sequence[dict[str, Any]], sigma: Array) -> None:
     member = member.reshape(len(points), sigma.size)
     squares, counts = member @ (member * sigma**2).T, member @ member.T
     mean = squares / np.where(counts > 0, counts, np.nan)
-    whole = np.diag(mean)
+    diagonal = np.diag(mean)
     # A point's error is in units of its own noise, whichever of its readings are looked at.
     with np.errstate(invalid="ignore"):  # of readings without any error there is no ratio
-        ratio = np.array([point["ratio"] for point in points])[:, np.newaxis] * np.sqrt(mean / whole[:, np.newaxis])
+        ratio = np.array([point["ratio"] for point in points])[:, np.newaxis] * np.sqrt(mean / diagonal[:, np.newaxis])
     for place, point in enumerate(points):
         of_this = iter(ratio[:, place].tolist())
         point["within"] = {
@@ -198,9 +198,9 @@ def _drift(comparison: Comparison) -> list[dict[str, Any]]:
     for name, tip in zip(TIP_NAMES, TIP_DRIVES, strict=True):
         points = []
         for place, hour in enumerate(problem.hours):
-            here = rest & (problem.hour_of == place) & (drive == tip).all(axis=1)
-            if here.any():
-                uv = [_uv(xyz[here].mean(axis=0)) for xyz in (problem.xyz, comparison.predicted)]
+            of_tip = rest & (problem.hour_of == place) & (drive == tip).all(axis=1)
+            if of_tip.any():
+                uv = [_uv(xyz[of_tip].mean(axis=0)) for xyz in (problem.xyz, comparison.predicted)]
                 points.append([float(hour), *uv[0], *uv[1]])
         tips.append({"name": name, "points": points})
     return tips
@@ -212,12 +212,12 @@ def _uv(xyz: Array) -> list[float]:
 
 def effects_json(opened: Opened, alone: Mapping[str, float | None], on: Sequence[str]) -> list[dict[str, Any]]:
     """List the effects that a search under this baseline may choose from, and those that the model has already."""
-    seen, found = opened.visibility(), []
+    seen, listed = opened.visibility(), []
     given = opened.given
     for name in (*given, *opened.choices):
         effect, each = opened.course.effects[name], seen.get(name)
         amplitude = effect.parameters.get(each.parameter) if each else None
-        found.append(
+        listed.append(
             {
                 "name": name,
                 "sentence": effect.summary,
@@ -231,7 +231,7 @@ def effects_json(opened: Opened, alone: Mapping[str, float | None], on: Sequence
                 "own": effect.origin != "built-in",
             }
         )
-    return found
+    return listed
 
 
 def _sees(each: Any) -> str:

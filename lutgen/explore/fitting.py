@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Fitting:
-    """Readings and their model, asked by the window (:mod:`lutgen.explore.held`)."""
+    """Readings and their model, asked by the window (:mod:`lutgen.explore.process`)."""
 
     beside = frozenset[str]()
 
@@ -54,8 +54,8 @@ class Fitting:
         return opened.overview()
 
     def gather(self, paths: Sequence[str], hours: Sequence[float] | None, *, same: bool) -> dict[str, Any]:
-        """Make one file of readings of files that were dropped together (:func:`lutgen.explore.drop.gathered`)."""
-        from lutgen.explore.drop import gathered
+        """Make one file of readings of files that were dropped together (:func:`lutgen.explore.exchange.gathered`)."""
+        from lutgen.explore.exchange import gathered
 
         return gathered(paths, hours, same=same)
 
@@ -133,8 +133,8 @@ class Fitting:
         if now.known(on):
             error = error_json(now.fitted(on).after, now, now.fitted(on))
         else:
-            wanted = [now.course.effects[name] for name in (*now.given, *on)]
-            error = error_json(first_step(now.course.fit(self._fitted), wanted), now, provisional=True)
+            chosen = [now.course.effects[name] for name in (*now.given, *on)]
+            error = error_json(first_step(now.course.fit(self._fitted), chosen), now, provisional=True)
         self._on, self._settled, self._switch = on, False, switch
         return {**error, "on": on, "switch": switch}
 

@@ -22,7 +22,7 @@ MOST_PIXELS = 150_000_000
 
 
 class Imaging:
-    """An image, read by the window (:mod:`lutgen.explore.held`)."""
+    """An image, read by the window (:mod:`lutgen.explore.process`)."""
 
     beside = frozenset[str]()
 

@@ -7,11 +7,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.names import AGING_MODES, BASELINES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from lutgen.criticism.compare import Comparison
     from lutgen.criticism.diagnose import Diagnosis
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from lutgen.criticism.visibility import Visibility
     from lutgen.display import DisplayModel
     from lutgen.effects import Effect
+    from lutgen.progress import Progress
     from lutgen.readings import Measurements
 
 #: Points along an edge of the tables that the page shows.
@@ -48,8 +49,7 @@ class Opened:
         self.readings: Measurements = self.saved.measurements if self.saved and not data else read_measurements(data)
         self.data = data or self.readings.file
         self.baseline = baseline or (self.saved.baseline if self.saved else "colour-points")
-        if self.baseline not in BASELINES:
-            raise pick_one("baseline", self.baseline, BASELINES)
+        refuse_unknown("baseline", self.baseline, BASELINES)
         if self.saved and self.baseline != self.saved.baseline:
             raise LutgenError(
                 f"--baseline {self.baseline} contradicts --model, whose baseline is {self.saved.baseline}."
@@ -130,8 +130,7 @@ class Opened:
     def in_order(self, names: Sequence[str]) -> tuple[str, ...]:
         """Names as ``lutgen refine`` adds them: effects of one line come last."""
         for name in names:
-            if name not in self.course.effects:
-                raise pick_one("effect", name, self.course.effects)
+            refuse_unknown("effect", name, self.course.effects)
         new = [name for name in names if name not in self.given]
         expressed = {name for name, each in self.effects.items() if each.origin in self.expressions}
         return (
@@ -148,9 +147,9 @@ class Opened:
         from lutgen.criticism.refine import Refinement, model_of
 
         if names not in self._fitted:
-            found, steps, before = self.course.fit(names), self.course.steps(names), self.course.before
-            model = model_of(found, None, before, steps[-1].comparison if steps else before)
-            self._fitted[names] = Refinement(before, steps, found, model).of_saved(self.saved)
+            fit, steps, before = self.course.fit(names), self.course.steps(names), self.course.before
+            model = model_of(fit, None, before, steps[-1].comparison if steps else before)
+            self._fitted[names] = Refinement(before, steps, fit, model).of_saved(self.saved)
         return self._fitted[names]
 
     def refinement(self, names: tuple[str, ...]) -> Refinement:
@@ -181,7 +180,7 @@ class Opened:
         comparison = compare_problem(fitted.problem, terms)
         return comparison, model_of(fit(fitted.problem, terms), None, self.course.before, comparison)
 
-    def diagnosis(self, progress: Callable[[int, int], None]) -> Diagnosis:
+    def diagnosis(self, progress: Progress) -> Diagnosis:
         """Find what is missing, as ``lutgen diagnose`` does."""
         from lutgen.criticism.diagnose import diagnose
 

@@ -1,6 +1,7 @@
 """A process with one object, whose methods a window calls; the window can end it at any time.
 
-The child's side is :mod:`lutgen.explore.held`.
+Both ends exchange frames: a line of JSON (``id``, ``what``, ``size``), then so many bytes. A method's result, or its
+LutgenError, is a frame with the call's id; news that the object sends by itself is a frame with id 0.
 """
 
 from __future__ import annotations
@@ -8,15 +9,19 @@ from __future__ import annotations
 import asyncio
 import json
 import os
+import queue
 import signal
 import sys
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
+from importlib import import_module
 from itertools import count
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from threading import Lock, Thread
+from traceback import print_exception
+from typing import TYPE_CHECKING, Any, BinaryIO, Protocol
 
 from lutgen.errors import LutgenError
-from lutgen.explore.held import DONE, frame
+from lutgen.processes import python_environment
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -31,21 +36,20 @@ ENDED = "this was cancelled, or its process ended."
 class Process:
     """The window's side of a process."""
 
-    def __init__(self, told: Callable[[str, bytes], None]) -> None:
+    def __init__(self, on_news: Callable[[str, bytes], None]) -> None:
         """Take the function that gets the object's news."""
-        self._told, self._numbers = told, count(1)
+        self._on_news, self._numbers = on_news, count(1)
         self._waiting: dict[int, asyncio.Future[bytes]] = {}
         self._child: asyncio.subprocess.Process | None = None
         self._reader: asyncio.Task[None] | None = None
 
     async def start(self, home: str) -> None:
         """Start the process; ``home`` is the module and class of the object, ``package.module:Class``."""
-        places = os.pathsep.join(folder or str(Path.cwd()) for folder in sys.path)
         self._child = await asyncio.create_subprocess_exec(
-            sys.executable, "-P", "-m", "lutgen.explore.held", home,
+            sys.executable, "-P", "-m", "lutgen.explore.process", home,
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
-            env=os.environ | {"PYTHONPATH": places, "OPENBLAS_NUM_THREADS": "1"},
+            env=python_environment(OPENBLAS_NUM_THREADS="1"),
             # Ctrl-C is for the server, which ends its processes.
             start_new_session=True,
         )  # fmt: skip
@@ -71,7 +75,7 @@ class Process:
                 self._hear(head, await stream.readexactly(head["size"]))
         except asyncio.IncompleteReadError:
             pass
-        self._told(DIED, ENDED.encode())
+        self._on_news(DIED, ENDED.encode())
         for waiting in self._waiting.values():
             if not waiting.done():
                 waiting.set_exception(LutgenError(ENDED))
@@ -83,7 +87,7 @@ class Process:
 
     def _hear(self, head: dict[str, Any], body: bytes) -> None:
         if not head["id"]:
-            self._told(head["what"], body)
+            self._on_news(head["what"], body)
             return
         waiting = self._waiting.get(head["id"])
         if waiting is None or waiting.done():
@@ -112,3 +116,84 @@ class Process:
                 return
             with suppress(ProcessLookupError):
                 os.kill(self._child.pid, signal.SIGKILL)
+
+
+#: Kinds of a frame: its body is a result, or the sentence of an error.
+DONE, REFUSED = "done", "refused"
+
+
+class Held(Protocol):
+    """The object in a process."""
+
+    #: Names of methods that run beside the others and one another, so that nothing waits for them.
+    beside: frozenset[str]
+
+    def idle(self) -> bool:
+        """Do a little work that nobody waits for; return whether there is more."""
+
+
+def frame(number: int, what: str, body: bytes, **more: Any) -> bytes:
+    """Write a frame."""
+    return json.dumps({"id": number, "what": what, "size": len(body), **more}).encode() + b"\n" + body
+
+
+class _Child:
+    """The child's side of the exchange."""
+
+    def __init__(self, asking: BinaryIO, answering: BinaryIO) -> None:
+        self._asking, self._answering, self._lock = asking, answering, Lock()
+        self._calls: queue.Queue[tuple[dict[str, Any], bytes]] = queue.Queue()
+        self._beside = ThreadPoolExecutor(2)
+
+    def tell(self, topic: str, body: bytes | dict[str, Any] | list[Any], number: int = 0) -> None:
+        data = body if isinstance(body, bytes) else json.dumps(body).encode()
+        with self._lock:
+            self._answering.write(frame(number, topic, data))
+            self._answering.flush()
+
+    def serve(self, home: str) -> None:
+        Thread(target=self._listen, daemon=True).start()
+        module, _, name = home.partition(":")
+        held: Held = getattr(import_module(module), name)(self.tell)
+        while True:
+            if self._calls.empty() and held.idle():
+                continue
+            head, body = self._calls.get()
+            if head["what"] in held.beside:
+                self._beside.submit(self._answer, held, head, body).add_done_callback(_end_with_fault)
+            else:
+                self._answer(held, head, body)
+
+    def _listen(self) -> None:
+        while line := self._asking.readline():
+            head = json.loads(line)
+            self._calls.put((head, self._asking.read(head["size"])))
+        # The window has ended: nobody waits for a result.
+        os._exit(0)
+
+    def _answer(self, held: Held, head: dict[str, Any], body: bytes) -> None:
+        arguments = {"body": body} if body else {}
+        try:
+            result = getattr(held, head["what"])(**arguments, **head["values"])
+        except (LutgenError, OSError, MemoryError) as error:
+            self.tell(REFUSED, str(error).encode(), head["id"])
+        else:
+            self.tell(DONE, result, head["id"])
+
+
+def _end_with_fault(answered: Future[None]) -> None:
+    """End the process after an unforeseen error of a thread, as such an error of the main thread does."""
+    if error := answered.exception():
+        print_exception(error)
+        os._exit(1)
+
+
+def _main(home: str) -> None:
+    answering = os.fdopen(os.dup(1), "wb")
+    # A user's own effect may print: its output goes to standard error.
+    os.dup2(2, 1)
+    _Child(sys.stdin.buffer, answering).serve(home)
+
+
+if __name__ == "__main__":
+    _main(sys.argv[1])

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.bake.lut import SIZES, Sampler
 from lutgen.bake.plan import display_to_bake
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.explore.opened import Opened
 from lutgen.names import AGING_MODES
 
@@ -33,7 +33,7 @@ class ShownModel:
 
 
 class Showing:
-    """A model and colours, asked by the window (:mod:`lutgen.explore.held`)."""
+    """A model and colours, asked by the window (:mod:`lutgen.explore.process`)."""
 
     #: Measuring an image and searching for a correction take a while: tables do not wait.
     beside = frozenset({"difference", "compensated"})
@@ -116,8 +116,7 @@ class Showing:
         from lutgen.pictures.difference import curves_of
         from lutgen.pictures.lifetime import TOLERANCES
 
-        if mode not in AGING_MODES:
-            raise pick_one("mode", mode, AGING_MODES)
+        refuse_unknown("mode", mode, AGING_MODES)
         shown, colours = self._shown(without=without), self._colours
         model, curves = shown.model, shown.curves
         if colours is None:
@@ -133,6 +132,5 @@ class Showing:
 
 def _baked(sampler: Sampler, display: AgedDisplay, size: int, *, whole: bool = False) -> Array:
     """Bake a table of code values, (size³, 3)."""
-    if size not in SIZES:
-        raise pick_one("size", size, map(str, SIZES))
+    refuse_unknown("size", size, SIZES)
     return sampler.lut(display, size, "code", clip=True, whole=whole).table.reshape(-1, 3)

@@ -115,33 +115,33 @@ class Window:
 
     # News.
 
-    def _hear_fitting(self, what: str, body: bytes) -> None:
-        if what == DIED:
+    def _hear_fitting(self, topic: str, body: bytes) -> None:
+        if topic == DIED:
             self._mend(FITTING, self._restart_fitting(()), body)
-        elif what in ("without", "model"):
+        elif topic in ("without", "model"):
             # Of a session's models the one without effects comes first.
-            self._models = {**(self._models if what == "model" else {}), what: body}
-            self._later(self._showing.ask("show", body, without=what == "without"))
+            self._models = {**(self._models if topic == "model" else {}), topic: body}
+            self._later(self._showing.ask("show", body, without=topic == "without"))
         else:
-            if what == "failed":
+            if topic == "failed":
                 self.asked = replace(self.asked, on=tuple(json.loads(body)["on"]))
-            self.tell(what, body)
+            self.tell(topic, body)
 
-    def _hear_showing(self, what: str, body: bytes) -> None:
-        if what == DIED:
+    def _hear_showing(self, topic: str, body: bytes) -> None:
+        if topic == DIED:
             self._mend(SHOWING, self._restart_showing(), body)
 
-    def tell(self, what: str, body: bytes) -> None:
+    def tell(self, topic: str, body: bytes) -> None:
         """Tell the page news, and keep the kinds in ``LASTING``."""
-        if what in LASTING:
-            self.news[what] = body
-        if what in ("error", "failed"):
+        if topic in LASTING:
+            self.news[topic] = body
+        if topic in ("error", "failed"):
             self._unfinished = False
             if image := self._waiting_image:
                 self._waiting_image = ""
                 self._later(self.take_image(image))
         for listener in self.listeners:
-            listener.put_nowait((what, body))
+            listener.put_nowait((topic, body))
 
     async def events(self) -> AsyncIterator[tuple[str, bytes]]:
         """Yield the page's news: first the news that was kept, then all new ones, until the window ends."""
@@ -199,19 +199,19 @@ class Window:
             process.kill()
             raise LutgenError(f"this took longer than {patience:g} s and was ended.") from None
 
-    def _mend(self, what: str, work: Coroutine[Any, Any, None], why: bytes = b"") -> asyncio.Task[None]:
+    def _mend(self, topic: str, work: Coroutine[Any, Any, None], why: bytes = b"") -> asyncio.Task[None]:
         async def mended() -> None:
             try:
                 await work
             except LutgenError as error:
                 self.tell("failed", _failure(str(error)))
             finally:
-                self._mending.pop(what, None)
+                self._mending.pop(topic, None)
             if why:
                 self.tell("failed", _failure(why.decode()))
 
-        self._mending[what] = asyncio.create_task(mended())
-        return self._mending[what]
+        self._mending[topic] = asyncio.create_task(mended())
+        return self._mending[topic]
 
     async def _restart_fitting(self, on: tuple[str, ...]) -> None:
         """Begin, or begin again, with these effects switched on."""
@@ -226,8 +226,8 @@ class Window:
         self._showing = await self._begun(SHOWING, self._hear_showing)
         if not self._models:
             await self._show_first()
-        for what, body in self._models.items():
-            await self._showing.ask("show", body, without=what == "without")
+        for topic, body in self._models.items():
+            await self._showing.ask("show", body, without=topic == "without")
         if self._colours:
             await self._showing.ask("colours", path=self._colours)
 
@@ -245,7 +245,7 @@ class Window:
             self.news.pop(each, None)
 
     async def drop(self, hours: Sequence[float] | None, *, same: bool) -> dict[str, Any]:
-        """Open the files that were dropped, as :func:`lutgen.explore.drop.gathered`.
+        """Open the files that were dropped, as :func:`lutgen.explore.exchange.gathered`.
 
         Where the sessions' hours are missing, ask for them and keep the files.
         """

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.colorimetry import Array, xyz_to_uv
+from lutgen.documents import toml_text
 from lutgen.errors import LutgenError
 from lutgen.history.pair import UNKNOWN
 from lutgen.history.patches import CHANNELS, mean_xyz, primaries
@@ -87,7 +87,7 @@ def draft(sessions: Sequence[Session], beside: Path, answers: Answers | None = N
         "schema = 1",
         "",
         "[display]",
-        f"name = {_quoted(answers.name or names)}",
+        f"name = {toml_text(answers.name or names)}",
     ]
     if not answers.name and "," in names:
         lines[-1] += "  # TODO the files name several; their primaries agree"
@@ -99,10 +99,12 @@ def draft(sessions: Sequence[Session], beside: Path, answers: Answers | None = N
 
 def _entry(session: Session, beside: Path, answers: Answers) -> list[str]:
     path = Path(os.path.relpath(Path(session.file).resolve(), beside.resolve())).as_posix()
-    lines = ["[[sessions]]", f"# {_summary(session)}", f"file = {_quoted(path)}"]
+    lines = ["[[sessions]]", f"# {_summary(session)}", f"file = {toml_text(path)}"]
     lines.append(f"date = {session.created.date()}" if session.created else "# TODO date = 2020-05-26, or hours = 0.0")
     lines.append(
-        f"instrument = {_quoted(session.instrument)}" if session.instrument else '# TODO instrument = "maker and model"'
+        f"instrument = {toml_text(session.instrument)}"
+        if session.instrument
+        else '# TODO instrument = "maker and model"'
     )
     lines.append(_answered("ambient_lx", answers, "0.0", "light in the room"))
     lines.append(_answered("settings", answers, '"brightness 30 %"', "the display's own"))
@@ -117,7 +119,7 @@ def _answered(key: str, answers: Answers, example: str, why: str) -> str:
     value = answers.values.get(key, "")
     if value == "":
         return f"# TODO {key} = {example}  # {why}"
-    return f"{key} = {_quoted(value) if isinstance(value, str) else repr(float(value))}"
+    return f"{key} = {toml_text(value) if isinstance(value, str) else repr(float(value))}"
 
 
 def _summary(session: Session) -> str:
@@ -130,11 +132,6 @@ def _summary(session: Session) -> str:
         ends = ", ".join(f"{name} {end:.3f}" for name, end in zip(CHANNELS, loop.ends, strict=True))
         parts.append(f"calibration ends at {ends}")
     return "; ".join(parts)
-
-
-def _quoted(text: str) -> str:
-    """Write a TOML basic string: JSON's escapes are among TOML's, but for DEL."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def _names(sessions: Sequence[Session]) -> str:

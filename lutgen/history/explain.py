@@ -24,8 +24,7 @@ from lutgen.history.verdicts import SessionVerdict, in_succession, pronounce
 from lutgen.readings.steadiness import drift_by_repeats
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
+    from lutgen.progress import Progress
     from lutgen.readings.campaign import Campaign, CampaignEntry
 
 #: Prior of two causes at once against one, in natural logarithms: two changes at once are rarer. A cause on record does
@@ -60,9 +59,7 @@ class Explanations:
     verdicts: tuple[SessionVerdict, ...]
 
 
-def explain(
-    campaign: Campaign, *, reference: str | None = None, progress: Callable[[int, int], None] | None = None
-) -> Explanations:
+def explain(campaign: Campaign, *, reference: str | None = None, progress: Progress | None = None) -> Explanations:
     """Say why sessions differ from the ``reference`` (the first good one). Raises LutgenError: no reference, or one."""
     if len(campaign.entries) < 2:
         raise LutgenError(f"{campaign.file}: one session; a comparison needs two or more. Add another [[sessions]].")

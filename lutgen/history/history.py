@@ -11,7 +11,7 @@ import numpy as np
 from lutgen import names
 from lutgen.cells import number
 from lutgen.colorimetry import Array, xyz_to_uv
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.history.colour_points import ALIKE, BLACK, FLOOR_CD_M2
 from lutgen.history.inspect import Inspection, inspect_session
 from lutgen.history.transfer import ContrastResponse, contrast_response
@@ -211,8 +211,7 @@ SETS: dict[str, tuple[Limit, ...]] = {
 
 def limits_of(name: str) -> tuple[Limit, ...]:
     """Return a published set. Raises LutgenError where there is none of that name."""
-    if name not in SETS:
-        raise pick_one("set of limits", name, SETS)
+    refuse_unknown("set of limits", name, SETS)
     return SETS[name]
 
 
@@ -224,8 +223,7 @@ def parse_limit(text: str) -> Limit:
             f"--limit {text!r}: write a quantity, >= or <=, and a number, such as white>=200 or white>=80%."
         )
     name, side, written, percent = parts.groups()
-    if name not in QUANTITIES:
-        raise pick_one("quantity of --limit", name, QUANTITIES)
+    refuse_unknown("quantity of --limit", name, QUANTITIES)
     value = number(written)
     if value is None or value <= 0:
         raise LutgenError(f"--limit {text!r}: {written} is no number above 0.")

@@ -19,11 +19,12 @@ from lutgen.history.explain import explain
 from lutgen.history.history import QUANTITIES, History, history
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from lutgen.colorimetry import Array
     from lutgen.history.decay import Decay
     from lutgen.history.history import Limit
+    from lutgen.progress import Progress
     from lutgen.readings.campaign import Campaign
 
 #: Draws of the future, their seed, and the share of them that an interval holds.
@@ -103,7 +104,7 @@ def trend(
     *,
     all_sessions: bool = False,
     ambient_cd_m2: float = 0.0,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Trend:
     """Follow a display and say when each limit is passed. Raises LutgenError: too few sessions, or no times."""
     if len(campaign.entries) < 2:
@@ -121,7 +122,7 @@ def trend(
     return Trend(seen, kept, why, ahead, {name: course for name, (course, _) in drawn.items()}, passings)
 
 
-def _left_out(seen: History, progress: Callable[[int, int], None] | None) -> dict[int, str]:
+def _left_out(seen: History, progress: Progress | None) -> dict[int, str]:
     """Say which sessions differ by something other than the display's own aging, and by what."""
     explained = explain(seen.campaign, progress=progress)
     others = [place for place in range(len(seen.places)) if place != explained.reference]

@@ -41,8 +41,8 @@ def lint(path: str | Path, *, ask_readers: bool = False) -> Linted:
     path = Path(path)
     form = _BY_SUFFIX.get(path.suffix.lower())
     if path.is_dir() or not path.exists():
-        what = "is a folder" if path.is_dir() else "there is no such file"
-        raise LutgenError(f"{path}: {what}. Give a file that ends in {', '.join(KINDS)}.")
+        reason = "is a folder" if path.is_dir() else "there is no such file"
+        raise LutgenError(f"{path}: {reason}. Give a file that ends in {', '.join(KINDS)}.")
     if form is None:
         raise LutgenError(f"{path}: ends in none of {', '.join(KINDS)}. Rename it to the suffix of its format.")
     return form.lint(path, ask_readers)

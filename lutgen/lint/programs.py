@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.bindings import named_for_ocio, ocio, ocio_errors, unclosed_metadata, warnings_logged
+from lutgen.errors import in_one_line
 from lutgen.files import under_its_name
 from lutgen.lint import finding
 from lutgen.lint.stream import MAX_KEPT
@@ -199,7 +200,7 @@ def refusal(path: Path) -> str:
     try:
         through_opencolorio(path, probe_colours())
     except Refusal as error:
-        reason = " ".join(str(error).split())
+        reason = in_one_line(error)
         return reason.rpartition("failed with: ")[2].replace(str(path), path.name)[:300] or "it says nothing"
     return ""
 
@@ -302,7 +303,7 @@ def _outcome(program: Program, path: Path, code: NDArray[np.uint8], meant: Array
         try:
             shown = program.apply(link, code)
         except Refusal as refusal:
-            return finding.REFUSES, " ".join(str(refusal).replace(str(link), path.name).split())[:300]
+            return finding.REFUSES, in_one_line(str(refusal).replace(str(link), path.name))[:300]
     if meant is None:
         return finding.WRONG, "shows colours, though the file defines none"
     if program.clips:

@@ -71,12 +71,12 @@ def add_source_signal(config: Any, name: str) -> None:
         )
     _free(name, space_names(config), "colour space", "or give it as --source-space where an earlier merge made it")
     aces = config.getColorSpace(INTERCHANGE)
-    whole = np.eye(4)
-    whole[:3, :3] = XYZ_TO_LINEAR
+    square = np.eye(4)
+    square[:3, :3] = XYZ_TO_LINEAR
     from_aces = lib.GroupTransform(
         [
             lib.BuiltinTransform(style="UTILITY - ACES-AP0_to_CIE-XYZ-D65_BFD"),
-            lib.MatrixTransform(matrix=whole.ravel().tolist()),
+            lib.MatrixTransform(matrix=square.ravel().tolist()),
         ],
         lib.TRANSFORM_DIR_INVERSE,
     )

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Self
 from lutgen import bindings
 from lutgen.bake.manifest import MANIFEST, FileRecord, read_manifest
 from lutgen.display import hour_name
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, in_one_line, pick_one, refuse_unknown
 from lutgen.files import PARTIAL, cannot_write
 from lutgen.merge.additions import AgedNames, add_aged, add_source_signal, check_source, inserted, with_search_path
 from lutgen.merge.proof import ROUNDING, aged_difference, compare_parts, missing_parts
@@ -147,7 +147,7 @@ def _planned(lib: Any, into: Path, wanted: Merging, luts: Mapping[tuple[str, flo
             add_aged(config, names[which], source=source, onto=onto, lut=_place(which, lut).as_posix())
     except bindings.ocio_errors() as error:
         # Each version of OpenColorIO knows more kinds of names that may be taken: roles, aliases, shared views.
-        raise LutgenError(f"{into}: {' '.join(str(error).split())} Choose another --prefix.") from None
+        raise LutgenError(f"{into}: {in_one_line(error)} Choose another --prefix.") from None
     without = "a config of version 1 has no named transforms: views, looks and colour spaces alone were added"
     return _Plan(config, names, source, onto, [without] if config.getMajorVersion() < 2 else [])
 
@@ -165,9 +165,7 @@ def _written(plan: _Plan, before: Any, into: Path, output: Path, folder: Path) -
         plan.config.validate()
         serialised = str(plan.config.serialize())
     except bindings.ocio_errors() as error:
-        raise LutgenError(
-            f"{into}: OpenColorIO {lib.__version__} does not write it: {' '.join(str(error).split())}"
-        ) from None
+        raise LutgenError(f"{into}: OpenColorIO {lib.__version__} does not write it: {in_one_line(error)}") from None
     own = into.read_bytes().decode("utf-8", errors="surrogateescape")
     ends = "\r\n" if "\r\n" in own else "\n"
     added = [plan.source, *(name for names in plan.names.values() for name in names)]
@@ -206,8 +204,8 @@ def _lut(build: Path, mode: str, hours: float) -> FileRecord:
         if (lut.mode, lut.hours) == (mode, hours):
             return lut
     of_the_mode = [each for each in luts if each.mode == mode] or luts
-    there = dict.fromkeys(f"{each.mode} at {hour_name(each.hours or 0.0)}" for each in of_the_mode)
-    raise pick_one("display", f"{mode} at {hour_name(hours)}", there)
+    available = dict.fromkeys(f"{each.mode} at {hour_name(each.hours or 0.0)}" for each in of_the_mode)
+    raise pick_one("display", f"{mode} at {hour_name(hours)}", available)
 
 
 def _load(lib: Any, path: Path) -> Any:
@@ -219,9 +217,7 @@ def _load(lib: Any, path: Path) -> Any:
         config = lib.Config.CreateFromFile(bindings.named_for_ocio(path))
         config.validate()
     except bindings.ocio_errors() as error:
-        raise LutgenError(
-            f"{path}: OpenColorIO {lib.__version__} does not load it: {' '.join(str(error).split())}"
-        ) from None
+        raise LutgenError(f"{path}: OpenColorIO {lib.__version__} does not load it: {in_one_line(error)}") from None
     if not bindings.is_utf8(config):
         raise LutgenError(f"{path}: has names or texts that are not UTF-8. Save it as UTF-8, then merge again.")
     endless = bindings.endless_file(config)
@@ -232,15 +228,14 @@ def _load(lib: Any, path: Path) -> Any:
 
 
 def _displays(config: Any, wanted: Sequence[str]) -> list[str]:
-    there = list(config.getDisplaysAll())
+    displays = list(config.getDisplaysAll())
     for name in wanted:
-        if name not in there:
-            raise pick_one("display", name, there)
-    chosen = list(wanted) or [name for name in there if "srgb" in name.lower()]
+        refuse_unknown("display", name, displays)
+    chosen = list(wanted) or [name for name in displays if "srgb" in name.lower()]
     if not chosen:
         raise LutgenError(
             "no display of this config has sRGB in its name. Say which one shows sRGB code values with --onto DISPLAY, "
-            f"one of: {', '.join(there)}."
+            f"one of: {', '.join(displays)}."
         )
     return chosen
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from lutgen.bake.config import AGED_VIEW, SOURCE
 from lutgen.bindings import all_parts, first_space, ocio, ocio_errors
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, in_one_line
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -86,7 +86,7 @@ def aged_difference(built: Path, merged: Any, source: str, display: str, view: s
         shown = _through(merged, lib.DisplayViewTransform(start, display, view), _code())
     except ocio_errors() as error:
         raise LutgenError(
-            f"view {view} of {display} cannot be shown: {' '.join(str(error).split())}. Nothing was written."
+            f"view {view} of {display} cannot be shown: {in_one_line(error)}. Nothing was written."
         ) from None
     difference = float(np.abs(np.clip(shown, 0, 1) - np.clip(expected, 0, 1)).max())
     # NaN fails the comparison too.

@@ -19,13 +19,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.bindings import oiio
-from lutgen.errors import LutgenError, pick_one
+from lutgen.cells import first_doubled
+from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.files import check_name, free_bytes, replacing
 from lutgen.names import SOURCES
 from lutgen.pictures.blocks import threads
 from lutgen.pictures.encoding import NotFiniteError, Storage, Stored, not_finite
 from lutgen.pictures.engines import Engine, PlacedEngine, Shader, TableShader, Unaged, engine_for, shader_for
 from lutgen.pictures.images import DTYPES, TIFF, ImageFormat, ImageSource, format_of_suffix, is_whole, open_source
+from lutgen.progress import Progress, unseen
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -114,11 +116,10 @@ def outputs_for(images: Sequence[Path], output: str | Path) -> list[Path]:
     if not output.is_dir():
         message = f"{output}: several images need an existing folder. Make it first, or choose another with -o."
         raise LutgenError(message)
-    names = [image.name for image in images]
-    twice = next((name for name in names if names.count(name) > 1), None)
+    twice = first_doubled(image.name for image in images)
     if twice:
         raise LutgenError(f"{output}: two images are named {twice}. Apply to them one after the other.")
-    return [output / name for name in names]
+    return [output / image.name for image in images]
 
 
 def apply_to_images(
@@ -129,11 +130,10 @@ def apply_to_images(
     on_screen: OnScreen | None = None,
     source: str = "auto",
     force: bool = False,
-    progress: Callable[[int, int], None] = lambda _done, _total: None,
+    progress: Progress = unseen,
 ) -> list[AppliedImage]:
     """Age several images, given with their outputs: all or none. ``progress`` gets rows done and all rows."""
-    if source not in SOURCES:
-        raise pick_one("source", source, SOURCES)
+    refuse_unknown("source", source, SOURCES)
     engine = engine_for(aging)
     rows = []
     for image, output in pairs:
@@ -153,8 +153,8 @@ def apply_to_images(
             with open_source(image, source) as opened:
                 target = Target(opened, format_of_suffix(output), wide=side_by_side)
                 with target.open(partial):
-                    way = _placed(aging, on_screen, opened) if on_screen else engine
-                    work = _ImageWork(opened, target, way, side_by_side=side_by_side)
+                    chosen = _placed(aging, on_screen, opened) if on_screen else engine
+                    work = _ImageWork(opened, target, chosen, side_by_side=side_by_side)
                     work.run(lambda row, before=before: progress(before + row, sum(rows)))  # type: ignore[misc]
                 done.append(work.applied(output))
     return done

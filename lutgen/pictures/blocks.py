@@ -15,22 +15,23 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lutgen.bindings import optional
 from lutgen.errors import LutgenError
 from lutgen.names import SIGNAL
-from lutgen.pictures.encoding import Decoder, NotFiniteError, Storage, Stored, not_finite
+from lutgen.pictures.encoding import Decoder, NotFiniteError, Storage, Stored, joined, level_of, levels_of, not_finite
 from lutgen.pictures.images import open_source
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
     from lutgen.colorimetry import Array
+    from lutgen.progress import Progress
 
 #: Threads that the current work may use; 0: one for each core.
 _FEW = ContextVar("lutgen_threads", default=0)
@@ -106,13 +107,8 @@ def open_slide(path: Path) -> Iterator[Slide]:
 
 
 def _openslide() -> Any:
-    try:
-        return import_module("openslide")
-    except ImportError as error:
-        raise LutgenError(
-            f"slides ({', '.join(SUFFIXES)}) are read through OpenSlide, which cannot be imported ({error}). Install "
-            "it with `pip install lutgen[slides]`, or export the slide as TIFF."
-        ) from None
+    use = f"slides ({', '.join(SUFFIXES)}) are read through OpenSlide"
+    return optional("openslide", use, extra="slides", otherwise="export the slide as TIFF")
 
 
 class Place(NamedTuple):
@@ -144,7 +140,7 @@ class Blocks:
     #: Blocks that may be read at the same time.
     workers: int = 1
 
-    def read(self, progress: Callable[[int, int], None]) -> Iterator[tuple[Place, Stored]]:
+    def read(self, progress: Progress) -> Iterator[tuple[Place, Stored]]:
         """Yield each block, (rows, columns, channels), and read the next ones meanwhile. Errors as ``open_source``."""
         with ThreadPoolExecutor(self.workers) as files:
             running = deque(files.submit(self._read, place) for place in self.places[: self.workers])
@@ -221,16 +217,15 @@ class Field:
     def rgb(self) -> NDArray[np.uint8]:
         """Code values in 8 bits, as a screen shows them, (rows, columns, 3); white where nothing is visible."""
         pixels = np.full((*self.shape, 3), 255, np.uint8)
-        for channel, shift in enumerate((32, 16, 0)):
-            level = (self.keys >> np.uint64(shift)) & np.uint64(0xFFFF)
+        for channel in range(3):
+            level = level_of(self.keys, channel, 16)
             pixels[..., channel][self.visible] = ((level + np.uint64(128)) // np.uint64(257))[self.visible]
         return pixels
 
 
 def code_of(keys: NDArray[np.uint64]) -> Array:
     """Code values of colours, (n,) → (n, 3) in 0..1."""
-    levels = [(keys >> np.uint64(shift)) & np.uint64(0xFFFF) for shift in (32, 16, 0)]
-    return np.stack(levels, axis=1) / 65535.0
+    return np.asarray(levels_of(keys, 16).T / 65535.0)
 
 
 def read_field(file: str | Path, source: str = "auto") -> Field:
@@ -275,5 +270,4 @@ def _keys(file: str | Path, decoder: Decoder, stored: NDArray[Any], first: int) 
     except NotFiniteError as error:
         row, column = divmod(error.index, columns)
         raise not_finite(file, column, first + row) from None
-    red, green, blue = np.rint(planes * 65535.0).astype(np.uint64)
-    return np.asarray((red << np.uint64(32) | green << np.uint64(16) | blue).reshape(rows, columns))
+    return joined(np.rint(planes * 65535.0), 16).reshape(rows, columns)

@@ -17,13 +17,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lutgen.cells import csv_text
 from lutgen.errors import LutgenError
 from lutgen.names import AGING_MODES
 from lutgen.pictures.blocks import threads
 from lutgen.pictures.cohort_slides import CohortSlide, RunFolder, claim, find_slides, image_from_json
 from lutgen.pictures.cohort_workers import CohortTask, on_cluster, on_this_machine
 from lutgen.pictures.difference import STATISTICS, DifferenceCurve
-from lutgen.pictures.lifetime import TOLERANCES, ImageLifetime, Lifetimes, check_asked, csv_hours, csv_text
+from lutgen.pictures.lifetime import TOLERANCES, ImageLifetime, Lifetimes, check_asked, csv_hours
+from lutgen.progress import Progress, unseen
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -184,20 +186,20 @@ class Cohort:
     def as_csv(self) -> str:
         """Return what ``--csv`` writes: a line a slide and mode, then a mode's median and the ends of its interval."""
         head, *lines = self.slides.csv_rows()
-        rows = [f"row,{head}", *(f"slide,{line}" for line in lines)]
+        rows = [["row", *head], *(["slide", *line] for line in lines)]
         columns = list(product(self.slides.tolerances, STATISTICS))
-        rows += [f"broken,{csv_text(each.file)}," + "," * len(columns) for each in self.broken]
+        rows += [["broken", each.file, *[""] * (1 + len(columns))] for each in self.broken]
         for mode, of in self.lives.items():
-            all_of_them = [of[tolerance][name] for tolerance, name in columns]
-            ends = [each.interval or (None, None) for each in all_of_them]
+            all_lives = [of[tolerance][name] for tolerance, name in columns]
+            ends = [each.interval or (None, None) for each in all_lives]
             for row, values in (
-                ("median", [each.median for each in all_of_them]),
+                ("median", [each.median for each in all_lives]),
                 ("low", [low for low, _ in ends]),
                 ("high", [high for _, high in ends]),
             ):
-                if row == "median" or all_of_them[0].interval:
-                    rows.append(f"{row},,{mode}," + ",".join(map(csv_hours, values)))
-        return "\n".join([*rows, ""])
+                if row == "median" or all_lives[0].interval:
+                    rows.append([row, "", mode, *map(csv_hours, values)])
+        return csv_text(rows)
 
 
 def cohort(
@@ -213,7 +215,7 @@ def cohort(
     jobs: int | None = None,
     scheduler: str | None = None,
     force: bool = False,
-    progress: Callable[[int, int], None] = lambda _done, _total: None,
+    progress: Progress = unseen,
 ) -> Cohort:
     """Find the lifetimes of many slides, and over all of them.
 
@@ -251,7 +253,7 @@ def cohort(
     asked = CohortTask(model, checked, tuple(dict.fromkeys(modes)), tuple(chosen), tissue, source)
     all_slides = find_slides(slides)
     folder = claim(Path(output), asked, force=force)
-    images = {slide: there for slide in all_slides if (there := _kept(folder, slide, checked))}
+    images = {slide: earlier for slide in all_slides if (earlier := _kept(folder, slide, checked))}
     kept = len(images)
     progress(kept, len(all_slides))
     broken = {}

@@ -86,10 +86,13 @@ def _in_list(file: Path) -> list[Path]:
 
 
 def _slide(path: Path) -> CohortSlide:
-    whole = path.resolve()
-    parts = list(_parts(whole))
+    absolute = path.resolve()
+    parts = list(_parts(absolute))
     return CohortSlide(
-        str(path), str(whole), sum(part.st_size for part in parts), max((part.st_mtime_ns for part in parts), default=0)
+        str(path),
+        str(absolute),
+        sum(part.st_size for part in parts),
+        max((part.st_mtime_ns for part in parts), default=0),
     )
 
 

@@ -23,7 +23,6 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
-from importlib import import_module
 from logging import CRITICAL, getLogger
 from multiprocessing.connection import Connection
 from multiprocessing.connection import wait as wait_for_connections
@@ -32,6 +31,7 @@ from typing import TYPE_CHECKING, Any
 from uuid import uuid4
 
 from lutgen import __version__
+from lutgen.bindings import optional
 from lutgen.errors import LutgenError, reason_of
 from lutgen.pictures.blocks import few_threads, threads
 from lutgen.pictures.lifetime import lifetime
@@ -166,16 +166,16 @@ def _pool(asked: CohortTask, jobs: int, share: int) -> Iterator[ProcessPoolExecu
     # Forking beside threads is unsafe, and other systems have no fork.
     context = multiprocessing.get_context("spawn")
     # Worker processes watch the other end of this pipe, and exit when this process closes its end or is killed.
-    here, there = context.Pipe()
-    pool = ProcessPoolExecutor(jobs, context, _begin, (there, asked, share))
+    our_end, their_end = context.Pipe()
+    pool = ProcessPoolExecutor(jobs, context, _begin, (their_end, asked, share))
     try:
         _check_start(pool)
         yield pool
         pool.shutdown()
     finally:
-        here.close()
+        our_end.close()
         pool.shutdown(cancel_futures=True)
-        there.close()
+        their_end.close()
 
 
 def _check_start(pool: ProcessPoolExecutor) -> None:
@@ -335,10 +335,5 @@ def _look_there(asked: CohortTask, slide: CohortSlide) -> Outcome:
 
 
 def _distributed() -> Any:
-    try:
-        return import_module("distributed")
-    except ImportError as error:
-        raise LutgenError(
-            f"--scheduler needs Dask, which cannot be imported ({error}). Install it with `pip install "
-            "lutgen[cluster]`, or leave --scheduler out to use this machine's cores."
-        ) from None
+    otherwise = "leave --scheduler out to use this machine's cores"
+    return optional("distributed", "--scheduler needs Dask", extra="cluster", otherwise=otherwise)

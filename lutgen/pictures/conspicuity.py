@@ -22,17 +22,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lutgen.cells import csv_text
 from lutgen.colorimetry import CHUNK, Array, delta_e_2000
 from lutgen.display import AgedDisplay, DisplayModel, seen_on, what_pictures_carry
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.names import AGING_MODES, SOURCES
 from lutgen.pictures.blocks import Field, Mask, code_of, read_field, threads
 from lutgen.pictures.difference import shown_lab
 from lutgen.pictures.lifetime import hours_from_0
-from lutgen.pictures.nuclei import Labels, Nuclei, read_mask, segment
+from lutgen.pictures.nuclei import NEIGHBOURS, Labels, Nuclei, read_mask, segment
+from lutgen.progress import Progress, unseen
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -79,10 +81,10 @@ def rings_of(nuclei: Nuclei, visible: Mask) -> tuple[Nuclei, Rings, int]:
 def outlines(labels: Labels) -> NDArray[np.bool_]:
     """Pixels of labels above 0 at which another label, or none, begins: (rows, columns)."""
     edge = np.zeros(labels.shape, np.bool_)
-    for one, other in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
-        differs = labels[one] != labels[other]
-        edge[one] |= differs
-        edge[other] |= differs
+    for before, after in NEIGHBOURS:
+        differs = labels[before] != labels[after]
+        edge[before] |= differs
+        edge[after] |= differs
     return edge & (labels > 0)
 
 
@@ -235,13 +237,13 @@ class Conspicuity:
         ]
         displays = list(product(self.contrasts, range(len(self.hours))))
         names = [f"{mode}_{self.hours[place]:g}h" for mode, place in displays]
-        lines = [",".join(["nucleus", "x", "y", "pixels", "ring_pixels", "unaged", *names])]
+        rows = [["nucleus", "x", "y", "pixels", "ring_pixels", "unaged", *names]]
         unaged = next(iter(self.contrasts.values())).unaged
         for each in range(self.nuclei.count):
             aged = (self.contrasts[mode].aged[place, each] for mode, place in displays)
             where = [f"{middles[each, 1]:.1f}", f"{middles[each, 0]:.1f}", *(str(size[each]) for size in sizes)]
-            lines.append(",".join([str(each + 1), *where, *(f"{value:.4f}" for value in (unaged[each], *aged))]))
-        return "\n".join([*lines, ""])
+            rows.append([str(each + 1), *where, *(f"{value:.4f}" for value in (unaged[each], *aged))])
+        return csv_text(rows)
 
 
 def nuclei(
@@ -255,7 +257,7 @@ def nuclei(
     min_area: int | None = None,
     loss: float = LOSS,
     source: str = "auto",
-    progress: Callable[[int, int], None] = lambda _done, _total: None,
+    progress: Progress = unseen,
 ) -> Conspicuity:
     """Find how clearly the nuclei of an image stand out, on the un-aged display and on aged ones.
 
@@ -289,8 +291,7 @@ def nuclei(
         outside the measured span or the luminance law's, or scikit-image is missing and there is no mask.
 
     """
-    if source not in SOURCES:
-        raise pick_one("source", source, SOURCES)
+    refuse_unknown("source", source, SOURCES)
     if mask is not None and stain is not None:
         raise LutgenError("--mask says where the nuclei are: leave --stain out.")
     if min_area is not None and min_area < 1:

@@ -34,6 +34,7 @@ from lutgen.display.chain import viewer_code
 from lutgen.display.on_screen import linear_at, seen_at
 from lutgen.pictures.blocks import threads
 from lutgen.pictures.distinct import Colours, Counts
+from lutgen.progress import Progress, unseen
 from lutgen.readings.rest import TIP_DRIVES
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ def differences(
     size: int,
     unaged: AgedDisplay,
     aged: Sequence[AgedDisplay],
-    progress: Callable[[int, int], None] = lambda _done, _total: None,
+    progress: Progress = unseen,
     *,
     places: Callable[[slice], Array] | None = None,
 ) -> Array:
@@ -59,8 +60,8 @@ def differences(
 
     def fill(start: int) -> int:
         part = slice(start, min(start + CHUNK, size))
-        here = [seen_at(each, places(part)) for each in (unaged, *aged)] if places else [unaged, *aged]
-        _fill(result[:, part], code(part), here[0], here[1:])
+        displays = [seen_at(each, places(part)) for each in (unaged, *aged)] if places else [unaged, *aged]
+        _fill(result[:, part], code(part), displays[0], displays[1:])
         return part.stop
 
     with ThreadPoolExecutor(threads()) as workers:
@@ -143,7 +144,7 @@ def curves_of(
     model: DisplayModel,
     modes: Sequence[str],
     hours: Sequence[float],
-    progress: Callable[[int, int], None] = lambda _done, _total: None,
+    progress: Progress = unseen,
 ) -> dict[str, DifferenceCurve]:
     """Return the curve of each mode, at increasing ``hours``; errors as :meth:`DisplayModel.at`."""
     unaged = model.at("stable", 0.0)
@@ -219,7 +220,7 @@ def intervals(
     model: DisplayModel,
     curves: dict[str, DifferenceCurve],
     tolerances: Sequence[float],
-    progress: Callable[[int, int], None] = lambda _done, _total: None,
+    progress: Progress = unseen,
 ) -> Intervals | None:
     """Return 95 % intervals of lifetimes; None where the model says nothing of its uncertainty."""
     models = drawn(model)
@@ -235,8 +236,8 @@ def intervals(
 
     def interval(mode: str, tolerance: float, statistic: str) -> Interval:
         lives = [each[mode].hours_until(statistic, tolerance) for each in drawn_curves]
-        whole, roughly = (one[mode].hours_until(statistic, tolerance) for one in (curves, own))
-        shift = whole - roughly if whole is not None and roughly is not None else 0.0
+        exact, coarse_life = (each[mode].hours_until(statistic, tolerance) for each in (curves, own))
+        shift = exact - coarse_life if exact is not None and coarse_life is not None else 0.0
         return _ends(lives, shift, hours[-1])
 
     return {

@@ -20,15 +20,16 @@ from numpy.typing import NDArray
 from lutgen.bindings import oiio
 from lutgen.display import AgedDisplay, DisplayModel, seen_on, what_pictures_carry
 from lutgen.display.on_screen import OnScreen
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, pick_one, refuse_unknown
 from lutgen.files import check_name, check_new_file, replacing
 from lutgen.names import AGING_MODES, MAP_SUFFIXES, SIGNAL, SOURCES
 from lutgen.pictures.blocks import Blocks, Place, open_blocks
 from lutgen.pictures.difference import differences, statistics
 from lutgen.pictures.distinct import Colours, Counts, count_colours
-from lutgen.pictures.encoding import Decoder, Storage, Stored
+from lutgen.pictures.encoding import Decoder, Storage, Stored, joined
 from lutgen.pictures.frame import AreaMeans, Grid, whole_factor
 from lutgen.pictures.lifetime import binning_error
+from lutgen.progress import Progress, part_of, unseen
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -125,17 +126,15 @@ def difference_map(
     on_screen: OnScreen | None = None,
     source: str = "auto",
     force: bool = False,
-    progress: Callable[[int, int], None] = lambda _done, _total: None,
+    progress: Progress = unseen,
 ) -> DifferenceMap:
     """Find by how much aging changes each pixel, as :func:`.frame.aged_series`; write it to ``floats`` too."""
     path = Path(image)
-    if mode not in AGING_MODES:
-        raise pick_one("mode that ages", mode, AGING_MODES)
-    if source not in SOURCES:
-        raise pick_one("source", source, SOURCES)
+    refuse_unknown("mode that ages", mode, AGING_MODES)
+    refuse_unknown("source", source, SOURCES)
     model.at(mode, hours)
     files = [_check_floats(Path(file), path, force=force) for file in floats]
-    colours = count_colours(path, source, lambda done, total: progress(500 * done // total, 1000))
+    colours = count_colours(path, source, part_of(progress, 0, 500))
     unaged, aged = (on_screen or OnScreen).unaged(model), model.at(mode, hours)
     values, counts = np.zeros(0), colours.counts
     if not on_screen:
@@ -151,7 +150,7 @@ def difference_map(
         means = AreaMeans(Grid.squares(blocks.height, blocks.width, factor), 1)
         with ExitStack() as stack:
             writers = [stack.enter_context(_floats(file, blocks)) for file in files]
-            for place, stored in blocks.read(lambda done, total: progress(500 + 500 * done // total, 1000)):
+            for place, stored in blocks.read(part_of(progress, 500, 500)):
                 block = _of_block(find, stored, blocks.storage, _places(on_screen, blocks, place))
                 if on_screen:
                     each_pixel.append(block[np.isfinite(block)])
@@ -224,8 +223,7 @@ def _table_of(colours: Colours, values: Array) -> Singles:
 
 def _looked_up(table: Singles, stored: Stored, _places: None) -> Singles:
     """ΔE2000 of 8-bit pixels, (n, channels) → (n,)."""
-    red, green, blue = (stored[:, channel].astype(np.uint32) for channel in range(3))
-    return np.asarray(table.take(red << np.uint32(16) | green << np.uint32(8) | blue))
+    return np.asarray(table.take(joined(stored[:, :3].T, 8, np.uint32)))
 
 
 def _of_block(

@@ -27,7 +27,17 @@ from lutgen.colorimetry import CHUNK, Array, code_to_linear, linear_to_lab
 from lutgen.errors import LutgenError
 from lutgen.names import SIGNAL
 from lutgen.pictures.blocks import Place, open_blocks
-from lutgen.pictures.encoding import Decoder, NotFiniteError, Storage, Stored, not_finite
+from lutgen.pictures.encoding import (
+    Decoder,
+    Keys,
+    NotFiniteError,
+    Storage,
+    Stored,
+    joined,
+    levels_of,
+    not_finite,
+)
+from lutgen.progress import Progress, unseen
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -43,7 +53,6 @@ FINEST = 16
 #: Pixels, or entries of the table of 8-bit colours, that are processed at a time, to bound the memory.
 _SLICE = 1 << 18
 
-Keys = NDArray[Any]
 Counts = NDArray[Any]
 
 
@@ -75,9 +84,7 @@ class Colours:
         return self.decode(self.keys[part])
 
 
-def count_colours(
-    path: Path, source: str = "auto", progress: Callable[[int, int], None] = lambda _done, _total: None
-) -> Colours:
+def count_colours(path: Path, source: str = "auto", progress: Progress = unseen) -> Colours:
     """Count the distinct colours of an image or a slide. Raises LutgenError: unreadable, NaN, or all transparent."""
     with open_blocks(path, source) as blocks:
         storage = blocks.storage
@@ -120,11 +127,7 @@ class _Exact:
 
     def add(self, stored: Stored) -> None:
         """Count pixels (n, channels)."""
-        packed = stored[:, 0].astype(np.uint32)
-        for channel in (1, 2):
-            packed <<= np.uint32(8)
-            packed |= stored[:, channel]
-        np.add.at(self._table, packed, self._table.dtype.type(1))
+        np.add.at(self._table, joined(stored[:, :3].T, 8, np.uint32), self._table.dtype.type(1))
 
     def colours(self) -> Colours:
         """Return the colours and counts; the table cannot be used again."""
@@ -148,7 +151,7 @@ def _squeezed(table: Counts) -> tuple[list[Keys], Counts]:
 
 
 def _code_of_bytes(decoder: Decoder, keys: Keys) -> Array:
-    stored = np.stack([keys >> 16 & 255, keys >> 8 & 255, keys & 255], axis=1).astype(np.uint8)
+    stored = levels_of(keys, 8).T.astype(np.uint8)
     planes, _ = decoder(np.pad(stored, ((0, 0), (0, decoder.storage.channels - 3)), constant_values=255))
     return planes.T
 
@@ -169,7 +172,7 @@ class _Binned:
         for start in range(0, len(stored), _SLICE):
             planes, _ = self._decoder(stored[start : start + _SLICE])
             levels = np.rint(planes * 65535.0).astype(np.uint64) >> np.uint64(FINEST - self._bits)
-            self._pending.append(np.unique(_joined(levels, self._bits), return_counts=True))
+            self._pending.append(np.unique(joined(levels, self._bits), return_counts=True))
             if sum(len(keys) for keys, _ in self._pending) > LIMIT:
                 self._merge()
 
@@ -212,22 +215,10 @@ def _coarser(keys: Keys, bits: int) -> Keys:
     return coarser
 
 
-def _joined(levels: Keys, bits: int) -> Keys:
-    """(3, n) levels of so many bits → (n,) keys."""
-    red, green, blue = levels
-    return np.asarray((red << np.uint64(2 * bits)) | (green << np.uint64(bits)) | blue)
-
-
-def _levels(keys: Keys, bits: int) -> Keys:
-    """(n,) keys → (3, n) levels."""
-    mask = np.uint64((1 << bits) - 1)
-    return np.stack([keys >> np.uint64(2 * bits) & mask, keys >> np.uint64(bits) & mask, keys & mask])
-
-
 def _code_of_bin(bits: int, keys: Keys) -> Array:
     """Middles of the bins, (n, 3) in 0..1."""
     width = 1 << (FINEST - bits)
-    return np.asarray((_levels(keys, bits) * float(width) + (width - 1) / 2.0).T / 65535.0)
+    return np.asarray((levels_of(keys, bits) * float(width) + (width - 1) / 2.0).T / 65535.0)
 
 
 #: Bins of the histogram of L*, 0..100.

@@ -23,6 +23,30 @@ from lutgen.names import LINEAR
 Stored = NDArray[Any]
 
 
+#: Colours as one number each, shape (n,): the levels of red, green and blue beside one another, blue lowest.
+Keys = NDArray[Any]
+
+
+def joined(levels: Stored, bits: int, kind: type[np.unsignedinteger[Any]] = np.uint64) -> Keys:
+    """Join levels of so many bits, (3, ...), to keys of a ``kind`` that holds them, (...)."""
+    keys: Keys = levels[0].astype(kind)
+    for level in levels[1:]:
+        keys <<= kind(bits)
+        keys |= level.astype(kind)
+    return keys
+
+
+def level_of(keys: Keys, channel: int, bits: int) -> Stored:
+    """Return one channel's levels of keys, in the keys' type and shape."""
+    number = keys.dtype.type
+    return np.asarray(keys >> number((2 - channel) * bits) & number((1 << bits) - 1))
+
+
+def levels_of(keys: Keys, bits: int) -> Stored:
+    """Return the levels of keys, (...) → (3, ...), in the keys' type."""
+    return np.stack([level_of(keys, channel, bits) for channel in range(3)])
+
+
 class NotFiniteError(ValueError):
     """A stored pixel is NaN or infinite; ``index`` says which of its block."""
 

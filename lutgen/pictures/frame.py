@@ -17,15 +17,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lutgen.colorimetry import Array, linear_to_code
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.names import AGING_MODES, LINEAR, SOURCES
 from lutgen.pictures.blocks import Blocks, Place, open_blocks
 from lutgen.pictures.difference import DifferenceCurve, curves_of, differences, placed_curves, placed_picture
 from lutgen.pictures.distinct import count_colours
-from lutgen.pictures.encoding import Decoder, Storage, Stored
+from lutgen.pictures.encoding import Decoder, Storage, Stored, joined, levels_of
+from lutgen.progress import Progress, part_of, unseen
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
     from lutgen.display import AgedDisplay, DisplayModel
     from lutgen.display.on_screen import OnScreen
@@ -92,7 +93,7 @@ class AreaMeans:
         return sums
 
 
-def light_means(blocks: Blocks, grid: Grid, progress: Callable[[int, int], None] = lambda _done, _total: None) -> Array:
+def light_means(blocks: Blocks, grid: Grid, progress: Progress = unseen) -> Array:
     """Give the mean linear light of each cell, (h, w, 3); NaN: all transparent. A NaN of the file is black."""
     decoder, means = Decoder(blocks.storage, LINEAR), AreaMeans(grid, 3)
     for place, stored in blocks.read(progress):
@@ -182,7 +183,7 @@ def read_frame(
     pixels: int,
     width: int,
     source: str = "auto",
-    progress: Callable[[int, int], None] = lambda _done, _total: None,
+    progress: Progress = unseen,
 ) -> Frame:
     """Read a picture, and shrink it to at most ``pixels``, ``width`` in a row; NaN is black. Raises LutgenError."""
     code, visible, size = read_pixels(path, pixels=pixels, width=width, source=source, progress=progress)
@@ -196,7 +197,7 @@ def read_pixels(
     pixels: int,
     width: int,
     source: str = "auto",
-    progress: Callable[[int, int], None] = lambda _done, _total: None,
+    progress: Progress = unseen,
 ) -> tuple[Pixels, NDArray[np.bool_], tuple[int, int]]:
     """Read as :func:`read_frame`: code values (h, w, 3), visible pixels (h, w), and width and height of the image."""
     with open_blocks(path, source) as opened:
@@ -265,9 +266,8 @@ class AgedSeries:
             stable = mode == "stable"
             display = self.on_screen.unaged(self.model) if stable else self.model.at(mode, hours)
             return placed_picture(self.source, display, self.on_screen)
-        flat = self.source.reshape(-1, 3).astype(np.uint32)
-        colours, which = np.unique(flat[:, 0] << 16 | flat[:, 1] << 8 | flat[:, 2], return_inverse=True)
-        code = np.stack([colours >> 16, colours >> 8 & 255, colours & 255], axis=1) / 255.0
+        colours, which = np.unique(joined(self.source.reshape(-1, 3).T, 8, np.uint32), return_inverse=True)
+        code = levels_of(colours, 8).T / 255.0
         aged = np.clip(self.model.at(mode, hours).code_to_code(code), 0.0, 1.0)
         return np.rint(255.0 * aged).astype(np.uint8)[which].reshape(self.source.shape)
 
@@ -287,25 +287,23 @@ def aged_series(
     longest: int = LONGEST,
     on_screen: OnScreen | None = None,
     source: str = "auto",
-    progress: Callable[[int, int], None] = lambda _done, _total: None,
+    progress: Progress = unseen,
 ) -> AgedSeries:
     """Age an image to several hours, at most ``longest`` pixels a side; ``progress`` in thousandths."""
     path = Path(image)
     for mode in modes:
-        if mode not in AGING_MODES:
-            raise pick_one("mode that ages", mode, AGING_MODES)
-    if source not in SOURCES:
-        raise pick_one("source", source, SOURCES)
+        refuse_unknown("mode that ages", mode, AGING_MODES)
+    refuse_unknown("source", source, SOURCES)
     if longest < 1:
         raise LutgenError(f"a longest side of {longest} pixels shows nothing. Give at least 1, such as {LONGEST}.")
     chosen = sorted({0.0, *map(float, hours)})
     for mode, hour in product(modes, chosen):
         model.at(mode, hour)
-    colours = count_colours(path, source, lambda done, total: progress(400 * done // total, 1000))
+    colours = count_colours(path, source, part_of(progress, 0, 400))
     with open_blocks(path, source) as blocks:
         factor = whole_factor(blocks.height, blocks.width, longest)
         grid = Grid.squares(blocks.height, blocks.width, factor)
-        light = light_means(blocks, grid, lambda done, total: progress(400 + 400 * done // total, 1000))
+        light = light_means(blocks, grid, part_of(progress, 400, 400))
     seen = np.isfinite(light)
     code = np.rint(255.0 * np.where(seen, linear_to_code(np.nan_to_num(light)), GREY / 255.0)).astype(np.uint8)
     if on_screen:
@@ -319,9 +317,7 @@ def aged_series(
         factor=factor,
         pixels=colours.pixels,
         colours=len(colours),
-        curves=curves_of(
-            colours, model, modes, chosen, lambda done, total: progress(800 + 200 * done // max(total, 1), 1000)
-        ),
+        curves=curves_of(colours, model, modes, chosen, part_of(progress, 800, 200)),
     )
 
 

@@ -15,15 +15,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lutgen.cells import csv_text
 from lutgen.display import DisplayModel, seen_on, what_pictures_carry
 from lutgen.display.tips import MAX_HOURS
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.names import AGING_MODES, SOURCES
 from lutgen.pictures.difference import STATISTICS, DifferenceCurve, Intervals, curves_of, differences, intervals
 from lutgen.pictures.distinct import Colours, Tissue, count_colours, tissue_only
+from lutgen.progress import Progress, part_of, unseen
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
 
 #: ΔE2000 that the paper asks for: just noticeable side by side, and clearly seen.
@@ -90,16 +92,16 @@ class Lifetimes:
 
     def as_csv(self) -> str:
         """Return what ``--csv`` writes: Table 1, a line an image and mode; hours, empty where never reached."""
-        return "\n".join([*self.csv_rows(), ""])
+        return csv_text(self.csv_rows())
 
-    def csv_rows(self) -> list[str]:
+    def csv_rows(self) -> list[list[str]]:
         """Return the rows of :meth:`as_csv`, the first of which names the columns."""
         columns = list(product(self.tolerances, STATISTICS))
-        rows = [",".join(["file", "mode", *(f"{statistic}_{tolerance:g}" for tolerance, statistic in columns)])]
+        rows = [["file", "mode", *(f"{statistic}_{tolerance:g}" for tolerance, statistic in columns)]]
         for image in self.images:
             for mode, curve in image.curves.items():
                 lives = [curve.hours_until(statistic, tolerance) for tolerance, statistic in columns]
-                rows.append(",".join([csv_text(image.file), mode, *map(csv_hours, lives)]))
+                rows.append([image.file, mode, *map(csv_hours, lives)])
         return rows
 
     def _image(self, image: ImageLifetime) -> dict[str, Any]:
@@ -124,12 +126,6 @@ class Lifetimes:
     def _lives(self, image: ImageLifetime, mode: str, tolerance: float) -> dict[str, Any]:
         lives = {name: image.curves[mode].hours_until(name, tolerance) for name in STATISTICS}
         return {**lives, "interval": image.intervals and image.intervals[mode][tolerance]}
-
-
-def csv_text(text: str) -> str:
-    """Quote a text for CSV where it has to be (RFC 4180)."""
-    quoted = text.replace('"', '""')
-    return f'"{quoted}"' if set(quoted) & set('",\n') else quoted
 
 
 def csv_hours(hours: float | None) -> str:
@@ -159,7 +155,7 @@ def lifetime(
     hours: Sequence[float] | None = None,
     tissue: bool = False,
     source: str = "auto",
-    progress: Callable[[int, int], None] = lambda _done, _total: None,
+    progress: Progress = unseen,
 ) -> Lifetimes:
     """Find ΔE2000 against hours for images, and the hours until it passes each tolerance.
 
@@ -195,14 +191,11 @@ def lifetime(
     checked, chosen = check_asked(model, tolerances=tolerances, modes=modes, hours=hours, source=source)
     lifetimes = []
     for done, image in enumerate(images):
-
-        def share(first: int, width: int, done: int = done) -> Callable[[int, int], None]:
-            return lambda part, whole: progress(1000 * done + first + width * part // max(whole, 1), 1000 * len(images))
-
+        begun, everything = 1000 * done, 1000 * len(images)
         path = Path(image)
-        colours = count_colours(path, source, share(0, 500))
+        colours = count_colours(path, source, part_of(progress, begun, 500, everything))
         colours, kept = tissue_only(colours, path) if tissue else (colours, None)
-        curves = curves_of(colours, model, modes, chosen, share(500, 300))
+        curves = curves_of(colours, model, modes, chosen, part_of(progress, begun + 500, 300, everything))
         lifetimes.append(
             ImageLifetime(
                 file=str(image),
@@ -212,10 +205,10 @@ def lifetime(
                 binning_error=binning_error(colours, model, modes, chosen),
                 tissue=kept,
                 curves=curves,
-                intervals=intervals(colours, model, curves, checked, share(800, 200)),
+                intervals=intervals(colours, model, curves, checked, part_of(progress, begun + 800, 200, everything)),
             )
         )
-        progress(1000 * (done + 1), 1000 * len(images))
+        progress(begun + 1000, everything)
     return Lifetimes(tuple(lifetimes), checked, model)
 
 
@@ -228,8 +221,7 @@ def check_asked(
     source: str,
 ) -> tuple[tuple[float, ...], list[float]]:
     """Return tolerances, and hours in order from 0 on, before any image is read; errors as in :func:`lifetime`."""
-    if source not in SOURCES:
-        raise pick_one("source", source, SOURCES)
+    refuse_unknown("source", source, SOURCES)
     checked = check_tolerances(tolerances)
     return checked, hours_from_0(model, modes, hours)
 

@@ -16,15 +16,14 @@ from __future__ import annotations
 
 import io
 from dataclasses import dataclass
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lutgen.bindings import oiio
-from lutgen.errors import LutgenError, pick_one, reason_of
+from lutgen.bindings import oiio, optional
+from lutgen.errors import LutgenError, reason_of, refuse_unknown
 from lutgen.names import STAINS
 
 if TYPE_CHECKING:
@@ -53,6 +52,9 @@ _DENSITY = 1 / 6
 #: nuclei and is no nucleus that counts.
 Labels = NDArray[np.int32]
 
+#: Pixels and the pixels below them; pixels and the pixels at their right.
+NEIGHBOURS = ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:]))
+
 
 @dataclass(frozen=True)
 class Nuclei:
@@ -75,8 +77,7 @@ def segment(field: Field, *, stain: str = "auto", min_area: int | None = None) -
     """Find the nuclei of stained tissue in bright field. Raises LutgenError: unknown stain, none, no scikit-image."""
     from scipy import ndimage
 
-    if stain not in ("auto", *STAINS):
-        raise pick_one("stain", stain, ("auto", *STAINS))
+    refuse_unknown("stain", stain, ("auto", *STAINS))
     kind = _stain_of(field) if stain == "auto" else stain
     amount = _haematoxylin(field, kind)
     width = _typical_width(field, amount)
@@ -202,13 +203,8 @@ def _none(field: Field, why: str) -> LutgenError:
 
 
 def _skimage(part: str) -> Any:
-    try:
-        return import_module(f"skimage.{part}")
-    except ImportError as error:
-        raise LutgenError(
-            f"nuclei are found by scikit-image, which cannot be imported ({error}). Install it with "
-            "`pip install lutgen[nuclei]`, or say where nuclei are with --mask."
-        ) from None
+    use, otherwise = "nuclei are found by scikit-image", "say where nuclei are with --mask"
+    return optional(f"skimage.{part}", use, extra="nuclei", otherwise=otherwise)
 
 
 _ALLOWED = "Give a PNG or TIFF of the image's size: 0 for the ground, and 1, 2, … for each nucleus or white for all."
@@ -232,14 +228,14 @@ def read_mask(file: str | Path, field: Field, *, min_area: int | None = None) ->
     if not kinds.size:
         raise LutgenError(f"{file}: the mask is empty: every pixel is 0. {_ALLOWED}")
     if kinds.size == 1:
-        labels, what = ndimage.label(values)[0], "pieces of the mask"
+        labels, origin = ndimage.label(values)[0], "pieces of the mask"
     else:
-        labels, what = np.searchsorted(kinds, values) + 1, "labels of the mask"
+        labels, origin = np.searchsorted(kinds, values) + 1, "labels of the mask"
         labels[values == 0] = 0
         _check_labels(file, labels, kinds.size)
     labels = np.where(field.visible, labels, 0).astype(np.int32)
     width = width_of(_with_edges(labels)) or 1.0
-    labelled = sized(labels, width, float(min_area or 1), np.inf, f"the {what} {Path(file).name}")
+    labelled = sized(labels, width, float(min_area or 1), np.inf, f"the {origin} {Path(file).name}")
     if not labelled.count:
         message = f"{file}: all nuclei of the mask lie where {field.file} is transparent. {_ALLOWED}"
         if labelled.small:
@@ -251,8 +247,8 @@ def read_mask(file: str | Path, field: Field, *, min_area: int | None = None) ->
 def _with_edges(labels: Labels) -> NDArray[np.bool_]:
     """Return the pixels of labels without those that touch another label, (rows, columns)."""
     apart = labels > 0
-    for one, other in ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])):
-        apart[one] &= (labels[one] == labels[other]) | (labels[other] == 0)
+    for before, after in NEIGHBOURS:
+        apart[before] &= (labels[before] == labels[after]) | (labels[after] == 0)
     return apart
 
 

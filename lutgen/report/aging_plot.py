@@ -12,7 +12,7 @@ import numpy as np
 
 from lutgen.colorimetry import Array, linear_to_code, xy_to_uv, xyY_to_xyz, xyz_to_linear
 from lutgen.display.aging import Shown, show
-from lutgen.display.modes import luminance_law
+from lutgen.display.tips import luminance_law
 from lutgen.numerals import spaced
 from lutgen.readings import TIP_NAMES
 from lutgen.report.drawing import beside, new_figure
@@ -173,9 +173,9 @@ def _draw_inset(axes: Axes, shown: Shown) -> None:
 
 def _label_ends(axes: Axes, shown: Shown) -> None:
     """Write the first and the last hour beyond the ends of white's drift."""
-    way = shown.uv[-1, 0] - shown.uv[0, 0]
-    way = way / np.hypot(*way) if way.any() else np.array([0.0, 1.0])
-    for row, away in ((0, -way), (-1, way)):
+    direction = shown.uv[-1, 0] - shown.uv[0, 0]
+    direction = direction / np.hypot(*direction) if direction.any() else np.array([0.0, 1.0])
+    for row, away in ((0, -direction), (-1, direction)):
         sideways = abs(away[0]) > abs(away[1])
         text, align = f"{spaced(shown.hours[row])} h", ("left" if away[0] > 0 else "right") if sideways else "center"
         beside(axes, text, shown.uv[row, 0], 11.0 * away, ha=align, va="center", fontsize=9, weight="bold")

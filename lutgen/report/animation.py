@@ -16,15 +16,16 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, in_one_line, pick_one
 from lutgen.files import replacing
 from lutgen.names import ANIMATION_SUFFIXES
 from lutgen.numerals import spaced
+from lutgen.progress import Progress, unseen
 from lutgen.report.drawing import Pixels, Text, grey_page, wrapped
 from lutgen.report.sheets import footer
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from lutgen.pictures.frame import AgedSeries
 
@@ -64,7 +65,7 @@ def animate(
     path: str | Path,
     *,
     seconds: float = SECONDS,
-    progress: Callable[[int, int], None] = lambda _done, _total: None,
+    progress: Progress = unseen,
 ) -> Path:
     """Write an animation of ``hours``, which the curve of ``mode`` has; errors as :func:`check_animation`."""
     path, each = Path(path), check_animation(path, hours, seconds)
@@ -98,8 +99,8 @@ def frame(series: AgedSeries, mode: str, hour: float) -> Pixels:
     left = (width - wide) // 2
     page[top : top + high, left : left + wide] = series.seen(mode, hour)
     page[below : below + _BAR, gap : width - gap] = 80
-    gone = gap + round((width - 2 * gap) * hour / max(series.hours))
-    page[below : below + _BAR, gap:gone] = 255
+    filled = gap + round((width - 2 * gap) * hour / max(series.hours))
+    page[below : below + _BAR, gap:filled] = 255
     return page
 
 
@@ -172,5 +173,5 @@ def write_mp4(frames: Iterable[Pixels], seconds: float, path: Path, name: str) -
                 running.stdin.write(frame.tobytes())  # type: ignore[union-attr]
         if running.returncode:
             errors.seek(0)
-            why = " ".join(errors.read().decode(errors="replace").split()) or f"it ended with {running.returncode}"
+            why = in_one_line(errors.read().decode(errors="replace")) or f"it ended with {running.returncode}"
             raise LutgenError(f"{name}: ffmpeg cannot write it: {why}. Write an animated PNG (.png) instead.")

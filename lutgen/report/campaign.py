@@ -95,8 +95,8 @@ def trend_page(trend: Trend) -> Iterator[Part]:
     yield from simulated(trend.history.campaign)
     yield trend_headline(trend)
     yield sessions(trend)
-    for here, why in trend.why.items():
-        yield f"Left out: {name_of(trend.history, here)}, which differs by {why} (lutgen sessions explain says more)."
+    for place, why in trend.why.items():
+        yield f"Left out: {name_of(trend.history, place)}, which differs by {why} (lutgen sessions explain says more)."
     weighed = laws(trend)
     if weighed.rows:
         yield weighed
@@ -173,11 +173,11 @@ def sessions(trend: Trend) -> Table:
     seen = trend.history
     shown = [name for name in QUANTITIES if np.isfinite(seen.values[name]).any()]
     rows = []
-    for here, time in enumerate(seen.time):
-        figures = [seen.values[name][here] for name in shown]
+    for place, time in enumerate(seen.time):
+        figures = [seen.values[name][place] for name in shown]
         cells = [f"{v:{_DIGITS[name]}}" if np.isfinite(v) else "–" for name, v in zip(shown, figures, strict=True)]
         hour = spaced(float(time))
-        rows.append((name_of(seen, here), hour if trend.kept[here] else f"({hour})", *cells))
+        rows.append((name_of(seen, place), hour if trend.kept[place] else f"({hour})", *cells))
     return Table(("session", seen.unit, *shown), rows)
 
 
@@ -275,12 +275,12 @@ def _draw(axes: Axes, trend: Trend, name: str, end: float) -> None:
 def _draw_responses(axes: Axes, trend: Trend) -> None:
     """Draw the contrast of the greys of the first and the last session over DICOM's, in percent of it."""
     axes.set_title("contrast response of greys against DICOM's", fontsize=12, loc="left")
-    read = [(here, each) for here, each in enumerate(trend.history.responses) if each is not None]
+    read = [(place, each) for place, each in enumerate(trend.history.responses) if each is not None]
     for share, alpha in ((_SECONDARY, 0.35), (_PRIMARY, 0.8)):
         axes.axhspan(-100 * share, 100 * share, color=BAND, alpha=alpha, linewidth=0, zorder=0)
     reach = 150.0 * _SECONDARY
-    for (here, each), colour in zip(dict((read[0], read[-1])).items(), (GREY, BLUE), strict=False):
-        label = f"{trend.history.time[here]:.0f} {trend.history.unit}"
+    for (place, each), colour in zip(dict((read[0], read[-1])).items(), (GREY, BLUE), strict=False):
+        label = f"{trend.history.time[place]:.0f} {trend.history.unit}"
         axes.plot(each.drive, 100.0 * each.deviation, ".-", color=colour, linewidth=1.5, label=label)
         reach = max(reach, 110.0 * each.worst)
     beside(axes, "±10 % and ±20 %", (0.02, 100 * _SECONDARY), (0, 3), fontsize=9, color=GREY)

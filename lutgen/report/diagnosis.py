@@ -180,20 +180,20 @@ def _rivals(diagnosis: Diagnosis, again: str) -> list[str]:
 
 def _separation(each: Separation, again: str) -> Iterator[str]:
     """Say which readings separate two rivals and how often to repeat them, or that no readings of one session do."""
-    one, other = each.separates
+    first, second = each.separates
     gain = each.after - each.before
     times = ceil(max(CLEARLY - each.before, 1.0) / gain) if gain > 0 else TOO_OFTEN + 1
     if times > TOO_OFTEN:
         yield (
-            f"Nothing in one more session would tell {one} from {other}: as far as these readings go, they give the "
+            f"Nothing in one more session would tell {first} from {second}: as far as these readings go, they give the "
             f"same LUTs."
         )
         return
     often = f", read {times} times," if times > 1 else ""
     yield (
-        f"To tell {one} from {other}: {each.name}. {len(each.patches)} readings{often} raise the χ² between them from "
-        f"{each.before:.3g} to {each.before + times * gain:.3g} ({CLEARLY:g} is clear).\n"
-        f"  lutgen plan {again} --between {one},{other} -o plan.csv"
+        f"To tell {first} from {second}: {each.name}. {len(each.patches)} readings{often} raise the χ² between them "
+        f"from {each.before:.3g} to {each.before + times * gain:.3g} ({CLEARLY:g} is clear).\n"
+        f"  lutgen plan {again} --between {first},{second} -o plan.csv"
     )
 
 
@@ -382,8 +382,8 @@ def _gain_table(plan: MeasurementPlan, kind: str) -> Table:
     """Tabulate what each set adds, without the sets that add nothing."""
     before, after = GAINS[kind]
     rows = []
-    for name, (today, then) in plan.gains.items():
-        cells = ["not at all" if each is None else readable(each, 3) for each in (today, then)]
+    for name, (today, with_set) in plan.gains.items():
+        cells = ["not at all" if each is None else readable(each, 3) for each in (today, with_set)]
         if cells[0] != cells[1]:
             rows.append((name, *(cells if before else cells[1:])))
     return Table(("set", before, after) if before else ("set", after), rows)

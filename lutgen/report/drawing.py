@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from lutgen.cells import first_doubled
 from lutgen.errors import LutgenError
 from lutgen.files import check_new_file, replacing
 from lutgen.numerals import spaced
@@ -124,7 +125,7 @@ def picture(
 
 def named_once(names: list[str], what: str) -> list[str]:
     """Return the names of pictures of several ``what``. Raises LutgenError if two names are the same."""
-    twice = next((name for name in names if names.count(name) > 1), None)
+    twice = first_doubled(names)
     if twice:
         message = f"{twice}: two {what} would be drawn into this file. Draw them one after the other, or rename one."
         raise LutgenError(message)

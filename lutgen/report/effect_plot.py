@@ -179,8 +179,8 @@ def _axis(signature: Signature) -> tuple[str, str, Array, Array, dict[str, Array
         return "operating hours", "ΔE2000 of greys over the hours", share * LIFE_H, share * LIFE_H, {}
     old, at = np.array([LIFE_H]), f"{spaced(LIFE_H)} h"
     if {"u", "v"} & set(reads):
-        way = dict.fromkeys(("u", "v"), (0.5 + 0.5 * share)[:, np.newaxis])
-        return "way from the centre (0) to a corner (1)", f"ΔE2000 of greys over the screen, {at}", share, old, way
+        places = dict.fromkeys(("u", "v"), (0.5 + 0.5 * share)[:, np.newaxis])
+        return "way from the centre (0) to a corner (1)", f"ΔE2000 of greys over the screen, {at}", share, old, places
     column = COLUMNS[reads[0]]
     low, high = column.axis
     place = low + share * (high - low)

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lutgen.cells import csv_text
 from lutgen.display import seen_on
 from lutgen.numerals import pixels_of_colours, spaced
 from lutgen.pictures.cohort import Cohort, Lives, coverage
-from lutgen.pictures.lifetime import TABLE_1, TABLE_1_COLUMNS, ImageLifetime, Lifetimes, csv_hours, csv_text
+from lutgen.pictures.lifetime import TABLE_1, TABLE_1_COLUMNS, ImageLifetime, Lifetimes, csv_hours
 from lutgen.report.drawing import BLACK, BLUE, GREY, RED, hour_axis, named_once, picture, tidy
 from lutgen.report.parts import Headline, Part, Table
 
@@ -126,8 +127,8 @@ def plot_lifetime(lifetimes: Lifetimes, image: ImageLifetime, path: Path, *, for
         f"{', with 95 % intervals from the uncertainty of the model' if image.intervals else ''}. "
     )
     height = 7.6 + _ROW * 2 * len(lifetimes.tolerances)
-    title, whole = title_of(lifetimes, image), foot + lifetimes.model.measurements.provenance
-    with picture(path, title, second=counted(image), foot=whole, height=height, force=force) as (figure, low, high):
+    title, full_foot = title_of(lifetimes, image), foot + lifetimes.model.measurements.provenance
+    with picture(path, title, second=counted(image), foot=full_foot, height=height, force=force) as (figure, low, high):
         top = max(float(np.maximum(curve.max, curve.p99).max()) for curve in image.curves.values())
         # Top of the axis over the highest curve: space for labels.
         top = 1.12 * max(top, 1.2 * min(lifetimes.tolerances))
@@ -251,12 +252,12 @@ def table_1_json(lifetimes: Lifetimes) -> dict[str, Any]:
 
 def table_1_csv(lifetimes: Lifetimes) -> str:
     """Return what ``--csv`` writes: a line a cell; hours and difference are empty where never reached."""
-    lines = ["file,mode,tolerance,statistic,hours,paper_hours,difference_percent"]
+    rows = [["file", "mode", "tolerance", "statistic", "hours", "paper_hours", "difference_percent"]]
     for row in table_1_json(lifetimes)["rows"]:
-        file, hours = csv_text(row["file"]), csv_hours(row["hours"])
         off = "" if row["difference"] is None else f"{100.0 * row['difference']:.2f}"
-        lines.append(f"{file},{row['mode']},{row['tolerance']:g},{row['statistic']},{hours},{row['paper']},{off}")
-    return "\n".join([*lines, ""])
+        cell = [row["file"], row["mode"], f"{row['tolerance']:g}", row["statistic"]]
+        rows.append([*cell, csv_hours(row["hours"]), row["paper"], off])
+    return csv_text(rows)
 
 
 def difference(hours: float | None, paper: float) -> float | None:

@@ -10,8 +10,8 @@ from lutgen.report.parts import Headline, Part, Table
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
+    from lutgen.bake.figures import SummaryRow
     from lutgen.bake.manifest import FileRecord
-    from lutgen.bake.summary import SummaryRow
     from lutgen.merge import Merged
 
 _UNREACHABLE = {

@@ -131,11 +131,11 @@ def picture_names(image: str) -> list[str]:
 
 def plot_nuclei(conspicuity: Conspicuity, folder: str | Path, *, force: bool = False) -> list[Path]:
     """Draw both pictures into a folder. Raises LutgenError: one exists, without ``force``, or cannot be written."""
-    page, whole = (Path(folder) / name for name in picture_names(conspicuity.field.file))
+    page, outlines_path = (Path(folder) / name for name in picture_names(conspicuity.field.file))
     _page(conspicuity, page, force=force)
-    with new_png(whole, force=force) as partial:
+    with new_png(outlines_path, force=force) as partial:
         save_page(outlined(conspicuity, *((0, size) for size in conspicuity.field.shape)), partial)
-    return [page, whole]
+    return [page, outlines_path]
 
 
 def _page(conspicuity: Conspicuity, path: Path, *, force: bool) -> None:
@@ -144,10 +144,10 @@ def _page(conspicuity: Conspicuity, path: Path, *, force: bool) -> None:
         "middle half, and 5 to 95 %; dashed: un-aged median. Right: the part of the image with most nuclei, which are "
         "outlined in green, rings in black. "
     )
-    whole = foot + conspicuity.model.measurements.provenance
+    full_foot = foot + conspicuity.model.measurements.provenance
     second = f"{conspicuity.field.file}: {counted(conspicuity)}"
     title = headline(conspicuity)
-    with picture(path, title, second=second, foot=whole, height=6.4, force=force) as (figure, low, high):
+    with picture(path, title, second=second, foot=full_foot, height=6.4, force=force) as (figure, low, high):
         top = 1.1 * max(float(each.percentiles.max()) for each in conspicuity.contrasts.values())
         width, bottom = 0.6 / len(conspicuity.contrasts), low + 0.6 / 6.4
         for number, (mode, contrast) in enumerate(conspicuity.contrasts.items()):

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen import __version__
+from lutgen.bake.figures import summarise
 from lutgen.bake.manifest import MANIFEST, Manifest, model_as_json, read_manifest, same_model
-from lutgen.bake.summary import summarise
 from lutgen.bindings import oiio
 from lutgen.display.aging import show
 from lutgen.errors import LutgenError

@@ -23,11 +23,12 @@ from lutgen.errors import LutgenError
 from lutgen.numerals import spaced
 from lutgen.pictures.difference import placed_differences, placed_picture
 from lutgen.pictures.viewer import WHITE, viewer_table
+from lutgen.progress import Progress, unseen
 from lutgen.report.drawing import data_address, page_png
 from lutgen.report.page_template import PageSection, ticks
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -139,7 +140,7 @@ def scenes_of(
     model: DisplayModel,
     lifetimes: Lifetimes,
     hours: Sequence[float],
-    progress: Callable[[int, int], None] = lambda _done, _total: None,
+    progress: Progress = unseen,
 ) -> Scenes:
     """Make tables, numbers and stills of every mode at ``hours``, of which ``lifetimes`` has the whole image's ΔE."""
     reach = reach_of(lifetimes, hours)

@@ -13,18 +13,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.names import FIGURES
 from lutgen.numerals import spaced
 from lutgen.pictures.difference_map import DifferenceMap, difference_map
 from lutgen.pictures.frame import AgedSeries, aged_series
 from lutgen.pictures.lifetime import lifetime
+from lutgen.progress import Progress, part_of, unseen
 from lutgen.report.difference_map import MAPS, plot_figure_6
 from lutgen.report.drawing import Pixels, Text, grey_page, new_png, save_page, wrapped
 from lutgen.report.lifetimes import plot_lifetime
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from lutgen.display import DisplayModel
     from lutgen.display.on_screen import OnScreen
@@ -221,11 +222,10 @@ def draw_figure(
     on_screen: OnScreen | None = None,
     source: str = "auto",
     force: bool = False,
-    progress: Callable[[int, int], None] = lambda _done, _total: None,
+    progress: Progress = unseen,
 ) -> Path:
     """Draw a figure of the paper from an image; arguments and errors as :func:`.frame.aged_series`."""
-    if number not in FIGURES:
-        raise pick_one("figure", number, FIGURES)
+    refuse_unknown("figure", number, FIGURES)
     if number == "5" and on_screen:
         raise LutgenError(
             "Figure 5 counts colours wherever on the screen they lie. Leave --on-screen out, or take Figure 6, or "
@@ -237,11 +237,8 @@ def draw_figure(
     elif number == "6":
         maps: list[DifferenceMap] = []
         for mode, hour in MAPS:
-
-            def share(done: int, total: int, before: int = len(maps)) -> None:
-                progress(before * total + done, len(MAPS) * total)
-
-            maps.append(difference_map(image, model, mode, hour, on_screen=on_screen, source=source, progress=share))
+            part = part_of(progress, 1000 * len(maps), 1000, 1000 * len(MAPS))
+            maps.append(difference_map(image, model, mode, hour, on_screen=on_screen, source=source, progress=part))
         plot_figure_6(maps, path, force=force)
     else:
         modes, hours = list(dict.fromkeys(mode for mode, _ in AGES)), sorted({hour for _, hour in AGES})

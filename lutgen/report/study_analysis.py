@@ -291,23 +291,23 @@ def title(analysis: Analysis) -> str:
     conditions = [row.condition for row in (analysis.table2.means or analysis.table3)]
     first, last = conditions[0], conditions[-1]
     parts = []
-    for what in ("time", "ease", "agreement"):
-        change, p = changes(analysis, what).get(last, (float("nan"), float("nan")))
+    for measure in ("time", "ease", "agreement"):
+        change, p = changes(analysis, measure).get(last, (float("nan"), float("nan")))
         if isfinite(change):
-            digits, unit = _UNITS[what]
-            parts.append(f"{what} {signed(change, digits)}{unit}{'' if p < 0.05 else ' (not significant)'}")
+            digits, unit = _UNITS[measure]
+            parts.append(f"{measure} {signed(change, digits)}{unit}{'' if p < 0.05 else ' (not significant)'}")
     return f"{last} against {first}: {', '.join(parts)}" if parts else f"{first} alone: nothing to compare with"
 
 
-def changes(analysis: Analysis, what: str) -> dict[str, tuple[float, float]]:
+def changes(analysis: Analysis, measure: str) -> dict[str, tuple[float, float]]:
     """Condition → change of a measure, or of agreement in points, against the first condition, and p."""
-    if what == "agreement":
+    if measure == "agreement":
         share = {row.condition: row.percent for row in analysis.table3}
         start = analysis.table3[0].condition if analysis.table3 else ""
         return {
             test.less: (share[test.less] - share[start], test.p) for test in analysis.table4 if test.greater == start
         }
-    tests = [test for test in analysis.table2.tests if test.measure == what]
+    tests = [test for test in analysis.table2.tests if test.measure == measure]
     return {test.second: (test.difference, test.p) for test in tests if test.first == tests[0].first}
 
 
@@ -351,9 +351,9 @@ def _point(axes: Axes, place: int, value: float, ends: tuple[float, float], text
     beside(axes, text, (place, value), (12, 0), va="center", **look)
 
 
-def _name(axes: Axes, conditions: Sequence[str], analysis: Analysis, what: str) -> None:
-    digits, unit = _UNITS[what]
-    against, names = changes(analysis, what), []
+def _name(axes: Axes, conditions: Sequence[str], analysis: Analysis, measure: str) -> None:
+    digits, unit = _UNITS[measure]
+    against, names = changes(analysis, measure), []
     # Characters of a condition's name that fit below its column; a longer name is broken before its hour.
     long = any(len(condition) > 12 for condition in conditions)
     for condition in conditions:

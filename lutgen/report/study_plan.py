@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.numerals import percent, spaced
+from lutgen.numerals import counted, listed, percent, spaced
 from lutgen.report.drawing import BLACK, BLUE, GREEN, GREY, RED, picture, tidy
 from lutgen.report.parts import Headline, Part, Table
 from lutgen.study.design import UNAGED
@@ -215,11 +215,11 @@ def plan_page(planned: Planned) -> Iterator[Part]:
     yield ""
     yield from _sessions(planned)
     if protocol.practice:
-        yield f"Practice, un-aged and not analysed: {_listed([each.name for each in protocol.practice])}."
+        yield f"Practice, un-aged and not analysed: {listed([each.name for each in protocol.practice], LISTED)}."
     if planned.left_out:
-        yield f"Read by nobody: {_counted(len(planned.left_out), 'image')} given ({_listed(planned.left_out)})."
+        yield f"Read by nobody: {counted(len(planned.left_out), 'image')} given ({listed(planned.left_out, LISTED)})."
     if planned.rounded:
-        yield f"Of 16 bits a channel, of which readers see the nearest 8: {_listed(planned.rounded)}."
+        yield f"Of 16 bits a channel, of which readers see the nearest 8: {listed(planned.rounded, LISTED)}."
     yield from planned.remarks
     if power is not None:
         yield ""
@@ -238,10 +238,10 @@ def plan_headline(planned: Planned) -> str:
     """Count images, readers, sessions and pictures of the plan."""
     protocol = planned.protocol
     counts = (
-        _counted(len(protocol.images), "image"),
-        _counted(protocol.readers, "reader"),
-        _counted(protocol.sessions, "session"),
-        f"{_counted(len(protocol.renders), 'picture')} rendered",
+        counted(len(protocol.images), "image"),
+        counted(protocol.readers, "reader"),
+        counted(protocol.sessions, "session"),
+        f"{counted(len(protocol.renders), 'picture')} rendered",
     )
     return f"{planned.study}: {', '.join(counts)}."
 
@@ -271,22 +271,13 @@ def _sessions(planned: Planned) -> Iterator[str]:
     for number in range(1, protocol.sessions + 1):
         trials = [trial for trial in protocol.trials if trial.session == number]
         images = sorted(Counter(trial.reader for trial in trials).values())
-        count = _counted(images[-1], "image") if images[0] == images[-1] else f"{images[0]} to {images[-1]} images"
+        count = counted(images[-1], "image") if images[0] == images[-1] else f"{images[0]} to {images[-1]} images"
         shown = ", ".join(dict.fromkeys(each.name for each in protocol.conditions
                                         if each.name in {trial.condition for trial in trials}))  # fmt: skip
         begins = (
             "" if number == 1 else f", from {protocol.washout_days:g} days after a reader's session {number - 1} on"
         )
         yield f"Session {number}: {count} under {shown}{begins}."
-
-
-def _counted(count: int, what: str) -> str:
-    return f"{spaced(count)} {what}{'' if count == 1 else 's'}"
-
-
-def _listed(names: list[str] | tuple[str, ...]) -> str:
-    listed = ", ".join(names[:LISTED])
-    return listed if len(names) <= LISTED else f"{listed} and {len(names) - LISTED} more"
 
 
 def study_status_page(status: StudyStatus) -> Iterator[Part]:

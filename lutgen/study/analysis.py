@@ -7,8 +7,9 @@ from dataclasses import asdict, dataclass
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
-from lutgen.errors import pick_one
+from lutgen.errors import refuse_unknown
 from lutgen.names import INTERVALS
+from lutgen.numerals import counted
 from lutgen.study import comparisons
 from lutgen.study.answers import Answer, sensible
 from lutgen.study.comparisons import corrected, samples, table_4
@@ -54,11 +55,11 @@ def _images(conditions: Sequence[str], answers: Sequence[Answer]) -> Iterator[st
     for answer in answers:
         if (answer.reader, answer.session) in mixed:
             seen[answer.condition].add((answer.reader, answer.image))
-    there = [seen[condition] for condition in conditions if seen[condition]]
-    if len(there) < 2:
+    by_condition = [seen[condition] for condition in conditions if seen[condition]]
+    if len(by_condition) < 2:
         return
-    images = [{image for _, image in readings} for readings in there]
-    once = len(set.union(*there)) == sum(map(len, there))
+    images = [{image for _, image in readings} for readings in by_condition]
+    once = len(set.union(*by_condition)) == sum(map(len, by_condition))
     if once and len(set.union(*images)) < sum(map(len, images)):
         yield (
             "In the sessions with aged images each reader read an image under one condition, and other readers read "
@@ -114,7 +115,7 @@ def figure_limits(
 
 def _width(share: float, pairs: int) -> str:
     fall = smallest_difference(ONE_TAILED, None, share, pairs)
-    with_pairs = f"With {pairs} pair{'' if pairs == 1 else 's'} a condition"
+    with_pairs = f"With {counted(pairs, 'pair')} a condition"
     if fall is None:
         return f"{with_pairs}, no fall of agreement is found four times in five by the one-tailed test."
     return (
@@ -249,22 +250,21 @@ def _analysis(
     kappa_rows: tuple[Kappa, ...] = (),
     mixed: tuple[MixedModel, ...] = (),
 ) -> Analysis:
-    if ci not in INTERVALS:
-        raise pick_one("interval", ci, INTERVALS)
-    second, fourth = comparisons.table_2(measured, ci=ci), table_4(rows)
-    several = corrected(second.tests, fourth)
+    refuse_unknown("interval", ci, INTERVALS)
+    table2, table4 = comparisons.table_2(measured, ci=ci), table_4(rows)
+    holm = corrected(table2.tests, table4)
     return Analysis(
         sources=tuple(sources),
         ci=ci,
         samples=tuple(measured),
-        table2=second,
+        table2=table2,
         table3=comparisons.table_3(rows),
-        table4=fourth,
+        table4=table4,
         means=comparisons.further_means(measured),
         agreement=agreement,
         kappas=kappa_rows,
         mixed=mixed,
-        holm=several,
-        limits=(*limits, *figure_limits(rows, fourth, agreement, several)),
+        holm=holm,
+        limits=(*limits, *figure_limits(rows, table4, agreement, holm)),
         remarks=tuple(remarks),
     )

@@ -16,6 +16,7 @@ from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from lutgen.documents import canonical_json
 from lutgen.errors import LutgenError, reason_of
 
 if TYPE_CHECKING:
@@ -109,12 +110,12 @@ class AnswerFile:
         chain = list(self.entries)
         for row, (kind, content) in enumerate(events, start=len(chain) + 1):
             before = chain[-1].hash if chain else self._anchor
-            claim = _hash(before, row, at, session, kind, _text(content))
+            claim = _hash(before, row, at, session, kind, canonical_json(content))
             chain.append(AnswerRow(row, at, session, kind, content, claim))
         return chain[len(self.entries) :]
 
     def _insert(self, new: Sequence[AnswerRow]) -> None:
-        rows = [(each.row, each.at, each.session, each.kind, _text(each.content), each.hash) for each in new]
+        rows = [(each.row, each.at, each.session, each.kind, canonical_json(each.content), each.hash) for each in new]
         self._connection.executemany("INSERT INTO log VALUES (?, ?, ?, ?, ?, ?)", rows)
 
 
@@ -130,7 +131,7 @@ def read_entries(path: Path, anchor: str) -> list[AnswerRow]:
 
 
 @contextmanager
-def held(path: Path) -> Iterator[None]:
+def locked_place(path: Path) -> Iterator[None]:
     """Lock a reader's place for the life of this process. Raises LutgenError: another process holds it."""
     beside = path.with_name(f".{path.stem}.lock")
     with _explained(beside):
@@ -176,17 +177,17 @@ def _verified(connection: sqlite3.Connection, path: Path, anchor: str) -> list[A
     entries: list[AnswerRow] = []
     before = anchor
     for number, (row, at, session, kind, content, claimed) in enumerate(rows, start=1):
-        what = f"row {row} ({kind}, session {session})"
+        name = f"row {row} ({kind}, session {session})"
         if row != number:
-            message = f"{path}: was altered: row {number} is missing before {what}. Restore the file from a copy."
+            message = f"{path}: was altered: row {number} is missing before {name}. Restore the file from a copy."
             raise LutgenError(message)
         if claimed != _hash(before, row, at, session, kind, content):
             why = "does not belong to this study's protocol, or was altered" if row == 1 else "was altered by hand"
-            raise LutgenError(f"{path}: {what} {why} (its hash does not fit). Restore the file from a copy.")
+            raise LutgenError(f"{path}: {name} {why} (its hash does not fit). Restore the file from a copy.")
         entries.append(AnswerRow(row, at, session, kind, json.loads(content), claimed))
         before = claimed
     if written != len(entries):
-        message = f"{path}: was altered: row {len(entries) + 1} is missing, after {what}. Restore the file from a copy."
+        message = f"{path}: was altered: row {len(entries) + 1} is missing, after {name}. Restore the file from a copy."
         raise LutgenError(message)
     return entries
 
@@ -195,7 +196,3 @@ def _hash(before: str, *row: object) -> str:
     # repr: a value that lutgen never writes, such as bytes, gives a hash that does not fit.
     text = json.dumps([before, *row], ensure_ascii=True, separators=(",", ":"), default=repr)
     return hashlib.sha256(text.encode()).hexdigest()
-
-
-def _text(content: Mapping[str, Any]) -> str:
-    return json.dumps(content, sort_keys=True, ensure_ascii=False, separators=(",", ":"), allow_nan=False)

@@ -44,10 +44,10 @@ def take_place(study: Path, protocol: Protocol, name: str, *, session: int, at: 
     """Open the file of a reader; a new name takes the next free place. Raises LutgenError: none is free."""
     for place in range(1, protocol.readers + 1):
         path = study / ANSWERS / f"reader-{place}.sqlite"
-        there = read_entries(path, protocol.sha256) if path.exists() else []
-        if there and not _same(whose(there, path), name):
+        entries = read_entries(path, protocol.sha256) if path.exists() else []
+        if entries and not _same(whose(entries, path), name):
             continue
-        if not there and session != 1:
+        if not entries and session != 1:
             message = f"--session {session}: no reader {name!r} has read session 1. Check the name, or begin with it."
             raise LutgenError(message)
         try:
@@ -106,8 +106,8 @@ def answered(entries: Sequence[AnswerRow], session: int, kind: str = ANSWERED) -
     return [entry.content for entry in entries if (entry.session, entry.kind) == (session, kind)]
 
 
-def _same(one: str, other: str) -> bool:
-    return one.casefold() == other.casefold()
+def _same(name: str, other: str) -> bool:
+    return name.casefold() == other.casefold()
 
 
 def _answers(entries: Sequence[AnswerRow], place: int, path: Path, protocol: Protocol) -> list[Answer]:
@@ -216,8 +216,8 @@ class SessionProgress:
 
 def session_progress(entries: Sequence[AnswerRow], session: int, images: int) -> SessionProgress:
     """Return the progress of a session."""
-    here = [entry for entry in entries if entry.session == session]
-    times = {entry.kind: datetime.fromisoformat(entry.at) for entry in here if entry.kind in (STARTED, ENDED)}
+    rows = [entry for entry in entries if entry.session == session]
+    times = {entry.kind: datetime.fromisoformat(entry.at) for entry in rows if entry.kind in (STARTED, ENDED)}
     return SessionProgress(
         session=session,
         images=images,
@@ -225,8 +225,8 @@ def session_progress(entries: Sequence[AnswerRow], session: int, images: int) ->
         practised=len(answered(entries, session, PRACTISED)),
         started=times.get(STARTED),
         ended=times.get(ENDED),
-        resumed=sum(entry.kind == RESUMED for entry in here),
-        overrides=tuple(str(entry.content["reason"]) for entry in here if entry.kind == OVERRIDDEN),
+        resumed=sum(entry.kind == RESUMED for entry in rows),
+        overrides=tuple(str(entry.content["reason"]) for entry in rows if entry.kind == OVERRIDDEN),
     )
 
 
@@ -296,11 +296,11 @@ def study_status(study: Path) -> StudyStatus:
 
 
 def _earliest(
-    entries: Sequence[AnswerRow], sessions: Sequence[SessionProgress], here: SessionProgress, washout_days: float
+    entries: Sequence[AnswerRow], sessions: Sequence[SessionProgress], session: SessionProgress, washout_days: float
 ) -> datetime | None:
-    if here.started or here.session == 1 or not sessions[here.session - 2].ended:
+    if session.started or session.session == 1 or not sessions[session.session - 2].ended:
         return None
-    return may_begin(entries, here.session, washout_days)
+    return may_begin(entries, session.session, washout_days)
 
 
 def _session_json(session: SessionProgress, begin: datetime | None) -> dict[str, Any]:

@@ -63,8 +63,8 @@ def samples(conditions: Sequence[str], answers: Sequence[Answer]) -> tuple[stati
     collected = []
     for measure in statistics.MEASURES:
         for condition in conditions:
-            there = [answer for answer in taken if answer.condition == condition]
-            values = [answer.seconds if measure == "time" else float(answer.ease) for answer in there]
+            shown = [answer for answer in taken if answer.condition == condition]
+            values = [answer.seconds if measure == "time" else float(answer.ease) for answer in shown]
             if values:
                 collected.append(statistics.sample_of(measure, condition, values))
     return tuple(collected)
@@ -73,7 +73,8 @@ def samples(conditions: Sequence[str], answers: Sequence[Answer]) -> tuple[stati
 def table_2(measured: Sequence[statistics.StudySample], *, ci: str = "normal") -> Table2:
     """Make the table and its tests from samples in their order; ``ci`` is a key of ``INTERVALS``."""
     means = tuple(
-        Mean(one.measure, one.condition, one.n, one.mean, one.sd, statistics.mean_interval(one, ci)) for one in measured
+        Mean(each.measure, each.condition, each.n, each.mean, each.sd, statistics.mean_interval(each, ci))
+        for each in measured
     )
     return Table2(means, tuple(_mean_test(first, second) for first, second in same_measure(measured)))
 
@@ -85,7 +86,7 @@ def same_measure(
     return [
         pair
         for measure in statistics.MEASURES
-        for pair in statistics.pairs_of(one for one in measured if one.measure == measure and one.n > 1)
+        for pair in statistics.pairs_of(each for each in measured if each.measure == measure and each.n > 1)
     ]
 
 

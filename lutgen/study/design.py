@@ -23,6 +23,7 @@ import numpy as np
 from lutgen.cells import BLANKS, number
 from lutgen.display import MODES, hour_name
 from lutgen.errors import LutgenError
+from lutgen.numerals import listed
 from lutgen.study.protocol import StudyCondition, StudyTrial
 from lutgen.study.tables import Row, read_rows
 
@@ -184,13 +185,13 @@ def read_design(path: Path, images: Sequence[str], *, readers: int | None, seed:
     trials: list[StudyTrial] = []
     for reader in range(1, count + 1):
         for session in range(1, sessions + 1):
-            here = [row for row in rows if row.session == session and row.reader in (None, reader)]
-            if not here:
+            shown = [row for row in rows if row.session == session and row.reader in (None, reader)]
+            if not shown:
                 raise LutgenError(
                     f"{path}: reader {reader} reads nothing in session {session}. Number readers and sessions from 1, "
                     "and give every reader every session."
                 )
-            trials += _session(path, here, reader, session, seed)
+            trials += _session(path, shown, reader, session, seed)
     read = {row.image for row in rows}
     conditions = {row.condition.name: row.condition for row in rows}
     return Design(tuple(conditions.values()), tuple(trials), tuple(image for image in images if image not in read))
@@ -221,7 +222,7 @@ def _session(path: Path, rows: Sequence[_Shown], reader: int, session: int, seed
 
 def _shown(row: Row, images: Sequence[str]) -> _Shown:
     if row.cells["image"] not in images:
-        raise row.error("image", f"is no image that was given. Given were: {_some(images)}.")
+        raise row.error("image", f"is no image that was given. Given were: {listed(images, 10)}.")
     try:
         condition = condition_of(row.cells["condition"])
     except LutgenError as error:
@@ -234,8 +235,3 @@ def _shown(row: Row, images: Sequence[str]) -> _Shown:
         row.whole("reader", low=1, high=MOST) if "reader" in row.cells else None,
         row.whole("position", low=1, high=len(images)) if "position" in row.cells else None,
     )
-
-
-def _some(names: Sequence[str]) -> str:
-    listed = ", ".join(names[:10])
-    return listed if len(names) <= 10 else f"{listed} and {len(names) - 10} more"

@@ -344,7 +344,7 @@ def errors_and_freedom(
     parts = [*members, np.eye(len(fixed))]
     left = inverse - weighted @ covariance @ weighted.T
     sides = [left @ part for part in parts]
-    information = 0.5 * np.array([[((one.T @ side) ** 2).sum() for side in sides] for one in parts])
+    information = 0.5 * np.array([[((part.T @ side) ** 2).sum() for side in sides] for part in parts])
     slopes = np.array([((part.T @ weighted @ covariance) ** 2).sum(axis=0) for part in parts])
     spread = (slopes * np.linalg.solve(information, slopes)).sum(axis=0)
     own = np.diag(covariance)

@@ -67,10 +67,10 @@ def find_images(given: Iterable[str | Path]) -> list[Path]:
     """Return the images that files and folders name, in order. Raises LutgenError: none, unreadable or twice."""
     images: dict[Path, Path] = {}
     for path in (path for each in given for path in _images_of(Path(each))):
-        whole = path.resolve()
-        if whole in images:
+        absolute = path.resolve()
+        if absolute in images:
             raise LutgenError(f"{path}: is given twice. Name each image once; a folder names all images in it.")
-        images[whole] = path
+        images[absolute] = path
     return list(images.values())
 
 
@@ -89,7 +89,7 @@ def look_at(paths: Sequence[Path], progress: Callable[[int], None]) -> tuple[Pic
     for name, path in zip(_names(paths), paths, strict=True):
         pictures.append(_picture(name, path))
         progress(len(pictures))
-    for what, key in (
+    for alike, key in (
         ("are the same file, byte for byte", "sha256"),
         ("show the same pixels", "pixels_sha256"),
     ):
@@ -97,9 +97,8 @@ def look_at(paths: Sequence[Path], progress: Callable[[int], None]) -> tuple[Pic
         for picture in pictures:
             other = first.setdefault(getattr(picture, key), picture)
             if other is not picture:
-                raise LutgenError(
-                    f"{other.path} and {picture.path}: {what}, so a reader would read one picture twice. Leave one out."
-                )
+                both = f"{other.path} and {picture.path}"
+                raise LutgenError(f"{both}: {alike}, so a reader would read one picture twice. Leave one out.")
     return tuple(pictures)
 
 

@@ -17,6 +17,7 @@ from lutgen.bake.manifest import model_as_json, without_ways
 from lutgen.display import DisplayModel, what_luts_carry
 from lutgen.errors import LutgenError, reason_of
 from lutgen.files import PARTIAL, file_sha256, scratch
+from lutgen.progress import Progress, unseen
 from lutgen.study.design import UNAGED, Design
 from lutgen.study.pictures import BakedLut, Picture, bake_conditions, find_images, look_at, render_images
 from lutgen.study.power import MOST, Power, study_power
@@ -109,7 +110,7 @@ def plan_study(
     categories: tuple[Category, ...] = PAPER_CATEGORIES,
     ease: tuple[int, int] = PAPER_SCALE,
     force: bool = False,
-    progress: Callable[[int, int], None] = lambda _done, _all: None,
+    progress: Progress = unseen,
 ) -> Planned:
     """Plan a study and render what its readers will see: all of it, or nothing.
 
@@ -210,7 +211,7 @@ def _check(washout_days: float, seed: int, title: str) -> None:
 
 
 def _pictures(
-    images: Sequence[str | Path], practice: Sequence[str | Path], progress: Callable[[int, int], None]
+    images: Sequence[str | Path], practice: Sequence[str | Path], progress: Progress
 ) -> tuple[tuple[Picture, ...], tuple[Picture, ...]]:
     """Look at all images together: a practice image among those that are read would be read twice."""
     read = find_images(images)

@@ -14,8 +14,8 @@ import json
 from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Any
 
-from lutgen.cells import whole
-from lutgen.documents import from_json
+from lutgen.cells import first_doubled, whole
+from lutgen.documents import canonical_json, from_json
 from lutgen.errors import LutgenError
 from lutgen.files import read_at_most, write_atomically
 
@@ -113,8 +113,8 @@ class Protocol:
 
     def session(self, reader: int, session: int) -> list[StudyTrial]:
         """Return the trials of a reader's place in a session, in their order."""
-        here = [trial for trial in self.trials if (trial.reader, trial.session) == (reader, session)]
-        return sorted(here, key=lambda trial: trial.position)
+        trials = [trial for trial in self.trials if (trial.reader, trial.session) == (reader, session)]
+        return sorted(trials, key=lambda trial: trial.position)
 
     def render(self, image: str, condition: str) -> Render:
         """Return the render of an image under a condition. Raises KeyError when it is not in the study."""
@@ -157,8 +157,7 @@ def read_protocol(study: Path) -> Protocol:
 
 
 def _hash(content: Mapping[str, Any]) -> str:
-    text = json.dumps(content, sort_keys=True, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
-    return hashlib.sha256(text.encode()).hexdigest()
+    return hashlib.sha256(canonical_json(content).encode()).hexdigest()
 
 
 #: Attribute → the dataclass of its items.
@@ -202,7 +201,7 @@ def categories_of(negative: str, positive: str) -> tuple[Category, ...]:
     if wrong is not None:
         allowed = f"names of 1 to {MAX_LETTERS} printable letters in a list, at least one a side"
         raise LutgenError(f"diagnosis {wrong!r}: give --negative and --positive {allowed}, such as 0,1+.")
-    twice = next((name for name in names if names.count(name) > 1), None)
+    twice = first_doubled(names)
     if twice is not None:
         raise LutgenError(f"diagnosis {twice!r} is given twice. Name each diagnosis once, on one side.")
     if len(names) > MOST_CATEGORIES:

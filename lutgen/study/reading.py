@@ -19,12 +19,14 @@ from typing import TYPE_CHECKING, Any
 from lutgen import __version__
 from lutgen.errors import LutgenError, reason_of
 from lutgen.study import answers
-from lutgen.study.answer_file import AnswerFile, held
+from lutgen.study.answer_file import AnswerFile, locked_place
 from lutgen.study.protocol import Protocol, read_protocol
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
     from pathlib import Path
+
+    from lutgen.progress import Progress
 
 #: Most pauses of an image, and seconds of them in all: a month.
 MAX_PAUSES, MAX_PAUSED = 100_000, 30 * 86_400.0
@@ -111,8 +113,8 @@ class ReadingSession:
     def showings(self, task: Task) -> int:
         """Return how often an image was shown, now included: more than once after a reload or a crash."""
         key = (SHOWN, task.practice, task.number)
-        here = [entry for entry in self._file.entries if entry.session == self.session]
-        return sum((each.kind, each.content.get("practice"), each.content.get("position")) == key for each in here)
+        rows = [entry for entry in self._file.entries if entry.session == self.session]
+        return sum((each.kind, each.content.get("practice"), each.content.get("position")) == key for each in rows)
 
     def show(self, task: Task) -> None:
         """Record that an image is shown, before it is. Raises NotSavedError when that cannot be written."""
@@ -228,7 +230,7 @@ def begin_reading(
     session: int,
     override: str | None = None,
     clock: Callable[[], datetime] = lambda: datetime.now(UTC),
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Iterator[ReadingSession]:
     """Begin or resume a reader's session for the block. Raises LutgenError: it may not be read now."""
     protocol = read_protocol(study)
@@ -237,36 +239,38 @@ def begin_reading(
         raise LutgenError(f"--session {session}: the study has sessions 1 to {protocol.sessions}. Pick one of these.")
     file = answers.take_place(study, protocol, name, session=session, at=text_of(clock()))
     try:
-        with held(file.path):
-            began = ReadingSession(study, protocol, file, session, clock)
-            tasks = [*began.practice, *began.images]
+        with locked_place(file.path):
+            reading = ReadingSession(study, protocol, file, session, clock)
+            tasks = [*reading.practice, *reading.images]
             for done, task in enumerate(tasks, start=1):
                 picture_of(study, task)
                 if progress:
                     progress(done, len(tasks))
-            _begin(began, file, clock(), why)
-            yield began
+            _begin(reading, file, clock(), why)
+            yield reading
     finally:
         file.close()
 
 
-def _begin(began: ReadingSession, file: AnswerFile, now: datetime, why: str | None) -> None:
-    protocol, session = began.protocol, began.session
-    here = answers.session_progress(file.entries, session, len(began.images))
-    if here.ended:
+def _begin(reading: ReadingSession, file: AnswerFile, now: datetime, why: str | None) -> None:
+    protocol, session = reading.protocol, reading.session
+    state = answers.session_progress(file.entries, session, len(reading.images))
+    if state.ended:
         following = f" Next is --session {session + 1}." if session < protocol.sessions else ""
-        raise LutgenError(f"--session {session}: is complete, {here.read} of {here.images} images are read.{following}")
-    if here.started:
-        file.append(text_of(now), session, [(answers.RESUMED, {"read": here.read})])
+        raise LutgenError(
+            f"--session {session}: is complete, {state.read} of {state.images} images are read.{following}"
+        )
+    if state.started:
+        file.append(text_of(now), session, [(answers.RESUMED, {"read": state.read})])
         return
     if session > 1 and not answers.session_progress(file.entries, session - 1, 0).ended:
         message = f"--session {session}: session {session - 1} is not complete. Read --session {session - 1} first."
         raise LutgenError(message)
     overridden = [
-        (answers.OVERRIDDEN, {"what": what, "reason": why}) for what in _forbidden(protocol, file, session, now, why)
+        (answers.OVERRIDDEN, {"what": rule, "reason": why}) for rule in _forbidden(protocol, file, session, now, why)
     ]
     file.append(
-        text_of(now), session, [*overridden, (answers.STARTED, {"images": here.images, "version": __version__})]
+        text_of(now), session, [*overridden, (answers.STARTED, {"images": state.images, "version": __version__})]
     )
 
 

@@ -46,12 +46,13 @@ from lutgen.colorimetry import Array, code_to_linear, delta_e_2000, linear_to_la
 from lutgen.errors import LutgenError
 from lutgen.pictures.blocks import code_of, read_field
 from lutgen.pictures.nuclei import segment
+from lutgen.progress import Progress, unseen
 from lutgen.study.answers import Answer
 from lutgen.study.protocol import PAPER_CATEGORIES, Category, Protocol, StudyTrial
 from lutgen.study.statistics import UNAGED
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -189,9 +190,7 @@ def nuclear_difference(unaged: Path, aged: Mapping[str, Path]) -> dict[str, floa
     return differences
 
 
-def measured_differences(
-    study: Path, protocol: Protocol, progress: Callable[[int, int], None] = lambda _done, _total: None
-) -> dict[tuple[str, str], float]:
+def measured_differences(study: Path, protocol: Protocol, progress: Progress = unseen) -> dict[tuple[str, str], float]:
     """Measure each image of a study under each aged condition; errors as :func:`nuclear_difference`."""
     files: dict[str, dict[str, Path]] = {}
     for render in protocol.renders:

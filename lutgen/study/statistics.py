@@ -102,11 +102,11 @@ def wilson(count: int, n: int) -> Interval:
 def newcombe(first: tuple[int, int], second: tuple[int, int]) -> Interval:
     """Interval of first − second, each (count, n): Newcombe 1998, method 10, of two Wilson intervals."""
     # doi:10.1002/(SICI)1097-0258(19980430)17:8<873::AID-SIM779>3.0.CO;2-I
-    (one, low_1, high_1), (two, low_2, high_2) = ((k / n, *wilson(k, n)) for k, n in (first, second))
-    difference = one - two
+    (share_1, low_1, high_1), (share_2, low_2, high_2) = ((k / n, *wilson(k, n)) for k, n in (first, second))
+    difference = share_1 - share_2
     return (
-        difference - sqrt((one - low_1) ** 2 + (high_2 - two) ** 2),
-        difference + sqrt((high_1 - one) ** 2 + (two - low_2) ** 2),
+        difference - sqrt((share_1 - low_1) ** 2 + (high_2 - share_2) ** 2),
+        difference + sqrt((high_1 - share_1) ** 2 + (share_2 - low_2) ** 2),
     )
 
 
@@ -137,10 +137,10 @@ def pooled(first: Any, second: Any, *, one_tailed: bool = False) -> Tested:
 
 def welch(first: Any, second: Any) -> Tested:
     """Welch's t of unequal variances, two-sided, with Satterthwaite's degrees of freedom; parameters as ``pooled``."""
-    one, two = np.square(first.sd) / first.n, np.square(second.sd) / second.n
+    of_first, of_second = np.square(first.sd) / first.n, np.square(second.sd) / second.n
     with np.errstate(divide="ignore", invalid="ignore"):
-        df = (one + two) ** 2 / (one**2 / (first.n - 1) + two**2 / (second.n - 1))
-        return _tested(first.mean - second.mean, np.sqrt(one + two), df, one_tailed=False)
+        df = (of_first + of_second) ** 2 / (of_first**2 / (first.n - 1) + of_second**2 / (second.n - 1))
+        return _tested(first.mean - second.mean, np.sqrt(of_first + of_second), df, one_tailed=False)
 
 
 def _tested(difference: Any, error: Any, df: Any, *, one_tailed: bool) -> Tested:
@@ -274,10 +274,10 @@ def kappas(conditions: Sequence[str], reading_pairs: Sequence[ReadingPair]) -> t
     """κ of every condition that has pairs, on sides and on categories."""
     rows = []
     for condition in conditions:
-        there = [pair for pair in reading_pairs if pair.answer.condition == condition]
-        if there:
-            sides = [(str(pair.answer.positive), str(pair.reference.positive)) for pair in there]
-            categories = [(pair.answer.category, pair.reference.category) for pair in there]
+        of_condition = [pair for pair in reading_pairs if pair.answer.condition == condition]
+        if of_condition:
+            sides = [(str(pair.answer.positive), str(pair.reference.positive)) for pair in of_condition]
+            categories = [(pair.answer.category, pair.reference.category) for pair in of_condition]
             rows += [_kappa(condition, "side", sides), _kappa(condition, "category", categories)]
     return tuple(rows)
 
@@ -285,8 +285,8 @@ def kappas(conditions: Sequence[str], reading_pairs: Sequence[ReadingPair]) -> t
 def _kappa(condition: str, of: str, readings: Sequence[tuple[str, str]]) -> Kappa:
     names = sorted({name for pair in readings for name in pair})
     table = np.zeros((len(names), len(names)))
-    for one, other in readings:
-        table[names.index(one), names.index(other)] += 1
+    for answer, reference in readings:
+        table[names.index(answer), names.index(reference)] += 1
     value, error = cohen(table)
     n = len(readings)
     return Kappa(condition, of, n, 100 * float(np.trace(table)) / n, value, (value - Z * error, value + Z * error))

@@ -6,7 +6,6 @@ A table that users bring has a header, cells that are checked one by one, and co
 from __future__ import annotations
 
 import csv
-import io
 from dataclasses import asdict, astuple, dataclass, fields
 from math import isfinite
 from pathlib import Path
@@ -162,13 +161,8 @@ def answer_table(answers: Iterable[Answer], *, remark: str) -> str:
     """Write answers as a table whose first line is a remark. Raises LutgenError for a remark of several lines."""
     if not remark or not remark.isprintable():
         raise LutgenError("the remark of a table of answers must be one line of text.")
-    text = io.StringIO()
-    text.write(f"# {remark}\n")
-    table = csv.writer(text, lineterminator="\n")
-    table.writerow(COLUMNS)
-    for answer in answers:
-        table.writerow([int(cell) if isinstance(cell, bool) else cell for cell in astuple(answer)])
-    return text.getvalue()
+    rows = ([int(cell) if isinstance(cell, bool) else cell for cell in astuple(answer)] for answer in answers)
+    return cells.csv_text([COLUMNS, *rows], remark=remark)
 
 
 COUNTS = ("condition", "agreed", "disagreed")
@@ -204,8 +198,8 @@ def read_summary(file: str | Path, *, ci: str = "normal") -> tuple[str, tuple[St
         mean = row.number("mean", low=0.0)
         sd = row.number("ci95", low=0.0) / half_width(n, ci)
         samples.append(StudySample(measure, row.text("condition"), n, mean, sd))
-    _check_once(rows, [(one.measure, one.condition) for one in samples])
-    samples.sort(key=lambda one: list(MEASURES).index(one.measure))
+    _check_once(rows, [(sample.measure, sample.condition) for sample in samples])
+    samples.sort(key=lambda sample: list(MEASURES).index(sample.measure))
     return remark, tuple(samples)
 
 
@@ -248,7 +242,13 @@ def tables_csv(analysis: Analysis) -> dict[str, str]:
         map(asdict, analysis.holm),
     )
     flat = {name: [dict(_flat(row)) for row in table] for name, table in zip(TABLE_FILES, rows, strict=True)}
-    return {name: _table_text(table, analysis.sources) for name, table in flat.items() if table}
+    return {
+        name: cells.csv_text(
+            [table[0], *(map(_cell, row.values()) for row in table)], remark=" ".join(analysis.sources)
+        )
+        for name, table in flat.items()
+        if table
+    }
 
 
 def _flat(row: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
@@ -262,15 +262,6 @@ def _flat(row: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
             yield f"{name}_high", value[1]
         else:
             yield name, value
-
-
-def _table_text(rows: list[dict[str, Any]], sources: Iterable[str]) -> str:
-    text = io.StringIO()
-    text.write(f"# {' '.join(sources)}\n")
-    table = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-    table.writeheader()
-    table.writerows({name: _cell(value) for name, value in row.items()} for row in rows)
-    return text.getvalue()
 
 
 def _cell(value: Any) -> Any:

@@ -18,7 +18,7 @@ from lutgen.bake.config import SOURCE, WORDS, AgedConfig, config_text
 from lutgen.bake.formats import Format, Provenance, Reader, clf
 from lutgen.bake.readback import table_of_ocio
 from lutgen.bindings import LARGEST_LUT, named_for_ocio, ocio, ocio_errors
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, in_one_line
 from lutgen.files import scratch
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ def _or_refuse(path: Path, call: Any) -> Any:
     try:
         return call()
     except ocio_errors() as error:
-        message = f"{path}: OpenColorIO {ocio().__version__} cannot use it: {' '.join(str(error).split())}"
+        message = f"{path}: OpenColorIO {ocio().__version__} cannot use it: {in_one_line(error)}"
         raise LutgenError(message) from None
 
 

@@ -127,8 +127,8 @@ def command(
       lutgen build --hours 10000 --format icc --source-profile scanner.icc -o aged-slides/
     """
     from lutgen.bake.build import build
+    from lutgen.bake.littlecms import read_source_profile
     from lutgen.bake.plan import Plan
-    from lutgen.bake.source_profile import read_source_profile
     from lutgen.display import what_luts_carry
     from lutgen.display.tips import parse_hours
 
@@ -160,7 +160,7 @@ def command(
 
 
 def _report(built: Built, plan: Plan, output: str, *, verbose: bool) -> None:
-    from lutgen.bake.summary import coarse, summarise, worst_error
+    from lutgen.bake.figures import coarse, summarise, worst_error
 
     if built.unfinished:
         missing, planned = built.unfinished

@@ -14,10 +14,9 @@ from lutgen.cli.outputs import print_json, progress_bar, say
 from lutgen.names import MODES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from lutgen.bake.budget import Budget
     from lutgen.bake.check import Checked
+    from lutgen.bake.figures import Budget
+    from lutgen.progress import Progress
 
 
 @click.command(cls=Command, section=Section.SIMULATE, place=2)
@@ -58,7 +57,7 @@ def command(
       lutgen check aged/
       lutgen check theirs.cube --mode chroma --hours 10000 --display my-display.csv
     """
-    from lutgen.bake.budget import Budget
+    from lutgen.bake.figures import Budget
 
     budget = Budget(max_delta_e, p99)
     results = {}
@@ -84,7 +83,7 @@ def _check(
     budget: Budget,
     gpu: bool,
     jobs: int | None,
-    progress: Callable[[int, int], None],
+    progress: Progress,
 ) -> Checked:
     from lutgen.bake.check import check, check_lut
 

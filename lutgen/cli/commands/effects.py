@@ -10,7 +10,7 @@ import click
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import NumberFrom
 from lutgen.cli.outputs import print_json, print_page
-from lutgen.errors import pick_one
+from lutgen.errors import refuse_unknown
 from lutgen.report.parts import Headline, Page, Table
 
 if TYPE_CHECKING:
@@ -82,8 +82,7 @@ def command(
 
     effects = everything(files, expressions)
     if name:
-        if name not in effects:
-            raise pick_one("effect", name, effects)
+        refuse_unknown("effect", name, effects)
         _explain(effects[name], plot, force=force, as_json=as_json)
     elif as_json:
         print_json({"schema": SCHEMA, "effects": [each.as_json() for each in effects.values()]})

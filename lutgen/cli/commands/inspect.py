@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import json_option
+from lutgen.cli.options import json_option, replace_option
 from lutgen.cli.outputs import Outputs, progress_bar
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 @click.argument("files", metavar="DATA...", nargs=-1, required=True)
 @json_option
 @click.option("--plots", metavar="DIR", help="Draw one page for each session into this folder.")
-@click.option("--force", is_flag=True, help="Replace files that exist.")
+@replace_option
 def command(*, files: tuple[str, ...], json_to: str | None, plots: str | None, force: bool) -> None:
     """Show what sessions of real displays contain: white, black, curves, drift, calibration, and what is missing.
 

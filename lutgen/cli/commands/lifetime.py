@@ -7,7 +7,16 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import NumberFrom, json_option, life_options, model_from, model_options, numbers, source_option
+from lutgen.cli.options import (
+    NumberFrom,
+    json_option,
+    life_options,
+    model_from,
+    model_options,
+    numbers,
+    replace_option,
+    source_option,
+)
 from lutgen.cli.outputs import Outputs, progress_bar
 
 
@@ -25,7 +34,7 @@ from lutgen.cli.outputs import Outputs, progress_bar
 @json_option
 @click.option("--csv", "csv_to", metavar="FILE", help="Write the lifetimes, a line for each image and mode.")
 @click.option("--plots", metavar="DIR", help="Draw ΔE2000 against hours into this folder, a picture for each image.")
-@click.option("--force", is_flag=True, help="Replace files that exist.")
+@replace_option
 @model_options
 def command(
     *,

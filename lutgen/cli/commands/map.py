@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lutgen.cells import number_list
+from lutgen.cells import first_doubled, number_list
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import (
     NUMBER,
@@ -73,7 +73,7 @@ def command(
     low, high = check_range(*_numbers(ends))
     statistics = Outputs(json_to, force=force)
     paths = [check_output(output, image, force=force, suffixes=(".png", *MAP_SUFFIXES)) for output in outputs]
-    twice = next((output for output in outputs if outputs.count(output) > 1), None)
+    twice = first_doubled(outputs)
     if twice:
         raise LutgenError(f"{twice}: is given twice with -o. Give each file once.")
     floats = [path for path in paths if path.suffix.lower() in MAP_SUFFIXES]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import numbers
+from lutgen.cli.options import numbers, replace_option
 from lutgen.cli.outputs import Outputs
 from lutgen.names import MODES
 
@@ -20,7 +20,7 @@ from lutgen.names import MODES
 @click.option("--onto", multiple=True, metavar="DISPLAY", help="Display that gets the views [default: those of sRGB].")
 @click.option("--prefix", default="Aged", show_default=True, help="What new names begin with.")
 @click.option("--json", "json_to", metavar="FILE", help="Write the result as JSON; - is standard output.")
-@click.option("--force", is_flag=True, help="Replace files that exist.")
+@replace_option
 def command(
     *,
     build: str,
@@ -53,6 +53,6 @@ def command(
     from lutgen.report.lut_files import merge_page
 
     outputs = Outputs(json_to, force=force)
-    wanted = Merging([(mode, hour) for hour in numbers("--hours", hours)], prefix, source_space, onto)
-    merged = merge(build, into, output, wanted, force=force)
+    merging = Merging([(mode, hour) for hour in numbers("--hours", hours)], prefix, source_space, onto)
+    merged = merge(build, into, output, merging, force=force)
     outputs.write(merge_page(merged), merged.as_json)

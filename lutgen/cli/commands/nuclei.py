@@ -7,7 +7,16 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import NUMBER, WHOLE, hours_option, json_option, model_from, model_options, source_option
+from lutgen.cli.options import (
+    NUMBER,
+    WHOLE,
+    hours_option,
+    json_option,
+    model_from,
+    model_options,
+    replace_option,
+    source_option,
+)
 from lutgen.cli.outputs import Outputs, check_new_file, progress_bar
 from lutgen.files import write_atomically
 from lutgen.names import STAINS
@@ -44,7 +53,7 @@ from lutgen.names import STAINS
     "--labels", metavar="FILE", help="Write the nuclei as PNG, 16 bit: 0 for the ground, 1, 2, … as in the table."
 )
 @click.option("--plots", metavar="DIR", help="Draw ΔE2000 against hours, and the outlines, into this folder.")
-@click.option("--force", is_flag=True, help="Replace files that exist.")
+@replace_option
 @model_options
 def command(
     *,

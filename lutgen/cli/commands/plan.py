@@ -45,19 +45,19 @@ def command(
     from lutgen.report.diagnosis import plan_page
 
     outputs = Outputs(json_to, force=force)
-    wanted = {path: suffix for path, suffix in ((output, ".csv"), (ti1, ".ti1")) if path}
-    for path, suffix in wanted.items():
+    outputs_of_plan = {path: suffix for path, suffix in ((output, ".csv"), (ti1, ".ti1")) if path}
+    for path, suffix in outputs_of_plan.items():
         check_new_file(path, force=force, suffixes=(suffix,))
     question = question_from(**options)
     measurement_plan = plan(question.readings, between=pair, effect=effect, **question.asked, effects=question.effects)
     from lutgen.files import write_atomically
 
-    for path, suffix in wanted.items():
+    for path, suffix in outputs_of_plan.items():
         write_atomically(
             Path(path), (measurement_plan.as_csv() if suffix == ".csv" else measurement_plan.as_ti1()).encode()
         )
     kind = "between" if pair else "effect" if effect else "coverage"
-    outputs.write(plan_page(measurement_plan, kind, list(wanted)), measurement_plan.as_json)
+    outputs.write(plan_page(measurement_plan, kind, list(outputs_of_plan)), measurement_plan.as_json)
 
 
 def _pair(between: str | None) -> tuple[str, str] | None:

@@ -60,7 +60,7 @@ def command(
         raise click.UsageError("Say what to add: --add NAME, --add-expr TEXT or --auto.")
     from lutgen.criticism.refine import refine
     from lutgen.display import save_model
-    from lutgen.display.modes import luminance_law
+    from lutgen.display.tips import luminance_law
     from lutgen.report.criticism_plots import OF_REFINE, plot_refinement
     from lutgen.report.diagnosis import refine_page
 

@@ -63,8 +63,8 @@ def command(*, hours: str | None, plot: str | None, force: bool, as_json: bool, 
 def _even(tips: Tips) -> list[float]:
     """Return measured times spread evenly over the life, the first and the last among them."""
     first, last = float(tips.hours[0]), float(tips.hours[-1])
-    wanted = [first + (last - first) * row / (_ROWS - 1) for row in range(_ROWS)]
-    return sorted({float(min(tips.hours, key=lambda hour: abs(hour - goal))) for goal in wanted})
+    even = [first + (last - first) * row / (_ROWS - 1) for row in range(_ROWS)]
+    return sorted({float(min(tips.hours, key=lambda hour: abs(hour - goal))) for goal in even})
 
 
 def _report(shown: Shown, plot: str | None) -> None:

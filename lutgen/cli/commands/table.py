@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import json_option, model_from, model_options, source_option
+from lutgen.cli.options import json_option, model_from, model_options, replace_option, source_option
 from lutgen.cli.outputs import Outputs, progress_bar
 
 
@@ -17,7 +17,7 @@ from lutgen.cli.outputs import Outputs, progress_bar
 @json_option
 @click.option("--csv", "csv_to", metavar="FILE", help="Write the table, a line for each cell.")
 @source_option
-@click.option("--force", is_flag=True, help="Replace files that exist.")
+@replace_option
 @model_options
 def command(
     *,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import json_option, say_remarks_on_sessions
+from lutgen.cli.options import json_option, replace_option, say_remarks_on_sessions
 from lutgen.cli.outputs import Outputs, check_new_file, progress_bar
 from lutgen.errors import LutgenError
 from lutgen.names import DRIFT, LIMIT_SETS, TG18_SECONDARY
@@ -37,7 +37,7 @@ MOST_AMBIENT = 1000.0
 @click.option("--all-sessions", is_flag=True, help="Use all sessions, also those in which a setting changed.")
 @click.option("--plot", metavar="FILE", help="Draw figures, laws and limits (.png).")
 @json_option
-@click.option("--force", is_flag=True, help="Replace files that exist.")
+@replace_option
 def command(
     *,
     files: tuple[str, ...],

@@ -14,7 +14,7 @@ bits costs up to ±4 % of the luminance at d = 0.1.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -22,59 +22,93 @@ from lutgen.colorimetry import code_to_linear, linear_to_code
 from lutgen.effects.declare import PROPOSED, Parameter, effect
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
     from lutgen.effects.scene import Scene
 
 
-#: Numbers of steps, powers of a table and gammas of a panel that are tried, and the parts of a step that are added.
-STEPS = np.arange(15.0, 1024.0)
-TABLES, PANELS, ADDED = np.arange(0.4, 2.5, 0.0025), np.arange(1.8, 2.6, 0.0025), (0.5, 0.4, 0.25, 0.0)
+#: Numbers of steps that are tried behind a table or a panel's gamma: any up to 10 bits, and those of 11 and 12 bits.
+STEPS = np.array([*range(15, 1024), 2047, 4095], dtype=np.uint32)
+
+#: Powers of a table and gammas of a panel that are tried, so near one another that a rounding to 10 bits moves by a
+#: tenth of a step from one to the next at most; and the parts of a step that hardware adds.
+TABLES, PANELS, ADDED = np.arange(0.5, 2.0, 0.0002), np.arange(1.8, 2.6, 0.0005), (0.5, 0.4, 0.25, 0.0)
+
+#: A step in the integers that count its parts.
+TURN = 2.0**32
 
 #: Numbers of steps where no table bends the codes, and where the best of each part ends: 6, 7, … bits.
 ALL_STEPS, PARTS = np.arange(15.0, 4096.0), 2 ** np.arange(6, 12) - 15 + 1
 
-#: Shifts that are worked out at once: the processor keeps so many at hand.
-AT_ONCE = 2**15
-
-#: Number of the best settings of each kind that are tried again, and the powers about each of them.
-FEW, NEARBY = 3, np.arange(-0.003, 0.003, 0.0001)
+#: Of so many neighbouring powers the best is kept; so many of these are tried again, at powers about them.
+ALIKE, FEW, NEARBY = 20, 60, np.linspace(-1.0, 1.0, 17)
 
 #: Step of a code value for a derivative.
 STEP = 1e-4
 
 
-def _proposed(code: Array, judge: Callable[[Array], Array]) -> list[dict[str, float]]:
+class _Evidence(NamedTuple):
+    """What readings say of the shift of each code value (m,): the pull on it, and the information, (m, m)."""
+
+    code: Array
+    pull: Array
+    information: Array
+
+    def gain(self, shifts: Array) -> Array:
+        """Gain in χ² of shifts (k, m): (k,)."""
+        return np.asarray(2.0 * shifts @ self.pull - ((shifts @ self.information) * shifts).sum(axis=1))
+
+    def gains(self, bent: Array, slope: Array, added: float) -> NDArray[np.float32]:
+        """About the gain of rounding to each of ``STEPS``: each code value is taken for itself."""
+        # A turn is 2³², which the product of integers drops: what is left of it is the part of a step.
+        turn = np.rint(bent * TURN).astype(np.uint64).astype(np.uint32)
+        part = STEPS[:, np.newaxis] * turn + np.uint32(added * TURN)
+        shift = part.astype(np.float32)
+        shift *= np.float32(-1.0 / TURN)
+        shift += np.float32(added)
+        along = shift @ (self.pull / slope).astype(np.float32)
+        shift *= shift
+        size = shift @ (np.diag(self.information) / slope**2).astype(np.float32)
+        return np.asarray(2.0 * along / STEPS - size / STEPS.astype(np.float32) ** 2)
+
+
+def _proposed(code: Array, pull: Array, information: Array) -> tuple[list[dict[str, float]], int]:
     """Settings of tables and panels whose shifts of code values agree best with the readings, the best first."""
-    # ``code``: code values that were measured, (m,). ``judge``: shifts of these code values, (k, m) → how well each row
-    # agrees with the readings, (k,).
+    evidence = _Evidence(code, pull, information)
     proposals = []
     for part in np.split(ALL_STEPS, PARTS):
-        agreement, steps, _ = _looked_at(code, judge, "table_gamma", np.ones(1), 0.5, part)[0]
-        proposals.append((agreement, {"bits": float(np.log2(steps + 1.0)), "table_gamma": 1.0}))
-    for name, powers, added in [("table_gamma", TABLES, 0.5), *(("panel_gamma", PANELS, added) for added in ADDED)]:
-        coarse = sorted(_looked_at(code, judge, name, powers, added, STEPS), reverse=True)[:FEW]
-        for _, steps, power in coarse:
-            near = _looked_at(code, judge, name, power + NEARBY, added, steps + np.arange(-4.0, 5.0))
-            agreement, best, nearest = max(near)
+        gain, steps, _ = _best_steps(evidence, "table_gamma", 1.0, 0.5, part)
+        proposals.append((gain, {"bits": float(np.log2(steps + 1.0)), "table_gamma": 1.0}))
+    kinds = [("table_gamma", TABLES, 0.5), *(("panel_gamma", PANELS, added) for added in ADDED)]
+    for name, powers, added in kinds:
+        for power, steps in _promising(evidence, name, powers, added):
+            near = power + (powers[1] - powers[0]) * NEARBY
+            found = [_best_steps(evidence, name, float(each), added, np.array([steps])) for each in near]
+            gain, best, nearest = max(found)
             setting = {"bits": float(np.log2(best + 1.0)), name: nearest}
-            proposals.append((agreement, setting if name == "table_gamma" else {**setting, "added": added}))
-    return [setting for _, setting in sorted(proposals, key=lambda each: -each[0])]
+            proposals.append((gain, setting if name == "table_gamma" else {**setting, "added": added}))
+    looked_at = ALL_STEPS.size + sum(powers.size for _, powers, _ in kinds) * STEPS.size
+    return [setting for _, setting in sorted(proposals, key=lambda each: -each[0])], looked_at
 
 
-def _looked_at(  # noqa: PLR0917 - a judge of code values, and a box of settings
-    code: Array, judge: Callable[[Array], Array], name: str, powers: Array, added: float, steps: Array
-) -> list[tuple[float, float, float]]:
-    """Agreement of the best number of steps behind each power, that number, and the power."""
-    best_settings = []
-    parts = np.array_split(steps, 1 + steps.size * code.size // AT_ONCE)
+def _promising(evidence: _Evidence, name: str, powers: Array, added: float) -> list[tuple[float, float]]:
+    """Powers and numbers of steps that gain most, the best of its neighbours each."""
+    found = []
     for power in powers:
-        bent, slope = _bent(code, **{name: float(power)})
-        agreement = np.concatenate([judge(_shifts(bent, slope, added, some)) for some in parts])
-        best = int(np.argmax(agreement))
-        best_settings.append((float(agreement[best]), float(steps[best]), float(power)))
-    return best_settings
+        gain = evidence.gains(*_bent(evidence.code, **{name: float(power)}), added)
+        best = int(np.argmax(gain))
+        found.append((float(gain[best]), float(power), float(STEPS[best])))
+    neighbours = [max(found[start : start + ALIKE]) for start in range(0, len(found), ALIKE)]
+    return [(power, steps) for _, power, steps in sorted(neighbours, reverse=True)[:FEW]]
+
+
+def _best_steps(evidence: _Evidence, name: str, power: float, added: float, steps: Array) -> tuple[float, float, float]:
+    """Gain of the best number of steps behind a power, that number, and the power."""
+    bent, slope = _bent(evidence.code, **{name: power})
+    gain = evidence.gain(_shifts(bent, slope, added, steps))
+    best = int(np.argmax(gain))
+    return float(gain[best]), float(steps[best]), power
 
 
 def _shifts(bent: Array, slope: Array, added: float, steps: Array) -> Array:

@@ -83,8 +83,8 @@ def _unpack(path: Path, size: int, folder: Path) -> ArchiveScan:
         names = tuple(entry.filename for entry in entries)
         unpacked = sum(entry.file_size for entry in entries)
         if len(entries) > MOST_FILES or unpacked > LARGEST:
-            what = f"unpacks to {len(entries)} files of {unpacked >> 20} MiB together, which no config has"
-            return ArchiveScan(path, size, what, names, ())
+            fact = f"unpacks to {len(entries)} files of {unpacked >> 20} MiB together, which no config has"
+            return ArchiveScan(path, size, fact, names, ())
         doubled = next((name for name, count in Counter(names).items() if count > 1), None)
         if doubled:
             return ArchiveScan(path, size, f"holds {doubled!r} twice", names, ())
@@ -132,8 +132,8 @@ def archive_form(scan: ArchiveScan) -> Iterator[LintFinding]:
         yield LintFinding(scan.broken, "Do not unpack it; create it again with ocioarchive.", 0, fates)
         return
     for name, reason in scan.unsafe[:3]:
-        what = f"holds {name!r}, which {reason}"
-        yield LintFinding(what, "Do not unpack it; create it again with ocioarchive.", 0, fates)
+        fact = f"holds {name!r}, which {reason}"
+        yield LintFinding(fact, "Do not unpack it; create it again with ocioarchive.", 0, fates)
     if CONFIG not in scan.names:
         yield LintFinding(f"has no {CONFIG} at its root", "Create it again with ocioarchive.", 0, fates)
     yield LintFinding("is not read by OpenColorIO 2.1, which has no archives", "Unpack it for that.")

@@ -161,10 +161,10 @@ class _Values:
 
     def take(self, text: str) -> None:
         """Read the next piece."""
-        whole = self._tail + text
-        cut = max(whole.rfind(blank) for blank in " \t\r\n") + 1
-        self._tail = whole[cut:][: LONGEST + 1]
-        words = whole[:cut].split()
+        text_so_far = self._tail + text
+        cut = max(text_so_far.rfind(blank) for blank in " \t\r\n") + 1
+        self._tail = text_so_far[cut:][: LONGEST + 1]
+        words = text_so_far[:cut].split()
         for word in words:
             value = number(word, non_finite=True)
             if value is None:
@@ -208,16 +208,16 @@ def clf_form(scan: ClfScan) -> Iterator[LintFinding]:
         yield LintFinding("has no id", "Give ProcessList an id.", 1, fates)
     for node in scan.nodes:
         if node.name == "LUT3D" and "interpolation" not in node.attributes:
-            what = "states no interpolation for its LUT3D, so that each reader chooses one"
-            yield LintFinding(what, 'Write interpolation="tetrahedral".', node.line)
+            fact = "states no interpolation for its LUT3D, so that each reader chooses one"
+            yield LintFinding(fact, 'Write interpolation="tetrahedral".', node.line)
         if node.odd:
             fates = wrong(*OCIO, CLF_IO, how="computes with the value, or reads 0")
             if number(node.odd, non_finite=True) is None:
                 # OpenColorIO skips commas and reads hexadecimal numbers; what else it refuses, `loads` says.
                 hexadecimal = wrong(*OCIO, how="reads a hexadecimal number")
                 fates = refused(CLF_IO, how="finds no number") | (hexadecimal if "0x" in node.odd.lower() else {})
-            what = f"has a value in its {node.name} that is no finite decimal number of float32: {node.odd}"
-            yield LintFinding(what, "Compute it again.", node.line, fates)
+            fact = f"has a value in its {node.name} that is no finite decimal number of float32: {node.odd}"
+            yield LintFinding(fact, "Compute it again.", node.line, fates)
         depth = node.attributes.get("outBitDepth", "")
         if node.name.startswith("LUT") and depth.endswith("i") and 0 < node.largest <= 2:
             fates = wrong(*OCIO, CLF_IO, how="divides by the largest integer and shows almost black")

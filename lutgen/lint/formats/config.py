@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lutgen import bindings
-from lutgen.errors import LutgenError, reason_of
+from lutgen.errors import LutgenError, in_one_line, reason_of
 from lutgen.lint.finding import BLENDER, DJV, NUKE, OCIO, OCIO_21, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.programs import try_config
@@ -93,7 +93,7 @@ def scan_config(path: Path) -> ConfigScan:
             config = lib.Config.CreateFromFile(bindings.named_for_ocio(path))
             config.validate()
         except bindings.ocio_errors() as error:
-            refusal = " ".join(str(error).split())
+            refusal = in_one_line(error)
         decodes = config is None or bindings.is_utf8(config)
         if config is not None and decodes:
             broken = _broken(config)
@@ -122,7 +122,7 @@ def _broken(config: Any) -> list[tuple[str, str]]:
                 config.getProcessor(transform).getDefaultCPUProcessor()
                 works.add(name)
             except bindings.ocio_errors() as error:
-                fails[name] = " ".join(str(error).split())
+                fails[name] = in_one_line(error)
     except LutgenError as error:
         fails["the whole"] = str(error)
     # A colour space that converts in one direction only is sound; many for displays do.
@@ -181,12 +181,12 @@ def config_files(scan: ConfigScan) -> Iterator[LintFinding]:
     files = [transform.getSrc() for transform in scan.file_transforms]
     absolute = [each for each in [*files, *bindings.search_path(scan.config)] if Path(each).is_absolute()]
     if absolute:
-        what = f"names {absolute[0]} by an absolute path: it works on this machine only"
-        yield LintFinding(what, "Name it relative to the config.", scan.line_of(absolute[0]))
+        fact = f"names {absolute[0]} by an absolute path: it works on this machine only"
+        yield LintFinding(fact, "Name it relative to the config.", scan.line_of(absolute[0]))
     outside = [each for each in bindings.search_path(scan.config) if bindings.leads_out(each)]
     if outside:
-        what = f"searches {outside[0]}, outside its folder: moving the folder breaks it"
-        yield LintFinding(what, "Keep LUT files below the config.", scan.line_of(outside[0]))
+        fact = f"searches {outside[0]}, outside its folder: moving the folder breaks it"
+        yield LintFinding(fact, "Keep LUT files below the config.", scan.line_of(outside[0]))
     unstated = [
         transform.getSrc()
         for transform in scan.file_transforms
@@ -214,11 +214,11 @@ def config_environment(scan: ConfigScan) -> Iterator[LintFinding]:
     used = {name: text for text in sources for name in re.findall(r"[$%]\{?(\w+)", text)}
     without = [name for name in used if not scan.config.getEnvironmentVarDefault(name)]
     if without:
-        what = f"chooses files by the variable {without[0]}, which has no default"
-        yield LintFinding(what, "Give it one under environment.", scan.line_of(used[without[0]]))
+        fact = f"chooses files by the variable {without[0]}, which has no default"
+        yield LintFinding(fact, "Give it one under environment.", scan.line_of(used[without[0]]))
     elif used:
-        what = f"chooses files by the variable {min(used)}: programs that cannot set it show its default"
-        yield LintFinding(what, "Give those programs a config of their own.", scan.line_of(used[min(used)]))
+        fact = f"chooses files by the variable {min(used)}: programs that cannot set it show its default"
+        yield LintFinding(fact, "Give those programs a config of their own.", scan.line_of(used[min(used)]))
 
 
 def config_keys(scan: ConfigScan) -> Iterator[LintFinding]:
@@ -234,8 +234,8 @@ def config_roles(scan: ConfigScan) -> Iterator[LintFinding]:
     """Missing roles: notes, since programs then choose another colour space."""
     if scan.config is None:
         return
-    wanted = {role: why for role, why in WANTED.items() if scan.version >= (2, 0) or "interchange" not in role}
-    missing = {role: why for role, why in wanted.items() if not scan.config.hasRole(role)}
+    expected = {role: why for role, why in WANTED.items() if scan.version >= (2, 0) or "interchange" not in role}
+    missing = {role: why for role, why in expected.items() if not scan.config.hasRole(role)}
     if missing:
         listed = "; ".join(f"{role} ({why})" for role, why in missing.items())
         yield LintFinding(f"has no role {listed}", "Add them under roles.", scan.line_of("roles:"))

@@ -73,9 +73,9 @@ def cube_size(scan: CubeScan) -> Iterator[LintFinding]:
     """LUT_3D_SIZE: missing, odd, given twice or too late, and the largest that each reader takes."""
     sizes = scan.named("LUT_3D_SIZE")
     if not sizes and not scan.named("LUT_1D_SIZE"):
-        what = "is empty" if not scan.bytes else "has no LUT_3D_SIZE"
+        fact = "is empty" if not scan.bytes else "has no LUT_3D_SIZE"
         fates = refused(*EVERYONE, how="finds no size")
-        yield LintFinding(what, "Export it again; no reader knows its size.", 0, fates)
+        yield LintFinding(fact, "Export it again; no reader knows its size.", 0, fates)
     for entry in sizes[:1]:
         yield from _size(scan, entry)
     for entry in sizes[1:]:
@@ -123,8 +123,8 @@ def _malformed(entry: Entry, *, after_size: bool) -> LintFinding:
         fates |= refused(*OCIO, how="expects three numbers")
         if entry._replace(words=entry.words[:3]).domain is None:
             fates |= refused(FFMPEG, how="expects three numbers")
-    what = f"has a {entry.keyword} that is not three numbers: {entry.text}"
-    return LintFinding(what, "Leave it out, or write three.", entry.line, fates)
+    fact = f"has a {entry.keyword} that is not three numbers: {entry.text}"
+    return LintFinding(fact, "Leave it out, or write three.", entry.line, fates)
 
 
 def _narrowed(entry: Entry, *, after_size: bool) -> LintFinding:
@@ -152,8 +152,8 @@ def cube_input_range(scan: CubeScan) -> Iterator[LintFinding]:
             fates |= refused(FFMPEG, how="reads it as a row")
         if mixed:
             fates |= refused(*OCIO, how=f"does not take it together with {mixed[0].keyword}")
-        what = f"states its input range as DaVinci Resolve does: {entry.text}"
-        yield LintFinding(what, "Leave it out where it says 0 1; else resample to 0..1.", entry.line, fates)
+        fact = f"states its input range as DaVinci Resolve does: {entry.text}"
+        yield LintFinding(fact, "Leave it out where it says 0 1; else resample to 0..1.", entry.line, fates)
 
 
 def cube_shaper(scan: CubeScan) -> Iterator[LintFinding]:
@@ -172,15 +172,15 @@ def cube_shaper(scan: CubeScan) -> Iterator[LintFinding]:
             fates |= wrong(FFMPEG, how="reads the 1D part's rows as the first of the table")
         if scan.named(*ADOBES):
             fates |= refused(*OCIO, how="takes a 1D part only without TITLE and DOMAIN")
-        what = f"has a 1D part before its 3D table: {entry.text}"
+        fact = f"has a 1D part before its 3D table: {entry.text}"
         remedy = "Bake both into one 3D table: `ociobakelut --lut FILE --format iridas_cube --cubesize 65 OUT`."
         if scan.shaper_is_identity:
-            what = f"has an identity as its 1D part: {entry.text}"
+            fact = f"has an identity as its 1D part: {entry.text}"
             remedy = (
                 f"Delete LUT_1D_SIZE, LUT_1D_INPUT_RANGE and the 1D part's {scan.size_1d} rows: with them darktable "
                 "and OBS show the picture unchanged, three.js shifts the table's rows."
             )
-        yield LintFinding(what, remedy, entry.line, fates)
+        yield LintFinding(fact, remedy, entry.line, fates)
 
 
 def cube_keyword(scan: CubeScan) -> Iterator[LintFinding]:
@@ -215,9 +215,9 @@ def _unknown(scan: CubeScan, entry: Entry) -> LintFinding:
     if entry.rows_before:
         fates |= refused(PILLOW, how=how)
     flag = entry.keyword.upper() in RANGE_FLAGS
-    what = "states a video or full range, which no reader uses" if flag else "has a word that is no keyword"
+    fact = "states a video or full range, which no reader uses" if flag else "has a word that is no keyword"
     remedy = "Leave it out" + (", and convert to full range." if flag else ".")
-    return LintFinding(f"{what}: {entry.text[:60]}", remedy, entry.line, fates)
+    return LintFinding(f"{fact}: {entry.text[:60]}", remedy, entry.line, fates)
 
 
 def encoding(scan: CubeScan) -> Iterator[LintFinding]:
@@ -265,14 +265,14 @@ def comma(scan: CubeScan) -> Iterator[LintFinding]:
 def cube_rows(scan: CubeScan) -> Iterator[LintFinding]:
     """Too few rows, too many, or rows that are not three numbers. Only ffmpeg ignores rows after the last it needs."""
     strict = refused(*OCIO, PILLOW, COLOUR, how="finds the wrong number of rows")
-    rows, wanted = scan.table.rows, scan.size**3
-    if wanted and rows != wanted:
-        few = rows < wanted
+    rows, expected = scan.table.rows, scan.size**3
+    if expected and rows != expected:
+        few = rows < expected
         fates = (
-            refused(FFMPEG, how="finds too few rows") if few else wrong(FFMPEG, how=f"reads the first {wanted} rows")
+            refused(FFMPEG, how="finds too few rows") if few else wrong(FFMPEG, how=f"reads the first {expected} rows")
         )
-        what = f"has {rows} rows where LUT_3D_SIZE {scan.size} asks for {wanted}"
-        yield LintFinding(what, _CUT, scan.size_line, strict | fates)
+        fact = f"has {rows} rows where LUT_3D_SIZE {scan.size} asks for {expected}"
+        yield LintFinding(fact, _CUT, scan.size_line, strict | fates)
     yield from _curve_rows(scan)
     if odd := scan.oddities.get("columns"):
         few = len(odd.sample.split()) < 3
@@ -312,16 +312,16 @@ def not_a_number(scan: CubeScan) -> Iterator[LintFinding]:
         yield LintFinding(f"has infinity in {odd.rows}: {odd.sample}", anew, odd.line, fates)
     if odd := scan.oddities.get("overflow"):
         fates = refused(*OCIO, how="float32 cannot hold it") | wrong(FFMPEG, PILLOW, COLOUR, how=extremes)
-        what = f"has numbers beyond float32 in {odd.rows}: {odd.sample}"
-        yield LintFinding(what, "Scale to 0..1.", odd.line, fates)
+        fact = f"has numbers beyond float32 in {odd.rows}: {odd.sample}"
+        yield LintFinding(fact, "Scale to 0..1.", odd.line, fates)
 
 
 def subnormal(scan: CubeScan) -> Iterator[LintFinding]:
     """Programs that compute curves write such numbers near black; OpenColorIO does not read them."""
     if odd := scan.oddities.get("subnormal"):
         fates = refused(*OCIO, how="does not read a number this small")
-        what = f"has numbers below 1.2e-38: {odd.sample}"
-        yield LintFinding(what, "Write them as 0; seven decimals do.", odd.line, fates)
+        fact = f"has numbers below 1.2e-38: {odd.sample}"
+        yield LintFinding(fact, "Write them as 0; seven decimals do.", odd.line, fates)
 
 
 def channel_order(scan: CubeScan) -> Iterator[LintFinding]:
@@ -329,12 +329,12 @@ def channel_order(scan: CubeScan) -> Iterator[LintFinding]:
     follows = scan.table.correlation
     red, blue = follows[0, 2] - follows[0, 0], follows[2, 0] - follows[2, 2]
     if red > MARGIN and blue > MARGIN:
-        what = (
+        fact = (
             "looks written blue fastest: red follows the slowest index "
             f"(correlation {follows[0, 2]:.2f}, with the fastest {follows[0, 0]:.2f}), blue the fastest"
         )
         fates = wrong(*EVERYONE, how="swaps red and blue")
-        yield LintFinding(what, "Reorder the rows so that red changes fastest.", 0, fates, in_the_file=True)
+        yield LintFinding(fact, "Reorder the rows so that red changes fastest.", 0, fates, in_the_file=True)
 
 
 def grey_axis(scan: CubeScan) -> Iterator[LintFinding]:
@@ -344,8 +344,8 @@ def grey_axis(scan: CubeScan) -> Iterator[LintFinding]:
         return
     where, channel = np.unravel_index(int(np.argmax(falls)), falls.shape)
     name = ("red", "green", "blue")[int(channel)]
-    what = f"has greys whose {name} falls by {falls.max():.4g} between points {where} and {where + 1}"
-    yield LintFinding(what, "Check a grey ramp through the LUT.")
+    fact = f"has greys whose {name} falls by {falls.max():.4g} between points {where} and {where + 1}"
+    yield LintFinding(fact, "Check a grey ramp through the LUT.")
 
 
 def unfinished(scan: CubeScan) -> Iterator[LintFinding]:
@@ -354,11 +354,11 @@ def unfinished(scan: CubeScan) -> Iterator[LintFinding]:
     if scan.size < 2 or table.rows < scan.size**3:
         return
     if (table.low == table.high).all():
-        what = f"has the same colour in every row: {' '.join(f'{value:g}' for value in table.low)}"
-        yield LintFinding(what, "Export it again.", 0, wrong(*EVERYONE, how="shows one colour"), in_the_file=True)
+        fact = f"has the same colour in every row: {' '.join(f'{value:g}' for value in table.low)}"
+        yield LintFinding(fact, "Export it again.", 0, wrong(*EVERYONE, how="shows one colour"), in_the_file=True)
     elif table.black_tail > 1:
-        what = f"ends in {table.black_tail} rows of 0 0 0, where white and its neighbours should be"
-        yield LintFinding(what, "Export it again.", 0, wrong(*EVERYONE, how="shows white as black"), in_the_file=True)
+        fact = f"ends in {table.black_tail} rows of 0 0 0, where white and its neighbours should be"
+        yield LintFinding(fact, "Export it again.", 0, wrong(*EVERYONE, how="shows white as black"), in_the_file=True)
 
 
 def value_range(scan: CubeScan) -> Iterator[LintFinding]:
@@ -366,16 +366,16 @@ def value_range(scan: CubeScan) -> Iterator[LintFinding]:
     table = scan.table
     low, high = float(table.low.min()), float(table.high.max())
     if high >= INTEGERS and "overflow" not in scan.oddities and "infinite" not in scan.oddities:
-        what = f"has values up to {high:g}: integers, not 0..1"
+        fact = f"has values up to {high:g}: integers, not 0..1"
         fates = wrong(*EVERYONE, how="shows almost everything as white")
-        yield LintFinding(what, "Divide by the largest code.", 0, fates, in_the_file=True)
+        yield LintFinding(fact, "Divide by the largest code.", 0, fates, in_the_file=True)
     elif low < 0 or high > HEADROOM:
-        what = f"has values from {low:g} to {high:g}; readers clip them where they write integers"
-        yield LintFinding(what, "Keep float pictures.")
+        fact = f"has values from {low:g} to {high:g}; readers clip them where they write integers"
+        yield LintFinding(fact, "Keep float pictures.")
     greys = table.greys
     if 2 <= len(greys) == scan.size and all(abs(greys[end] - NARROW[end]).max() < NEAR for end in (0, -1)):
-        what = f"puts black at {greys[0].mean():.4f} and white at {greys[-1].mean():.4f}: video's narrow range"
-        yield LintFinding(what, "Use it only where the picture is meant to stay in narrow range.")
+        fact = f"puts black at {greys[0].mean():.4f} and white at {greys[-1].mean():.4f}: video's narrow range"
+        yield LintFinding(fact, "Use it only where the picture is meant to stay in narrow range.")
 
 
 RULES = (

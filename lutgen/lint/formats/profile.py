@@ -12,8 +12,9 @@ import numpy as np
 
 from lutgen.bake.littlecms import through_profile
 from lutgen.bindings import LARGEST_LUT, littlecms
+from lutgen.cells import first_doubled
+from lutgen.documents import HEADER, MOST_TAGS, SMALLEST_TAG, Tag, is_profile, tags_claimed
 from lutgen.errors import LutgenError, reason_of
-from lutgen.icc_tags import HEADER, MOST_TAGS, SMALLEST_TAG, Tag, is_profile, tags_claimed
 from lutgen.lint.finding import ARGYLL, CHROMIUM, LCMS_8, LCMS_16, Fate, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
 
@@ -177,8 +178,8 @@ def profile_header(scan: ProfileScan) -> Iterator[LintFinding]:
     """Browsers ignore a profile that they cannot use, and give no message."""
     everyone = refused(LCMS_8, LCMS_16, ARGYLL, how="opens no such profile") | IGNORED
     if not is_profile(scan.head):
-        what = "is empty" if not scan.length else "is not an ICC profile: the signature acsp is missing"
-        yield LintFinding(what, "Export it again.", 0, everyone)
+        fact = "is empty" if not scan.length else "is not an ICC profile: the signature acsp is missing"
+        yield LintFinding(fact, "Export it again.", 0, everyone)
         return
     kind, space = scan.word(12), scan.word(16)
     if kind not in (*DEVICES, *OTHERS):
@@ -190,20 +191,20 @@ def profile_header(scan: ProfileScan) -> Iterator[LintFinding]:
         fates = refused(LCMS_8, LCMS_16, how="does not take it for RGB pictures") | IGNORED
         yield LintFinding(f"is for colours of {space!r}, and displays are RGB", "Export it for RGB.", 0, fates)
     if not scan.link and scan.word(20) not in {"XYZ ", "Lab "}:
-        what = f"has the connection space {scan.word(20).strip()!r}, and only XYZ and Lab are allowed"
-        yield LintFinding(what, "Export it again.", 0, everyone)
+        fact = f"has the connection space {scan.word(20).strip()!r}, and only XYZ and Lab are allowed"
+        yield LintFinding(fact, "Export it again.", 0, everyone)
 
 
 def profile_size(scan: ProfileScan) -> Iterator[LintFinding]:
     """Readers accept a stated size that is too large, and bytes after the end, as long as all tags are there."""
     if scan.length > LARGEST_LUT:
-        what = f"has {scan.length >> 20} MiB, more than any profile"
-        yield LintFinding(what, "Is it the right file?")
+        fact = f"has {scan.length >> 20} MiB, more than any profile"
+        yield LintFinding(fact, "Is it the right file?")
     if is_profile(scan.head) and scan.size != scan.length:
         outside = [tag for tag in scan.tags if scan.size < tag.start + tag.size <= scan.length]
         fates = refused(LCMS_8, LCMS_16, ARGYLL, how="ignores tags after that size") if outside else {}
-        what = f"states a size of {scan.size} bytes, and has {scan.length}"
-        yield LintFinding(what, "Copy or export it again.", 0, fates)
+        fact = f"states a size of {scan.size} bytes, and has {scan.length}"
+        yield LintFinding(fact, "Copy or export it again.", 0, fates)
 
 
 def profile_version(scan: ProfileScan) -> Iterator[LintFinding]:
@@ -237,17 +238,17 @@ def profile_tags(scan: ProfileScan) -> Iterator[LintFinding]:
         return
     room = max(0, scan.length - HEADER - 4) // 12
     if scan.count > min(MOST_TAGS, room):
-        what = f"claims {scan.count} tags, and {min(MOST_TAGS, room)} are the most that a file of this size may have"
+        fact = f"claims {scan.count} tags, and {min(MOST_TAGS, room)} are the most that a file of this size may have"
         fates = refused(LCMS_8, LCMS_16, ARGYLL, how="opens no such profile") | (IGNORED if scan.count > room else {})
-        yield LintFinding(what, "It was cut off or damaged; export it again.", 0, fates)
+        yield LintFinding(fact, "It was cut off or damaged; export it again.", 0, fates)
         return  # What follows the real tags is no tag table.
     outside = [tag for tag in scan.tags if tag.start + tag.size > scan.length or tag.size < SMALLEST_TAG]
     if outside:
-        what = f"has the tag {outside[0].name!r} outside the file"
+        fact = f"has the tag {outside[0].name!r} outside the file"
         fates = _left_out(scan, outside) | IGNORED
-        yield LintFinding(what, "It was cut off or damaged; export it again.", 0, fates)
+        yield LintFinding(fact, "It was cut off or damaged; export it again.", 0, fates)
     names = [tag.name for tag in scan.tags]
-    doubled = next((name for name in names if names.count(name) > 1), None)
+    doubled = first_doubled(names)
     if doubled:
         fates = refused(LCMS_8, LCMS_16, how="opens no such profile")
         if len({tag for tag in scan.tags if tag.name == doubled}) > 1:
@@ -256,8 +257,8 @@ def profile_tags(scan: ProfileScan) -> Iterator[LintFinding]:
     across = _across(scan.tags)
     if across:
         one, other = across
-        what = f"has the tags {one.name!r} and {other.name!r} sharing some bytes"
-        yield LintFinding(what, "It was edited by hand; export it again.")
+        fact = f"has the tags {one.name!r} and {other.name!r} sharing some bytes"
+        yield LintFinding(fact, "It was edited by hand; export it again.")
 
 
 def _left_out(scan: ProfileScan, outside: list[Tag]) -> dict[str, Fate]:
@@ -294,13 +295,13 @@ def profile_table(scan: ProfileScan) -> Iterator[LintFinding]:
         shape = f"{table.tag.name} states {table.points} points an edge for {table.inputs} colours"
         lacks = table.needs > table.tag.size
         if table.points < 2 or table.inputs != 3 or table.outputs != 3 or lacks:
-            what = f"{shape} to {table.outputs}"
-            what += f", which is {table.needs} bytes, and it has {table.tag.size}" if lacks else ""
-            yield LintFinding(what, "Export it again.", 0, _unusable(scan, table))
+            fact = f"{shape} to {table.outputs}"
+            fact += f", which is {table.needs} bytes, and it has {table.tag.size}" if lacks else ""
+            yield LintFinding(fact, "Export it again.", 0, _unusable(scan, table))
         elif table.kind != _V4 and table.needs + PADDING < table.tag.size:
             fates = wrong(LCMS_8, LCMS_16, ARGYLL, CHROMIUM, how="reads the wrong numbers")
-            what = f"{shape}, which is {table.needs} bytes, and it has {table.tag.size}"
-            yield LintFinding(what, "Export it again.", 0, fates)
+            fact = f"{shape}, which is {table.needs} bytes, and it has {table.tag.size}"
+            yield LintFinding(fact, "Export it again.", 0, fates)
     if scan.tables and not scan.link and scan.word(20) == "XYZ ":
         fates = wrong(CHROMIUM, how="shows it half as bright")
         yield LintFinding("has a table of XYZ", "Export it with a table of L*a*b*.", 0, fates)

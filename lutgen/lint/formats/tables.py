@@ -189,11 +189,11 @@ def table_numbers(scan: TableScan) -> Iterator[LintFinding]:
         fates = wrong(*OCIO, how="reads up to the comma: 0,5 is 0")
         yield LintFinding("has decimal commas", "Write decimal points.", scan.comma, fates)
     if scan.odd:
-        what = f"has a line with surplus or malformed numbers: {scan.sample}"
+        fact = f"has a line with surplus or malformed numbers: {scan.sample}"
         fates = wrong(*OCIO, how="reads each word up to the first letter that no number has: 0;75 is 0, 1/2 is 1")
         if scan.suffix == ".3dl":
             fates = wrong(*OCIO, how="ignores the line")
-        yield LintFinding(what, "Write numbers with a decimal point and blanks between them.", scan.odd, fates)
+        yield LintFinding(fact, "Write numbers with a decimal point and blanks between them.", scan.odd, fates)
     if scan.size and scan.rows > prod(scan.size):
         yield LintFinding(
             f"has {scan.rows} rows where its header asks for {prod(scan.size)}",

@@ -19,7 +19,7 @@ import numpy as np
 
 from lutgen.cells import BLANKS, first_doubled, has_decimal_comma, is_comment, metadata, number, separator_of
 from lutgen.colorimetry import Array, xyY_to_xyz
-from lutgen.errors import LutgenError, pick_one
+from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.readings.campaign import Campaign, sessions_of
 from lutgen.readings.formats._source import FULL_DRIVE, WHITE_CD_M2, FileText, date_of, full_drive, whites
 from lutgen.readings.session import MOST_READINGS, Session
@@ -219,8 +219,7 @@ class CsvTable:
         if declared is None:
             return full_drive(drive, self.source.file)
         known = {name: full for full, name in FULL_DRIVE.items()}
-        if declared not in known:
-            raise pick_one(f"{self.source.file}: drive", declared, known)
+        refuse_unknown(f"{self.source.file}: drive", declared, known)
         top = float(drive.max(initial=0.0))
         if 0.0 < top <= 1.0 < known[declared]:
             raise LutgenError(

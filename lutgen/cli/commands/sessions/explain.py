@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from lutgen.cli.command import Command
-from lutgen.cli.options import json_option, say_remarks_on_sessions
+from lutgen.cli.options import json_option, replace_option, say_remarks_on_sessions
 from lutgen.cli.outputs import Outputs, progress_bar
 
 
@@ -15,7 +15,7 @@ from lutgen.cli.outputs import Outputs, progress_bar
     "--reference", metavar="FILE", help="The session to compare the others with [default: the first without a fault]."
 )
 @json_option
-@click.option("--force", is_flag=True, help="Replace files that exist.")
+@replace_option
 def command(*, files: tuple[str, ...], reference: str | None, json_to: str | None, force: bool) -> None:
     """Explain why sessions of one display differ: display, settings, room, or instrument.
 

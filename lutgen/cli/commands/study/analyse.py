@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lutgen.cli.command import Command
-from lutgen.cli.options import json_option
+from lutgen.cli.options import json_option, replace_option
 from lutgen.cli.outputs import Outputs, check_new_file, progress_bar
 from lutgen.errors import LutgenError
 from lutgen.names import INTERVALS
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 @json_option
 @click.option("--csv", "csv_to", metavar="DIR", help="Write every table into this folder, a .csv each.")
 @click.option("--plots", metavar="DIR", help="Draw time, ease and agreement by condition into this folder.")
-@click.option("--force", is_flag=True, help="Replace files that exist.")
+@replace_option
 def command(
     *,
     study: str | None,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from lutgen.cli.command import Command
-from lutgen.cli.options import WHOLE, json_option
+from lutgen.cli.options import WHOLE, json_option, replace_option
 from lutgen.cli.outputs import Outputs
 
 
@@ -16,7 +16,7 @@ from lutgen.cli.outputs import Outputs
 @click.option("--readers", type=WHOLE, default=1, show_default=True, metavar="R", help="How many readers.")
 @json_option
 @click.option("--plots", metavar="DIR", help="Draw power against answers per condition, into this folder.")
-@click.option("--force", is_flag=True, help="Replace files that exist.")
+@replace_option
 def command(*, per_condition: int, readers: int, json_to: str | None, plots: str | None, force: bool) -> None:
     """Say what a reader study of this size can find: the smallest differences, and power for those the paper saw.
 

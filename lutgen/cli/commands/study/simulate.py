@@ -14,8 +14,7 @@ from lutgen.cli.outputs import check_new_file, progress_bar, say
 from lutgen.errors import LutgenError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
+    from lutgen.progress import Progress
     from lutgen.study.protocol import Protocol
 
 
@@ -64,7 +63,7 @@ def command(*, study: str, seed: int, given: tuple[str, ...], output: str, force
 
 
 def _differences(
-    folder: Path, protocol: Protocol, given: tuple[str, ...], progress: Callable[[int, int], None]
+    folder: Path, protocol: Protocol, given: tuple[str, ...], progress: Progress
 ) -> dict[tuple[str, str], float]:
     if not given:
         from lutgen.study.simulated import measured_differences

@@ -1,10 +1,11 @@
-"""One function over many items, on this machine's cores."""
+"""Other processes of this machine: one function over many items, and Python programs of our own."""
 
 from __future__ import annotations
 
 import multiprocessing
 import os
 import signal
+import sys
 import threading
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -22,6 +23,12 @@ _T = TypeVar("_T")
 _R = TypeVar("_R")
 
 
+def python_environment(**more: str) -> dict[str, str]:
+    """Return the environment of a child that runs Python with ``-P``: it finds its modules where this process does."""
+    places = os.pathsep.join(folder or str(Path.cwd()) for folder in sys.path)
+    return os.environ | {"PYTHONPATH": places, **more}
+
+
 def in_parallel(function: Callable[[_T], _R], items: Sequence[_T], jobs: int | None) -> Iterator[_R]:
     """Yield the results in the order of ``items``, from ``jobs`` processes (default: one per core).
 
@@ -33,9 +40,9 @@ def in_parallel(function: Callable[[_T], _R], items: Sequence[_T], jobs: int | N
     if jobs <= 1:
         yield from map(function, items)
         return
-    with ProcessPoolExecutor(jobs, multiprocessing.get_context(_way_to_start()), _begin_worker, (function,)) as pool:
+    with ProcessPoolExecutor(jobs, multiprocessing.get_context(_start_method()), _begin_worker, (function,)) as pool:
         try:
-            yield from pool.map(_do, items)
+            yield from pool.map(_run_item, items)
         except BrokenProcessPool:
             message = "a worker process was killed (out of memory?). Run again, with --jobs 1 if it happens again."
             raise LutgenError(message) from None
@@ -44,25 +51,25 @@ def in_parallel(function: Callable[[_T], _R], items: Sequence[_T], jobs: int | N
             raise
 
 
-def _way_to_start() -> str:
-    """Fork where no other thread runs: a forked worker has numpy and OpenColorIO loaded, and what was prepared."""
-    # Otherwise not: a lock that another thread holds (OpenGL's drivers and servers have threads) would stay locked in
+def _start_method() -> str:
+    """Fork where no other thread runs: a forked worker inherits numpy, OpenColorIO and all that was prepared."""
+    # Beside other threads (OpenGL's drivers and servers have some) a lock that one of them holds would stay locked in
     # the fork for ever.
     with suppress(OSError):
         return "fork" if len(list(Path("/proc/self/task").iterdir())) == 1 else "spawn"
     return "spawn"
 
 
-#: What this worker does.
-_DOES: list[Callable[[Any], Any]] = []
+#: The function of this worker.
+_FUNCTION: list[Callable[[Any], Any]] = []
 
 
-def _do(item: Any) -> Any:
-    return _DOES[-1](item)
+def _run_item(item: Any) -> Any:
+    return _FUNCTION[-1](item)
 
 
 def _begin_worker(function: Callable[[Any], Any]) -> None:
-    _DOES.append(function)
+    _FUNCTION.append(function)
     # The parent handles an interrupt: workers ignore it, finish their current file and print nothing.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # The pool ends its workers with SIGTERM; the parent's handler must not run in them.
