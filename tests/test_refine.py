@@ -14,7 +14,7 @@ import lutgen
 from lutgen.colorimetry import delta_e_2000, xyz_to_lab
 from lutgen.criticism.compare import compare_problem
 from lutgen.criticism.diagnose import diagnose
-from lutgen.criticism.refine import Refinement, refine, terms_of
+from lutgen.criticism.refine import Course, Refinement, refine, terms_of
 from lutgen.display import DisplayModel, load_model, save_model
 from lutgen.display.tips import luminance_law
 from lutgen.errors import LutgenError
@@ -131,6 +131,26 @@ def test_the_model_predicts_the_readings_that_it_was_fitted_to() -> None:
         # As light of the whole display: white under the effects is what relative luminances are of.
         scale = float((shown * made.found.predicted[here]).sum() / (shown**2).sum())
         np.testing.assert_allclose(shown * scale, made.found.predicted[here], rtol=1e-6, atol=1e-6 * white)
+
+
+@cache
+def _of_two_sessions() -> Course:
+    random = np.random.default_rng(1)
+    codes = [*native.TIPS, native.BLACK, *native.GREYS, *native.RAMPS, *native.MIXTURES]
+    seen = native.session(native.Panel(), codes)
+    light = seen.xyz_cd_m2 * (1.0 + 0.003 * random.standard_normal((seen.hours.size, 1)))
+    return Course.of(replace(seen, xyz_cd_m2=light), baseline="native-first-hour", instrument="0.003,0.003")
+
+
+@pytest.mark.parametrize(
+    ("effect", "right"), [("channel-decay", True), ("crosstalk", False), ("loading", False), ("eotf-drift", False)]
+)
+def test_of_two_sessions_the_colours_of_the_later_one_are_withheld(effect: str, *, right: bool) -> None:
+    """Blue fades; what else is fitted to one later session lowers its own error, and predicts no colour of it."""
+    found = _of_two_sessions().refinement([effect])
+    assert found.after.ratio < found.before.ratio
+    assert (found.held_out_gain > 0.0) == right == found.improves
+    assert right or found.no_gain() == "Withheld readings are predicted no better"
 
 
 @pytest.mark.slow

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.criticism.compare import Comparison, compare_problem
 from lutgen.criticism.fit import Fit, fit
-from lutgen.criticism.heldout import held_out
 from lutgen.criticism.influence import Suspicion, suspicious_noise, wrong_rows, wrong_sessions
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.pure_error import PureError
@@ -242,7 +241,7 @@ def _ranking(explanation: Explanation, seen: Sequence[Visibility], error: PureEr
     rows = []
     for place, family in enumerate(explanation.first):
         best = family.best
-        withheld = held_out(best.fit) if place < RANKED else None
+        withheld = best.fit.withheld if place < RANKED else None
         rows.append(
             Ranked(
                 family.name,

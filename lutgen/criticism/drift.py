@@ -23,6 +23,12 @@ if TYPE_CHECKING:
 
     from lutgen.criticism.problem import Problem
 
+#: Verdict that names nothing → what is there beside a drift.
+BESIDE = {
+    "consistent": "beside that nothing is above the noise",
+    "unexplained": "no known effect explains what is left",
+}
+
 
 @dataclass(frozen=True)
 class Drift:
@@ -51,6 +57,18 @@ def drifts(problem: Problem) -> tuple[Drift, ...]:
     seen = ~is_capped(problem.readings)
     sessions = [np.flatnonzero((numbers == each) & seen) for each in np.unique(numbers)]
     return tuple(found for here in sessions for found in _drift(problem, here, group[here], wrong[here]))
+
+
+def doubt(problem: Problem, verdict: str) -> str:
+    """Say why the measurement, before the display, is to be doubted; "" where an effect is named or nothing drifts."""
+    unsteady = drifts(problem) if verdict in BESIDE else ()
+    if not unsteady:
+        return ""
+    at = " and ".join(f"at {each.hour:g} h by {each.change:+.1%}" for each in unsteady)
+    return (
+        f"The measurement cannot be trusted: luminance changed within the session {at}, and {BESIDE[verdict]}. Measure "
+        f"again when brightness is steady."
+    )
 
 
 def _drift(
@@ -87,10 +105,3 @@ def _believed(rows: NDArray[np.intp], place: NDArray[np.intp], wrong: NDArray[np
     ordered = rows[np.argsort(place[rows])]
     between = np.isin(ordered, ordered[1:-1])
     return np.asarray(ordered[~(between & wrong[ordered])])
-
-
-def doubted(problem: Problem, beside: str) -> str:
-    """Say why a measurement cannot be trusted of which nothing is to be said but ``beside``; "" where none drifted."""
-    at = " and ".join(f"at {each.hour:g} h by {each.change:+.1%}" for each in drifts(problem))
-    sentence = f"luminance changed within the session {at}, and {beside}. Measure again when brightness is steady."
-    return f"The measurement cannot be trusted: {sentence}" if at else ""

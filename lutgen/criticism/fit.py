@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.criticism.heldout import HeldOut, held_out
 from lutgen.criticism.linear import Linear, State, Term, linearise, predict, whiten
 from lutgen.criticism.score import Score
 from lutgen.criticism.system import System, without_first_errors
@@ -102,6 +103,11 @@ class Fit:
     def score(self) -> Score:
         """What first steps from here promise."""
         return Score(self)
+
+    @cached_property
+    def withheld(self) -> HeldOut:
+        """Errors of readings that are withheld from it."""
+        return held_out(self)
 
     @property
     def readings(self) -> int:

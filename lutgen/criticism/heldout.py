@@ -99,8 +99,21 @@ def cells(problem: Problem) -> list[NDArray[np.intp]]:
     return found
 
 
-def held_out(found: Fit) -> HeldOut:
-    """Withhold cell after cell and predict it from the rest."""
+def held_out_gain(found: Fit, base: Fit) -> float:
+    """By how much χ² of withheld readings falls from one fit to another.
+
+    One session that can be withheld as a whole, as the later one of two, says nothing: its cells are withheld then.
+    """
+    if found.withheld.squares.size - found.withheld.left_out > 1:
+        return found.withheld.gain_over(base.withheld)[0]
+    return held_out(found, by_cells=True).gain_over(held_out(base, by_cells=True))[0]
+
+
+def held_out(found: Fit, *, by_cells: bool = False) -> HeldOut:
+    """Withhold cell after cell and predict it from the rest; of what is told from hour 0, session after session.
+
+    ``by_cells``: cells in any case.
+    """
     problem = found.problem
     state = State(found.terms, found.tips, found.gains)
     system = System(problem, found.linear, state)
@@ -109,7 +122,7 @@ def held_out(found: Fit) -> HeldOut:
     for index, here in enumerate(problem.blocks):
         number[here] = index
     limits = system.limits(found.terms)
-    if problem.foretells:
+    if problem.foretells and not by_cells:
         return _sessions_held_out(problem, system, limits)
     withheld = cells(problem)
     squares = []

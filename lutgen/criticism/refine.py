@@ -13,7 +13,7 @@ from lutgen.criticism.anchored import anchored_tips
 from lutgen.criticism.compare import SCHEMA, Comparison, compare_problem
 from lutgen.criticism.diagnose import Diagnosis, candidates, diagnose, known_under, parameters_of
 from lutgen.criticism.fit import Fit, fit, start_state
-from lutgen.criticism.heldout import HeldOut, held_out
+from lutgen.criticism.heldout import held_out_gain
 from lutgen.criticism.joint_covariance import joint_covariance
 from lutgen.criticism.linear import Term
 from lutgen.criticism.problem import Problem
@@ -90,6 +90,13 @@ class Refinement:
         """The model for a file, which says so where its author keeps it although the error does not fall."""
         kept = BY_HAND if self.steps else AS_IT_WAS
         return self.model if self.improves else replace(self.model, fit={**self.model.fit, "kept": kept})
+
+    def no_gain(self) -> str:
+        """Say why a model that does not improve does not."""
+        if not self.steps:
+            return "Nothing was added"
+        falls = self.after.ratio < self.before.ratio
+        return "Withheld readings are predicted no better" if falls else "The error does not fall"
 
     def of_saved(self, saved: DisplayModel | None) -> Refinement:
         """Keep what a saved model that was refined says of modes and conditions, which no fit touches."""
@@ -240,10 +247,6 @@ class Course:
         """The comparison without new effects."""
         return compare_problem(self.base.problem, self.base.terms)
 
-    @cached_property
-    def _withheld(self) -> HeldOut:
-        return held_out(self.base)
-
     def check(self, add: Sequence[str]) -> None:
         """Raise LutgenError for an effect that is unknown, in the model already, or that no fit of these can see."""
         for name in add:
@@ -281,7 +284,7 @@ class Course:
     def refinement_of(self, found: Fit, steps: Sequence[Added], diagnosis: Diagnosis | None = None) -> Refinement:
         """Return what a fit with these steps has made of the model."""
         model = model_of(found, diagnosis, self.before, steps[-1].comparison if steps else self.before)
-        gain = held_out(found).gain_over(self._withheld)[0] if steps else 0.0
+        gain = held_out_gain(found, self.base) if steps else 0.0
         return Refinement(self.before, tuple(steps), found, model, diagnosis, gain)
 
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.criticism.fit import fit
-from lutgen.criticism.heldout import STANDARD_ERRORS, held_out
+from lutgen.criticism.heldout import STANDARD_ERRORS
 from lutgen.criticism.leftover import is_noise
 from lutgen.criticism.linear import State, linearise
 from lutgen.criticism.probes import free_term, probe
@@ -200,8 +200,8 @@ def admissible(candidate: Candidate, current: Fit, error: PureError, tried: int)
     tried *= candidate.settings
     if candidate.form and error.p_of_gain(candidate.gain, len(candidate.form)) * tried > SIGNIFICANT:
         return False
-    withheld = held_out(candidate.fit)
-    gain, deviation = withheld.gain_over(held_out(current))
+    withheld = candidate.fit.withheld
+    gain, deviation = withheld.gain_over(current.withheld)
     # Where a parameter rests on one cell, withheld readings cannot confirm the effect: they must not contradict it.
     return gain > STANDARD_ERRORS * deviation or (withheld.left_out > 0 and gain >= -STANDARD_ERRORS * deviation)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.criticism.drift import doubted, drifts
+from lutgen.criticism.drift import doubt, drifts
 from lutgen.criticism.families import condition_of, family_of
 from lutgen.criticism.first_day import white_moved
 from lutgen.criticism.imitation import Imitated, nearest, overlap
@@ -39,12 +39,6 @@ VERDICTS = {
     "several": "more than one effect, each with its share",
     "unexplained": "something is there that no known effect explains",
     "measurement-problem": "the measurement moved, not the display",
-}
-
-#: Verdict that names nothing → what is to be said of it where luminance drifted within a session.
-UNSTEADY = {
-    "consistent": "beside that nothing is above the noise",
-    "unexplained": "no known effect explains what is left",
 }
 
 #: Lines of readings that a remark names.
@@ -115,8 +109,8 @@ def pronounce(explanation: Explanation, error: PureError, seen: Sequence[Visibil
 
 def _or_unsteady(verdict: Verdict, explanation: Explanation) -> Verdict:
     """Doubt the measurement where luminance drifted within a session, and no effect is named."""
-    doubt = verdict.name in UNSTEADY and doubted(explanation.base.problem, UNSTEADY[verdict.name])
-    return replace(verdict, name="measurement-problem", sentence=doubt) if doubt else verdict
+    sentence = doubt(explanation.base.problem, verdict.name)
+    return replace(verdict, name="measurement-problem", sentence=sentence) if sentence else verdict
 
 
 def _if_so(verdict: Verdict, explanation: Explanation) -> Verdict:

@@ -91,6 +91,5 @@ def command(
         plot=lambda folder: plot_refinement(refinement, question.effects, folder, force=force),
     )
     if not kept:
-        why = "The error does not fall" if refinement.steps else "Nothing was added"
-        click.echo(f"{why}, so no model is written. Add --keep to write it all the same.", err=True)
+        click.echo(f"{refinement.no_gain()}, so no model is written. Add --keep to write it all the same.", err=True)
         raise click.exceptions.Exit(1)
