@@ -65,7 +65,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 def left_out(items: Iterable[pytest.Item], seed: int = 0) -> set[pytest.Item]:
     """Tests with the mark ``rare``, and what no draw took of slow ones.
 
-    Of the cases of a test one is drawn, of ``slow(every=True)`` all; of a file's tests with ``slow(few=n)``, n.
+    Of the cases of a test one is drawn, of ``slow(cases=n)`` n, of ``slow(every=True)`` all; of a file's tests with
+    ``slow(few=n)``, n.
     """
     rare = {item for item in items if item.get_closest_marker("rare")}
     slow: dict[str, list[pytest.Item]] = defaultdict(list)
@@ -87,7 +88,8 @@ def left_out(items: Iterable[pytest.Item], seed: int = 0) -> set[pytest.Item]:
     taken = {test for file, tests in of_file.items() for test in drawn(file, tests, few[tests[0]])}
     out = set(rare)
     for test, cases in slow.items():
-        most = SAMPLE if test in taken or test not in few else 0
+        mark = cases[0].get_closest_marker("slow")
+        most = mark.kwargs.get("cases", SAMPLE) if mark and (test in taken or test not in few) else 0
         out.update(set(cases) - set(drawn(test, cases, most)))
     return out
 

@@ -312,7 +312,7 @@ def tried(chosen: dict[Path, list[Mutant]], lines: Lines, budget: float) -> None
                 start = time.monotonic()
                 answer = trial.answer(mutant)
                 noticed[target] += bool(answer)
-                by = answer or "NOT NOTICED"
+                by = answer or ("NOT NOTICED" if any(lines.tests(mutant)) else "NO TEST RUNS IT")
                 print(f"{time.monotonic() - start:3.0f} s {mutant.file}:{mutant.line}: {mutant.what}: {by}", flush=True)
         os.chdir(ROOT)
     for target, every in chosen.items():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import shlex
 from typing import TYPE_CHECKING
 
 import pytest
@@ -37,13 +39,33 @@ def examples(command: str) -> list[str]:
     return [line.strip() for line in after.splitlines() if line.strip().startswith("lutgen ")]
 
 
-@pytest.mark.slow
-def test_every_commands_help_ends_in_examples_that_work(folder: Path) -> None:
-    """One after the other: others use what those of build and refine make, whether the docs run these too or not."""
-    first = ("build", "refine")
-    for command in [*first, *(name for name in COMMANDS if name not in first)]:
-        lines = examples(command)
-        assert lines, command
-        for line in lines:
-            if command in first or plain(line) not in RUN_BY_DOCS:
-                run_lutgen(line, folder)
+#: Commands whose examples make what those of others use.
+FIRST = ("build", "refine", "study plan")
+
+
+@pytest.fixture(scope="module")
+def prepared(folder: Path) -> Path:
+    """The folder with what the examples of these commands make, whether the docs run these too or not."""
+    for command in FIRST:
+        for line in examples(command):
+            run_lutgen(line, folder)
+    return folder
+
+
+@pytest.mark.slow(cases=8)
+@pytest.mark.parametrize("command", [command for command in COMMANDS if command not in FIRST])
+def test_every_commands_help_ends_in_examples_that_work(command: str, prepared: Path) -> None:
+    for line in examples(command):
+        if plain(line) not in RUN_BY_DOCS:
+            run_lutgen(line, prepared)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_the_examples_of_every_commands_help_have_options_that_their_commands_have(name: str) -> None:
+    lines = examples(name)
+    assert any(line.startswith(f"lutgen {name}") for line in lines)
+    for line in lines:
+        words = shlex.split(line, comments=True)[1:]
+        command = COMMANDS.get(" ".join(words[:2])) or COMMANDS[words[0]]
+        options = {option for each in command.params for option in (*each.opts, *each.secondary_opts)}
+        assert {word.partition("=")[0] for word in words if re.match("--?[a-zA-Z]", word)} <= options, line

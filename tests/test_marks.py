@@ -69,7 +69,10 @@ def test_of_a_slow_table_a_sample_is_run_and_always_the_same() -> None:
     seldom = [Case("test_a.py::test_whole[3]", slow=every, rare=rare), Case("test_a.py::test_seldom", rare=rare)]
     quick = [Case(f"test_a.py::test_quick[{case}]") for case in range(3)]
     pages = [Case(f"test_b.py::test_{number}[{case}]", slow=few) for number in range(20) for case in range(2)]
-    items: list[pytest.Item] = [*table, *whole, *seldom, *quick, *pages]  # type: ignore[list-item]
+    three = [Case(f"test_c.py::test_three[{case}]", slow=pytest.mark.slow(cases=3).mark) for case in range(9)]
+    items: list[pytest.Item] = [*three, *table, *whole, *seldom, *quick, *pages]  # type: ignore[list-item]
+    assert len(left_out(items[:9])) == 9 - 3
+    items = items[9:]
     out = left_out(items)
     assert len(out & {*items[:9]}) == 9 - SAMPLE
     assert out - {*items[:9]} - {*items[-40:]} == {*items[12:14]}

@@ -10,7 +10,7 @@ import pytest
 from lutgen.criticism.linear import State, tip_scale
 from lutgen.criticism.measured_tips import interpolated
 from lutgen.criticism.problem import Problem
-from lutgen.criticism.system import bounded, prior_rows
+from lutgen.criticism.system import Block, bounded, prior_rows
 from tests.criticism_twin import FAULTS, HOURS, TIPS, display, noisy, session, table
 
 pytestmark = pytest.mark.numbers
@@ -49,6 +49,19 @@ def test_unknowns_that_only_trade_off_stay_small() -> None:
     A = np.array([[1.0, 1.0], [2.0, 2.0], [0.0, 0.0]])
     step = bounded(A, np.array([1.0, 2.0, 5.0]), np.full(2, -np.inf), np.full(2, np.inf)).parameters
     np.testing.assert_allclose(step, 0.5, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("upper", "wanted"), [
+    # Two unknowns, one parameter, what is to be explained: 1.5 and 2 are left of it.
+    ([[2.0, 1.0, 0.5, 2.0], [0.0, 4.0, -1.0, 1.0]], [0.5, 0.5]),
+    # Only the sum of both is known: the smallest step is half of it each.
+    ([[1.0, 1.0, 0.5, 2.0], [0.0, 0.0, 0.0, 0.0]], [0.75, 0.75]),
+])  # fmt: skip
+def test_local_unknowns_follow_from_a_triangle_though_it_be_singular(
+    upper: list[list[float]], wanted: list[float]
+) -> None:
+    block = Block(np.array(upper), np.zeros((0, 2)), None, ())
+    np.testing.assert_allclose(block.local_step(np.array([1.0])), wanted, rtol=1e-12)
 
 
 def test_local_unknowns_are_drawn_to_rest_and_to_their_neighbours() -> None:
