@@ -7,7 +7,8 @@ import shutil
 from dataclasses import replace
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ from lutgen.criticism.compare import compare
 from lutgen.criticism.diagnose import diagnose
 from lutgen.criticism.first_session import first_session
 from lutgen.criticism.fit import fit
-from lutgen.criticism.influence import wrong_rows
+from lutgen.criticism.influence import wrong_rows, wrong_sessions
 from lutgen.criticism.linear import State, linearise
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.refine import refine
@@ -40,6 +41,8 @@ from tests.virtual_display.campaign import Campaign, csv_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from lutgen.criticism.fit import Fit
 
 pytestmark = pytest.mark.numbers
 
@@ -567,6 +570,23 @@ def test_a_dark_offset_that_differs_from_session_to_session_is_no_leak_of_a_nati
     found = with_shared_errors(Problem.of(wandering, baseline="native"))
     assert found.offset_cd_m2 > 5.0 * found.noise.offset_cd_m2
     assert diagnose(wandering, baseline="native").verdict.name == "consistent"
+
+
+@pytest.mark.parametrize(
+    ("native", "hour", "wrong"),
+    [(False, 0.0, (0.0,)), (True, 0.0, ()), (False, 500.0, (500.0,)), (True, 500.0, (500.0,))],
+)
+def test_the_first_session_of_a_native_display_is_no_wrong_one(
+    native: bool, hour: float, wrong: tuple[float, ...]
+) -> None:
+    """All later sessions differ from it where the display has changed: its errors are no sign of a bad session."""
+    hours = np.array([0.0, 500.0, 3000.0, 6000.0, 9000.0])
+    hour_of = np.repeat(np.arange(5), 40)
+    residual = (
+        np.random.default_rng(1).normal(size=(200, 3)) * np.where(hours[hour_of] == hour, 30.0, 1.0)[:, np.newaxis]
+    )
+    problem = SimpleNamespace(foretells=False, native=native or None, hours=hours, hour_of=hour_of)
+    assert wrong_sessions(cast("Fit", SimpleNamespace(problem=problem, residual=residual)), 1.0) == wrong
 
 
 def test_of_an_effect_a_native_display_holds_what_was_there_at_first() -> None:
