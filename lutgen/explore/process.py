@@ -99,7 +99,7 @@ class Process:
 
     def end(self) -> None:
         """End the process; its news is ignored from now on."""
-        self._told = lambda _what, _body: None
+        self._on_news = lambda _kind, _body: None
         self.kill()
 
     async def gone(self) -> None:
