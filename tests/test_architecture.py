@@ -25,7 +25,7 @@ PACKAGE = ROOT / "lutgen"
 ROWS = (
     {"errors", "cells", "names", "progress"},
     {"files", "processes"},
-    {"colorimetry", "bindings", "documents", "numerals"},
+    {"colorimetry", "bindings", "documents", "icc_tags", "numerals"},
     {"server", "time_law"},
     {"readings"},
     {"effects"},

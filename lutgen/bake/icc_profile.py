@@ -17,7 +17,7 @@ import numpy as np
 
 from lutgen.bake.spaces import D50, D65_TO_D50
 from lutgen.colorimetry import code_to_linear
-from lutgen.documents import HEADER
+from lutgen.icc_tags import HEADER
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

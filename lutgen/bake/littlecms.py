@@ -23,9 +23,9 @@ import numpy as np
 
 from lutgen.bake import icc_profile as icc
 from lutgen.bindings import littlecms
-from lutgen.documents import is_profile, tag_table
 from lutgen.errors import LutgenError, in_one_line
 from lutgen.files import read_at_most
+from lutgen.icc_tags import is_profile, tag_table
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

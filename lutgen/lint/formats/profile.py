@@ -13,8 +13,8 @@ import numpy as np
 from lutgen.bake.littlecms import through_profile
 from lutgen.bindings import LARGEST_LUT, littlecms
 from lutgen.cells import first_doubled
-from lutgen.documents import HEADER, MOST_TAGS, SMALLEST_TAG, Tag, is_profile, tags_claimed
 from lutgen.errors import LutgenError, reason_of
+from lutgen.icc_tags import HEADER, MOST_TAGS, SMALLEST_TAG, Tag, is_profile, tags_claimed
 from lutgen.lint.finding import ARGYLL, CHROMIUM, LCMS_8, LCMS_16, Fate, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
 

@@ -18,9 +18,9 @@ from pathlib import Path
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING
 
-from lutgen.documents import is_profile
 from lutgen.errors import LutgenError, reason_of
 from lutgen.files import is_folder, read_at_most
+from lutgen.icc_tags import is_profile
 from lutgen.readings.campaign import Campaign, CampaignEntry, campaign_of
 from lutgen.readings.formats._source import FileText, Readable, decoded
 

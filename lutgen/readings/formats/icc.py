@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from lutgen.documents import Tag, is_profile, tag_table
 from lutgen.errors import LutgenError
+from lutgen.icc_tags import Tag, is_profile, tag_table
 from lutgen.readings.formats import cgats
 from lutgen.readings.formats._source import FileText, decoded
 

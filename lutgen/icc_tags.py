@@ -1,0 +1,59 @@
+"""Reading the tag table of an ICC profile (ICC.1:2022, 7.3): bounded, whatever its numbers claim."""
+
+from __future__ import annotations
+
+import struct
+from typing import TYPE_CHECKING, NamedTuple
+
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+HEADER = 128
+
+#: Tags of a profile, at most: LittleCMS refuses more, and profiles have 10 to 20.
+MOST_TAGS = 100
+
+#: Least bytes of a tag: its type, four reserved bytes, and one byte of content.
+SMALLEST_TAG = 12
+
+
+class Tag(NamedTuple):
+    """A row of the table: the tag's signature, and which bytes of the file it claims."""
+
+    name: str
+    start: int
+    size: int
+
+
+def is_profile(data: bytes) -> bool:
+    """Whether a file that begins with these bytes is an ICC profile."""
+    return data[36:40] == b"acsp"
+
+
+def tags_claimed(data: bytes) -> Iterator[Tag]:
+    """Yield the rows of the table that the first bytes of a profile hold, ``MOST_TAGS`` at most, believing none."""
+    if len(data) < HEADER + 4:
+        return
+    (count,) = struct.unpack_from(">I", data, HEADER)
+    for row in range(min(count, MOST_TAGS, (len(data) - HEADER - 4) // 12)):
+        name, start, size = struct.unpack_from(">4sII", data, HEADER + 4 + 12 * row)
+        yield Tag(name.decode("latin-1"), start, size)
+
+
+def tag_table(data: bytes, file: object) -> tuple[Tag, ...]:
+    """Return the tags of a whole profile, all of which lie in it; ``file`` is named in errors.
+
+    Raises LutgenError: it is no profile, or its table lies.
+    """
+    if len(data) < HEADER + 4 or not is_profile(data):
+        raise LutgenError(f"{file}: is no ICC profile: it has {len(data)} bytes and not ICC's signature.")
+    (count,) = struct.unpack_from(">I", data, HEADER)
+    if count > MOST_TAGS or HEADER + 4 + 12 * count > len(data):
+        raise LutgenError(f"{file}: claims {count} tags: more than {MOST_TAGS}, or than its bytes hold. Copy it anew.")
+    tags = tuple(tags_claimed(data))
+    for tag in tags:
+        if tag.start + tag.size > len(data) or tag.size < SMALLEST_TAG:
+            raise LutgenError(f"{file}: its tag {tag.name!r} lies outside the file. Copy it anew.")
+    return tags
