@@ -230,8 +230,9 @@ def _attempts(
         penalty = len(form) * float(np.log(base.readings))
         if _is_proposed(effect, form) and base.bic - luck.optimism * score.code_shifts.most + penalty > limit:
             continue  # no setting can promise more than a shift of its own for each code value
-        if not _is_formula(effect, form) and luck.optimism * _of_formulas(score, effect) < HALF * (base.bic - limit):
-            continue  # no formula explains half of what this form would have to
+        owed = HALF * (base.bic - limit)  # what a formula has to explain where this form comes below the limit
+        if owed > 0.0 and not _is_formula(effect, form) and luck.optimism * _of_formulas(score, effect) < owed:
+            continue
         grids = _grids(score, effect, form)
         if not grids:
             continue  # a grid between sessions, and one session only

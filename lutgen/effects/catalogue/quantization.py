@@ -59,9 +59,9 @@ class _Evidence(NamedTuple):
         """Gain in χ² of shifts (k, m): (k,)."""
         return np.asarray(2.0 * shifts @ self.pull - ((shifts @ self.information) * shifts).sum(axis=1))
 
-    def gains(self, bent: Array, slope: Array, added: float) -> NDArray[np.float32]:
-        """About the gain of rounding to each of ``STEPS``: each code value is taken for itself."""
-        # A turn is 2³², which the product of integers drops: what is left of it is the part of a step.
+    def of_steps(self, bent: Array, slope: Array, added: float) -> NDArray[np.float32]:
+        """Approximate gain of rounding to each of ``STEPS``, as if no two code values shared a tip or a gain: (s,)."""
+        # 2³² stands for a whole step: products of 32-bit integers wrap there, which leaves the part of a step.
         turn = np.rint(bent * TURN).astype(np.uint64).astype(np.uint32)
         part = STEPS[:, np.newaxis] * turn + np.uint32(added * TURN)
         shift = part.astype(np.float32)
@@ -96,7 +96,7 @@ def _promising(evidence: _Evidence, name: str, powers: Array, added: float) -> l
     """Powers and numbers of steps that gain most, the best of its neighbours each."""
     found = []
     for power in powers:
-        gain = evidence.gains(*_bent(evidence.code, **{name: float(power)}), added)
+        gain = evidence.of_steps(*_bent(evidence.code, **{name: float(power)}), added)
         best = int(np.argmax(gain))
         found.append((float(gain[best]), float(power), float(STEPS[best])))
     neighbours = [max(found[start : start + ALIKE]) for start in range(0, len(found), ALIKE)]
