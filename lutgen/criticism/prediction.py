@@ -91,7 +91,7 @@ class Prediction:
         """Send the readings' code values through drive, transfer and mixing."""
         before = self._panel([*self.problem.known, *(each for each in applied if each.effect.stage in BEFORE_EMISSION)])
         if self.problem.remembered:
-            return before.with_light(self.problem.remembered.light)
+            return self.problem.remembered.added_to(before)
         return before.times(self.problem.first_day.held_out_gain)
 
     def _panel(self, applied: Sequence[Applied]) -> Panel:
