@@ -125,9 +125,8 @@ def _hidden(question: Question) -> tuple[dict[str, float], tuple[float, ...]]:
     if question.typical:
         return dict(zip(question.effects, question.sizes, strict=True)), ()
     discrepancy = SOURCES[question.generator].discrepancy
-    first_hour = question.baseline == "first-hour"
     found = [
-        sized(partial(_alone, question, name), target, first_hour=first_hour, discrepancy=discrepancy)
+        sized(partial(_alone, question, name), target, baseline=question.baseline, discrepancy=discrepancy)
         for name, target in zip(question.effects, question.sizes, strict=True)
     ]
     sizes = {name: each.size for name, each in zip(question.effects, found, strict=True)}
