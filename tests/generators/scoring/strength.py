@@ -1,9 +1,10 @@
 """How well a hidden effect shows in a campaign, beside what re-measured white and primaries take up.
 
 The change that the effect makes to the noise-free light, less the nearest that white, red, green and blue can explain,
-in units of a good meter's noise. A native display's own model has in it what the effect does to the colours of the first
-session: only what differs from that later, or under other conditions, can show. A test for one further parameter on about 3000 values asks for ΔBIC ≥ 6, a chi-square
-of ln 3000 + 6 = 14: a strength of 6.5 passes that in 99 % of campaigns. That is the smallest detectable size here.
+in units of a good meter's noise. A native display's own model has in it what the effect does to the colours of the
+first session: only what differs from that later, or under other conditions, can show. A test for one further parameter
+on about 3000 values asks for ΔBIC ≥ 6, a chi-square of ln 3000 + 6 = 14: a strength of 6.5 passes that in 99 % of
+campaigns. That is the smallest detectable size here.
 """
 
 from __future__ import annotations
@@ -49,7 +50,8 @@ def sized(
 ) -> Sized:
     """Solve for the size, in typical ones, at which the effect is ``target`` times its smallest detectable size.
 
-    ``hiding(size)`` is the campaign, ``baseline`` what it is diagnosed against. Where the target is beyond ``MOST``, or between two steps, the nearest is taken.
+    ``hiding(size)`` is the campaign, ``baseline`` what it is diagnosed against. Where the target is beyond ``MOST``, or
+    between two steps, the nearest is taken.
     """
     healthy = hiding(NOTHING)
     whitener = _whitener(healthy.xyz_cd_m2, discrepancy)
@@ -100,7 +102,7 @@ def _left(healthy: Truth, changed: Array, whitener: Array, baseline: str) -> flo
 def _in_the_first_session(healthy: Truth, changed: Array) -> Array:
     """Change (n, 3) of each reading by the share by which its colour's light has changed in the first session.
 
-    Between the colours that the first session has read at rest, which is how most readings are made, it is interpolated.
+    Between the colours that it has read at rest, which is how most readings are made, that share is interpolated.
     """
     rest = healthy.xyz_cd_m2[:, 1] > DARKEST
     for values in healthy.conditions.values():
