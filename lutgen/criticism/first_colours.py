@@ -66,4 +66,7 @@ class FirstColours:
         return np.asarray((self.light - self._of_ramps(self.level)) * product + self._of_ramps(level))
 
     def _of_ramps(self, level: Array) -> Array:
-        return np.sum([ramp(level[:, channel]) for channel, ramp in self.ramps] or [np.zeros_like(level)], axis=0)
+        light = np.zeros_like(level)
+        for channel, ramp in self.ramps:
+            light += ramp(level[:, channel])
+        return light
