@@ -67,9 +67,9 @@ class FirstReadings:
     counts: Array
     beside: FirstColours
 
-    def added_to(self, before: Panel) -> Panel:
-        """Return a panel with what curves miss, at the levels to which effects have moved the channels."""
-        return before.with_light(self.beside.at(before.linear))
+    def light_at(self, linear: Array | None) -> Array:
+        """What curves miss, (n, 3), where effects have moved the channels to other light (n, 3); None: nowhere."""
+        return self.light if linear is None else self.beside.at(linear)
 
 
 @dataclass(frozen=True)
