@@ -40,7 +40,7 @@ def test_light_beside_the_curves_goes_where_effects_take_the_channels() -> None:
     alone = FirstColours.of(linear, light, np.ones(4, dtype=bool), np.zeros(4, dtype=int))
 
     def of_red(code: float) -> Array:
-        return alone.at(code_to_linear(np.array([[code, 0.0, 0.0]] * 4)))[0]
+        return np.asarray(alone.at(code_to_linear(np.array([[code, 0.0, 0.0]] * 4)))[0])
 
     assert halved - of_red(0.3) == pytest.approx((light[3] - of_red(0.6)) / 4.0, abs=1e-12)
 
@@ -48,7 +48,6 @@ def test_light_beside_the_curves_goes_where_effects_take_the_channels() -> None:
 @pytest.mark.skipif(
     "LUTGEN_REAL_DATA" not in os.environ, reason="LUTGEN_REAL_DATA does not name the folder of sessions"
 )
-@pytest.mark.slow
 def test_a_loss_of_drive_is_seen_on_a_display_whose_blue_changes_colour_with_its_drive() -> None:
     truth = campaign(5, {"drive-loss": 1.0}, base="ThinkPad_X61__N121X5-L06__1_2017-04-19_15-14")
     readings = read(table(truth, METERS["gaussian"].read(truth, 5)), file="loss.csv", sha256="")
