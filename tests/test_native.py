@@ -562,6 +562,20 @@ def test_errors_of_the_first_session_are_unknowns_of_known_size() -> None:
     assert 0.8 < found.chi2 / found.freedom < 1.25
 
 
+def test_a_slip_of_the_first_session_says_little_of_its_colour() -> None:
+    problem = Problem.of(bright_mixtures(), baseline="native")
+    memory = problem.remembered
+    assert memory
+    colour = int(memory.colour.max())
+    drive = problem.readings.drive
+    code = drive[problem.rows][memory.colour == colour][0]
+    weights = np.where((drive == code).all(axis=1) & (problem.readings.hours == 0), 0.01, 1.0)
+    slipped = replace(problem, weights=weights).remembered
+    assert slipped
+    wider = np.where(memory.colour == colour, 10.0, 1.0)[:, np.newaxis, np.newaxis]
+    assert slipped.error == pytest.approx(memory.error * wider, rel=1e-9)
+
+
 def test_a_dark_offset_that_differs_from_session_to_session_is_no_leak_of_a_native_display() -> None:
     readings = bright_mixtures()
     hours, place = np.unique(readings.hours, return_inverse=True)
