@@ -274,11 +274,14 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
         left = left or ("its formula leaves something that another takes up." if beside or trifles else "")
         (step,) = kept
         worded = _one(step, seen[step.name], left, _owed(step, explanation), _imitated(step, explanation, error))
-    elif overlap([step.chosen for step in kept], base):
-        if not weighed.clean or len(kept) > 2:
-            return _unexplained(explanation, remarks, probed)
+    elif (alike := overlap([step.chosen for step in kept], base)) and weighed.clean and len(kept) == 2:
         worded = _like_both(kept)
-    elif _is_shadowed(kept, explanation, error):
+    elif (
+        alike
+        or _is_shadowed(kept, explanation, error)
+        # Three that leave something are what a search makes of an effect that it lacks.
+        or (len(kept) > 2 and not weighed.clean)
+    ):
         return _unexplained(explanation, remarks, probed)
     else:
         worded = _several(kept, weighed.shares, seen, left)
