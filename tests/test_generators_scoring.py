@@ -190,6 +190,16 @@ def test_a_native_display_has_what_never_changes_in_its_own_curves() -> None:
     assert sized(hiding, 3.0, baseline="native").multiple < 0.01
 
 
+@pytest.mark.parametrize(
+    ("sort", "multiples", "counts"), [("law", (0.9,), False), ("law", (1.1,), True), ("blind", (), True)]
+)
+def test_a_typical_size_that_no_meter_would_see_is_left_out(
+    sort: str, multiples: tuple[float, ...], counts: bool
+) -> None:
+    question = Question("stub", sort, 0, 7, effects=("meter-drift",), sizes=(0.8,), typical=True)
+    assert Answered(question, multiples, Said(Reply("consistent"))).large_enough is counts
+
+
 def test_uniform_decay_shows_from_hour_0_alone() -> None:
     beside_tips = sized(partial(_hiding, "backlight-decay"), 3.0, baseline="colour-points")
     assert beside_tips.multiple < 0.01

@@ -71,6 +71,13 @@ def sized(
     return best
 
 
+def shown(hiding: Callable[[float], Truth], size: float, *, baseline: str, discrepancy: tuple[float, float]) -> float:
+    """How many times its smallest detectable size an effect has at ``size`` typical ones."""
+    healthy = hiding(NOTHING)
+    changed = hiding(size).xyz_cd_m2 - healthy.xyz_cd_m2
+    return _left(healthy, changed, _whitener(healthy.xyz_cd_m2, discrepancy), baseline) / DETECTABLE
+
+
 def _whitener(xyz: Array, discrepancy: tuple[float, float]) -> Array:
     share, floor = discrepancy
     wrong = np.eye(3) * ((share * xyz) ** 2 + floor**2)[:, np.newaxis, :]
