@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lutgen.criticism.leftover import is_noise
+from lutgen.criticism.leftover import is_noise, is_within_scatter
 from lutgen.criticism.probes import Probed, free_term, probe
-from lutgen.criticism.search import STRONG
+from lutgen.criticism.search import HALF, STRONG
 from lutgen.criticism.shares import shares_of_delta_e
 from lutgen.criticism.stepwise import MOST_OF_IT, stand_apart, together
 
@@ -78,8 +78,11 @@ class Weighed:
         # What is fitted beside, for what formulas leave, may be no more than formulas may leave.
         beside = together(base, chosen).chi2 - final.chi2 if len(kept) < len(steps) else 0.0
         clean = noise and not left.names
+        # Even scatter that is more than noise may be an effect that the catalogue lacks: half of it must be explained.
+        most = is_within_scatter(error, final) or gain > HALF * excess
         sound = (
             bool(kept)
+            and most
             and (clean or enough)
             and beside <= (1.0 - MOST_OF_IT) * gain
             and base.bic - nothing.evidence >= both - STRONG
