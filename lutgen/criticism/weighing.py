@@ -69,10 +69,12 @@ class Weighed:
         kept = [step for step in needed if step not in trifles]
         chosen, gain = [step.chosen for step in kept], base.chi2 - final.chi2
         noise = is_noise(final, error)
-        explained = gain / (gain + left.gain) if left.names else gain / excess
+        # A free term describes what is smooth. Where more than noise is left, at least half of it counts besides.
+        jagged = 0.0 if noise else HALF * (excess - gain)
+        missed = max(left.gain, jagged) if left.names else excess - gain
+        explained = gain / (gain + missed)
         # A family may leave what its formula misses. Of several each must explain nearly all of what the others leave:
         # else they are what a search makes of another effect.
-        missed = left.gain if left.names else excess - gain
         own = [step.without.chi2 - final.chi2 for step in kept]
         enough = explained > MOST_OF_IT and (noise or all(each > MOST_OF_IT * (each + missed) for each in own))
         # What is fitted beside, for what formulas leave, may be no more than formulas may leave.
