@@ -462,6 +462,33 @@ def test_blue_that_fades_over_a_year_is_aging(tmp_path: Path) -> None:
     assert (found.names, found.display) == (("aging",), "changed")
 
 
+@pytest.mark.parametrize(("x", "y", "z"), [(0.95, 0.97, 0.85), (0.97, 0.87, 0.96)], ids=["short", "long"])
+def test_blue_light_that_fades_alone_is_aging_and_no_instrument(x: float, y: float, z: float, tmp_path: Path) -> None:
+    """Blue's own filter fades, towards short or long wavelengths: red and green do not move at all."""
+    rng = np.random.default_rng(12)
+    made, code = panel(rng), chart(9, 3)
+    faded = replace(made, channels=made.channels * np.array([[1.0] * 3, [1.0] * 3, [x, y, z]]))
+    texts = [csv_text(code, read(each, State(), code, rng, noise=0.001, floor=0.002)) for each in (made, faded)]
+    found = _two(tmp_path, texts, 400)
+    assert (found.names, found.display) == (("aging",), "changed")
+    assert "aging" not in _two(tmp_path, texts, 1).names
+
+
+def test_a_matrix_that_moves_blue_alone_over_a_year_may_be_aging(tmp_path: Path) -> None:
+    """Blue became brighter and another blue: no loss that lutgen knows, but nothing says that the meter changed."""
+    rng = np.random.default_rng(13)
+    made, code = panel(rng), chart(9, 3)
+    moved = replace(made, channels=made.channels * np.array([[1.0] * 3, [1.0] * 3, [1.0, 1.1, 1.0]]))
+    texts = [csv_text(code, read(each, State(), code, rng, noise=0.001, floor=0.002)) for each in (made, moved)]
+    assert _two(tmp_path, texts, 400).names == ("instrument", "aging")
+
+
+def test_a_preset_of_which_nobody_told_is_among_the_rivals(tmp_path: Path) -> None:
+    """Neither instrument nor settings are on record: primaries that mix, and black that stays, may be a preset."""
+    found, label = verdict(tmp_path, "gamut-mode", 0.1, 7103)
+    assert label in found.names
+
+
 @pytest.mark.parametrize("curve", [1.0, 1.08])
 def test_another_gamut_mode_is_a_preset_and_no_hdr(curve: float, tmp_path: Path) -> None:
     rng = np.random.default_rng(4)

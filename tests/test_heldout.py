@@ -11,6 +11,9 @@ from lutgen.criticism.fit import Fit, fit
 from lutgen.criticism.heldout import HeldOut, cells, held_out
 from lutgen.criticism.linear import Term, whiten
 from lutgen.criticism.problem import Problem
+from lutgen.criticism.pure_error import PureError
+from lutgen.criticism.search import Candidate
+from lutgen.criticism.stepwise import admissible
 from lutgen.effects import catalogue
 from tests.criticism_twin import FAULTS, HOURS, TIPS, TRUTHS, Fault, display, measured, noisy, session, table
 from tests.quick import mostly_slow
@@ -154,6 +157,37 @@ def test_what_dims_whole_sessions_is_confirmed_from_hour_0() -> None:
     bare, true = fit(problem), fit(problem, (Term.at_rest(catalogue()["backlight-decay"], ("loss",)),))
     gain, deviation = held_out(true).gain_over(held_out(bare))
     assert gain > 2.0 * deviation > 0
+
+
+@pytest.mark.parametrize(
+    ("name", "truth", "form", "confirmed"),
+    [
+        ("channel-decay", {"red": 0.1, "green": 0.2, "blue": 0.6}, ("red", "green", "blue"), True),
+        # What all colours share hides in the session's gain.
+        ("backlight-decay", {"loss": 0.2, "beta": 1.0}, ("loss",), False),
+    ],
+)
+def test_of_two_sessions_cells_of_the_later_one_are_withheld(
+    name: str, truth: dict[str, float], form: tuple[str, ...], confirmed: bool
+) -> None:
+    hours = (0.0, 9000.0)
+    patches = [each for hour in hours for each in session(hour)]
+    readings = table(noisy(patches, display(hours, ageing=0.0), FAULTS[name], truth, 4), luminance="free")
+    problem = Problem.of(readings, baseline="first-hour", instrument="0.002,0.003")
+    bare, true = fit(problem), fit(problem, (Term.at_rest(catalogue()[name], form),))
+    withheld = held_out(true)
+    assert withheld.squares.size == len(cells(problem)) > 1
+    assert withheld.may_miss
+    gain, deviation = withheld.gain_over(held_out(bare))
+    assert (gain > 2.0 * deviation) == confirmed
+    assert gain >= -2.0 * deviation
+    found = Candidate(catalogue()[name], form, true, bare.chi2 - true.chi2, refined=False)
+    assert admissible(found, bare, _stated(bare), 50)
+
+
+def _stated(bare: Fit) -> PureError:
+    """The noise that was stated is the yardstick."""
+    return replace(PureError.of(bare.problem), squares=0.0, freedom=0, allowance=1.0)
 
 
 @pytest.mark.parametrize("count", [6, 60])

@@ -169,6 +169,23 @@ def test_without_replicates_the_noise_is_assumed_and_the_remark_says_so() -> Non
     )
 
 
+def test_a_few_whites_that_agree_do_not_make_the_assumed_noise_smaller() -> None:
+    """Five whites are the same to the digit, as one real session's were; black tells the floor where it is repeated."""
+    exact = readings(repeats=1, hours=(0.0, 4000.0))
+    white, black = np.flatnonzero(exact.drive.all(axis=1))[:1], np.flatnonzero(~exact.drive.any(axis=1))[:1]
+    for dark, floor in ((3, FLOOR_CD_M2), (9, 0.0)):
+        again = np.sort([*range(exact.hours.size), *np.repeat(white, 4), *np.repeat(black, dark)])
+        several = replace(
+            exact, hours=exact.hours[again], drive=exact.drive[again], xyz_cd_m2=exact.xyz_cd_m2[again],
+            lines=np.arange(2.0, 2.0 + again.size),
+        )  # fmt: skip
+        noise = estimate_noise(several)
+        assert (noise.source, noise.contrasts) == ("assumed", 4 + dark)
+        assert noise.relative == RELATIVE
+        assert floor <= noise.floor_cd_m2 <= FLOOR_CD_M2
+        assert "assumed, 0.20% and" in diagnose(several).verdict.remarks[0]
+
+
 @pytest.mark.parametrize(("metadata", "instrument", "said"), [
     ({}, "0.004,0.01", (0.004, 0.01, 0.003)),
     ({"noise_relative": "0.001", "noise_floor_cd_m2": "0.0005", "session_gain": "0.01"}, None, (0.001, 0.0005, 0.01)),

@@ -18,6 +18,8 @@ from lutgen.criticism.linear import State
 from lutgen.criticism.system import Block, System, bounded, local_columns
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
@@ -45,11 +47,15 @@ class HeldOut:
         Squared whitened error of every cell, (cells,); NaN where the cell could not be withheld.
     numbers
         Numbers withheld in each cell, (cells,).
+    of_one_session
+        Whether the cells are of the one session that tells what has changed since hour 0. What all colours share then
+        hides in that session's gain, and cells cannot confirm it.
 
     """
 
     squares: Array
     numbers: NDArray[np.intp]
+    of_one_session: bool = False
 
     @property
     def rms_sigma(self) -> float:
@@ -61,6 +67,11 @@ class HeldOut:
     def left_out(self) -> int:
         """Number of cells that could not be withheld, since a parameter rests on them."""
         return int(np.isnan(self.squares).sum())
+
+    @property
+    def may_miss(self) -> bool:
+        """Whether an effect may be there that withheld readings cannot confirm, since a parameter rests on some."""
+        return self.of_one_session or self.left_out > 0
 
     def gain_over(self, other: HeldOut) -> tuple[float, float]:
         """Return by how much this predicts better than another, in χ², and the standard error of that.
@@ -112,7 +123,8 @@ def held_out_gain(found: Fit, base: Fit) -> float:
 def held_out(found: Fit, *, by_cells: bool = False) -> HeldOut:
     """Withhold cell after cell and predict it from the rest; of what is told from hour 0, session after session.
 
-    ``by_cells``: cells in any case.
+    A single later session holds all that is told of the years: withheld as a whole it would confirm nothing, so that
+    its cells are withheld. ``by_cells``: cells in any case.
     """
     problem = found.problem
     state = State(found.terms, found.tips, found.gains)
@@ -122,8 +134,9 @@ def held_out(found: Fit, *, by_cells: bool = False) -> HeldOut:
     for index, here in enumerate(problem.blocks):
         number[here] = index
     limits = system.limits(found.terms)
-    if problem.foretells and not by_cells:
-        return _sessions_held_out(problem, system, limits)
+    later = [index for index, here in enumerate(problem.blocks) if problem.hour_of[here[0]] > 0]
+    if problem.foretells and len(later) > 1 and not by_cells:
+        return _sessions_held_out(problem, system, limits, later)
     withheld = cells(problem)
     squares = []
     whole_information = _information(np.concatenate([*whole, system.rest]), system.effect_count)
@@ -135,7 +148,8 @@ def held_out(found: Fit, *, by_cells: bool = False) -> HeldOut:
         rests_on = _information(rows, system.effect_count) < (1.0 - NEARLY_ALL) * whole_information
         step = None if rests_on.any() else _step(rows, limits)
         squares.append(np.nan if step is None else _error(system, block, problem.blocks[index], cell, step))
-    return HeldOut(np.array(squares), np.array([3 * cell.size for cell in withheld], dtype=np.intp))
+    numbers = np.array([3 * cell.size for cell in withheld], dtype=np.intp)
+    return HeldOut(np.array(squares), numbers, of_one_session=problem.foretells and len(later) < 2)
 
 
 def _information(reduced: Array, count: int) -> Array:
@@ -152,12 +166,11 @@ def _information(reduced: Array, count: int) -> Array:
     return np.asarray(size[:count] ** 2 / variance)
 
 
-def _sessions_held_out(problem: Problem, system: System, limits: tuple[Array, Array]) -> HeldOut:
-    """Withhold whole sessions: what is told from hour 0 must foretell them, but for a gain within its σ.
+def _sessions_held_out(problem: Problem, system: System, limits: tuple[Array, Array], later: Sequence[int]) -> HeldOut:
+    """Withhold the ``later`` sessions: what is told from hour 0 must foretell them, but for a gain within its σ.
 
     The sessions of hour 0 are what everything is told from: they stay.
     """
-    later = [index for index, here in enumerate(problem.blocks) if problem.hour_of[here[0]] > 0]
     squares = []
     whole = [block.reduced for block in system.blocks]
     everything = _information(np.concatenate([*whole, system.rest]), system.effect_count)

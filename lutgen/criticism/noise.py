@@ -194,12 +194,20 @@ def estimate_noise(readings: Measurements, instrument: str | None = None) -> Noi
         source = "replicates" if pooled.bright >= ENOUGH else noise.source
         usual = noise if stated else replace(noise, ratio=(1.0, 1.0, Z_OVER_Y**0.5))
         noise = replace(pooled.most_likely(usual), source=source, known_from=pooled.known_from)
+        if source != "replicates":
+            noise = _no_smaller(noise, usual, floor_told=pooled.contrasts - pooled.bright >= ENOUGH)
     return replace(
         noise,
         scatter=pooled.squares(noise),
         slips=_still_slips(readings.xyz_cd_m2, groups, slips, noise),
         copied=_copied(readings.xyz_cd_m2, groups),
     )
+
+
+def _no_smaller(noise: Noise, usual: Noise, *, floor_told: bool) -> Noise:
+    """Keep noise from being taken for smaller than usual, since a few bright patches happen to agree."""
+    floor = noise.floor_cd_m2 if floor_told else max(noise.floor_cd_m2, usual.floor_cd_m2)
+    return replace(noise, relative=max(noise.relative, usual.relative), floor_cd_m2=floor)
 
 
 def _still_slips(xyz: Array, groups: NDArray[np.intp], slips: tuple[int, ...], noise: Noise) -> tuple[int, ...]:

@@ -203,7 +203,7 @@ def admissible(candidate: Candidate, current: Fit, error: PureError, tried: int)
     withheld = candidate.fit.withheld
     gain, deviation = withheld.gain_over(current.withheld)
     # Where a parameter rests on one cell, withheld readings cannot confirm the effect: they must not contradict it.
-    return gain > STANDARD_ERRORS * deviation or (withheld.left_out > 0 and gain >= -STANDARD_ERRORS * deviation)
+    return gain > STANDARD_ERRORS * deviation or (withheld.may_miss and gain >= -STANDARD_ERRORS * deviation)
 
 
 def _ranked(

@@ -36,7 +36,8 @@ ROOM = np.array([1.0, 1.0, 0.7])
 
 #: Parameter → (numbers, width of its prior). Widths are in natural logarithms but for ``added`` and ``tint`` (Y of room
 #: light, and X and Z beside those of ``ROOM``, in cd/m²) and ``matrix`` (shares). Meters agree within some percent;
-#: corrections move a primary by tens of percent. ``yellowed`` is light of short wavelengths; ``gamut`` mixes channels.
+#: corrections move a primary by tens of percent. ``yellowed`` is light of short wavelengths of all channels, ``faded``
+#: X and Z of blue alone, beside its Y; ``gamut`` mixes channels.
 PARAMETERS: dict[str, tuple[int, float]] = {
     "scale": (1, 0.7),
     "gauge": (1, 0.03),
@@ -47,6 +48,7 @@ PARAMETERS: dict[str, tuple[int, float]] = {
     "tint": (2, 0.5),
     "matrix": (9, 0.10),
     "yellowed": (1, 0.10),
+    "faded": (2, 0.15),
     "gamut": (9, 0.15),
 }
 
@@ -102,6 +104,10 @@ def changed(before: ColourPoints, values: Mapping[str, Array]) -> Array:
         gains = gains * aged
         leak = leak * float((aged * before.channels[:, 1]).sum() / before.channels[:, 1].sum())
     lit = before.with_gains(gains)
+    if "faded" in values:
+        x, z = np.exp(values["faded"])
+        other = lit.channels * np.array([[1.0, 1.0, 1.0], [1.0, 1.0, 1.0], [x, 1.0, z]])
+        lit = ColourPoints(other, lit.extra, lit.leak, lit.has_black)
     if "gamut" in values:
         mixed = lit.channels + values["gamut"].reshape(3, 3) @ lit.channels
         lit = ColourPoints(mixed, lit.extra, lit.leak, lit.has_black)

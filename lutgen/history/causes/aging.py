@@ -1,4 +1,7 @@
-"""True aging: light falls over months, short wavelengths most; black falls with it, or leaks, and curves may drift."""
+"""True aging: light falls over months, short wavelengths most; black falls with it, or leaks, and curves may drift.
+
+What yellows lies before all channels, a sheet or a lens, or in blue's own light: its filter, its prism, its emitter.
+"""
 
 from __future__ import annotations
 
@@ -54,7 +57,8 @@ def _sound(values: Values, pair: SessionPair) -> bool:
     way = -1.0 if pair.days is not None and pair.days < 0 else 1.0
     aged, yellowed = way * values["aged"], way * float(values.get("yellowed", np.zeros(1))[0])
     slow = pair.days is None or -float(aged.mean()) <= _SUDDEN + _FASTEST * abs(pair.days) / 365.25
-    together = aged.max() <= 0.02 + _TOGETHER * aged.min()
+    # Blue's own filter or emitter fades alone; a backlight does not.
+    together = aged.max() <= 0.02 + (0.0 if "faded" in values else _TOGETHER * aged.min())
     return bool(slow and together and aged[2] <= min(aged[0], aged[1]) + 0.02 and yellowed <= 0.01)
 
 
@@ -69,8 +73,11 @@ def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
         change = float(values["gauge"][0])
         lost = change < 0 if pair.days is None or pair.days > 0 else change > 0
         return "gauge" if lost and _long(pair) else ""
-    small = float(np.hypot(*pair.shift[:3].T).max()) < _COLOUR
-    return "matrix" if "matrix" in values and len(names) > 1 and small and _long(pair) else ""
+    red, green, blue = np.hypot(*pair.shift[:3].T)
+    # A matrix that leaves red and green where they were, and moves blue, does what years do.
+    alone = len(names) == 1 and "blue" in pair.moved and not pair.other_instrument
+    likely = max(red, green) < _COLOUR and (alone or (len(names) > 1 and blue < _COLOUR))
+    return "matrix" if "matrix" in values and likely and _long(pair) else ""
 
 
 CAUSE = Cause(
@@ -80,7 +87,7 @@ CAUSE = Cause(
     display="changed",
     moves=frozenset({"blue", "curve", "contrast"}),
     possible=_long,
-    ways=(("aged",), ("aged", "yellowed")),
+    ways=(("aged",), ("aged", "yellowed"), ("aged", "faded")),
     prior=_prior,
     sound=_sound,
     loose=0.006,

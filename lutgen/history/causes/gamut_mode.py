@@ -24,7 +24,10 @@ def _sound(_values: Values, pair: SessionPair) -> bool:
 def _prior(pair: SessionPair) -> float:
     if not _sound({}, pair):
         return -np.inf
-    return 2.0 if pair.other_settings else -2.0
+    if pair.other_settings:
+        return 2.0
+    told = pair.before.settings and pair.after.settings
+    return -2.0 if told else 0.0
 
 
 CAUSE = Cause(
