@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 LARGEST, LARGEST_PLACE = 4095, 1024
 
 
-def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
+def candidates(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
     """Give the table indexed in code values, clipped to sRGB and rounded to 12 bit."""
     luts = sampler.candidates(aged, size, "code", clip=True, largest=LARGEST)
     brightest = table_of(luts[0]).max() * LARGEST
@@ -50,6 +50,6 @@ FORMAT = Format(
     suffix=".3dl",
     summary="12-bit whole numbers for Autodesk Flame and Lustre; clipped to sRGB",
     unclipped=False,
-    bake=bake,
     write=write,
+    candidates=candidates,
 )

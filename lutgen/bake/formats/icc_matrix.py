@@ -35,7 +35,7 @@ ENOUGH = 1e-4
 _STEP = 1 / 65_536
 
 
-def bake(sampler: Sampler, aged: AgedDisplay, _size: int) -> list[Lut | MatrixLut]:
+def candidates(sampler: Sampler, aged: AgedDisplay, _size: int) -> list[Lut | MatrixLut]:
     """Give the display's own matrix where it is one, else the nearest that shows its white; in the file's steps."""
     own = as_matrix(aged)
     return [MatrixLut(_in_steps(own.matrix if own else nearest_matrix(sampler, aged)))]
@@ -83,8 +83,8 @@ FORMAT = Format(
     suffix=".icc",
     summary="ICC profile without a table: pure white is right for 8-bit pictures in LittleCMS too; elsewhere less true",
     unclipped=True,
-    bake=bake,
     write=write,
+    candidates=candidates,
     reader=Reader(through_profile, table_of_profile),
     stem="aged-matrix",
     corrects=False,

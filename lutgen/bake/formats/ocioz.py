@@ -121,7 +121,7 @@ FORMAT = Format(
     suffix=".ocioz",
     summary="a whole OpenColorIO config in one file, for OpenColorIO from 2.2 on; keeps colours outside sRGB",
     unclipped=True,
-    bake=clf.bake,
     write=write,
+    candidates=clf.candidates,
     reader=Reader(_apply, _table),
 )
