@@ -18,7 +18,7 @@ from skimage.color import combine_stains, rgb_from_hdx, rgb_from_hed
 from skimage.data import immunohistochemistry
 from skimage.io import imread, imsave
 
-from lutgen import DisplayModel, LutgenError, nuclei, read_measurements
+from lutgen import DisplayModel, LutgenError, nuclei
 from lutgen.display import default_display
 from lutgen.names import AGING_MODES
 from lutgen.pictures import blocks, conspicuity
@@ -42,11 +42,6 @@ RARE_FIELD = (
 )
 
 INK, PALE, GROUND = (70, 40, 110), (150, 110, 170), (225, 170, 200)
-
-
-@pytest.fixture(scope="module")
-def model() -> DisplayModel:
-    return DisplayModel(read_measurements(default_display()))
 
 
 def save(path: Path, pixels: Pixels) -> Path:
