@@ -98,8 +98,7 @@ class MatrixLut:
 def table_of(lut: Lut | MatrixLut) -> Array:
     """Return the table of a LUT for a file that holds nothing else. Raises TypeError for a matrix."""
     if not isinstance(lut, Lut):
-        message = "this format holds a table, not a matrix"
-        raise TypeError(message)
+        raise TypeError("this format holds a table, not a matrix")
     return lut.table
 
 
@@ -181,11 +180,10 @@ class Sampler:
             moved = values[nodes] + np.clip(shares[:, np.newaxis] * (white - primary), -MOST_MOVED, MOST_MOVED)
             values[nodes] = np.clip(moved, 0.0, top) if clip else moved
         if not clip and np.abs(values).max() > BRIGHTEST:
-            message = (
+            raise LutgenError(
                 f"{aged.mode} at {aged.hours:g} h: colours reach {np.abs(values).max():.3g} times what a viewer shows, "
                 f"more than a table holds. Check the model's effects and the conditions (--at)."
             )
-            raise LutgenError(message)
         return Lut(space, table)
 
     def candidates(

@@ -27,12 +27,11 @@ def candidates(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | Mat
     luts = sampler.candidates(aged, size, "code", clip=True, largest=LARGEST)
     brightest = table_of(luts[0]).max() * LARGEST
     if brightest <= LARGEST // 2:
-        message = (
+        raise LutgenError(
             f"{aged.mode} at {aged.hours:g} h: a .3dl cannot hold a display whose brightest code value is "
             f"{brightest / LARGEST:.0%} of the viewer's, since readers guess its depth from the largest number. Leave "
             f"the format 3dl out, or that hour."
         )
-        raise LutgenError(message)
     return luts
 
 

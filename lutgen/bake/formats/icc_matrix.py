@@ -72,8 +72,7 @@ def _in_steps(matrix: Array) -> Array:
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     """Return the file's bytes."""
     if not isinstance(lut, MatrixLut):
-        message = "this format holds a matrix, not a table"
-        raise TypeError(message)
+        raise TypeError("this format holds a matrix, not a table")
     tags = icc.display_tags(provenance.title, provenance.lines, _colorants(lut.matrix))
     return icc.profile(device_class=b"mntr", pcs=b"XYZ ", tags=tags)
 
