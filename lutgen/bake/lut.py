@@ -126,13 +126,13 @@ class Sampler:
         """Aged linear light, unclipped, on a lattice uniform in ``space``: shape (size³, 3), red fastest."""
         if compensation_of(aged):
             return self.linear_of(aged, (size, space), lambda: lattice(size, space))
-        return _on_lattice(aged, self._lattice(aged, size, space)[: size**3], size, _same)
+        return _on_lattice(aged, self._lattice(aged, size, space)[: size**3], size, np.asarray)
 
     def linear_of(self, aged: AgedDisplay, name: object, code: Callable[[], Array]) -> Array:
         """Aged linear light, unclipped, of code values that are remembered under a name, both (n, 3)."""
         correction = compensation_of(aged)
         if correction is None:
-            return _linear(aged, self._signal(aged, name, lambda: aged.head_signal(code())))
+            return in_chunks(aged.linear, self._signal(aged, name, lambda: aged.head_signal(code())))
         if correction != self._correction:
             self._drives, self._correction = {}, correction
         if name not in self._drives:
@@ -199,15 +199,6 @@ class Sampler:
         whole = largest is not None
         luts = [self.lut(each, size, space, clip=clip, whole=whole) for each in displays for space in spaces]
         return [lut.in_steps(largest) if largest else lut for lut in luts]
-
-
-def _linear(aged: AgedDisplay, signal: Array) -> Array:
-    """Signal behind the head (n, k) → linear light, unclipped, (n, 3)."""
-    return in_chunks(aged.linear, signal)
-
-
-def _same(linear: Array) -> Array:
-    return linear
 
 
 def _on_lattice(aged: AgedDisplay, signal: Array, size: int, held: Callable[[Array], Array]) -> Array:
