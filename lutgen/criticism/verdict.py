@@ -18,7 +18,7 @@ from lutgen.criticism.session_light import more_light
 from lutgen.criticism.shares import shares_of_delta_e
 from lutgen.criticism.stepwise import MOST_OF_IT
 from lutgen.criticism.tails import SLIP
-from lutgen.criticism.weighing import Weighed, bends_curves
+from lutgen.criticism.weighing import Weighed, bends_curves, is_of_curves
 from lutgen.numerals import percent
 
 if TYPE_CHECKING:
@@ -257,7 +257,7 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
     probed = weighed.left if weighed.left.names else weighed.nothing
     # What explains no more than formulas may miss may be for what a formula of a curve misses.
     main = [step for step in steps if weighed.shares[step.name] > 1.0 - MOST_OF_IT]
-    curves = len(steps) > 1 and weighed.explains and _is_of_curves(main, explanation, weighed)
+    curves = len(steps) > 1 and weighed.explains and is_of_curves(main, weighed.shares, explanation.base)
     pair = weighed.sound and weighed.clean and len(weighed.kept) == 2
     if curves and not (pair and overlap([step.chosen for step in weighed.kept], base)):
         return replace(_bent(explanation, weighed), remarks=remarks)
@@ -286,17 +286,6 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
     else:
         worded = _several(kept, weighed.shares, seen, left)
     return replace(worded, shares=weighed.shares, shares_delta_e=seen, remarks=remarks)
-
-
-def _is_of_curves(main: Sequence[Step], explanation: Explanation, weighed: Weighed) -> bool:
-    """Whether effects that explain more than formulas may miss are a bent curve and what takes up what its form misses.
-
-    Behind a display's own curves that may be mixing: how light of several channels goes with their drive, nobody read.
-    """
-    if not main or not bends_curves(max(main, key=lambda step: weighed.shares[step.name]).effect):
-        return False
-    native = explanation.base.problem.native is not None
-    return all(bends_curves(step.effect) or (native and step.effect.stage == "mixing") for step in main)
 
 
 def _is_shadowed(kept: tuple[Step, ...], explanation: Explanation, error: PureError) -> bool:

@@ -12,8 +12,9 @@ from lutgen.criticism.shares import shares_of_delta_e
 from lutgen.criticism.stepwise import MOST_OF_IT, stand_apart, together
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
+    from lutgen.criticism.fit import Fit
     from lutgen.criticism.pure_error import PureError
     from lutgen.criticism.stepwise import Explanation, Step
     from lutgen.effects import Effect
@@ -119,6 +120,17 @@ def _needed(
 def bends_curves(effect: Effect) -> bool:
     """Whether an effect changes code values on their way, or the curves: what one misses others of these take up."""
     return effect.stage in {"drive", "transfer"}
+
+
+def is_of_curves(main: Sequence[Step], shares: Mapping[str, float], base: Fit) -> bool:
+    """Whether effects that explain more than formulas may miss are a bent curve and what takes up what its form misses.
+
+    Behind a display's own curves that may be mixing: how light of several channels goes with their drive, nobody read.
+    """
+    if not main or not bends_curves(max(main, key=lambda step: shares[step.name]).effect):
+        return False
+    native = base.problem.native is not None
+    return all(bends_curves(step.effect) or (native and step.effect.stage == "mixing") for step in main)
 
 
 def _is_alike(one: Effect, other: Effect) -> bool:
