@@ -43,8 +43,9 @@ test-quick: setup
 test-all: test-slow ## what `make test` leaves out: slow tests, programs, the other OpenColorIO; all of it with ARGS=--everything
 	@if grep -q ^debian .venv/lutgen-setup; then $(MAKE) --no-print-directory test-other OCIO=wheels; fi
 
+# Slow tests wait for programs: one process more than there are processors.
 test-slow: programs
-	@$(ALONE) $(PYTEST) -m slow $(ARGS)
+	@$(ALONE) $(PYTEST) --numprocesses $$(($$(nproc) + 1)) -m slow $(ARGS)
 
 # What never touches OpenColorIO or OpenImageIO is the same with any make of them, and so are the texts' examples.
 test-other: $(if $(findstring --everything,$(ARGS)),programs,setup)

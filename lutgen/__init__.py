@@ -107,6 +107,5 @@ if TYPE_CHECKING:
 def __getattr__(name: str) -> Any:
     """Import a public name on first use (PEP 562)."""
     if name not in _HOME:
-        message = f"module 'lutgen' has no attribute {name!r}"
-        raise AttributeError(message)
+        raise AttributeError(f"module 'lutgen' has no attribute {name!r}")
     return getattr(import_module(_HOME[name]), name)

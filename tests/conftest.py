@@ -13,14 +13,17 @@ from hypothesis import settings
 
 from lutgen.bindings import ocio, oiio
 from tests.browser import browser
+from tests.command import in_process
 from tests.firefox import FIREFOX, firefox
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
     from pathlib import Path
 
+    from lutgen import DisplayModel, Measurements
     from tests import browser as chromium_browser
     from tests import firefox as firefox_browser
+    from tests.command import Done
 
 T = TypeVar("T")
 
@@ -103,6 +106,35 @@ def pytest_collection_finish() -> None:
 def pytest_report_header() -> str:
     """Say which bindings are under test."""
     return f"OpenColorIO {ocio().__version__} from {ocio().__file__}, OpenImageIO {oiio().VERSION_STRING}"
+
+
+@pytest.fixture
+def lutgen(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
+    """Run ``lutgen`` in this process."""
+    return in_process(monkeypatch, capsys)
+
+
+@pytest.fixture
+def run(lutgen: Callable[..., Done], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Done]:
+    """Run ``lutgen`` in this process, in an empty folder; files may put something into it."""
+    monkeypatch.chdir(tmp_path)
+    return lutgen
+
+
+@pytest.fixture(scope="session")
+def readings() -> Measurements:
+    """The default display's."""
+    from lutgen import default_display, read_measurements
+
+    return read_measurements(default_display())
+
+
+@pytest.fixture(scope="session")
+def model(readings: Measurements) -> DisplayModel:
+    """The default display."""
+    from lutgen import DisplayModel
+
+    return DisplayModel(readings)
 
 
 @pytest.fixture(scope="session")

@@ -14,10 +14,9 @@ import pytest
 from PIL import Image, ImageCms
 from skimage import data
 
-from lutgen import DisplayModel, LutgenError, apply_to_image, read_measurements
+from lutgen import DisplayModel, LutgenError, apply_to_image
 from lutgen.bindings import oiio
 from lutgen.colorimetry import code_to_linear, linear_to_code
-from lutgen.display import default_display
 from lutgen.pictures.engines import ChainEngine, PaperEngine, engine_for
 from tests.command import exit_code
 from tests.disk import mounted
@@ -90,11 +89,6 @@ def eight_bits(code: NDArray[np.float64]) -> Pixels:
 @pytest.fixture(scope="module")
 def tissue() -> Pixels:
     return np.asarray(data.immunohistochemistry())
-
-
-@pytest.fixture(scope="module")
-def model() -> DisplayModel:
-    return DisplayModel(read_measurements(default_display()))
 
 
 @pytest.fixture(scope="module")

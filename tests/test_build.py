@@ -44,11 +44,6 @@ JOURNAL = ".lutgen-build.json"
 
 
 @pytest.fixture(scope="module")
-def model() -> DisplayModel:
-    return DisplayModel(read_measurements(default_display()))
-
-
-@pytest.fixture(scope="module")
 def small(model: DisplayModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """One build, which no test alters."""
     folder = tmp_path_factory.mktemp("small") / "aged"

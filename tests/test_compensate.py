@@ -36,23 +36,18 @@ from lutgen.display.paper import Selection, matrices_of
 from lutgen.display.search import _Problem, searched
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError
-from lutgen.readings import Measurements, read_measurements
 from tests.quick import mostly_slow
 from tests.twin import PAPER_LAW, Twin, rows_of_csv
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.display import Compensation
+    from lutgen.readings import Measurements
 
 pytestmark = pytest.mark.numbers
 
 #: Effects that a display can have beside the paper's model, and the search has to undo.
 BAKED = [name for name, each in catalogue().items() if each.stage not in ("instrument", "selection")]
-
-
-@pytest.fixture(scope="module")
-def readings() -> Measurements:
-    return read_measurements(default_display())
 
 
 @pytest.fixture(scope="module")

@@ -21,8 +21,6 @@ from lutgen.bake.readback import apply_lut
 from lutgen.bindings import ocio
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
-from lutgen.readings import read_measurements
-from tests.command import in_process
 from tests.twin import PAPER_LAW, Twin, rows_of_csv
 
 if TYPE_CHECKING:
@@ -33,11 +31,6 @@ if TYPE_CHECKING:
 
 HOURS, MODES = (10_000.0, 18_000.0), ("chroma", "chroma-luma")
 CORRECTIONS = Plan(HOURS, modes=MODES, direction="compensate")
-
-
-@pytest.fixture(scope="module")
-def model() -> DisplayModel:
-    return DisplayModel(read_measurements(default_display()))
 
 
 @pytest.fixture(scope="module")
@@ -52,11 +45,6 @@ def simulated(model: DisplayModel, tmp_path_factory: pytest.TempPathFactory) -> 
     folder = tmp_path_factory.mktemp("simulated") / "aged"
     build(model, Plan(HOURS, modes=MODES, formats=("clf",)), folder)
     return folder
-
-
-@pytest.fixture
-def lutgen(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
-    return in_process(monkeypatch, capsys)
 
 
 def manifest_of(folder: Path) -> dict[str, Any]:

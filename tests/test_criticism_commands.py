@@ -23,7 +23,7 @@ from lutgen.readings.conditions import CONDITIONS
 from lutgen.report import diagnosis as diagnosis_page
 from lutgen.report.effect_sketch import FOLLOWS, of_condition, sketched
 from tests.campaigns import single, text_of, write
-from tests.command import Done, in_process, words
+from tests.command import Done, words
 from tests.quick import mostly_slow
 
 if TYPE_CHECKING:
@@ -35,14 +35,6 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.numbers
 
 COMMANDS = ("compare", "diagnose", "refine", "plan")
-
-
-@pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
-    """Run lutgen in this process, in an empty folder."""
-    monkeypatch.chdir(tmp_path)
-
-    return in_process(monkeypatch, capsys)
 
 
 @pytest.mark.parametrize(

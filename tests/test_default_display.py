@@ -19,7 +19,6 @@ from configs.displays.reconstruct_ccfl import REACHED, Drift
 from configs.displays.table1 import Colours, Curve
 from lutgen import lifetime
 from lutgen.display import DisplayModel, default_display
-from lutgen.readings import read_measurements
 from tests.twin import Twin, rows_of_csv
 
 if TYPE_CHECKING:
@@ -32,11 +31,6 @@ ROOT = Path(__file__).parent.parent
 # As the paper prints them: hours until Max 3, average 3, Max 5, average 5.
 PAPER = {"chroma": (4500, 7800, 8100, 11100), "chroma-luma": (2200, 3700, 4100, 5800)}
 GATES = {"chroma": 0.05, "chroma-luma": 0.10}
-
-
-@pytest.fixture(scope="module")
-def model() -> DisplayModel:
-    return DisplayModel(read_measurements(default_display()))
 
 
 @pytest.fixture(scope="module")

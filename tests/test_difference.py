@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from lutgen import AppliedEffect, DisplayModel, read_measurements
+from lutgen import AppliedEffect, DisplayModel
 from lutgen.colorimetry import CHUNK, LINEAR_TO_XYZ, SRGB_XY, delta_e_2000
-from lutgen.display import default_display
 from lutgen.display.conditions import conditions_of
 from lutgen.effects import catalogue
 from lutgen.pictures.difference import differences
@@ -25,11 +24,6 @@ pytestmark = pytest.mark.numbers
 
 #: Hues, in degrees, at which a formula of CIEDE2000 changes: the wrap, where sine or cosine change sign, the rotation.
 EDGES = (0.0, 90.0, 95.0, 180.0, 270.0, 275.0, 360.0)
-
-
-@pytest.fixture(scope="module")
-def model() -> DisplayModel:
-    return DisplayModel(read_measurements(default_display()))
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from PIL import Image
 from skimage.data import immunohistochemistry
 from skimage.io import imsave
 
-from lutgen import DisplayModel, LutgenError, default_display, lifetime, read_measurements
+from lutgen import DisplayModel, LutgenError, lifetime
 from lutgen.bindings import oiio
 from lutgen.colorimetry import LINEAR_TO_XYZ
 from lutgen.pictures import difference_map as module
@@ -37,11 +37,6 @@ if TYPE_CHECKING:
     from lutgen.pictures.difference_map import DifferenceMap
 
 AGE = ("chroma-luma", 10_000.0)
-
-
-@pytest.fixture(scope="module")
-def model() -> DisplayModel:
-    return DisplayModel(read_measurements(default_display()))
 
 
 @pytest.fixture(scope="module")

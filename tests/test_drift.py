@@ -13,7 +13,7 @@ from lutgen.criticism.compare import compare
 from lutgen.criticism.diagnose import diagnose
 from lutgen.criticism.drift import drifts
 from lutgen.criticism.problem import Problem
-from tests.command import Done, in_process, words
+from tests.command import Done, words
 from tests.native_displays import BLACK, GREYS, RAMPS, TIPS, Panel, session, write
 from tests.schemas import validator
 
@@ -123,10 +123,3 @@ def test_compare_names_the_reading(tmp_path: Path, run: Callable[..., Done]) -> 
     validator("compare").validate(content)
     (found,) = content["drifts"]
     assert f"code 1, 1, 1, read before, has {found['change']:+.1%} in {found['line']}." in page
-
-
-@pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
-    """Run lutgen in this process, in an empty folder."""
-    monkeypatch.chdir(tmp_path)
-    return in_process(monkeypatch, capsys)

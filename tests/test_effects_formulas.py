@@ -44,13 +44,28 @@ TWINS: tuple[tuple[str, Mapping[str, float], Scene, object, object], ...] = (
     ("eotf-drift", {"grown": 0.2, "power": 2.0}, at(HALF), [LINEAR], [[x**1.05 for x in LINEAR]]),
     (
         "eotf-drift",
+        {"slope_new": 0.2},
+        at(),
+        [LINEAR],
+        [[x ** (1 + 0.2 * (2 * float(linear_to_code(x)) - 1)) for x in LINEAR]],
+    ),
+    (
+        "eotf-drift",
         {"slope_grown": 0.2},
         at(),
         [LINEAR],
         [[x ** (1 + 0.2 * (2 * float(linear_to_code(x)) - 1)) for x in LINEAR]],
     ),
     ("channel-gamma", {"green_new": 0.1, "green_grown": 0.1}, at(HALF), [LINEAR], [[0.2, 0.5**1.15, 0.9]]),
+    (
+        "channel-gamma",
+        {"red_new": 0.1, "red_grown": 0.1, "blue_new": 0.2},
+        at(HALF),
+        [LINEAR],
+        [[0.2**1.15, 0.5, 0.9**1.2]],
+    ),
     ("drive-loss", {"new": 0.1, "grown": 0.2}, at(HALF), [LINEAR], [[0.16, 0.4, 0.72]]),
+    ("drive-loss", {"grown": 0.2, "power": 2.0}, at(HALF), [LINEAR], [[0.19, 0.475, 0.855]]),
     ("drive-loss", {"blue": 0.1}, at(0.0), [LINEAR], [[0.2, 0.5, 0.81]]),
     (
         "crosstalk",
@@ -68,6 +83,13 @@ TWINS: tuple[tuple[str, Mapping[str, float], Scene, object, object], ...] = (
     ),
     ("crosstalk", {"both": 0.1}, at(), [LINEAR], [[0.2 * (1 - 0.045), 0.5 * (1 - 0.018), 0.9 * (1 - 0.01)]]),
     ("loading", {"new": 0.1}, at(code=(0.3, 0.6, 0.9)), [LINEAR], [[x * (1 - 0.06) for x in LINEAR]]),
+    (
+        "loading",
+        {"new": 0.1, "grown": 0.2, "power": 2.0},
+        at(HALF, code=(0.3, 0.6, 0.9)),
+        [LINEAR],
+        [[x * (1 - 0.15 * 0.6) for x in LINEAR]],
+    ),
     (
         "loading",
         {"new": 0.1, "bend": 2.0},
@@ -115,6 +137,8 @@ TWINS: tuple[tuple[str, Mapping[str, float], Scene, object, object], ...] = (
         [10 + 0.01 * (0.1 * 10 + 0.9 * TIPS[0])],
     ),
     ("meter-offset", {"offset": 0.01, "offset_z": 0.02}, at(), [[1.0] * 3], [1 + 0.01 * D65 + [0, 0, 0.02]]),
+    ("meter-offset", {"offset": 0.01, "grown": 1.0}, at(HALF), [[1.0] * 3], [1 + 0.015 * D65]),
+    ("meter-offset", {"offset": 0.01, "per_kelvin": 0.1}, at(temperature_c=35.0), [[1.0] * 3], [1 + 0.01 * np.e * D65]),
     ("meter-drift", {"drift": 0.02, "drift_x": 0.01}, at(HALF), [[1.0] * 3], [[1.015, 1.01, 1.01]]),
     ("warm-up", {"amount": 0.1, "minutes": 30}, at(warmup_min=30.0), TIPS[None], TIPS[None] * (1 - 0.1 / np.e)),
     # 1/(1 + m/τ_w) instead of the exponential

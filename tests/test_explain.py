@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from dataclasses import replace
 from datetime import date
@@ -24,6 +23,7 @@ from lutgen.readings import read_campaign, read_session
 from lutgen.readings.campaign import Campaign, CampaignEntry
 from lutgen.readings.session import Session
 from lutgen.readings.steadiness import drift_by_repeats
+from tests.real_data import real_data
 from tests.virtual_sessions import __main__ as scoring
 from tests.virtual_sessions.campaigns import life, write
 from tests.virtual_sessions.causes import SIZES, case
@@ -559,11 +559,8 @@ REAL = {
 
 @pytest.mark.parametrize("name", REAL)
 def test_real_sessions_are_explained_as_their_authors_noted(name: str) -> None:
-    folder = os.environ.get("LUTGEN_REAL_DATA")
-    if not folder:
-        pytest.skip("LUTGEN_REAL_DATA does not name the folder of shared measurements")
     before, after, expected = REAL[name]
-    entries = tuple(_entry(Path(folder), start) for start in (before, after))
+    entries = tuple(_entry(real_data(), start) for start in (before, after))
     campaign = Campaign("real", None, entries, "<memory>", "")
     (found,) = explain(campaign, reference=entries[0].session.file).verdicts
     assert {*found.names} == expected - {""}

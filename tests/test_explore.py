@@ -34,7 +34,6 @@ from lutgen.names import FORETELLING_BASELINES
 from lutgen.pictures.viewer import WHITE
 from lutgen.readings import read_measurements
 from lutgen.server import HOST, MOST_AT_ONCE, RefusedError, page_file
-from tests.command import Done, in_process
 from tests.test_own_effects import GOOD
 from tests.test_study_server import Client
 from tests.virtual_display.campaign import Campaign, csv_text
@@ -42,13 +41,10 @@ from tests.virtual_display.campaign import Campaign, csv_text
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
+    from tests.command import Done
+
 EXAMPLE = str(example_readings())
 BOTH = ["eotf-drift", "black-level"]
-
-
-@pytest.fixture
-def lutgen(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
-    return in_process(monkeypatch, capsys)
 
 
 class Told(list[tuple[str, Any]]):

@@ -12,7 +12,7 @@ from PIL import Image
 from skimage.data import immunohistochemistry
 from skimage.io import imsave
 
-from lutgen import DisplayModel, LutgenError, apply_to_image, default_display, lifetime, read_measurements
+from lutgen import DisplayModel, LutgenError, apply_to_image, default_display, lifetime
 from lutgen.cli.commands import animate as animate_command
 from lutgen.colorimetry import code_to_linear, linear_to_code
 from lutgen.pictures.frame import GREY, aged_series
@@ -20,7 +20,7 @@ from lutgen.report import difference_map, sheets
 from lutgen.report.animation import LONGEST, SECONDS, animate, frame
 from lutgen.report.lifetimes import plot_lifetime
 from lutgen.report.sheets import COLUMNS, Layout, check_hours, draw_figure, longest
-from tests.command import Done, in_process, replaces_by_force_alone
+from tests.command import Done, replaces_by_force_alone
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -30,18 +30,11 @@ AGES = (("chroma", 10_000.0), ("chroma", 18_000.0), ("chroma-luma", 10_000.0), (
 
 
 @pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
+def run(run: Callable[..., Done], tmp_path: Path) -> Callable[..., Done]:
     """Run `lutgen` in this process, in a folder with a.png."""
-    monkeypatch.chdir(tmp_path)
     tissue = np.asarray(immunohistochemistry())[200:261, 200:273]
     imsave(tmp_path / "a.png", tissue, check_contrast=False)
-
-    return in_process(monkeypatch, capsys)
-
-
-@pytest.fixture(scope="module")
-def model() -> DisplayModel:
-    return DisplayModel(read_measurements(default_display()))
+    return run
 
 
 def written(folder: Path) -> set[str]:

@@ -29,7 +29,6 @@ from lutgen.errors import LutgenError
 from lutgen.lint import lint
 from lutgen.pictures.engines import engine_for
 from lutgen.readings import read_measurements
-from tests.command import Done, in_process
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -37,6 +36,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay
+    from tests.command import Done
 
 PROVENANCE = Provenance("Aged display, chroma", "lutgen-chroma", ("lutgen: what it shows", "hours: 18000"))
 SIZE = 17
@@ -52,11 +52,6 @@ def model(**parameters: float) -> DisplayModel:
 
 
 NEUTRAL = {"new": 0.0, "grown": 0.0, "power": 1.0, "saturation": 0.0, "tint_x": 0.0, "tint_z": 0.0}
-
-
-@pytest.fixture
-def lutgen(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
-    return in_process(monkeypatch, capsys)
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,6 +14,7 @@ from tests.generators.real import BASES, KINDS, OUTSIDE, campaign
 from tests.generators.real.aging import KINDS as DECAYS
 from tests.generators.real.groups import select
 from tests.generators.real.response import display
+from tests.real_data import needs_sessions
 
 if TYPE_CHECKING:
     from tests.generators.truth import Truth
@@ -22,9 +22,6 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 pytestmark = pytest.mark.numbers
-needs_sessions = pytest.mark.skipif(
-    "LUTGEN_REAL_DATA" not in os.environ, reason="LUTGEN_REAL_DATA is not set: the real sessions are not published here"
-)
 X61 = "ThinkPad_X61__N121X5-L06__1_2020-05-26_15-02"
 SOME = (X61, "ThinkBook_14p__NV140DRM-N62__1_2022-08-01_19-50", "LG_ULTRAWIDE_20220226")
 

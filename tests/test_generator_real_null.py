@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +13,7 @@ from tests.generators.real.designs import COLUMNS
 from tests.generators.real.groups import select
 from tests.generators.real.noise import session_spread
 from tests.generators.real.response import display, observer, spectra
+from tests.real_data import needs_sessions
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -21,9 +21,6 @@ if TYPE_CHECKING:
     from tests.generators.truth import Truth
 
 pytestmark = pytest.mark.numbers
-needs_sessions = pytest.mark.skipif(
-    "LUTGEN_REAL_DATA" not in os.environ, reason="LUTGEN_REAL_DATA is not set: the real sessions are not published here"
-)
 X61 = "ThinkPad_X61__N121X5-L06__1_2020-05-26_15-02"
 
 

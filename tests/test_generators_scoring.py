@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from tests.generators import __main__ as command
+from tests.generators import spectral
 from tests.generators.meters import METERS
 from tests.generators.rewritings import NOTHING_LOST, OF_TRUTH, SOMETHING_LOST
 from tests.generators.scoring import ask as asking
@@ -166,25 +167,43 @@ def test_displays_of_their_own_curves_are_not_foretold_from_hour_0() -> None:
 
 @pytest.mark.parametrize("target", [1.2, 3.0, 9.0])
 def test_a_hidden_size_is_solved_for(target: float) -> None:
-    found = sized(partial(_hiding, "black-level"), target, first_hour=False, discrepancy=(0.0, 0.0))
+    found = sized(partial(_hiding, "black-level"), target, baseline="colour-points")
     assert found.multiple == pytest.approx(target, rel=0.06)
-    twice = sized(partial(_hiding, "black-level"), 2 * target, first_hour=False, discrepancy=(0.0, 0.0))
+    twice = sized(partial(_hiding, "black-level"), 2 * target, baseline="colour-points")
     # A leak is linear in its size.
     assert twice.size / found.size == pytest.approx(2.0, rel=0.12)
 
 
 def test_a_wrong_model_of_the_display_hides_more() -> None:
     fine, coarse = (
-        sized(partial(_hiding, "black-level"), 3.0, first_hour=False, discrepancy=wrong).size
+        sized(partial(_hiding, "black-level"), 3.0, baseline="colour-points", discrepancy=wrong).size
         for wrong in ((0.0, 0.0), (0.01, 0.02))
     )
     assert coarse > 2.0 * fine
 
 
+def test_a_native_display_has_what_never_changes_in_its_own_curves() -> None:
+    def hiding(size: float) -> Truth:
+        return spectral.campaign(4, {"loading": size}, design="grey")
+
+    assert sized(hiding, 3.0, baseline="colour-points").multiple == pytest.approx(3.0, rel=0.06)
+    assert sized(hiding, 3.0, baseline="native").multiple < 0.01
+
+
+@pytest.mark.parametrize(
+    ("sort", "multiples", "counts"), [("law", (0.9,), False), ("law", (1.1,), True), ("blind", (), True)]
+)
+def test_a_typical_size_that_no_meter_would_see_is_left_out(
+    sort: str, multiples: tuple[float, ...], counts: bool
+) -> None:
+    question = Question("stub", sort, 0, 7, effects=("meter-drift",), sizes=(0.8,), typical=True)
+    assert Answered(question, multiples, Said(Reply("consistent"))).large_enough is counts
+
+
 def test_uniform_decay_shows_from_hour_0_alone() -> None:
-    beside_tips = sized(partial(_hiding, "backlight-decay"), 3.0, first_hour=False, discrepancy=(0.0, 0.0))
+    beside_tips = sized(partial(_hiding, "backlight-decay"), 3.0, baseline="colour-points")
     assert beside_tips.multiple < 0.01
-    from_hour_0 = sized(partial(_hiding, "backlight-decay"), 3.0, first_hour=True, discrepancy=(0.0, 0.0))
+    from_hour_0 = sized(partial(_hiding, "backlight-decay"), 3.0, baseline="first-hour")
     assert from_hour_0.multiple == pytest.approx(3.0, rel=0.06)
     assert from_hour_0.size < MOST
 

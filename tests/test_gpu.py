@@ -20,16 +20,14 @@ from lutgen.bake.lut import Sampler
 from lutgen.bake.spaces import lattice
 from lutgen.bindings import ocio
 from lutgen.colorimetry import code_to_linear
-from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
-from lutgen.readings import read_measurements
-from tests.command import in_process
 
 if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
     from lutgen.colorimetry import Array
+    from lutgen.display import DisplayModel
     from tests.command import Done
 
 HOURS = (10_000.0,)
@@ -51,11 +49,6 @@ def drawn(test: Callable[..., None]) -> Callable[..., None]:
     return marked
 
 
-@pytest.fixture(scope="module")
-def model() -> DisplayModel:
-    return DisplayModel(read_measurements(default_display()))
-
-
 @pytest.fixture(scope="module", params=["cube", "clf"])
 def built(request: pytest.FixtureRequest, model: DisplayModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp(str(request.param)) / "aged"
@@ -66,11 +59,6 @@ def built(request: pytest.FixtureRequest, model: DisplayModel, tmp_path_factory:
 @pytest.fixture(scope="module")
 def colours() -> Array:
     return np.concatenate([certificate_colours(Counts(12_500, 1_024, 8_000, 4_096)), lattice(2, "code")])
-
-
-@pytest.fixture
-def lutgen(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
-    return in_process(monkeypatch, capsys)
 
 
 @drawn

@@ -27,6 +27,9 @@ from lutgen.effects import catalogue
 from lutgen.effects.shapes import is_knot
 from tests.campaigns import single, text_of
 from tests.command import Done, in_process
+from tests.generators.meters import METERS
+from tests.generators.ours import campaign
+from tests.generators.table import table
 from tests.quick import mostly_slow
 from tests.readings_text import read
 from tests.virtual_display.campaign import Campaign, csv_text
@@ -413,3 +416,12 @@ def test_a_backlight_that_follows_the_picture_is_not_three_effects() -> None:
     light[problem.rows] *= np.where(plain > 0, ratio, 1.0)
     found = diagnose(quiet.with_light(light))
     assert found.verdict.effects == ("dynamic-contrast",), found.verdict.sentence
+
+
+def test_an_effect_that_explains_less_than_half_is_no_finding_though_the_rest_is_even() -> None:
+    """Light of the patch before stays for a while, whatever the patch: to a search for effects that is scatter."""
+    truth = campaign(1425548862, {"image-retention": 0.012060213562956609})
+    text = table(truth, METERS["gaussian"].read(truth, 1425548862), order=False)
+    found = diagnose(read(text, file="retention.csv", sha256=""))
+    assert [step.name for step in found.explanation.steps] == ["black-level"]
+    assert found.verdict.name == "unexplained"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
@@ -21,6 +20,7 @@ from lutgen.history.patches import GAMUTS, _covered
 from lutgen.history.transfer import native_gamma, native_ramp
 from lutgen.readings import read_session
 from lutgen.report.inspection import headline, inspect_page, picture_names, plot_inspection
+from tests.real_data import real_data
 from tests.schemas import validator
 from tests.session_files import DRIVE, GAMMA, LEAK, WHITE_CD_M2, curves, light, ti3
 
@@ -243,10 +243,7 @@ def test_uneven_screens_are_told_from_the_middle(tmp_path: Path) -> None:
 
 @pytest.fixture(scope="module")
 def real() -> dict[str, Inspection]:
-    folder = os.environ.get("LUTGEN_REAL_DATA")
-    if not folder:
-        pytest.skip("LUTGEN_REAL_DATA does not name the folder of shared measurements")
-    files = [path for path in Path(folder, "real").rglob("*") if path.suffix in {".ti3", ".csv"}]
+    files = [path for path in (real_data() / "real").rglob("*") if path.suffix in {".ti3", ".csv"}]
     return {path.name: inspect_session(read_session(path)) for path in files}
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +15,7 @@ from lutgen.errors import LutgenError
 from lutgen.names import INSTRUMENTS
 from lutgen.readings import read_session
 from lutgen.readings.instruments import instrument_of
+from tests.real_data import real_data
 from tests.test_noise import readings, with_noise
 
 if TYPE_CHECKING:
@@ -144,12 +144,9 @@ def test_the_dark_offset_and_the_wander_start_from_the_instruments(tmp_path: Pat
 
 
 def test_figures_of_the_i1display_pro_are_those_of_the_published_sessions() -> None:
-    folder = os.environ.get("LUTGEN_REAL_DATA")
-    if not folder:
-        pytest.skip("LUTGEN_REAL_DATA does not name the folder of shared measurements")
     white: list[Array] = []
     black: list[Array] = []
-    for path in sorted(Path(folder, "real", "jamesits").glob("*.ti3")):
+    for path in sorted((real_data() / "real" / "jamesits").glob("*.ti3")):
         session = read_session(path)
         assert "i1 DisplayPro" in session.instrument
         for kind, found in (("white", white), ("black", black)):

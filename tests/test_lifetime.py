@@ -15,7 +15,7 @@ from jsonschema.exceptions import ValidationError
 from skimage.data import immunohistochemistry
 from skimage.io import imsave
 
-from lutgen import AppliedEffect, DisplayModel, LutgenError, lifetime, read_measurements
+from lutgen import AppliedEffect, DisplayModel, LutgenError, lifetime
 from lutgen.colorimetry import xyY_to_xyz
 from lutgen.display import Estimate, LatentTips, default_display
 from lutgen.effects import catalogue
@@ -44,11 +44,6 @@ if TYPE_CHECKING:
 
 Pixels = Any
 HOURS = (0.0, 2500.0, 9000.0, 18_000.0)
-
-
-@pytest.fixture(scope="module")
-def model() -> DisplayModel:
-    return DisplayModel(read_measurements(default_display()))
 
 
 @pytest.fixture(scope="module")

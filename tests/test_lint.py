@@ -105,8 +105,7 @@ def test_the_packages_can_be_called_like_the_functions_whose_names_they_have(tmp
 
 def test_a_trial_tells_what_a_reader_did(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(path: Path, _code: NDArray[np.uint8]) -> Array:
-        message = f"no domain in {path}"
-        raise Refusal(message)
+        raise Refusal(f"no domain in {path}")
 
     def as_meant(path: Path, code: NDArray[np.uint8]) -> Array:
         meant = read_as_meant(scan_cube(path, keep=True), code / 255)
@@ -114,8 +113,7 @@ def test_a_trial_tells_what_a_reader_did(tmp_path: Path, monkeypatch: pytest.Mon
         return meant
 
     def absent() -> str:
-        message = "is not here"
-        raise Absent(message)
+        raise Absent("is not here")
 
     def reader(name: str, apply: Callable[..., Array], version: Callable[[], str] = lambda: "1.0") -> Program:
         return Program(lambda: name, version, apply, tolerance=1e-5, clips=False)

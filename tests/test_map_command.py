@@ -15,7 +15,7 @@ from lutgen import DisplayModel, default_display, lifetime, read_measurements
 from lutgen.cli.commands import map as map_command
 from lutgen.pictures.lifetime import TABLE_1, TABLE_1_COLUMNS
 from lutgen.report.difference_map import RANGE
-from tests.command import Done, in_process, replaces_by_force_alone, words
+from tests.command import Done, replaces_by_force_alone, words
 from tests.schemas import validator
 
 if TYPE_CHECKING:
@@ -26,14 +26,12 @@ AGE = ("--mode", "chroma-luma", "--hours", "10000")
 
 
 @pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
+def run(run: Callable[..., Done], tmp_path: Path) -> Callable[..., Done]:
     """Run `lutgen` in this process, in a folder with a.png and b.png."""
-    monkeypatch.chdir(tmp_path)
     tissue = np.asarray(immunohistochemistry())
     for name, corner in (("a.png", 200), ("b.png", 300)):
         imsave(tmp_path / name, tissue[corner : corner + 48, corner : corner + 48], check_contrast=False)
-
-    return in_process(monkeypatch, capsys)
+    return run
 
 
 def written(folder: Path) -> set[str]:

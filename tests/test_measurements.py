@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -16,6 +15,7 @@ from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
 from lutgen.readings import read_measurements
 from tests.command import here
+from tests.real_data import real_data
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -208,10 +208,7 @@ def test_the_suffix_may_be_in_capitals(tmp_path: Path) -> None:
 
 
 def test_real_readings_are_read() -> None:
-    folder = os.environ.get("LUTGEN_REAL_DATA")
-    if not folder:
-        pytest.skip("LUTGEN_REAL_DATA does not name the folder of shared measurements")
-    readings = read_measurements(Path(folder) / "sample_readings.csv")
+    readings = read_measurements(real_data() / "sample_readings.csv")
     hours, tips = readings.tips()
     assert hours.size == 4
     assert hours[0] == 0

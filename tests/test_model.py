@@ -61,11 +61,6 @@ def twin_rows(readings: Measurements) -> list[Row]:
 
 
 @pytest.fixture(scope="module")
-def readings() -> Measurements:
-    return read_measurements(default_display())
-
-
-@pytest.fixture(scope="module")
 def rows() -> list[Row]:
     return rows_of_csv(Path(default_display()).read_text(encoding="utf-8"))
 

@@ -78,11 +78,6 @@ LEAK = "leak: xyz + k*tau*white; k=0.002[0,0.05]"
 
 
 @pytest.fixture(scope="module")
-def readings() -> Measurements:
-    return read_measurements(default_display())
-
-
-@pytest.fixture(scope="module")
 def colours() -> Array:
     random = np.random.default_rng(3)
     greys = np.repeat(np.linspace(0, 1, 52)[:, np.newaxis], 3, axis=1)

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 from dataclasses import replace
 from itertools import product
-from pathlib import Path
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, cast
 
@@ -37,10 +35,12 @@ from lutgen.errors import LutgenError
 from lutgen.readings import Measurements, read_measurements
 from tests.native_displays import BLACK, GREYS, LEVELS, MIXTURES, RAMPS, TIPS, Panel, from_8_bit, session, write
 from tests.readings_text import read
+from tests.real_data import real_data
 from tests.virtual_display.campaign import Campaign, csv_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
     from lutgen.criticism.fit import Fit
 
@@ -465,10 +465,7 @@ def test_compare_says_how_far_the_paper_is_from_the_first_session() -> None:
 def test_real_displays_are_nearer_to_their_own_first_session(
     name: str, dates: tuple[str, ...], paper: float, native: float
 ) -> None:
-    folder = os.environ.get("LUTGEN_REAL_DATA")
-    if not folder:
-        pytest.skip("LUTGEN_REAL_DATA does not name the folder of shared measurements")
-    files = [next(Path(folder, "real", "ickc").glob(f"{name}_{date}_*.csv")) for date in dates]
+    files = [next((real_data() / "real" / "ickc").glob(f"{name}_{date}_*.csv")) for date in dates]
     readings = from_8_bit(files, [1000.0 * k for k in range(len(files))])
     own = compare(readings, baseline="native", instrument="0.004,0.01")
     usual = compare(readings, instrument="0.004,0.01")
@@ -560,6 +557,20 @@ def test_errors_of_the_first_session_are_unknowns_of_known_size() -> None:
     left = right - whole @ np.linalg.lstsq(whole, right, rcond=1e-12)[0]
     assert system.chi2 == pytest.approx(float(left @ left), rel=1e-9)
     assert 0.8 < found.chi2 / found.freedom < 1.25
+
+
+def test_a_slip_of_the_first_session_says_little_of_its_colour() -> None:
+    problem = Problem.of(bright_mixtures(), baseline="native")
+    memory = problem.remembered
+    assert memory
+    colour = int(memory.colour.max())
+    drive = problem.readings.drive
+    code = drive[problem.rows][memory.colour == colour][0]
+    weights = np.where((drive == code).all(axis=1) & (problem.readings.hours == 0), 0.01, 1.0)
+    slipped = replace(problem, weights=weights).remembered
+    assert slipped
+    wider = np.where(memory.colour == colour, 10.0, 1.0)[:, np.newaxis, np.newaxis]
+    assert slipped.error == pytest.approx(memory.error * wider, rel=1e-9)
 
 
 def test_a_dark_offset_that_differs_from_session_to_session_is_no_leak_of_a_native_display() -> None:

@@ -11,7 +11,6 @@ import pytest
 
 from lutgen.colorimetry import linear_to_code, xyz_to_linear
 from lutgen.names import AGING_BASELINES, BASELINES, FORETELLING_BASELINES, NATIVE_BASELINES
-from tests.command import Done, in_process
 from tests.native_displays import BLACK, GREYS, MIXTURES, RAMPS, TIPS, Panel, session, write
 from tests.schemas import validator
 
@@ -19,16 +18,17 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
+    from tests.command import Done
+
 EVERYTHING = [*TIPS, BLACK, *GREYS, *RAMPS, *MIXTURES]
 
 
 @pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
+def run(run: Callable[..., Done], tmp_path: Path) -> Callable[..., Done]:
     """Run lutgen in this process, in a folder with a panel's readings."""
-    monkeypatch.chdir(tmp_path)
     write(session(Panel(), EVERYTHING), tmp_path / "panel.csv")
     write(session(Panel(), [*TIPS, *MIXTURES]), tmp_path / "lacking.csv")
-    return in_process(monkeypatch, capsys)
+    return run
 
 
 def test_the_option_names_what_the_library_has() -> None:

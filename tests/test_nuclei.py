@@ -18,7 +18,7 @@ from skimage.color import combine_stains, rgb_from_hdx, rgb_from_hed
 from skimage.data import immunohistochemistry
 from skimage.io import imread, imsave
 
-from lutgen import DisplayModel, LutgenError, nuclei, read_measurements
+from lutgen import DisplayModel, LutgenError, nuclei
 from lutgen.display import default_display
 from lutgen.names import AGING_MODES
 from lutgen.pictures import blocks, conspicuity
@@ -26,6 +26,7 @@ from lutgen.pictures.blocks import read_field
 from lutgen.pictures.conspicuity import FEWEST, LEAST_PIXELS, PERCENT, contrast_of, outlines, rings_of
 from lutgen.pictures.nuclei import read_mask, segment, width_of
 from tests.altered import altered
+from tests.real_data import real_data
 from tests.schemas import validator
 from tests.twin import SRGB_XY, Twin, rows_of_csv, srgb_matrix
 
@@ -42,11 +43,6 @@ RARE_FIELD = (
 )
 
 INK, PALE, GROUND = (70, 40, 110), (150, 110, 170), (225, 170, 200)
-
-
-@pytest.fixture(scope="module")
-def model() -> DisplayModel:
-    return DisplayModel(read_measurements(default_display()))
 
 
 def save(path: Path, pixels: Pixels) -> Path:
@@ -371,10 +367,7 @@ def test_real_immunohistochemistry(model: DisplayModel, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("name", "count", "unaged"), [("he_a", 1360, 22.5), ("he_b", 955, 30.1)])
 def test_real_haematoxylin_and_eosin(name: str, count: int, unaged: float, model: DisplayModel) -> None:
-    folder = os.environ.get("LUTGEN_REAL_DATA")
-    if not folder:
-        pytest.skip("LUTGEN_REAL_DATA does not name the folder of shared measurements")
-    found = nuclei(Path(folder, f"images/{name}.png"), model, hours=HOURS)
+    found = nuclei((real_data() / f"images/{name}.png"), model, hours=HOURS)
     assert "H&E" in found.nuclei.found
     assert found.nuclei.count == pytest.approx(count, rel=0.15)
     chroma, luma = (found.contrasts[mode] for mode in AGING_MODES)

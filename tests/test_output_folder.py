@@ -11,21 +11,16 @@ import pytest
 
 from lutgen.bake.build import Plan, build
 from lutgen.bake.check import check
-from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
-from lutgen.readings import read_measurements
 from tests.command import in_process
 
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from lutgen.display import DisplayModel
+
 PLAN = Plan((0.0,), modes=("chroma",), formats=("cube",), cubesize=17, certify=False)
 CUBE = "chroma/0h/aged.cube"
-
-
-@pytest.fixture(scope="module")
-def model() -> DisplayModel:
-    return DisplayModel(read_measurements(default_display()))
 
 
 def contents(folder: Path) -> dict[str, bytes | None]:

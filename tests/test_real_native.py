@@ -5,10 +5,8 @@ Its sessions have dates and no hours. 0 and 8000 h are stated here; nobody count
 
 from __future__ import annotations
 
-import os
 import time
 from functools import cache
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -19,8 +17,11 @@ from lutgen.criticism.diagnose import diagnose
 from lutgen.criticism.refine import Course
 from lutgen.readings.formats import campaign
 from lutgen.readings.formats._source import FileText
+from tests.real_data import real_data
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from lutgen.readings import Measurements
 
 pytestmark = [pytest.mark.numbers, pytest.mark.slow]
@@ -33,12 +34,9 @@ NULL = ("ThinkPad_X61*2020-05-26_13-57", "ThinkPad_X61*2020-05-26_15-02")
 
 
 def sessions(*patterns: str) -> Measurements:
-    named = os.environ.get("LUTGEN_REAL_DATA")
-    if not named:
-        pytest.skip("LUTGEN_REAL_DATA does not name the folder of shared measurements")
     blocks = ["schema = 1"]
     for pattern, hours in zip(patterns, STATED_H, strict=False):
-        (file,) = Path(named, "real").glob(f"*/{pattern}*")
+        (file,) = (real_data() / "real").glob(f"*/{pattern}*")
         blocks.append(f'[[sessions]]\nfile = "{file}"\nhours = {hours}')
     return campaign.read(FileText("\n".join(blocks), "x61.toml", "")).measurements()
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import time
 from functools import cache
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,8 +20,11 @@ from lutgen.errors import LutgenError
 from lutgen.readings import Measurements, read_measurements, read_session
 from tests.own_model_table import NEAR, sample_of
 from tests.own_model_twin import on_mixtures
+from tests.real_data import real_data
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from lutgen.readings.session import Session
 
 pytestmark = [pytest.mark.numbers, pytest.mark.slow]
@@ -42,10 +43,7 @@ FASTEST, BUSY = 3.0, 2.0
 
 
 def folder() -> Path:
-    named = os.environ.get("LUTGEN_REAL_DATA")
-    if not named:
-        pytest.skip("LUTGEN_REAL_DATA does not name the folder of shared measurements")
-    return Path(named, "real")
+    return real_data() / "real"
 
 
 @cache

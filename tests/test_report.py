@@ -31,10 +31,11 @@ from lutgen.report.drawing import page_png
 from lutgen.report.page_scenes import MOST, SIZE, STEPS, hours_of, map_colours, reach_of
 from lutgen.report.page_template import environment, ticks
 from lutgen.report.parts import Table
-from tests.command import Done, in_process
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from tests.command import Done
 
 ROOT = Path(__file__).resolve().parents[1]
 MODEL = DisplayModel(read_measurements(default_display()))
@@ -80,13 +81,10 @@ class Read(HTMLParser):
 
 
 @pytest.fixture
-def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
+def run(run: Callable[..., Done], tmp_path: Path) -> Callable[..., Done]:
     """Run `lutgen report` in this process, in a folder with a.png."""
-    monkeypatch.chdir(tmp_path)
     imsave(tmp_path / "a.png", tissue(), check_contrast=False)
-
-    lutgen = in_process(monkeypatch, capsys)
-    return lambda *arguments, command="report": lutgen(command, *arguments)
+    return lambda *arguments, command="report": run(command, *arguments)
 
 
 def delta_e(first: np.ndarray[Any, Any], second: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:

@@ -16,8 +16,9 @@ from lutgen.criticism.linear import Term
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.pure_error import PureError
 from lutgen.criticism.score import Score
-from lutgen.criticism.search import STRONG, bic, contenders, families, family, forms_of
+from lutgen.criticism.search import STRONG, _in_its_course, bic, contenders, families, family, forms_of
 from lutgen.effects import Effect, catalogue
+from lutgen.effects.shapes import COURSE
 from lutgen.errors import LutgenError
 from tests.criticism_twin import FAULTS, TRUTHS, display, measured, noisy, session, table
 from tests.quick import mostly_slow
@@ -182,6 +183,28 @@ def test_the_rounding_that_codes_ask_for_is_proposed_first(
     assert round(2.0 ** best[0]["bits"] - 1.0) == steps
     assert best[0] == pytest.approx({"bits": best[0]["bits"]} | setting, abs=1e-3)
     assert looked_at > 1e7
+
+
+def test_a_rounding_is_proposed_beside_another_effect_though_its_simplest_formula_explains_nothing() -> None:
+    hidden = {"quantization": (1.0 / 2047.0, "other"), "black_level": (2e-3, "same")}
+    base = campaign("full", 3, **hidden)
+    beside = family(base, catalogue()["black-level"]).best.fit
+    limit = beside.bic - STRONG
+    found = {each.name: each.best for each in families(beside, [catalogue()["quantization"]], limit=limit)}
+    assert bic(found["quantization"]) < limit
+    simplest = fit(beside.problem, (*beside.terms, Term.at_rest(catalogue()["quantization"], ("bits",), bits=11.0)))
+    assert simplest.chi2 > beside.chi2 - 6.0
+
+
+def test_a_formula_is_judged_in_the_course_of_the_long_form() -> None:
+    base = campaign(eotf_drift=(0.05, "other"))
+    tried = {each.form: each for each in forms_of(base, catalogue()["eotf-drift"])}
+    formula = tried["grown",]
+    (long,) = [each for form, each in tried.items() if "power" in form and len(form) == max(map(len, tried))][:1]
+    told = _in_its_course(base, formula, long)
+    assert set(told.form) == {"grown"} | (COURSE & set(long.form))
+    assert formula.gain <= told.gain <= long.gain + 1.0
+    assert _in_its_course(base, told, long) is told
 
 
 @pytest.mark.parametrize("hidden", [{}, {"eotf_drift": (0.01, "same")}])

@@ -10,22 +10,17 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.command import Done, in_process
 from tests.schemas import validator
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from tests.command import Done
+
 pytestmark = pytest.mark.numbers
 
 ROOT = Path(__file__).parents[1]
 CAMPAIGN = str(ROOT / "examples/campaign/campaign.toml")
-
-
-@pytest.fixture
-def lutgen(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
-    monkeypatch.chdir(tmp_path)
-    return in_process(monkeypatch, capsys)
 
 
 def test_the_examples_are_what_their_script_writes() -> None:
@@ -34,8 +29,8 @@ def test_the_examples_are_what_their_script_writes() -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
-def test_explain_prints_a_page_and_writes_json_as_its_schema_says(lutgen: Callable[..., Done]) -> None:
-    done = lutgen("sessions", "explain", CAMPAIGN, "--json", "explain.json")
+def test_explain_prints_a_page_and_writes_json_as_its_schema_says(run: Callable[..., Done]) -> None:
+    done = run("sessions", "explain", CAMPAIGN, "--json", "explain.json")
     assert (done.code, done.err) == (0, "")
     assert done.lines[0].startswith("Simulated, not measured")
     content = json.loads(Path("explain.json").read_text())
@@ -47,13 +42,13 @@ def test_explain_prints_a_page_and_writes_json_as_its_schema_says(lutgen: Callab
     assert causes["2024-12"] == ["aging"]
 
 
-def test_sessions_are_explained_without_a_campaign_file_too(lutgen: Callable[..., Done]) -> None:
+def test_sessions_are_explained_without_a_campaign_file_too(run: Callable[..., Done]) -> None:
     first, dimmed = (str(Path(CAMPAIGN).with_name(name)) for name in ("2021-01.ti3", "2022-01.ti3"))
-    done = lutgen("sessions", "explain", first, dimmed, "--json", "-")
+    done = run("sessions", "explain", first, dimmed, "--json", "-")
     validator("explain").validate(json.loads(done.out))
     assert "brightness" in json.loads(done.out)["sessions"][-1]["causes"]
     for files, said in (((first,), "one session"), ((first, first), "the same bytes"), ((first, "x.ti3"), "x.ti3")):
-        done = lutgen("sessions", "explain", *files)
+        done = run("sessions", "explain", *files)
         assert (done.code, done.out) == (2, "")
         assert said in done.err
 
@@ -61,7 +56,7 @@ def test_sessions_are_explained_without_a_campaign_file_too(lutgen: Callable[...
 @pytest.mark.slow
 @pytest.mark.parametrize("command", [("sessions", "explain"), ("trend",)])
 def test_what_a_reader_had_to_decide_is_said(
-    command: tuple[str, ...], lutgen: Callable[..., Done], tmp_path: Path
+    command: tuple[str, ...], run: Callable[..., Done], tmp_path: Path
 ) -> None:
     blocks = []
     for share, day in ((1.0, 1), (0.9, 2)):
@@ -74,14 +69,14 @@ def test_what_a_reader_had_to_decide_is_said(
         (tmp_path / f"{day}.csv").write_text("\n".join(["R,G,B,X,Y,Z", *rows]) + "\n")
         blocks.append(f'[[sessions]]\nfile = "{day}.csv"\nhours = {1000 * day}\n')
     (tmp_path / "c.toml").write_text("schema = 1\n" + "".join(blocks))
-    done = lutgen(*command, tmp_path / "c.toml")
+    done = run(*command, tmp_path / "c.toml")
     assert "taken as cd/m², of which white has 80: the header" in done.err
     assert "of which white has 72: the header" in done.err
 
 
-def test_trend_prints_draws_and_writes(lutgen: Callable[..., Done]) -> None:
+def test_trend_prints_draws_and_writes(run: Callable[..., Done]) -> None:
     arguments = ("trend", CAMPAIGN, "--limit", "white>=60%", "--plot", "a.png", "--json", "a.json")
-    done = lutgen(*arguments)
+    done = run(*arguments)
     assert (done.code, done.err) == (0, "")
     assert done.lines[0].startswith("Simulated, not measured")
     assert "Left out: 2022-01.ti3, which differs by brightness" in done.out
@@ -92,16 +87,16 @@ def test_trend_prints_draws_and_writes(lutgen: Callable[..., Done]) -> None:
     assert Path("a.png").read_bytes()[:4] == b"\x89PNG"
 
 
-def test_a_limit_of_two_sets_that_no_session_tells_is_said_once(lutgen: Callable[..., Done]) -> None:
-    done = lutgen("trend", CAMPAIGN, "--limits", "tg18-primary", "--limits", "acr-diagnostic")
+def test_a_limit_of_two_sets_that_no_session_tells_is_said_once(run: Callable[..., Done]) -> None:
+    done = run("trend", CAMPAIGN, "--limits", "tg18-primary", "--limits", "acr-diagnostic")
     (told,) = [line for line in done.lines if line.startswith("No session tells: ")]
     assert told.count("non-uniformity<=30%") == 1
 
 
 @pytest.mark.slow
-def test_trend_writes_the_same_every_time(lutgen: Callable[..., Done]) -> None:
+def test_trend_writes_the_same_every_time(run: Callable[..., Done]) -> None:
     for plot, numbers in (("a.png", "a.json"), ("b.png", "-")):
-        done = lutgen("trend", CAMPAIGN, "--limit", "white>=60%", "--plot", plot, "--json", numbers)
+        done = run("trend", CAMPAIGN, "--limit", "white>=60%", "--plot", plot, "--json", numbers)
     assert json.loads(done.out) == json.loads(Path("a.json").read_text())
     assert Path("b.png").read_bytes() == Path("a.png").read_bytes()
 
@@ -120,17 +115,17 @@ def test_trend_writes_the_same_every_time(lutgen: Callable[..., Done]) -> None:
     ],
 )
 def test_bad_input_ends_with_2_and_leaves_nothing(
-    lutgen: Callable[..., Done], arguments: tuple[str, ...], said: str
+    run: Callable[..., Done], arguments: tuple[str, ...], said: str
 ) -> None:
     Path("there.json").write_text("{}")
-    done = lutgen(*arguments)
+    done = run(*arguments)
     assert done.code == 2
     assert said in done.err
     assert "Traceback" not in done.err
     assert sorted(path.name for path in Path().iterdir()) == ["there.json"]
 
 
-def test_a_table_of_readings_with_hours_is_followed_session_by_session(lutgen: Callable[..., Done]) -> None:
-    done = lutgen("trend", str(Path(CAMPAIGN).parent.parent / "display-a.csv"), "--limit", "white>=60%")
+def test_a_table_of_readings_with_hours_is_followed_session_by_session(run: Callable[..., Done]) -> None:
+    done = run("trend", str(Path(CAMPAIGN).parent.parent / "display-a.csv"), "--limit", "white>=60%")
     assert done.code == 0
     assert "white will fall below its 60 % limit" in done.out

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import csv
-import os
 import re
 import time
 from datetime import datetime
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,10 +18,12 @@ from lutgen import LutgenError
 from lutgen.readings import read_session
 from lutgen.readings.formats import readers
 from lutgen.readings.formats._source import FileText
+from tests.real_data import real_data
 from tests.session_files import DRIVE, LEAK, WHITE_CD_M2, curves, light, ti3
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from pathlib import Path
 
     from lutgen.colorimetry import Array
     from lutgen.readings.session import Session
@@ -489,10 +489,7 @@ def test_a_field_that_is_lost_never_goes_unseen(
 
 
 def real_files() -> list[Path]:
-    folder = os.environ.get("LUTGEN_REAL_DATA")
-    if not folder:
-        pytest.skip("LUTGEN_REAL_DATA does not name the folder of shared measurements")
-    return sorted(path for path in Path(folder, "real").rglob("*") if path.suffix in {".ti3", ".csv"})
+    return sorted(path for path in (real_data() / "real").rglob("*") if path.suffix in {".ti3", ".csv"})
 
 
 def stated_white_cd_m2(file: Path) -> float:

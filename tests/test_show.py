@@ -34,11 +34,6 @@ TIPS = np.array([[0.3127, 0.3290, 300.0], [0.64, 0.33, 64.0], [0.30, 0.60, 214.0
 DRIVES = ("1,1,1", "1,0,0", "0,1,0", "0,0,1")
 
 
-@pytest.fixture(scope="module")
-def model() -> DisplayModel:
-    return DisplayModel(read_measurements(default_display()))
-
-
 def display(folder: Path, *later: np.ndarray, source: str = "measured by a test") -> DisplayModel:
     """A display that is new at hour 0 and has the tips ``later`` after every further 1000 h."""
     lines = [f"# source: {source}"] * bool(source) + ["hour,R,G,B,x,y,Y"]

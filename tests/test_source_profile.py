@@ -13,7 +13,6 @@ from lutgen.bake import icc_profile as icc
 from lutgen.bake.check import check
 from lutgen.bake.littlecms import through_profile
 from lutgen.display import default_display
-from tests.command import in_process
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -33,11 +32,6 @@ WHAT = ("build", "--hours", "10000", "--mode", "chroma", "--cubesize", "33", "--
 def scanner(device_class: bytes = b"scnr") -> bytes:
     tags = icc.display_tags("Scanner", ("a scanner's profile",), WIDE)
     return icc.profile(device_class=device_class, pcs=b"XYZ ", tags=tags)
-
-
-@pytest.fixture
-def lutgen(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
-    return in_process(monkeypatch, capsys)
 
 
 @pytest.fixture

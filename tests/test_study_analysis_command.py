@@ -29,7 +29,7 @@ from lutgen.study.simulated import PAPER_DIFFERENCES, SimulatedReader, simulate
 from lutgen.study.statistics import AgreementCounts
 from lutgen.study.tables import TABLE_FILES, answer_table, read_answer_table, read_counts, read_summary
 from tests.altered import altered
-from tests.command import Done, in_process
+from tests.command import Done, in_process, words
 from tests.schemas import validator
 from tests.studies import CONDITIONS, Clock, make_study, paper_trials, read_on, small_protocol
 
@@ -61,10 +61,6 @@ def paper_like(seed: int = 1, **more: int) -> tuple[Answer, ...]:
     trials = paper_trials(seed, **more)
     differences = {(trial.image, trial.condition): PAPER_DIFFERENCES[trial.condition] for trial in trials}
     return simulate(trials, differences, SimulatedReader(seed=seed))
-
-
-def words(text: str) -> str:
-    return " ".join(text.split())
 
 
 # Pages ----------------------------------------------------------------------------------------------------------------

@@ -24,7 +24,7 @@ from lutgen.pictures.apply import apply_to_images
 from lutgen.study.pictures import blind_name, find_images, look_at, render_images, shown_pixels
 from lutgen.study.protocol import ANSWERS, IMAGES, PROTOCOL, read_protocol
 from tests.altered import altered
-from tests.command import Done, in_process
+from tests.command import Done, in_process, words
 from tests.schemas import validator
 
 if TYPE_CHECKING:
@@ -52,10 +52,6 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
 
 
 SMALL = ("--per-condition", "2", "--seed", "3")
-
-
-def words(text: str) -> str:
-    return " ".join(text.replace("\N{NO-BREAK SPACE}", " ").split())
 
 
 def pixels(path: Path) -> Any:

@@ -32,7 +32,7 @@ from lutgen.study.power import (
     study_power,
     t_power,
 )
-from tests.command import Done, in_process
+from tests.command import Done, in_process, words
 from tests.quick import mostly_slow
 from tests.schemas import validator
 
@@ -234,10 +234,6 @@ def test_the_pooled_standard_deviation_lies_between_those_it_pools() -> None:
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
     monkeypatch.chdir(tmp_path)
     return in_process(monkeypatch, capsys, "study", "power")
-
-
-def words(text: str) -> str:
-    return " ".join(text.split())
 
 
 def test_the_page_says_what_json_says(run: Callable[..., Done]) -> None:

@@ -212,11 +212,10 @@ def _smallest_size(work: _Work, aged: AgedDisplay, form: Format, path: Path) -> 
         reached = certified(HeldFile(path, data), aged, form, lut, work.scratch).smooth.max
         if reached <= tolerance:
             return size
-    message = (
+    raise LutgenError(
         f"--tolerance {tolerance:g}: no size certifies for {aged.mode} at {aged.hours:g} h as {form.name}; "
         f"{SIZES[-1]}³ reaches {reached:.3g}. Loosen the tolerance, or take --selection continuous --format clf."
     )
-    raise LutgenError(message)
 
 
 def _bake_lut(work: _Work, aged: AgedDisplay, path: str, form: Format, size: int) -> FileRecord:

@@ -222,7 +222,8 @@ def _check_part(work: _Work, records: tuple[FileRecord, ...]) -> Checked:
     findings: list[Finding] = []
     certificates: dict[str, Certificate] = {}
     shaders: dict[str, GpuRun] = {}
-    claimed = lru_cache(maxsize=1)(partial(_claimed, work))  # of a LUT, and then of its config
+    # The display, or the correction for it, that a LUT of the build says it is; of a LUT, and then of its config.
+    claimed = lru_cache(maxsize=1)(lambda mode, hours: work.plan.display(work.model, str(mode), float(hours or 0.0)))
     SHOWN_WHOLE.clear()
     for record in records:
         path = work.folder / record.path
@@ -259,11 +260,6 @@ def _shader_findings(path: str, run: GpuRun) -> list[Finding]:
         for view, difference in run.views.items()
         if not difference.max <= GPU_TOLERANCE
     ]
-
-
-def _claimed(work: _Work, mode: str | None, hours: float | None) -> AgedDisplay:
-    """Return the display, or the correction for it, that a LUT of the build says it is."""
-    return work.plan.display(work.model, str(mode), float(hours or 0.0))
 
 
 def _config_problems(path: Path, record: FileRecord, aged: AgedDisplay | None, work: _Work) -> list[str]:

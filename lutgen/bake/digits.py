@@ -48,8 +48,7 @@ def rows_of_text(values: Array, *, head: bytes = b"") -> bytes:
     smallest, largest = values.min(), values.max()
     # NaN is both, and fails the comparison too.
     if not (smallest > 1 / _SCALE - 10 and largest < 10 - 1 / _SCALE):
-        message = "a table holds NaN, infinity or a number of 10 or more"
-        raise ValueError(message)
+        raise ValueError("a table holds NaN, infinity or a number of 10 or more")
     signed = int(smallest < -0.5 / _SCALE)
     # It gives its bytes away without a copy, which would cost a large table as much again as its text.
     file = BytesIO(head)

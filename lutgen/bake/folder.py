@@ -71,8 +71,7 @@ def claim(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Folde
         return _claimed(path, recipe, paths, force=force)
     except OSError as error:
         where = error.filename or path
-        message = f"{where}: cannot be read: {reason_of(error)}. Choose another folder with -o."
-        raise LutgenError(message) from None
+        raise LutgenError(f"{where}: cannot be read: {reason_of(error)}. Choose another folder with -o.") from None
 
 
 def _claimed(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Folder:
@@ -87,11 +86,10 @@ def _claimed(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Fo
     collisions = foreign & (places | on_the_way) | {place for place in places if place.is_dir()}
     if collisions or (foreign and not (manifest or journal)):
         name = min(collisions or foreign)
-        message = (
+        raise LutgenError(
             f"{path}: holds files that lutgen did not write, such as {name.name}. They are left alone; choose an empty "
             f"or new folder with -o."
         )
-        raise LutgenError(message)
     if not force:
         _refuse_other_build(path, manifest, journal, recipe)
     missing = sum(not (path / record.path).exists() for record in journal.files) if journal else 0
@@ -102,20 +100,18 @@ def _claimed(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Fo
 def _refuse_other_build(path: Path, manifest: Manifest | None, journal: Manifest | None, recipe: Recipe) -> None:
     for build in (journal, manifest):
         if build and _wherever(build.recipe) != _wherever(json.loads(json.dumps(recipe.as_json()))):
-            message = (
+            raise LutgenError(
                 f"{path}: holds a build from other measurements, options or another version. Add --force to replace "
                 f"what lutgen wrote there, or choose another folder with -o."
             )
-            raise LutgenError(message)
     if manifest and not journal:
         for record in manifest.files:
             file = path / record.path
             if file.exists() and file_sha256(file) != record.sha256:
-                message = (
+                raise LutgenError(
                     f"{file}: was altered since lutgen wrote it. Add --force to replace it, or choose another folder "
                     f"with -o."
                 )
-                raise LutgenError(message)
 
 
 def _wherever(recipe: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -184,16 +184,14 @@ def _context_in(_process: int) -> Any:
         # glcontext raises plain Exception, no subclass of it, for whatever EGL refuses.
         if type(error) is not Exception and not isinstance(error, OSError):
             raise
-        message = (
+        raise LutgenError(
             f"no OpenGL 4.0 through EGL here ({in_one_line(error)}), so no shader can be run. Install a "
             f"driver; without a graphics card Debian's libegl1 and libgl1-mesa-dri will do."
-        )
-        raise LutgenError(message) from None
+        ) from None
 
 
 def _moderngl() -> Any:
     try:
         return import_module("moderngl")
     except ImportError as error:
-        message = f"running shaders needs moderngl ({error}). `pip install lutgen[gpu]`."
-        raise LutgenError(message) from None
+        raise LutgenError(f"running shaders needs moderngl ({error}). `pip install lutgen[gpu]`.") from None

@@ -98,8 +98,7 @@ class MatrixLut:
 def table_of(lut: Lut | MatrixLut) -> Array:
     """Return the table of a LUT for a file that holds nothing else. Raises TypeError for a matrix."""
     if not isinstance(lut, Lut):
-        message = "this format holds a table, not a matrix"
-        raise TypeError(message)
+        raise TypeError("this format holds a table, not a matrix")
     return lut.table
 
 
@@ -127,13 +126,13 @@ class Sampler:
         """Aged linear light, unclipped, on a lattice uniform in ``space``: shape (size³, 3), red fastest."""
         if compensation_of(aged):
             return self.linear_of(aged, (size, space), lambda: lattice(size, space))
-        return _on_lattice(aged, self._lattice(aged, size, space)[: size**3], size, _same)
+        return _on_lattice(aged, self._lattice(aged, size, space)[: size**3], size, np.asarray)
 
     def linear_of(self, aged: AgedDisplay, name: object, code: Callable[[], Array]) -> Array:
         """Aged linear light, unclipped, of code values that are remembered under a name, both (n, 3)."""
         correction = compensation_of(aged)
         if correction is None:
-            return _linear(aged, self._signal(aged, name, lambda: aged.head_signal(code())))
+            return in_chunks(aged.linear, self._signal(aged, name, lambda: aged.head_signal(code())))
         if correction != self._correction:
             self._drives, self._correction = {}, correction
         if name not in self._drives:
@@ -181,11 +180,10 @@ class Sampler:
             moved = values[nodes] + np.clip(shares[:, np.newaxis] * (white - primary), -MOST_MOVED, MOST_MOVED)
             values[nodes] = np.clip(moved, 0.0, top) if clip else moved
         if not clip and np.abs(values).max() > BRIGHTEST:
-            message = (
+            raise LutgenError(
                 f"{aged.mode} at {aged.hours:g} h: colours reach {np.abs(values).max():.3g} times what a viewer shows, "
                 f"more than a table holds. Check the model's effects and the conditions (--at)."
             )
-            raise LutgenError(message)
         return Lut(space, table)
 
     def candidates(
@@ -201,15 +199,6 @@ class Sampler:
         whole = largest is not None
         luts = [self.lut(each, size, space, clip=clip, whole=whole) for each in displays for space in spaces]
         return [lut.in_steps(largest) if largest else lut for lut in luts]
-
-
-def _linear(aged: AgedDisplay, signal: Array) -> Array:
-    """Signal behind the head (n, k) → linear light, unclipped, (n, 3)."""
-    return in_chunks(aged.linear, signal)
-
-
-def _same(linear: Array) -> Array:
-    return linear
 
 
 def _on_lattice(aged: AgedDisplay, signal: Array, size: int, held: Callable[[Array], Array]) -> Array:

@@ -232,8 +232,7 @@ def model_from_json(content: Mapping[str, Any], *, where: str) -> DisplayModel:
     except LutgenError:
         raise
     except (KeyError, TypeError, AttributeError, ValueError) as error:
-        message = f"{where}: the model in the manifest is not complete ({error!r}). Build again."
-        raise LutgenError(message) from None
+        raise LutgenError(f"{where}: the model in the manifest is not complete ({error!r}). Build again.") from None
 
 
 def _native_from_json(record: Mapping[str, Any]) -> NativeDisplay:
@@ -271,21 +270,18 @@ def read_manifest(path: Path) -> Manifest | None:
     except OSError as error:
         raise LutgenError(f"{path}: cannot be read: {reason_of(error)}.") from None
     except ValueError as error:
-        message = f"{path}: cannot be read as a lutgen manifest ({error}). {advice}"
-        raise LutgenError(message) from None
+        raise LutgenError(f"{path}: cannot be read as a lutgen manifest ({error}). {advice}") from None
     if not isinstance(content, dict) or content.get("schema") != SCHEMA:
         message = f"{path}: not a manifest of this version of lutgen (schema {SCHEMA}). Build into another folder."
         raise LutgenError(message)
     try:
         files = tuple(_file_record(record) for record in content.pop("files"))
     except (KeyError, TypeError) as error:
-        message = f"{path}: the list of files is damaged ({error}). Build into another folder."
-        raise LutgenError(message) from None
+        raise LutgenError(f"{path}: the list of files is damaged ({error}). Build into another folder.") from None
     for record in files:
         inside = Path(record.path)
         if inside.is_absolute() or ".." in inside.parts:
-            message = f"{path}: lists a file outside its folder ({record.path!r}). Was it edited?"
-            raise LutgenError(message)
+            raise LutgenError(f"{path}: lists a file outside its folder ({record.path!r}). Was it edited?")
     return Manifest(content, files)
 
 

@@ -64,8 +64,7 @@ class Plan:
         self._check_formats()
         refuse_unknown("way with unreachable colours", self.unreachable, UNREACHABLE)
         if not (self.hours and self.modes and self.formats):
-            message = "nothing to build: give at least one hour, one mode and one format."
-            raise LutgenError(message)
+            raise LutgenError("nothing to build: give at least one hour, one mode and one format.")
         refuse_unknown("cube size", self.cubesize, SIZES)
         if self.tolerance is not None and not 0 < self.tolerance < 100:
             message = f"--tolerance {self.tolerance:g}: a colour difference ΔE2000 above 0 and below 100, such as 0.1."

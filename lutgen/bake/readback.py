@@ -40,8 +40,7 @@ def apply_lut(path: Path, code: Array) -> Array:
         processor.applyRGB(shown)
         result = shown.astype(np.float64)
     if not np.isfinite(result).all():
-        message = f"{path}: gives NaN or infinity for {int((~np.isfinite(result)).any(axis=1).sum())} colours."
-        raise LutgenError(message)
+        raise LutgenError(f"{path}: gives NaN or infinity for {int((~np.isfinite(result)).any(axis=1).sum())} colours.")
     return result
 
 

@@ -87,11 +87,10 @@ def read_table(path: Path) -> tuple[Lut, bool]:
     level = round(spec.width ** (1 / 3))
     if spec.width != spec.height or level**3 != spec.width or level not in LEVELS or spec.nchannels < 3:
         image.close()
-        message = (
+        raise LutgenError(
             f"{path}: is no Hald image: {spec.width} × {spec.height} pixels of {spec.nchannels} channels. One of level "
             f"8 has 512 × 512 of 3, and levels from {LEVELS[0]} to {LEVELS[-1]} are read."
         )
-        raise LutgenError(message)
     read = image.read_image(lib.FLOAT)
     problem = image.geterror()
     image.close()

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 STEP = 1e-4
 
 #: Code values whose shifts are asked for at most: those of which the readings say most.
-MOST = 400
+MOST = 150
 
 #: A smooth curve of the code value of so many terms is no rounding.
 SMOOTH = 7
@@ -93,21 +93,26 @@ class CodeShifts:
 
     @cached_property
     def most(self) -> float:
-        """Gain in χ² of shifts of any size."""
-        return _gain(self.information, self.pull)[0] if self.code.size else 0.0
+        """Gain in χ² that a rounding can have at most: that of shifts beyond chance and a smooth curve of the code."""
+        gain, freedom = self._jagged
+        beyond = max(gain - freedom, 0.0)
+        return beyond + BEYOND_CHANCE * float(np.sqrt(2.0 * freedom + 4.0 * beyond)) if freedom > 0 else 0.0
 
     @property
     def is_jagged(self) -> bool:
         """Whether the shifts gain more than chance and a smooth curve of the code value do."""
+        gain, freedom = self._jagged
+        return freedom > 0 and bool(gain / self.scatter > freedom + BEYOND_CHANCE * np.sqrt(2.0 * freedom))
+
+    @cached_property
+    def _jagged(self) -> tuple[float, int]:
+        """What shifts of any size gain in χ² beside a smooth curve of the code value, and how many numbers they are."""
         if self.code.size <= SMOOTH:
-            return False
+            return 0.0, 0
         smooth = np.polynomial.legendre.legvander(2.0 * self.code - 1.0, SMOOTH - 1)
         everything, rank = _gain(self.information, self.pull)
         curve, terms = _gain(smooth.T @ self.information @ smooth, smooth.T @ self.pull)
-        freedom = rank - terms
-        return freedom > 0 and bool(
-            (everything - curve) / self.scatter > freedom + BEYOND_CHANCE * np.sqrt(2.0 * freedom)
-        )
+        return everything - curve, rank - terms
 
 
 def _gain(information: Array, pull: Array) -> tuple[float, int]:

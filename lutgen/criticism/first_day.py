@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lutgen.criticism.first_colours import FirstColours
 from lutgen.display.native import first_session_rows
 from lutgen.display.trace import panel, since_first_session
 from lutgen.effects import Scene
@@ -54,7 +55,8 @@ class FirstReadings:
     1 σ of it does to them, in cd/m²: noise of the first session, or what curves miss of a colour that it has not read.
     ``missed`` is how many readings err as one, of colours that were read once, in a later session; else 0. ``counts``
     says for how many each reading counts: none of ``met``, which say by ``light`` all that they know; less than 1 where
-    an unknown of its own, or a likeness to others, takes it up.
+    an unknown of its own, or a likeness to others, takes it up. ``beside`` takes ``light`` to other levels of the
+    channels.
     """
 
     light: Array
@@ -63,6 +65,11 @@ class FirstReadings:
     error: Array
     missed: Array
     counts: Array
+    beside: FirstColours
+
+    def light_at(self, linear: Array | None) -> Array:
+        """What curves miss, (n, 3), where effects have moved the channels to other light (n, 3); None: nowhere."""
+        return self.light if linear is None else self.beside.at(linear)
 
 
 @dataclass(frozen=True)
@@ -104,15 +111,17 @@ class FirstDay:
         missed = problem.discrepancy.covariance(plain) * alike
         spread = np.linalg.cholesky(np.where(foreign[:, np.newaxis, np.newaxis], missed, noise))
         once = foreign & (later == 1)
+        light = np.linalg.solve(self._channels[0], off.T).T
         colour = np.where(met | ((times == 0) & ~foreign | once)[place], -1, place)
         taken = np.where(foreign, (1.0 - 1.0 / alike) / np.maximum(later, 1), 0.0)[place]
         return FirstReadings(
-            light=np.linalg.solve(self._channels[0], off.T).T[place],
+            light=light[place],
             met=met,
             colour=colour,
             error=self._aged @ spread[place] * (colour >= 0)[:, np.newaxis, np.newaxis],
             missed=once[place] * alike,
             counts=np.where(met, 0.0, 1.0 - taken),
+            beside=FirstColours.of(self._plain.linear, light, times > 0, place),
         )
 
     @cached_property

@@ -31,6 +31,9 @@ if TYPE_CHECKING:
     from lutgen.criticism.problem import Problem
     from lutgen.display.trace import Applied
 
+#: Stages that move a channel along its curve.
+BEFORE_MIXING = ("drive", "transfer")
+
 #: Stages that light passes before white and primaries come in.
 BEFORE_EMISSION = ("drive", "transfer", "mixing", "selection")
 
@@ -91,7 +94,11 @@ class Prediction:
         """Send the readings' code values through drive, transfer and mixing."""
         before = self._panel([*self.problem.known, *(each for each in applied if each.effect.stage in BEFORE_EMISSION)])
         if self.problem.remembered:
-            return before.with_light(self.problem.remembered.light)
+            # What mixes the channels' light leaves the channels at their levels.
+            moved = [each for each in applied if each.effect.stage in BEFORE_MIXING]
+            mixed = any(each.effect.stage == "mixing" for each in applied)
+            level = self._panel([*self.problem.known, *moved]) if mixed and moved else before
+            return before.with_light(self.problem.remembered.light_at(level.linear if moved else None))
         return before.times(self.problem.first_day.held_out_gain)
 
     def _panel(self, applied: Sequence[Applied]) -> Panel:

@@ -100,18 +100,22 @@ def families(
     BIC below it are left out.
     """
     luck, effects, spare = Luck(), list(effects), limit < np.inf
-    simple = [
-        _attempts(base, effect, luck, range(min(effect.refined, len(effect.forms))), limit=limit, spare=spare)
-        for effect in effects
-    ]
+    simple = [_attempts(base, effect, luck, _simple(effect, spare), limit=limit, spare=spare) for effect in effects]
     best = min((min(map(bic, tried)) for tried in simple if tried), default=np.inf)
     for effect, tried in zip(effects, simple, strict=True):
         if not tried:
             continue
-        refined = _attempts(base, effect, luck, range(effect.refined, len(effect.forms)), limit=best + within)
+        rest = [at for at in range(len(effect.forms)) if at not in _simple(effect, spare)]
+        refined = _attempts(base, effect, luck, rest, limit=best + within)
         both = _of_the_family(base, _with_spared(base, luck, [*tried, *refined]))
         best = min(best, *map(bic, both))
         yield Family(effect, min(both, key=bic), tried[0], len(both))
+
+
+def _simple(effect: Effect, spare: bool) -> list[int]:
+    """Places of an effect's simple formulas; beside another effect that is to be spared, also of proposed settings."""
+    forms = enumerate(effect.forms)
+    return [at for at, form in forms if at < effect.refined or (spare and _is_proposed(effect, form))]
 
 
 def contenders(base: Fit, effects: Iterable[Effect], limit: float, luck: Luck | None = None) -> list[Family]:

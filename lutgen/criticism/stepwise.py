@@ -356,8 +356,7 @@ def _rivals(each: Candidate, beside: Sequence[Candidate], effects: Sequence[Effe
         if effect.name in each.effect.confused_with and (problem := base.problem.unlogged(effect.needs)):
             near += contenders(fit(problem, alone.terms, State((), alone.tips, alone.gains)), [effect], limit)
 
-    # The formulas of kin differ by little, and displays follow none of them to the letter: more is asked to tell them.
-    def odds(rival: Family) -> float:
-        return 2 * STRONG if each.effect.is_kin(rival.effect) else STRONG
-
-    return tuple(rival for rival in near if bic(rival.best) < bic(mine) + odds(rival))
+    tied = tuple(rival for rival in near if bic(rival.best) < bic(mine) + STRONG)
+    # The formulas of kin differ by little, and displays follow none of them to the letter: more is asked before one of
+    # them stands alone.
+    return tied or tuple(rival for rival in near if each.effect.is_kin(rival.effect) and bic(rival.best) < limit)

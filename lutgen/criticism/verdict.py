@@ -257,7 +257,7 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
     probed = weighed.left if weighed.left.names else weighed.nothing
     # What explains no more than formulas may miss may be for what a formula of a curve misses.
     main = [step for step in steps if weighed.shares[step.name] > 1.0 - MOST_OF_IT]
-    curves = main and len(steps) > 1 and weighed.explains and all(bends_curves(step.effect) for step in main)
+    curves = len(steps) > 1 and weighed.explains and _is_of_curves(main, explanation, weighed)
     pair = weighed.sound and weighed.clean and len(weighed.kept) == 2
     if curves and not (pair and overlap([step.chosen for step in weighed.kept], base)):
         return replace(_bent(explanation, weighed), remarks=remarks)
@@ -274,15 +274,29 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
         left = left or ("its formula leaves something that another takes up." if beside or trifles else "")
         (step,) = kept
         worded = _one(step, seen[step.name], left, _owed(step, explanation), _imitated(step, explanation, error))
-    elif overlap([step.chosen for step in kept], base):
-        if not weighed.clean or len(kept) > 2:
-            return _unexplained(explanation, remarks, probed)
+    elif (alike := overlap([step.chosen for step in kept], base)) and weighed.clean and len(kept) == 2:
         worded = _like_both(kept)
-    elif _is_shadowed(kept, explanation, error):
+    elif (
+        alike
+        or _is_shadowed(kept, explanation, error)
+        # Three that leave something are what a search makes of an effect that it lacks.
+        or (len(kept) > 2 and not weighed.clean)
+    ):
         return _unexplained(explanation, remarks, probed)
     else:
         worded = _several(kept, weighed.shares, seen, left)
     return replace(worded, shares=weighed.shares, shares_delta_e=seen, remarks=remarks)
+
+
+def _is_of_curves(main: Sequence[Step], explanation: Explanation, weighed: Weighed) -> bool:
+    """Whether effects that explain more than formulas may miss are a bent curve and what takes up what its form misses.
+
+    Behind a display's own curves that may be mixing: how light of several channels goes with their drive, nobody read.
+    """
+    if not main or not bends_curves(max(main, key=lambda step: weighed.shares[step.name]).effect):
+        return False
+    native = explanation.base.problem.native is not None
+    return all(bends_curves(step.effect) or (native and step.effect.stage == "mixing") for step in main)
 
 
 def _is_shadowed(kept: tuple[Step, ...], explanation: Explanation, error: PureError) -> bool:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lutgen.criticism.leftover import is_noise
+from lutgen.criticism.leftover import is_noise, is_within_scatter
 from lutgen.criticism.probes import Probed, free_term, probe
-from lutgen.criticism.search import STRONG
+from lutgen.criticism.search import HALF, STRONG
 from lutgen.criticism.shares import shares_of_delta_e
 from lutgen.criticism.stepwise import MOST_OF_IT, stand_apart, together
 
@@ -69,17 +69,22 @@ class Weighed:
         kept = [step for step in needed if step not in trifles]
         chosen, gain = [step.chosen for step in kept], base.chi2 - final.chi2
         noise = is_noise(final, error)
-        explained = gain / (gain + left.gain) if left.names else gain / excess
+        # A free term describes what is smooth. Where more than noise is left, at least half of it counts besides.
+        jagged = 0.0 if noise else HALF * (excess - gain)
+        missed = max(left.gain, jagged) if left.names else excess - gain
+        explained = gain / (gain + missed)
         # A family may leave what its formula misses. Of several each must explain nearly all of what the others leave:
         # else they are what a search makes of another effect.
-        missed = left.gain if left.names else excess - gain
         own = [step.without.chi2 - final.chi2 for step in kept]
         enough = explained > MOST_OF_IT and (noise or all(each > MOST_OF_IT * (each + missed) for each in own))
         # What is fitted beside, for what formulas leave, may be no more than formulas may leave.
         beside = together(base, chosen).chi2 - final.chi2 if len(kept) < len(steps) else 0.0
         clean = noise and not left.names
+        # Even scatter that is more than noise may be an effect that the catalogue lacks: half of it must be explained.
+        most = is_within_scatter(error, final) or gain > HALF * excess
         sound = (
             bool(kept)
+            and most
             and (clean or enough)
             and beside <= (1.0 - MOST_OF_IT) * gain
             and base.bic - nothing.evidence >= both - STRONG

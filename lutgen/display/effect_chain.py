@@ -275,11 +275,10 @@ class EffectChain:
             slope = (reached - was) / (gain - last) if gain != last else 0.0
             last, was, gain = gain, reached, gain + (target - reached) / slope if slope > 0 else np.nan
         names = ", ".join(each.effect.name for each in self.applied)
-        message = (
+        raise LutgenError(
             f"hour {now.hours:g}: no backlight brings white to {target:.4g} cd/m² with these effects: {names}. "
             f"Check their values."
         )
-        raise LutgenError(message)
 
 
 def _scaled(now: Surroundings, gain: float) -> Surroundings:

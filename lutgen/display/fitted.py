@@ -82,10 +82,9 @@ class AppliedEffect:
         who = f"effect {self.effect.name!r}"
         for name, parameter in self.effect.parameters.items():
             if name not in self.estimates:
-                message = (
+                raise LutgenError(
                     f"{who}: parameter {name!r} is missing. Give its value in {parameter.unit}: {parameter.meaning}."
                 )
-                raise LutgenError(message)
             value, (low, high) = self.estimates[name].value, parameter.bounds
             if not isfinite(value):
                 raise LutgenError(f"{who}: parameter {name!r} is {value:g}. Give a finite number.")
@@ -136,11 +135,10 @@ class LatentTips:
         object.__setattr__(self, "hours", hours)
         object.__setattr__(self, "xyz_cd_m2", xyz)
         if not hours.size or hours.ndim != 1 or xyz.shape != (hours.size, 4, 3):
-            message = (
+            raise LutgenError(
                 f"latent tips: {hours.size} hours need {hours.size} × 4 × 3 numbers: X, Y, Z of white, red, green and "
                 f"blue at each; these are {' × '.join(map(str, xyz.shape)) or 'none'}."
             )
-            raise LutgenError(message)
         if hours[0] != 0 or not (np.diff(hours) > 0).all() or not np.isfinite(hours).all():
             raise LutgenError("latent tips: hours must be finite and increase from 0.")
         if not np.isfinite(xyz).all():
@@ -184,11 +182,10 @@ class FitCovariance:
             message = f"covariance: {count} parameters need {count} rows and columns, and 12 more an hour of tips."
             raise LutgenError(message)
         if (matrix.shape[0] - count) % 12:
-            message = (
+            raise LutgenError(
                 f"covariance: {matrix.shape[0]} rows are {matrix.shape[0] - count} beside those of parameters; tips "
                 f"take 12 an hour."
             )
-            raise LutgenError(message)
         if not np.isfinite(matrix).all():
             raise LutgenError("covariance: all numbers must be finite.")
         size = np.sqrt(np.maximum(np.diagonal(matrix), 0.0))
@@ -218,11 +215,10 @@ class FitCovariance:
         except (KeyError, TypeError, ValueError):
             rows, of = [[0.0, 0.0]], ()
         if any(len(row) != place + 1 for place, row in enumerate(rows)):
-            message = (
+            raise LutgenError(
                 "[covariance]: of is a list of EFFECT.PARAMETER, rows are lists of numbers: one in the first row, and "
                 "one more in each that follows."
             )
-            raise LutgenError(message)
         matrix = np.zeros((len(rows), len(rows)))
         matrix[np.tril_indices(len(rows))] = [value for row in rows for value in row]
         return cls(of, matrix + np.tril(matrix, -1).T)

@@ -234,10 +234,9 @@ class _Split:
             primaries, white = t_w, t_r.sum(axis=1)
         extra = transform(inverse(primaries), white) - 1.0
         if extra.min() <= -1.0:
-            message = (
+            raise LutgenError(
                 "the display's white lies outside its own primaries, so it cannot be inverted. Check the measurements."
             )
-            raise LutgenError(message)
         return cls(primaries, extra)
 
     def light(self, xyz: Array) -> Array:

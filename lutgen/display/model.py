@@ -199,11 +199,10 @@ class DisplayModel:
 
         """
         if self._acting or self._shown_native:
-            message = (
+            raise LutgenError(
                 "a display with effects, or curves of its own, is more than four matrices: ask its chain, "
                 "at(mode, hours)."
             )
-            raise LutgenError(message)
         (emission,) = (link for link in self.at(mode, hours).tail if isinstance(link, Matrices))
         return emission
 

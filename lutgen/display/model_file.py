@@ -211,14 +211,12 @@ def load_model(path: str | Path, effects: Mapping[str, Effect] | None = None) ->
     try:
         content = from_toml(data.decode("utf-8"))
     except ValueError as error:
-        message = f"{path}: not a model file (TOML): {error}."
-        raise LutgenError(message) from None
+        raise LutgenError(f"{path}: not a model file (TOML): {error}.") from None
     if content.get("schema") != SCHEMA:
-        message = (
+        raise LutgenError(
             f"{path}: schema is {content.get('schema')!r}; this version of lutgen reads `schema = {SCHEMA}`. Was the "
             f"file written by a newer one? Update lutgen."
         )
-        raise LutgenError(message)
     try:
         return _model_of(_Table(content, "the file"), path, effects or {})
     except LutgenError as error:
@@ -261,11 +259,10 @@ def _readings(display: _Table, folder: Path) -> Measurements:
     file = folder / display.text("file", "") if "file" in display.values else default_display()
     readings, made_from = read_measurements(file), display.text("sha256", "")
     if made_from and readings.sha256 != made_from:
-        message = (
+        raise LutgenError(
             f"the readings {file} have changed since the model was made from them (SHA-256 {readings.sha256[:12]}…, "
             f"was {made_from[:12]}…). Restore them, or make the model anew: lutgen refine {file}."
         )
-        raise LutgenError(message)
     return readings
 
 
@@ -284,12 +281,11 @@ def _own(native: _Table, folder: Path) -> StoredModel | None:
     except LutgenError as error:
         raise LutgenError(f"{file}: {error}") from None
     if own.sha256 != native.text("own_sha256", ""):
-        message = (
+        raise LutgenError(
             f"the display's own model {file} is not the one that this model file was written with (SHA-256 "
             f"{own.sha256[:12]}…, was {native.text('own_sha256', '')[:12] or 'not said'}…). Put that back, or make the "
             f"model again with lutgen refine."
         )
-        raise LutgenError(message)
     return own
 
 
@@ -327,10 +323,9 @@ def _check_unit(parameter: _Table, effect: Effect, name: str) -> None:
     """Refuse a value in another unit than the effect's; the bounds that a file notes are for its readers alone."""
     declared = effect.parameters.get(name)
     if declared and parameter.text("unit", declared.unit) != declared.unit:
-        message = (
+        raise LutgenError(
             f"{parameter.where}: its unit is {parameter.values['unit']!r}, but the effect takes {declared.unit!r}."
         )
-        raise LutgenError(message)
     if "bounds" in parameter.values and parameter.numbers("bounds").shape != (2,):
         raise LutgenError(f"{parameter.where}: bounds are two numbers, the smaller first.")
 

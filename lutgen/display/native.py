@@ -223,11 +223,10 @@ class NativeDisplay:
         except LutgenError:
             raise
         except (KeyError, TypeError, ValueError):
-            message = (
+            raise LutgenError(
                 "native display: it holds source, black (X, Y and Z as shares of white's), and red, green and blue: "
                 "rows of two numbers, [code, light], from [0, 0] to [1, 1]."
-            )
-            raise LutgenError(message) from None
+            ) from None
 
     def made_from(self, readings: Measurements) -> NDArray[np.bool_]:
         """Readings of black and ramps in the first session, which the curves run through, (n,).
@@ -373,8 +372,7 @@ def _check_complete(
             f"grey (it has {counts})"
         )
     if lacks:
-        message = (
+        raise LutgenError(
             f"{readings.file}: a native display needs more of the first session. At hour 0 (centre, dark, full screen) "
             f"there is no {'; no '.join(lacks)}. Measure it, or take --baseline colour-points."
         )
-        raise LutgenError(message)

@@ -52,28 +52,25 @@ class Tips:
             if (condition > MAX_CONDITION).any():
                 hour = self.hours[np.argmax(condition)]
                 others = ", ".join(other for other in TIP_NAMES if other != name)
-                message = (
+                raise LutgenError(
                     f"{self.source}: hour {hour:g}: {others} lie on one line in the chromaticity diagram, so the "
                     f"matrix through them is singular. Check the x and y of these rows."
                 )
-                raise LutgenError(message)
 
     def check_span(self, hours: float) -> None:
         """Raise LutgenError where ``hours`` lies outside the measured span: lutgen does not extrapolate."""
         first, last = self.hours[0], self.hours[-1]
         if not first <= hours <= last:
             if self.hours.size == 1:
-                message = (
+                raise LutgenError(
                     f"{self.source}: white and primaries were measured at one time only (hour 0), and hour "
                     f"{hours:.12g} is asked. Aging is a change: add the white, red, green and blue of a later hour, "
                     f"or take hour 0."
                 )
-                raise LutgenError(message)
-            message = (
+            raise LutgenError(
                 f"hour {hours:.12g} is outside the measured span {first:.12g}..{last:.12g} h of {self.source}. "
                 f"Choose hours inside it: nothing is extrapolated."
             )
-            raise LutgenError(message)
 
     def at(self, hours: float) -> Array:
         """Return xyY at ``hours``, shape (4, 3): x, y and Y each by the law of :mod:`lutgen.time_law`."""
@@ -98,11 +95,10 @@ class Tips:
         bad = (xy[:, 1] <= 0) | (xy.sum(axis=1) > 1)
         if bad.any():
             name = TIP_NAMES[int(np.argmax(bad))]
-            message = (
+            raise LutgenError(
                 f"{self.source}: by hour {hours:g} {name} has moved so far that sRGB's {name}, moved alike, is no "
                 f"colour any more. Check these rows, or use --reference absolute."
             )
-            raise LutgenError(message)
 
 
 #: More hours than this in one request are treated as a typing error: at 1 MB a LUT they would be 10 GB.
@@ -131,8 +127,7 @@ def parse_hours(text: str, tips: Tips) -> list[float]:
     first_text, _, last_text = span.partition("..")
     first, last = _number(first_text, text), _number(last_text, text)
     if first > last:
-        message = f"--hours {text}: the span runs backwards. Write {last_text}..{first_text}."
-        raise LutgenError(message)
+        raise LutgenError(f"--hours {text}: the span runs backwards. Write {last_text}..{first_text}.")
     tips.check_span(float(first))
     tips.check_span(float(last))
     if colon:
@@ -148,15 +143,13 @@ def _steps(first: Decimal, last: Decimal, given: str, text: str) -> set[Decimal]
         raise LutgenError(message)
     count = int((last - first) / step) + 1
     if count > MAX_HOURS:
-        message = f"--hours {text}: that is {count} hours, more than {MAX_HOURS}. Give a larger step."
-        raise LutgenError(message)
+        raise LutgenError(f"--hours {text}: that is {count} hours, more than {MAX_HOURS}. Give a larger step.")
     return {first + i * step for i in range(count)}
 
 
 def _checked(hours: set[Decimal], tips: Tips) -> list[float]:
     if len(hours) > MAX_HOURS:
-        message = f"--hours asks for {len(hours)} hours, more than {MAX_HOURS}. Give fewer."
-        raise LutgenError(message)
+        raise LutgenError(f"--hours asks for {len(hours)} hours, more than {MAX_HOURS}. Give fewer.")
     for hour in sorted(hours):
         tips.check_span(float(hour))
     return [float(hour) for hour in sorted(hours)]
@@ -167,12 +160,10 @@ def _number(part: str, text: str) -> Decimal:
     hours = number(part, non_finite=True)
     # A point without a digit before it is a slip: `0...5` is not the span 0 to a half.
     if hours is None or part.lstrip("+-").startswith("."):
-        message = f"--hours {text}: {part!r} is not a number of hours. {_ALLOWED}."
-        raise LutgenError(message)
+        raise LutgenError(f"--hours {text}: {part!r} is not a number of hours. {_ALLOWED}.")
     named = part.lstrip("+-")[0].isalpha()  # nan, inf
     if named or hours < 0:
-        message = f"--hours {text}: {part!r} is not a finite number of hours from 0 on. {_ALLOWED}."
-        raise LutgenError(message)
+        raise LutgenError(f"--hours {text}: {part!r} is not a finite number of hours from 0 on. {_ALLOWED}.")
     exact = Decimal(repr(hours)) if isfinite(hours) else _BEYOND
     # Folder names carry six decimals, so finer hours could collide: 0.0036 s is enough for any display.
     return exact if exact > _ENDLESS else round(exact, 6)
@@ -214,11 +205,10 @@ class LuminanceLaw:
             return float(tips.at(hours)[0, 2] / tips.xyY[0, 0, 2])
         times, factors = np.array(self.table).T
         if not times[0] <= hours <= times[-1]:
-            message = (
+            raise LutgenError(
                 f"hour {hours:.12g} is outside the span {times[0]:g}..{times[-1]:.12g} h of the luminance law "
                 f"{self.name!r}. Use --luminance measured, or a table that reaches further."
             )
-            raise LutgenError(message)
         return float(np.interp(hours, times, factors))
 
 
@@ -263,12 +253,11 @@ def law_of_table(name: str, table: tuple[tuple[float, float], ...], *, where: st
         and (numbers[:, 1] <= _MAX_FACTOR).all()
     )
     if not good:
-        message = (
+        raise LutgenError(
             f"{where}: a luminance table needs at least two rows hour,factor, the first of them 0,1: hours increasing "
             f"from 0, factors relative to hour 0 (1 is the un-aged luminance, not 100), above 0 and at most "
             f"{_MAX_FACTOR}."
         )
-        raise LutgenError(message)
     return LuminanceLaw(name, tuple((float(hour), float(factor)) for hour, factor in numbers))
 
 
@@ -291,10 +280,9 @@ def _row(line: str, where: str) -> tuple[float, float]:
         raise LutgenError(f"{where}: is no row of a CSV: {error}. Write two numbers, hour,factor.") from None
     read = [number(cell) for cell in cells]
     if len(read) != 2 or read[0] is None or read[1] is None:
-        message = (
+        raise LutgenError(
             f"{where}: {line[:40]!r}: a luminance table has rows of two numbers, hour,factor, with decimal points."
         )
-        raise LutgenError(message)
     return read[0], read[1]
 
 

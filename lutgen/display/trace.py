@@ -124,6 +124,11 @@ class Panel:
         lit = self.shares.sum(axis=-1)
         return np.asarray((1.0 - lit)[..., np.newaxis] * np.array(self.black or (0.0, 0.0, 0.0)))
 
+    @property
+    def linear(self) -> Array:
+        """Linear light of each channel, (n, 3)."""
+        return self.shares[:, 1:] + self.shares[:, :1]
+
     def times(self, factor: Array | None) -> Panel:
         """Return the panel with X, Y and Z brighter by a factor (n, 3); None: 1."""
         if factor is None:

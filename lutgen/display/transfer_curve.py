@@ -47,16 +47,14 @@ class TransferCurve:
             raise LutgenError(f"{who} needs as many codes as lights, two at least; it has {codes.size}, {light.size}.")
         ends = (codes[0], light[0], codes[-1], light[-1])
         if ends != (0.0, 0.0, 1.0, 1.0) or not np.isfinite(light).all() or not (np.diff(codes) > 0).all():
-            message = f"{who} must run from code 0, light 0 to code 1, light 1, its codes increasing."
-            raise LutgenError(message)
+            raise LutgenError(f"{who} must run from code 0, light 0 to code 1, light 1, its codes increasing.")
         falls = np.flatnonzero(np.diff(light) < 0)
         if falls.size:
             first = int(falls[0])
-            message = (
+            raise LutgenError(
                 f"{who} is not monotonic: its light falls from {light[first]:.4g} at code {codes[first]:.4g} to "
                 f"{light[first + 1]:.4g} at code {codes[first + 1]:.4g}. Correct these points, or measure them again."
             )
-            raise LutgenError(message)
         object.__setattr__(self, "codes", tuple(codes.tolist()))
         object.__setattr__(self, "light", tuple(light.tolist()))
 
@@ -176,12 +174,11 @@ def fallen(codes: Array, light: Array, sigma: Array, who: str) -> str:
     doubt = np.hypot(sigma, sigma[top])
     worst = int(np.argmax(fall / doubt))
     if fall[worst] > FALLS * doubt[worst]:
-        message = (
+        raise LutgenError(
             f"{who} is not monotonic: {light[top[worst]]:.4g} of full light at code {codes[top[worst]]:.4g}, but "
             f"{light[worst]:.4g} at code {codes[worst]:.4g}, more than noise. Measure these codes again, or leave them "
             f"out."
         )
-        raise LutgenError(message)
     return ", ".join(f"from code {codes[top[i]]:.4g} to {codes[i]:.4g}" for i in np.flatnonzero(fall > 0))
 
 

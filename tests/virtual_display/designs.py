@@ -55,8 +55,7 @@ def mixtures(seed: int, count: int = 24) -> Array:
 def readings(design: str, hours: tuple[float, ...], seed: int) -> Readings:
     """All readings of a campaign, in reading order. The mixtures and temperatures follow ``seed``."""
     if design not in DESIGNS:
-        message = f"no design {design!r}. Pick one of: {', '.join(DESIGNS)}."
-        raise ValueError(message)
+        raise ValueError(f"no design {design!r}. Pick one of: {', '.join(DESIGNS)}.")
     colours = mixtures(seed)
     between = [hour for hour in OFF_KNOT_HOURS if design == "full" and hours[0] < hour < hours[-1]]
     sessions = [(hour, True) for hour in hours] + [(hour, False) for hour in between if hour not in hours]

@@ -22,17 +22,16 @@ if TYPE_CHECKING:
 LARGEST, LARGEST_PLACE = 4095, 1024
 
 
-def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
+def candidates(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
     """Give the table indexed in code values, clipped to sRGB and rounded to 12 bit."""
     luts = sampler.candidates(aged, size, "code", clip=True, largest=LARGEST)
     brightest = table_of(luts[0]).max() * LARGEST
     if brightest <= LARGEST // 2:
-        message = (
+        raise LutgenError(
             f"{aged.mode} at {aged.hours:g} h: a .3dl cannot hold a display whose brightest code value is "
             f"{brightest / LARGEST:.0%} of the viewer's, since readers guess its depth from the largest number. Leave "
             f"the format 3dl out, or that hour."
         )
-        raise LutgenError(message)
     return luts
 
 
@@ -50,6 +49,6 @@ FORMAT = Format(
     suffix=".3dl",
     summary="12-bit whole numbers for Autodesk Flame and Lustre; clipped to sRGB",
     unclipped=False,
-    bake=bake,
     write=write,
+    candidates=candidates,
 )

@@ -72,10 +72,16 @@ class Format:
     summary: str
     #: Whether its files keep aged colours outside sRGB, so that wider viewers can show them.
     unclipped: bool
-    #: Gives the candidates for a display and a lattice size; the best certified is written.
-    bake: Callable[[Sampler, AgedDisplay, int], list[Lut | MatrixLut]]
     #: Gives the bytes of a file.
     write: Callable[[Lut | MatrixLut, Provenance], bytes]
+    #: How its table may be indexed, keys of ``SPACES``: the best certified is written.
+    spaces: tuple[str, ...] = ("code",)
+    #: The largest of the whole numbers, from 0 on, that its files hold; None: they hold decimals.
+    largest: int | None = None
+    #: Gives the points along an edge, where they are not those that the user asks for.
+    points: Callable[[int], int] | None = None
+    #: Gives the candidates for a display and a lattice size, where tables in ``spaces`` are not all of them.
+    candidates: Callable[[Sampler, AgedDisplay, int], list[Lut | MatrixLut]] | None = None
     #: Gives what stands before the table's rows, where a file is that and rows of text alone.
     head: Callable[[Lut | MatrixLut, Provenance], bytes] | None = None
     #: How a file with this suffix is read back; None: by OpenColorIO, so that configs can use it.
@@ -88,6 +94,13 @@ class Format:
     follows: bool = True
     #: Whether it can begin with the picture's own profile.
     takes_source: bool = False
+
+    def bake(self, sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
+        """Return the candidates for a display and a lattice size; the best certified is written."""
+        if self.candidates:
+            return self.candidates(sampler, aged, size)
+        points = self.points(size) if self.points else size
+        return sampler.candidates(aged, points, *self.spaces, clip=not self.unclipped, largest=self.largest)
 
     @property
     def file(self) -> str:

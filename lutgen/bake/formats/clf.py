@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from lutgen.display import AgedDisplay
 
 
-def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
+def candidates(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
     """Give the exact form when there is one, else a table in code values and one in linear light."""
     matrix = as_matrix(aged)
     if matrix is not None:
@@ -87,6 +87,6 @@ FORMAT = Format(
     suffix=".clf",
     summary="Common LUT Format: exact for --selection continuous, keeps colours outside sRGB",
     unclipped=True,
-    bake=bake,
     write=write,
+    candidates=candidates,
 )

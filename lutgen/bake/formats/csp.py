@@ -5,24 +5,14 @@ The curve is the shaper of ``resolve``, where that certifies better; text stands
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from lutgen.bake.digits import rows_of_text
 from lutgen.bake.formats import Format, Provenance
-from lutgen.bake.lut import Lut, MatrixLut, Sampler, shaper, table_of
-
-if TYPE_CHECKING:
-    from lutgen.display import AgedDisplay
+from lutgen.bake.lut import Lut, MatrixLut, shaper, table_of
 
 #: Points of the prelut, through which OpenColorIO draws a smooth curve.
 CURVE_POINTS = 257
-
-
-def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
-    """Give tables indexed in code values and behind the prelut, not clipped."""
-    return sampler.candidates(aged, size, "code", "shaped", clip=False)
 
 
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
@@ -42,6 +32,6 @@ FORMAT = Format(
     suffix=".csp",
     summary="Cinespace 3D table with a shaper, floats, for OpenColorIO 1 and grading tools; keeps colours outside sRGB",
     unclipped=True,
-    bake=bake,
     write=write,
+    spaces=("code", "shaped"),
 )

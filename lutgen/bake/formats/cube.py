@@ -6,19 +6,9 @@ LF, a quoted TITLE in ASCII, ``#`` comments before ``LUT_3D_SIZE``, seven decima
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from lutgen.bake.digits import rows_of_text
 from lutgen.bake.formats import Format, Provenance
-from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of
-
-if TYPE_CHECKING:
-    from lutgen.display import AgedDisplay
-
-
-def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
-    """Give the table indexed in code values, as viewers expect, clipped to sRGB."""
-    return sampler.candidates(aged, size, "code", clip=True)
+from lutgen.bake.lut import Lut, MatrixLut, table_of
 
 
 def head(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
@@ -38,7 +28,6 @@ FORMAT = Format(
     suffix=".cube",
     summary="3D table in code values, read by nearly every viewer and grading tool; clipped to sRGB",
     unclipped=False,
-    bake=bake,
     write=write,
     head=head,
 )

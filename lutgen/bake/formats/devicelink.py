@@ -6,20 +6,10 @@ servers); viewers take a profile, which is ``icc``.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from lutgen.bake import icc_profile as icc
 from lutgen.bake.formats import Format, Provenance, Reader
 from lutgen.bake.littlecms import table_of_profile, through_profile
-from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of
-
-if TYPE_CHECKING:
-    from lutgen.display import AgedDisplay
-
-
-def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
-    """Give the table indexed in code values, clipped to sRGB."""
-    return sampler.candidates(aged, size, "code", clip=True, largest=icc.LARGEST)
+from lutgen.bake.lut import Lut, MatrixLut, table_of
 
 
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
@@ -39,8 +29,8 @@ FORMAT = Format(
     suffix=".icc",
     summary="ICC device link, for programs that convert pictures by LittleCMS or Argyll; clipped to sRGB",
     unclipped=False,
-    bake=bake,
     write=write,
+    largest=icc.LARGEST,
     reader=Reader(through_profile, table_of_profile),
     stem="aged-link",
 )

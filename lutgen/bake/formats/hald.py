@@ -6,22 +6,9 @@ A Hald of level L is a square of L³ pixels a side that holds L² points along e
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from lutgen.bake.formats import Format, Provenance, Reader
-from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of
+from lutgen.bake.lut import Lut, MatrixLut, table_of
 from lutgen.bake.table_picture import apply_picture, png, table_of_picture
-
-if TYPE_CHECKING:
-    from lutgen.display import AgedDisplay
-
-LARGEST = 65_535
-
-
-def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
-    """Give the table indexed in code values, clipped to sRGB; 16, 36 or 64 points, squares as Hald asks."""
-    points = round(size**0.5) ** 2
-    return sampler.candidates(aged, points, "code", clip=True, largest=LARGEST)
 
 
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
@@ -36,8 +23,10 @@ FORMAT = Format(
     suffix=".png",
     summary="the table as a 16-bit picture, for ImageMagick, ffmpeg, GIMP and RawTherapee; clipped to sRGB",
     unclipped=False,
-    bake=bake,
     write=write,
+    largest=65_535,
+    # 16, 36 or 64: squares, as Hald asks.
+    points=lambda size: round(size**0.5) ** 2,
     reader=Reader(apply_picture, table_of_picture),
     stem="aged-hald",
 )

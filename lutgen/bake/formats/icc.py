@@ -24,21 +24,15 @@ import numpy as np
 from lutgen.bake import icc_profile as icc
 from lutgen.bake.formats import Format, Provenance, Reader
 from lutgen.bake.littlecms import table_of_profile, through_profile
-from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of
+from lutgen.bake.lut import Lut, MatrixLut, table_of
 from lutgen.bake.spaces import lab_held_to_xyz_d50, lattice, linear_to_xyz_d50, xyz_d50_to_linear
 from lutgen.colorimetry import code_to_linear
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
-    from lutgen.display import AgedDisplay
 
 #: The curve by which the matrix's errors are weighed, and the linear light below which it is straight.
 GAMMA, DARK = 2.4, 0.01
-
-
-def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
-    """Give the table of L*a*b* under D50, indexed in code values and not clipped."""
-    return sampler.candidates(aged, size, "lab", clip=False, largest=icc.LARGEST)
 
 
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
@@ -73,8 +67,9 @@ FORMAT = Format(
     suffix=".icc",
     summary="ICC profile to assign to a picture, for QuPath, browsers and system viewers; keeps colours outside sRGB",
     unclipped=True,
-    bake=bake,
     write=write,
+    spaces=("lab",),
+    largest=icc.LARGEST,
     reader=Reader(through_profile, table_of_profile),
     corrects=False,
     takes_source=True,

@@ -35,7 +35,7 @@ ENOUGH = 1e-4
 _STEP = 1 / 65_536
 
 
-def bake(sampler: Sampler, aged: AgedDisplay, _size: int) -> list[Lut | MatrixLut]:
+def candidates(sampler: Sampler, aged: AgedDisplay, _size: int) -> list[Lut | MatrixLut]:
     """Give the display's own matrix where it is one, else the nearest that shows its white; in the file's steps."""
     own = as_matrix(aged)
     return [MatrixLut(_in_steps(own.matrix if own else nearest_matrix(sampler, aged)))]
@@ -72,8 +72,7 @@ def _in_steps(matrix: Array) -> Array:
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     """Return the file's bytes."""
     if not isinstance(lut, MatrixLut):
-        message = "this format holds a matrix, not a table"
-        raise TypeError(message)
+        raise TypeError("this format holds a matrix, not a table")
     tags = icc.display_tags(provenance.title, provenance.lines, _colorants(lut.matrix))
     return icc.profile(device_class=b"mntr", pcs=b"XYZ ", tags=tags)
 
@@ -83,8 +82,8 @@ FORMAT = Format(
     suffix=".icc",
     summary="ICC profile without a table: pure white is right for 8-bit pictures in LittleCMS too; elsewhere less true",
     unclipped=True,
-    bake=bake,
     write=write,
+    candidates=candidates,
     reader=Reader(through_profile, table_of_profile),
     stem="aged-matrix",
     corrects=False,

@@ -5,23 +5,13 @@ Otherwise as ``icc``: the same colours in other steps.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from lutgen.bake import icc_profile as icc
 from lutgen.bake.formats import Format, Provenance, Reader
 from lutgen.bake.littlecms import table_of_profile, through_profile
-from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of
+from lutgen.bake.lut import Lut, MatrixLut, table_of
 from lutgen.bake.spaces import lab_held_to_xyz_d50
-
-if TYPE_CHECKING:
-    from lutgen.display import AgedDisplay
-
-
-def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
-    """Give the table of L*a*b* under D50, indexed in code values and not clipped."""
-    return sampler.candidates(aged, size, "lab-v2", clip=False, largest=icc.LARGEST)
 
 
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
@@ -37,8 +27,9 @@ FORMAT = Format(
     suffix=".icc",
     summary="the profile of icc in version 2, for Argyll, which reads no other; browsers show it less true",
     unclipped=True,
-    bake=bake,
     write=write,
+    spaces=("lab-v2",),
+    largest=icc.LARGEST,
     reader=Reader(through_profile, table_of_profile),
     stem="aged-v2",
     corrects=False,

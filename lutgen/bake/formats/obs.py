@@ -6,21 +6,9 @@ are finer. The picture is for versions that read no .cube, and for programs that
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from lutgen.bake.formats import Format, Provenance, Reader
-from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of
+from lutgen.bake.lut import Lut, MatrixLut, table_of
 from lutgen.bake.table_picture import POINTS, apply_picture, png, table_of_picture, tiles_of
-
-if TYPE_CHECKING:
-    from lutgen.display import AgedDisplay
-
-LARGEST = 255
-
-
-def bake(sampler: Sampler, aged: AgedDisplay, _size: int) -> list[Lut | MatrixLut]:
-    """Give the table of 64 points an edge, which is all that OBS reads, clipped to sRGB."""
-    return sampler.candidates(aged, POINTS, "code", clip=True, largest=LARGEST)
 
 
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
@@ -34,8 +22,10 @@ FORMAT = Format(
     suffix=".png",
     summary="the table as OBS Studio's picture of 512 × 512 pixels, 8 bit, where it reads no .cube; clipped to sRGB",
     unclipped=False,
-    bake=bake,
     write=write,
+    largest=255,
+    # All that OBS reads.
+    points=lambda _size: POINTS,
     reader=Reader(apply_picture, table_of_picture),
     stem="aged-obs",
     follows=False,

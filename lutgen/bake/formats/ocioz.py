@@ -93,8 +93,7 @@ def _or_refuse(path: Path, call: Any) -> Any:
     try:
         return call()
     except ocio_errors() as error:
-        message = f"{path}: OpenColorIO {ocio().__version__} cannot use it: {in_one_line(error)}"
-        raise LutgenError(message) from None
+        raise LutgenError(f"{path}: OpenColorIO {ocio().__version__} cannot use it: {in_one_line(error)}") from None
 
 
 @contextmanager
@@ -111,8 +110,7 @@ def _unpacked(path: Path) -> Iterator[Path]:
                 for name in (CONFIG, TABLE):
                     archive.extract(name, folder)
         except _BROKEN as error:
-            message = f"{path}: is no archive with {CONFIG} and {TABLE}: {error}."
-            raise LutgenError(message) from None
+            raise LutgenError(f"{path}: is no archive with {CONFIG} and {TABLE}: {error}.") from None
         yield folder
 
 
@@ -121,7 +119,7 @@ FORMAT = Format(
     suffix=".ocioz",
     summary="a whole OpenColorIO config in one file, for OpenColorIO from 2.2 on; keeps colours outside sRGB",
     unclipped=True,
-    bake=clf.bake,
     write=write,
+    candidates=clf.candidates,
     reader=Reader(_apply, _table),
 )

@@ -8,24 +8,14 @@ the two numbers of an input range for a row.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from lutgen.bake.digits import rows_of_text
 from lutgen.bake.formats import Format, Provenance
-from lutgen.bake.lut import Lut, MatrixLut, Sampler, shaper, table_of
-
-if TYPE_CHECKING:
-    from lutgen.display import AgedDisplay
+from lutgen.bake.lut import Lut, MatrixLut, shaper, table_of
 
 #: Points of the shaper; between them it errs by 5e-8.
 CURVE_POINTS = 4096
-
-
-def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
-    """Give tables indexed in code values and behind the shaper, clipped to sRGB."""
-    return sampler.candidates(aged, size, "code", "shaped", clip=True)
 
 
 def head(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
@@ -50,8 +40,8 @@ FORMAT = Format(
     suffix=".cube",
     summary=".cube with a shaper as DaVinci Resolve reads it: closer to the model where dark colours bend; clipped",
     unclipped=False,
-    bake=bake,
     write=write,
+    spaces=("code", "shaped"),
     head=head,
     stem="aged-resolve",
 )

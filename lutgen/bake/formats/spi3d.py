@@ -6,21 +6,11 @@ provenance stands there, since the header has no place for it.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from lutgen.bake.digits import rows_of_text
 from lutgen.bake.formats import Format, Provenance
-from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of
-
-if TYPE_CHECKING:
-    from lutgen.display import AgedDisplay
-
-
-def bake(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
-    """Give the table indexed in code values, not clipped."""
-    return sampler.candidates(aged, size, "code", clip=False)
+from lutgen.bake.lut import Lut, MatrixLut, table_of
 
 
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
@@ -39,6 +29,5 @@ FORMAT = Format(
     suffix=".spi3d",
     summary="Imageworks 3D table, floats, for Nuke, RV and every OpenColorIO since 1.0; keeps colours outside sRGB",
     unclipped=True,
-    bake=bake,
     write=write,
 )

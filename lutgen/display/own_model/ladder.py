@@ -126,11 +126,10 @@ def fit_own_model(sample: Sample) -> OwnModel:
     Raises LutgenError: the session has fewer than ``LEAST_MIXTURES`` different mixtures.
     """
     if sample.mixtures < LEAST_MIXTURES:
-        message = (
+        raise LutgenError(
             f"{sample.file}: {sample.mixtures} different mixtures; a display's own model is judged on {LEAST_MIXTURES} "
             f"at least. Measure more colours of two or three channels."
         )
-        raise LutgenError(message)
     return _Climb(sample).model()
 
 

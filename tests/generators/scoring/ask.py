@@ -15,7 +15,7 @@ from lutgen.errors import LutgenError
 from tests.generators.meters import METERS
 from tests.generators.rewritings import NOTHING_LOST, OF_TRUTH, SOMETHING_LOST, CannotRewrite
 from tests.generators.scoring.sources import SOURCES
-from tests.generators.scoring.strength import sized
+from tests.generators.scoring.strength import shown, sized
 from tests.generators.table import table
 from tests.virtual_display.judge import Reply
 
@@ -100,7 +100,12 @@ class Answered:
 
     @property
     def large_enough(self) -> bool:
-        """Whether what is hidden is as large as the question says: not every design and display shows so much."""
+        """Whether what is hidden is as large as the question says: not every design and display shows so much.
+
+        Of a size that is typical so much is asked that it can be detected at all.
+        """
+        if self.question.typical:
+            return all(found > 1.0 for found in self.multiples)
         asked = self.question.sizes
         return all(found > ENOUGH * size for found, size in zip(self.multiples, asked, strict=bool(self.multiples)))
 
@@ -122,12 +127,17 @@ def _campaign(question: Question, hidden: dict[str, float]) -> Truth:
 
 def _hidden(question: Question) -> tuple[dict[str, float], tuple[float, ...]]:
     """Sizes of what is hidden, in typical ones, each effect sized as if it were alone."""
-    if question.typical:
-        return dict(zip(question.effects, question.sizes, strict=True)), ()
     discrepancy = SOURCES[question.generator].discrepancy
-    first_hour = question.baseline == "first-hour"
+    if question.typical:
+        sizes = dict(zip(question.effects, question.sizes, strict=True))
+        # What a design must not be able to show may be as faint as it is.
+        asked = sizes.items() if question.sort == "law" else ()
+        return sizes, tuple(
+            shown(partial(_alone, question, name), size, baseline=question.baseline, discrepancy=discrepancy)
+            for name, size in asked
+        )
     found = [
-        sized(partial(_alone, question, name), target, first_hour=first_hour, discrepancy=discrepancy)
+        sized(partial(_alone, question, name), target, baseline=question.baseline, discrepancy=discrepancy)
         for name, target in zip(question.effects, question.sizes, strict=True)
     ]
     sizes = {name: each.size for name, each in zip(question.effects, found, strict=True)}

@@ -53,8 +53,7 @@ def campaign(seed: int, hidden: Mapping[str, float], *, design: str = "full", ha
     """
     unknown = sorted(set(hidden) - {*KINDS, *OUTSIDE})
     if unknown:
-        message = f"hidden kind {unknown[0]!r} is none. Pick one of: {', '.join((*KINDS, *OUTSIDE))}."
-        raise ValueError(message)
+        raise ValueError(f"hidden kind {unknown[0]!r} is none. Pick one of: {', '.join((*KINDS, *OUTSIDE))}.")
     for name, strength in hidden.items():
         if not 0 <= strength < math.inf:
             message = f"hidden[{name!r}] is {strength}: a strength is a number from 0 on. Signs are drawn by the seed."

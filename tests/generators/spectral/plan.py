@@ -126,8 +126,7 @@ def readings(design: str, rng: np.random.Generator) -> list[Reading]:
         if design == "full":
             found += _circumstances()
     else:
-        message = f"design {design!r} is none. Pick one of: full, grey, colour, few."
-        raise ValueError(message)
+        raise ValueError(f"design {design!r} is none. Pick one of: full, grey, colour, few.")
     return sorted(found, key=lambda reading: reading.place)
 
 

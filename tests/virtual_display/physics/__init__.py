@@ -26,8 +26,7 @@ def find(name: str, form: str) -> Effect:
     """Return the effect of this name and form. Raises KeyError naming what there is."""
     if (name, form) not in EFFECTS:
         known = ", ".join(f"{effect} ({form})" for effect, form in sorted(EFFECTS))
-        message = f"no hidden effect {name!r} in form {form!r}. Pick one of: {known}."
-        raise KeyError(message)
+        raise KeyError(f"no hidden effect {name!r} in form {form!r}. Pick one of: {known}.")
     return EFFECTS[name, form]
 
 

@@ -6,6 +6,8 @@ exponential tail, and a soft knee for a hard one.
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from tests.virtual_display.physics.effect import LCDS, Scene, effect
@@ -20,34 +22,34 @@ CHANNEL_LOSS: Array = np.array([7.0, 8.0, 12.0]) / 12.0
 PHOSPHORS = tuple(name for name in CLASSES if name != "OLED")
 OWN_LIGHT = ("OLED", "RGB LED LCD")
 
+loss = partial(effect, stage="emission", baseline="first-hour")
+
 
 def _each(column: Array) -> Array:
     """(n, k) beside spectra of shape (n, 3, 81)."""
     return column[:, :, np.newaxis]
 
 
-@effect("backlight-decay", "same", stage="emission", typical=0.5, largest=3.0, unit="nepers", baseline="first-hour")
+@loss("backlight-decay", "same", typical=0.5, largest=3.0, unit="nepers")
 def backlight_decay(spectra: Array, scene: Scene, size: float) -> Array:
     """exp(−s τ^1.41), the power that fits the paper's 67 % and 40 %."""
     return spectra * _each(np.exp(-size * scene.tau**1.41))
 
 
-@effect("backlight-decay", "other", stage="emission", typical=0.5, largest=3.0, unit="nepers", baseline="first-hour")
+@loss("backlight-decay", "other", typical=0.5, largest=3.0, unit="nepers")
 def backlight_decay_rational(spectra: Array, scene: Scene, size: float) -> Array:
     """1/(1 + s τ^1.3/2)²."""
     return spectra / _each((1.0 + 0.5 * size * scene.tau**1.3) ** 2)
 
 
-@effect("burn-in-decay", "same", stage="emission", typical=0.05, largest=0.5, unit="quick share", baseline="first-hour")
+@loss("burn-in-decay", "same", typical=0.05, largest=0.5, unit="quick share")
 def burn_in_decay(spectra: Array, scene: Scene, size: float) -> Array:
     """c e^(−t/T₁) + (1 − c) e^(−t/T₂), the slow part losing 3 c in a life."""
     quick = np.exp(-scene.readings.hours[:, np.newaxis] / BURN_IN_H)
     return spectra * _each(size * quick + (1.0 - size) * np.exp(-3.0 * size * scene.tau))
 
 
-@effect(
-    "burn-in-decay", "other", stage="emission", typical=0.05, largest=0.5, unit="quick share", baseline="first-hour"
-)
+@loss("burn-in-decay", "other", typical=0.05, largest=0.5, unit="quick share")
 def burn_in_rational(spectra: Array, scene: Scene, size: float) -> Array:
     """A quick loss that stretches (exponent 0.5), and a slow rational one."""
     hours = scene.readings.hours[:, np.newaxis]
@@ -55,77 +57,39 @@ def burn_in_rational(spectra: Array, scene: Scene, size: float) -> Array:
     return spectra * _each(quick / (1.0 + 2.0 * size * scene.tau))
 
 
-@effect(
-    "phosphor-wear",
-    "same",
-    stage="emission",
-    typical=0.2,
-    largest=2.0,
-    unit="nepers",
-    baseline="first-hour",
-    classes=PHOSPHORS,
-)
+@loss("phosphor-wear", "same", typical=0.2, largest=2.0, unit="nepers", classes=PHOSPHORS)
 def phosphor_wear(spectra: Array, scene: Scene, size: float) -> Array:
     """One part of the spectrum falls as exp(−s τ)."""
     return spectra * (1.0 - scene.wearing * (1.0 - _each(np.exp(-size * scene.tau))))
 
 
-@effect(
-    "phosphor-wear",
-    "other",
-    stage="emission",
-    typical=0.2,
-    largest=2.0,
-    unit="nepers",
-    baseline="first-hour",
-    classes=PHOSPHORS,
-)
+@loss("phosphor-wear", "other", typical=0.2, largest=2.0, unit="nepers", classes=PHOSPHORS)
 def phosphor_wear_rational(spectra: Array, scene: Scene, size: float) -> Array:
     """One part falls as 1/(1 + s τ^1.3), and what the phosphor converts no more leaks a little as it was."""
     lost = 1.0 - 1.0 / (1.0 + size * scene.tau**1.3)
     return spectra * (1.0 - scene.wearing * _each(lost) + 0.05 * (1.0 - scene.wearing) * _each(lost))
 
 
-@effect("yellowing", "same", stage="emission", typical=0.2, largest=2.0, unit="nepers at 400 nm", baseline="first-hour")
+@loss("yellowing", "same", typical=0.2, largest=2.0, unit="nepers at 400 nm")
 def yellowing(spectra: Array, scene: Scene, size: float) -> Array:
     """Transmittance exp(−a τ e^(−(λ − 400)/60))."""
     return spectra * np.exp(-size * _each(scene.tau) * np.exp(-(NM - 400.0) / 60.0))
 
 
-@effect(
-    "yellowing", "other", stage="emission", typical=0.2, largest=2.0, unit="nepers at 400 nm", baseline="first-hour"
-)
+@loss("yellowing", "other", typical=0.2, largest=2.0, unit="nepers at 400 nm")
 def yellowing_edge(spectra: Array, scene: Scene, size: float) -> Array:
     """An absorption edge that creeps from the violet, with τ^1.3."""
     edge = 1.0 / (1.0 + np.exp((NM - 440.0) / 18.0))
     return spectra * np.exp(-size * _each(scene.tau**1.3) * edge)
 
 
-@effect(
-    "stabilizer-headroom",
-    "same",
-    stage="emission",
-    typical=0.2,
-    largest=2.0,
-    unit="nepers below the set point",
-    baseline="first-hour",
-    classes=LCDS,
-)
+@loss("stabilizer-headroom", "same", typical=0.2, largest=2.0, unit="nepers below the set point", classes=LCDS)
 def stabilizer_headroom(spectra: Array, scene: Scene, size: float) -> Array:
     """min(L_set, L₀ D(t)): held until the onset, then the lamp's own exponential."""
     return spectra * _each(np.exp(-size * np.maximum(scene.tau - scene.traits.onset, 0.0)))
 
 
-@effect(
-    "stabilizer-headroom",
-    "other",
-    stage="emission",
-    typical=0.2,
-    largest=2.0,
-    unit="nepers below the set point",
-    baseline="first-hour",
-    classes=LCDS,
-)
+@loss("stabilizer-headroom", "other", typical=0.2, largest=2.0, unit="nepers below the set point", classes=LCDS)
 def stabilizer_soft_knee(spectra: Array, scene: Scene, size: float) -> Array:
     """A regulator that gives way softly, over some 1500 h, to a rational decay that gathers speed."""
     width = 0.08
@@ -134,31 +98,13 @@ def stabilizer_soft_knee(spectra: Array, scene: Scene, size: float) -> Array:
     return spectra / _each(1.0 + size * (late - new) ** 1.3)
 
 
-@effect(
-    "channel-decay",
-    "same",
-    stage="emission",
-    typical=0.2,
-    largest=2.0,
-    unit="nepers of blue",
-    baseline="first-hour",
-    classes=OWN_LIGHT,
-)
+@loss("channel-decay", "same", typical=0.2, largest=2.0, unit="nepers of blue", classes=OWN_LIGHT)
 def channel_decay(spectra: Array, scene: Scene, size: float) -> Array:
     """Each channel its own exponential."""
     return spectra * _each(np.exp(-size * scene.tau * CHANNEL_LOSS))
 
 
-@effect(
-    "channel-decay",
-    "other",
-    stage="emission",
-    typical=0.2,
-    largest=2.0,
-    unit="nepers of blue",
-    baseline="first-hour",
-    classes=OWN_LIGHT,
-)
+@loss("channel-decay", "other", typical=0.2, largest=2.0, unit="nepers of blue", classes=OWN_LIGHT)
 def channel_decay_rational(spectra: Array, scene: Scene, size: float) -> Array:
     """Each channel its own rational decay, with its own power of time."""
     power = np.array([1.3, 0.9, 1.1])
