@@ -15,12 +15,13 @@ from hypothesis import strategies as st
 from scipy.interpolate import PchipInterpolator
 
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_code, xyY_to_xyz, xyz_to_lab
+from lutgen.criticism.anchored import anchored_tips
 from lutgen.criticism.compare import compare
 from lutgen.criticism.diagnose import diagnose
 from lutgen.criticism.first_session import first_session
 from lutgen.criticism.fit import fit
 from lutgen.criticism.influence import wrong_rows, wrong_sessions
-from lutgen.criticism.linear import State, linearise
+from lutgen.criticism.linear import State, Term, linearise
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.refine import refine
 from lutgen.criticism.shared_errors import with_shared_errors
@@ -557,6 +558,16 @@ def test_errors_of_the_first_session_are_unknowns_of_known_size() -> None:
     left = right - whole @ np.linalg.lstsq(whole, right, rcond=1e-12)[0]
     assert system.chi2 == pytest.approx(float(left @ left), rel=1e-9)
     assert 0.8 < found.chi2 / found.freedom < 1.25
+
+
+def test_white_and_primaries_do_not_hang_on_the_last_digit_of_a_curve(monkeypatch: pytest.MonkeyPatch) -> None:
+    """They are full drive, of which curves say nothing: rounding must not let a curve's modes move them."""
+    readings = session(replace(Panel(), leaking=0.6, fading=0.0), EVERYTHING, (0.0, 9000.0, 18_000.0))
+    problem, curve = Problem.of(readings, baseline="native", selection="continuous").as_baked, TransferCurve.__call__
+    leak = Term(catalogue()["black-level"], catalogue()["black-level"].rest() | {"grown": 0.003})
+    exact = anchored_tips(problem, (leak,))
+    monkeypatch.setattr(TransferCurve, "__call__", lambda self, code: curve(self, code) * (1.0 + 1e-12))
+    assert anchored_tips(replace(problem), (leak,)) == pytest.approx(exact, rel=1e-6)
 
 
 def test_a_slip_of_the_first_session_says_little_of_its_colour() -> None:
