@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from pathlib import Path
 
+    from lutgen.colorimetry import Array
     from lutgen.criticism.fit import Fit
 
 pytestmark = pytest.mark.numbers
@@ -563,11 +564,17 @@ def test_errors_of_the_first_session_are_unknowns_of_known_size() -> None:
 def test_white_and_primaries_do_not_hang_on_the_last_digit_of_a_curve(monkeypatch: pytest.MonkeyPatch) -> None:
     """They are full drive, of which curves say nothing: rounding must not let a curve's modes move them."""
     readings = session(replace(Panel(), leaking=0.6, fading=0.0), EVERYTHING, (0.0, 9000.0, 18_000.0))
-    problem, curve = Problem.of(readings, baseline="native", selection="continuous").as_baked, TransferCurve.__call__
-    leak = Term(catalogue()["black-level"], catalogue()["black-level"].rest() | {"grown": 0.003})
-    exact = anchored_tips(problem, (leak,))
-    monkeypatch.setattr(TransferCurve, "__call__", lambda self, code: curve(self, code) * (1.0 + 1e-12))
-    assert anchored_tips(replace(problem), (leak,)) == pytest.approx(exact, rel=1e-6)
+
+    def tips() -> Array:
+        leak = catalogue()["black-level"]
+        term = Term(leak, leak.rest() | {"grown": 0.003, "tint_x": 0.02, "tint_z": -0.13})
+        problem = Problem.of(readings, baseline="native", selection="continuous")
+        return anchored_tips(with_shared_errors(problem, (term,)).as_baked, (term,))
+
+    exact, curve = tips(), TransferCurve.__call__
+    for least in (1e-12, 1e-10, 1e-8):
+        monkeypatch.setattr(TransferCurve, "__call__", lambda self, code, e=least: curve(self, code) * (1.0 + e))
+        assert tips() == pytest.approx(exact, rel=1e-6)
 
 
 def test_a_slip_of_the_first_session_says_little_of_its_colour() -> None:
