@@ -193,8 +193,9 @@ def _is_beyond_chance(found: Family, current: Fit, error: PureError, tried: int)
 
 def admissible(candidate: Candidate, current: Fit, error: PureError, tried: int) -> bool:
     """Whether a candidate beside ``current`` is beyond chance: BIC, corrected F test, held-out readings."""
-    # Where nobody measured the noise, the gain must be worth its parameters under twice that noise.
-    beyond = candidate.gain * (1.0 - 1.0 / error.allowance)
+    # The gain must be worth its parameters under the noise that replicates show; where nobody measured it, under twice
+    # that noise.
+    beyond = candidate.gain * (1.0 - 1.0 / (error.allowance * max(error.variance, 1.0)))
     if bic(candidate) + beyond > current.bic - STRONG:
         return False
     tried *= candidate.settings
