@@ -14,7 +14,11 @@ from lutgen.criticism.diagnose import diagnose
 from lutgen.criticism.drift import drifts
 from lutgen.criticism.problem import Problem
 from tests.command import Done, words
+from tests.generators.meters import METERS
+from tests.generators.ours import campaign
+from tests.generators.table import table
 from tests.native_displays import BLACK, GREYS, RAMPS, TIPS, Panel, session, write
+from tests.readings_text import read
 from tests.schemas import validator
 
 if TYPE_CHECKING:
@@ -123,3 +127,10 @@ def test_compare_names_the_reading(tmp_path: Path, run: Callable[..., Done]) -> 
     validator("compare").validate(content)
     (found,) = content["drifts"]
     assert f"code 1, 1, 1, read before, has {found['change']:+.1%} in {found['line']}." in page
+
+
+def test_slips_of_an_instrument_with_heavy_tails_are_no_drift() -> None:
+    """The last white of a session slipped by 5 %: of such an instrument that says nothing of the display's light."""
+    truth = campaign(711052289, {}, design="full", habits=2)
+    text = table(truth, METERS["heavy-tails"].read(truth, 711052289))
+    assert diagnose(read(text, file="healthy.csv", sha256="")).verdict.name == "consistent"

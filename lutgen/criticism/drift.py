@@ -79,7 +79,8 @@ def _drift(
     order = readings.lines if readings.order is None else readings.order
     place = np.argsort(np.argsort(order[here], kind="stable"))
     repeated = np.flatnonzero(np.bincount(group) > 1)
-    patches = [_believed(np.flatnonzero(group == each), place, wrong) for each in repeated]
+    slips = problem.weights is not None
+    patches = [_believed(np.flatnonzero(group == each), place, wrong, slips=slips) for each in repeated]
     steady = steadiness_of(readings.xyz_cd_m2[here], place, [rows for rows in patches if rows.size > 1])
     if steady is None:
         return
@@ -100,8 +101,13 @@ def _wrong(problem: Problem) -> NDArray[np.bool_]:
     return wrong
 
 
-def _believed(rows: NDArray[np.intp], place: NDArray[np.intp], wrong: NDArray[np.bool_]) -> NDArray[np.intp]:
-    """Leave out those of a patch's readings that are wrong between others; the first and last may show a jump."""
+def _believed(
+    rows: NDArray[np.intp], place: NDArray[np.intp], wrong: NDArray[np.bool_], *, slips: bool
+) -> NDArray[np.intp]:
+    """Leave out those of a patch's readings that are wrong between others; the first and last may show a jump.
+
+    ``slips``: of an instrument that slips now and then, these too.
+    """
     ordered = rows[np.argsort(place[rows])]
-    between = np.isin(ordered, ordered[1:-1])
+    between = np.isin(ordered, ordered[1:-1]) | slips
     return np.asarray(ordered[~(between & wrong[ordered])])
