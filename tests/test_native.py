@@ -540,7 +540,7 @@ def test_a_change_smaller_than_what_curves_miss_is_named() -> None:
 def test_errors_of_the_first_session_are_unknowns_of_known_size() -> None:
     """χ² is that of one large system in which tips, shared errors and errors of the first session all slide."""
     problem = with_shared_errors(Problem.of(bright_mixtures(), baseline="native"))
-    problem = problem.part(problem.rows[problem.is_knot[problem.hour_of]])
+    problem = replace(problem, rows=problem.rows[problem.is_knot[problem.hour_of]])
     found, errors = fit(problem), problem.first_errors
     assert errors is not None
     state = State((), found.tips, found.gains)

@@ -40,8 +40,8 @@ def anchored(problem: Problem, terms: Sequence[Term]) -> Array:
 
 def anchored_tips(problem: Problem, terms: Sequence[Term]) -> Array:
     """Latent tips behind that prediction, (H, 4, 3), cd/m²."""
-    # White and primaries are full drive: no curve tells of them, and so no curve's modes may slide.
-    part = replace(problem.part(problem.rows[problem.is_tip_anchor]), modes=np.zeros((0, len(problem.drawn))))
+    # White and primaries are full drive, which says nothing of curves: none but the first session's own is drawn.
+    part = replace(problem, rows=problem.rows[problem.is_tip_anchor], drawn=())
     solved = fit(part, _given(terms))
     tips = problem.measured_tips.copy()
     if problem.foretells:

@@ -85,8 +85,6 @@ class Problem:
         the last reading of a session, as a share; 0: none.
     weights
         Weight of every reading in the file, beside that of its noise; None: 1.
-    modes
-        Curve modes as weights of the drawn displays, (q, draws); None: those of the problem's own readings.
     remembers
         Whether colours that the first session has read are foretold from that reading where curves miss it: as fits
         do, and baked displays do not.
@@ -106,7 +104,6 @@ class Problem:
     offset_cd_m2: float = 0.0
     wander: float = 0.0
     weights: Array | None = None
-    modes: Array | None = None
     remembers: bool = True
 
     @classmethod
@@ -333,13 +330,8 @@ class Problem:
         """What noise of the first session leaves open in the prediction, (q, n, 3), cd/m²."""
         if self.remembered:
             return np.zeros((0, self.rows.size, 3))
-        weights = mode_weights(self.curve_doubt, self.whitener) if self.modes is None else self.modes
+        weights = mode_weights(self.curve_doubt, self.whitener)
         return np.tensordot(weights, self.curve_doubt, axes=1) if weights.size else self.curve_doubt[:0]
-
-    def part(self, rows: NDArray[np.intp]) -> Problem:
-        """Return the problem of some readings, by their indices in the file, with the curve modes of them all."""
-        modes = mode_weights(self.curve_doubt, self.whitener) if self.native and not self.remembered else None
-        return replace(self, rows=rows, modes=modes)
 
     @cached_property
     def measured_tips(self) -> Array:
