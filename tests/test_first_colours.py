@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,6 +18,7 @@ from tests.generators.meters import METERS
 from tests.generators.real import campaign
 from tests.generators.table import table
 from tests.readings_text import read
+from tests.real_data import needs_sessions
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -45,9 +45,7 @@ def test_light_beside_the_curves_goes_where_effects_take_the_channels() -> None:
     assert halved - of_red(0.3) == pytest.approx((light[3] - of_red(0.6)) / 4.0, abs=1e-12)
 
 
-@pytest.mark.skipif(
-    "LUTGEN_REAL_DATA" not in os.environ, reason="LUTGEN_REAL_DATA does not name the folder of sessions"
-)
+@needs_sessions
 def test_a_loss_of_drive_is_seen_on_a_display_whose_blue_changes_colour_with_its_drive() -> None:
     truth = campaign(5, {"drive-loss": 1.0}, base="ThinkPad_X61__N121X5-L06__1_2017-04-19_15-14")
     readings = read(table(truth, METERS["gaussian"].read(truth, 5)), file="loss.csv", sha256="")

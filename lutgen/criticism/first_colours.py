@@ -9,6 +9,7 @@ it, that of several in proportion to the product of two code values, which descr
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -63,7 +64,12 @@ class FirstColours:
         lit = self.level > 0
         ratio = np.divide(level, self.level, out=np.ones_like(level), where=lit)
         product = ratio.prod(axis=1, keepdims=True) ** (2.0 / np.maximum(lit.sum(axis=1, keepdims=True), 1))
-        return np.asarray((self.light - self._of_ramps(self.level)) * product + self._of_ramps(level))
+        return np.asarray(self._together * product + self._of_ramps(level))
+
+    @cached_property
+    def _together(self) -> Array:
+        """What several channels have together, (n, 3)."""
+        return self.light - self._of_ramps(self.level)
 
     def _of_ramps(self, level: Array) -> Array:
         light = np.zeros_like(level)

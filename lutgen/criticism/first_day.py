@@ -50,26 +50,25 @@ ALLOWANCE = 4.0
 class FirstReadings:
     """What readings of the first session say of all readings of a problem, (n, …).
 
-    ``light`` (n, 3) is what curves miss, in full red, green and blue, and ``met`` are the readings that it is made of.
+    ``beside`` has what curves miss, in full red, green and blue, and ``met`` are the readings that it is made of.
     ``colour`` (n,) numbers the colours whose later readings share an error, −1 at others; ``error`` (n, 3, 3) is what
     1 σ of it does to them, in cd/m²: noise of the first session, or what curves miss of a colour that it has not read.
     ``missed`` is how many readings err as one, of colours that were read once, in a later session; else 0. ``counts``
     says for how many each reading counts: none of ``met``, which say by ``light`` all that they know; less than 1 where
-    an unknown of its own, or a likeness to others, takes it up. ``beside`` takes ``light`` to other levels of the
-    channels.
+    an unknown of its own, or a likeness to others, takes it up.
     """
 
-    light: Array
+    beside: FirstColours
     met: NDArray[np.bool_]
     colour: NDArray[np.intp]
     error: Array
     missed: Array
     counts: Array
-    beside: FirstColours
 
-    def light_at(self, linear: Array | None) -> Array:
-        """What curves miss, (n, 3), where effects have moved the channels to other light (n, 3); None: nowhere."""
-        return self.light if linear is None else self.beside.at(linear)
+    @property
+    def light(self) -> Array:
+        """What curves miss, (n, 3)."""
+        return self.beside.light
 
 
 @dataclass(frozen=True)
@@ -115,13 +114,12 @@ class FirstDay:
         colour = np.where(met | ((times == 0) & ~foreign | once)[place], -1, place)
         taken = np.where(foreign, (1.0 - 1.0 / alike) / np.maximum(later, 1), 0.0)[place]
         return FirstReadings(
-            light=light[place],
+            beside=FirstColours.of(self._plain.linear, light, times > 0, place),
             met=met,
             colour=colour,
             error=self._aged @ spread[place] * (colour >= 0)[:, np.newaxis, np.newaxis],
             missed=once[place] * alike,
             counts=np.where(met, 0.0, 1.0 - taken),
-            beside=FirstColours.of(self._plain.linear, light, times > 0, place),
         )
 
     @cached_property

@@ -82,10 +82,10 @@ class Weighed:
         beside = together(base, chosen).chi2 - final.chi2 if len(kept) < len(steps) else 0.0
         clean = noise and not left.names
         # Even scatter that is more than noise may be an effect that the catalogue lacks: half of it must be explained.
-        most = is_within_scatter(error, final) or gain > HALF * excess
+        half = is_within_scatter(error, final) or gain > HALF * excess
         sound = (
             bool(kept)
-            and most
+            and half
             and (clean or enough)
             and beside <= (1.0 - MOST_OF_IT) * gain
             and base.bic - nothing.evidence >= both - STRONG
