@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shutil
 import subprocess
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,7 +25,8 @@ from tests.command import Done, replaces_by_force_alone
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-    from pathlib import Path
+
+DISPLAY = Path(__file__).parents[1] / "configs" / "displays" / "reconstructed-ccfl.csv"
 
 AGES = (("chroma", 10_000.0), ("chroma", 18_000.0), ("chroma-luma", 10_000.0), ("chroma-luma", 18_000.0))
 
@@ -183,6 +185,22 @@ def test_a_sheet_of_one_mode_and_many_hours_is_made_to_fit(run: Callable[..., Do
     assert [longest(columns) for columns in (1, 4, 20)] == [1000, 900, 180]
     with pytest.raises(LutgenError, match=f"21 hours are more than the {COLUMNS} columns of a sheet"):
         check_hours(range(21))
+
+
+def test_hours_that_nobody_chooses_are_those_of_the_display(run: Callable[..., Done], tmp_path: Path) -> None:
+    """A display measured to 12 000 h is built, laid out and animated to 12 000 h."""
+    rows = DISPLAY.read_text().splitlines()
+    kept = [row for row in rows if not row[0].isdigit() or float(row.split(",")[0]) in (0, 4000, 8000, 12_400)]
+    (tmp_path / "d.csv").write_text("\n".join(kept) + "\n")
+    display = ("--display", "d.csv")
+    assert run("build", *display, "--mode", "chroma", "--format", "cube", "-o", "built").code == 0
+    assert {path.name for path in (tmp_path / "built/chroma").iterdir()} == {"0h", "4000h", "8000h", "12400h"}
+    assert run("animate", "a.png", *display, "--mode", "chroma", "-o", "a.apng").code == 0
+    with Image.open(tmp_path / "a.apng", formats=["PNG"]) as animation:
+        assert animation.n_frames == 4  # type: ignore[attr-defined]
+    for arguments, output in (((), "chosen.png"), (("--hours", "0,4000,8000,12400"), "given.png")):
+        assert run("sheet", "a.png", *display, *arguments, "-o", output).code == 0
+    assert (tmp_path / "chosen.png").read_bytes() == (tmp_path / "given.png").read_bytes()
 
 
 # lutgen animate -------------------------------------------------------------------------------------------------------

@@ -189,8 +189,9 @@ def diagnose(
     seen = tuple(visibility(base, choices))
     explanation = explain(base, choices, error, progress)
     # A misfit hides how much the gain wanders; beside the effects that explain the misfit, it shows.
-    again = with_shared_errors(problem, explanation.final.terms)
-    if explanation.steps and again.wander > UNSTEADIER * problem.wander:
+    if explanation.steps and (again := with_shared_errors(problem, explanation.final.terms)).wander > (
+        UNSTEADIER * problem.wander
+    ):
         problem = again
         base = fit(problem, terms)
         explanation = explain(base, choices, error, progress, known=[step.effect for step in explanation.steps])

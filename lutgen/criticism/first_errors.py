@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.sparse import csr_array
+import scipy  # its parts load when they are first used: native displays alone need sparse columns
 
 from lutgen.criticism.linear import State, linearise
 from lutgen.criticism.system import local_basis
@@ -52,7 +52,7 @@ class FirstErrors:
         local = linearise(problem, state).local
         bases = [local_basis(problem, local, state, here)[: 3 * here.size] for here in problem.blocks]
         blocks = tuple(zip(problem.blocks, bases, strict=True))
-        columns = csr_array(whitened.reshape(len(whitened), -1).T)
+        columns = scipy.sparse.csr_array(whitened.reshape(len(whitened), -1).T)
         left = _outside(blocks, whitened).reshape(len(whitened), -1)
         return cls(columns, blocks, np.linalg.inv(np.eye(len(left)) + left @ columns))
 

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.criticism.digits import Digits, digits_of
-from lutgen.criticism.noise_points import NoisePoints, covariance_of, partials_of
+from lutgen.criticism.noise_points import NoisePoints, by_scoring, covariance_of, partials_of
 from lutgen.criticism.replicates import FLOOR_CD_M2, RELATIVE, Replicates, group_means, replicate_groups
 from lutgen.readings.instruments import Instrument, session_gain, stated_instrument
 
@@ -286,8 +286,6 @@ class _Pooled:
         return with_shot if without - gained > np.log(3.0 * self.contrasts) else best
 
     def _minimised(self, start: Noise, *, shot: bool) -> tuple[Noise, float]:
-        from scipy.optimize import minimize
-
         middle = np.array(
             [
                 *np.log([start.relative, start.floor_cd_m2, *start.ratio[::2], *start.floor_ratio[::2]]),
@@ -300,22 +298,29 @@ class _Pooled:
         low = np.array([np.log(1e-6)] * 2 + [-2.0] * 4 + [-0.5] * 6 + [-16.0])
         high = np.array([np.log(0.3), np.log(10.0)] + [2.0] * 4 + [3.2] * 6 + [0.0])
         free = slice(None) if shot else slice(None, -1)
+        middle, spread, low, high = middle[free], spread[free], low[free], high[free]
 
         rounding = start.digits.step(self.mean)
 
-        def loss(point: Array) -> tuple[float, Array]:
+        def loss(point: Array) -> tuple[float, Array, Array]:
             nudged = point + NUDGE * np.eye(point.size)
             sigma, *moved = NoisePoints.at(np.vstack([point, nudged]), shot=shot).covariances(self.mean, rounding)
             inverse = np.linalg.inv(sigma)
             misfit = (self.freedom * np.linalg.slogdet(sigma)[1]).sum() + (inverse * self.scatter).sum()
-            off = (point - middle[free]) / spread[free]
+            off = (point - middle) / spread
             by_sigma = self.freedom[:, np.newaxis, np.newaxis] * inverse - inverse @ self.scatter @ inverse
-            slope = np.einsum("nij,pnij->p", by_sigma, np.array(moved) - sigma) / NUDGE
-            return float(misfit + (off**2).sum()), slope + 2.0 * off / spread[free]
+            change = (np.array(moved) - sigma) / NUDGE
+            slope = np.einsum("nij,pnij->p", by_sigma, change)
+            whitened = inverse @ change
+            curvature = np.einsum("n,pnij,qnji->pq", self.freedom, whitened, whitened)
+            return (
+                float(misfit + (off**2).sum()),
+                slope + 2.0 * off / spread,
+                curvature + np.diag(2.0 / spread**2),
+            )
 
-        bounds = list(zip(low[free], high[free], strict=True))
-        found = minimize(loss, middle[free], jac=True, method="L-BFGS-B", bounds=bounds)
-        return replace(start, **NoisePoints.at(found.x[np.newaxis], shot=shot).first()), float(found.fun)
+        point, least = by_scoring(loss, middle, low, high)
+        return replace(start, **NoisePoints.at(point[np.newaxis], shot=shot).first()), least
 
 
 def _slips(xyz: Array, groups: NDArray[np.intp], start: tuple[float, float]) -> tuple[int, ...]:

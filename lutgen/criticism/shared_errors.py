@@ -16,7 +16,6 @@ from itertools import compress
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import scipy  # its parts load when they are first used: the first comparison needs few of them
 from scipy.special import gammaincinv
 
 from lutgen.criticism.fit import fit
@@ -44,8 +43,11 @@ MOST = 0.3
 #: Standard deviation of the prior on both, in powers of e.
 PRIOR_SD = 1.0
 
-#: Where the search for a spread ends, in powers of e from the ordinary one.
-REACH = 7.0
+#: How far from the ordinary spread another one is looked for, and in which steps: powers of e.
+REACH, STEP = 7.0, 0.02
+
+#: Share of a gain's change below which a departure tells nothing of it.
+TINY = 1e-12
 
 #: Sessions that tell a spread; with fewer the ordinary one is taken.
 ENOUGH = 3
@@ -139,14 +141,14 @@ def _unsteady(told: list[Told], least: float) -> float:
 
 
 def _spread_of_median(departures: Array, least: float) -> float:
-    """Spread with which the median of departures (3, k), their squares, noise and gain, is that of χ²."""
+    """Spread with which the median of departures (3, k), their squares, noise and gain, is that of χ².
+
+    A departure is beyond that of χ² exactly where its own spread is beyond the one that is sought.
+    """
     squares, noise, gain = departures
     usual = 2.0 * float(gammaincinv(0.5, 0.5))
-
-    def excess(spread: float) -> float:
-        return float(np.median(squares / (noise + spread**2 * gain)) - usual)
-
-    return float(scipy.optimize.brentq(excess, least, MOST)) if excess(least) > 0 > excess(MOST) else least
+    spread = float(np.sqrt(max(np.median((squares / usual - noise) / np.maximum(gain, TINY)), 0.0)))
+    return spread if least < spread < MOST else least
 
 
 def _by_session(told: Told) -> list[Told]:
@@ -250,18 +252,18 @@ def _spread(told: list[Told], ordinary: float, trend: int) -> float:
     tau = hours / max(float(hours.max()), 1.0)
     count = min(len(each.estimate) for each in told)
 
-    def loss(power: float) -> float:
-        variance = (ordinary * np.exp(power)) ** 2
-        total, information, right = 0.0, np.zeros((trend * count,) * 2), np.zeros(trend * count)
-        for share, (_, _, estimate, covariance) in zip(tau, told, strict=True):
-            sigma = covariance[:count, :count] + variance * np.eye(count)
-            inverse = np.linalg.inv(sigma)
-            design = np.kron(np.polynomial.chebyshev.chebvander([2.0 * share - 1.0], trend - 1), np.eye(count))
-            total += float(np.linalg.slogdet(sigma)[1] + estimate[:count] @ inverse @ estimate[:count])
-            information += design.T @ inverse @ design
-            right += design.T @ inverse @ estimate[:count]
-        total += float(np.linalg.slogdet(information)[1] - right @ np.linalg.solve(information, right))
-        return total + (power / PRIOR_SD) ** 2
-
-    found = scipy.optimize.minimize_scalar(loss, bounds=(-REACH, REACH), method="bounded", options={"xatol": 0.02})
-    return float(ordinary * np.exp(found.x))
+    powers = np.arange(-REACH, REACH, STEP)
+    variance = (ordinary * np.exp(powers)) ** 2
+    loss = (powers / PRIOR_SD) ** 2
+    information, right = np.zeros((powers.size, *(trend * count,) * 2)), np.zeros((powers.size, trend * count))
+    for share, (_, _, estimate, covariance) in zip(tau, told, strict=True):
+        sigma = covariance[:count, :count] + variance[:, np.newaxis, np.newaxis] * np.eye(count)
+        inverse = np.linalg.inv(sigma)
+        design = np.kron(np.polynomial.chebyshev.chebvander([2.0 * share - 1.0], trend - 1), np.eye(count))
+        weighted = inverse @ estimate[:count]
+        loss += np.linalg.slogdet(sigma)[1] + weighted @ estimate[:count]
+        information += design.T @ inverse @ design
+        right += weighted @ design
+    solved = np.linalg.solve(information, right[..., np.newaxis])[..., 0]
+    loss += np.linalg.slogdet(information)[1] - (right * solved).sum(axis=1)
+    return float(ordinary * np.exp(powers[np.argmin(loss)]))

@@ -294,8 +294,23 @@ def bounded(A: Array, z: Array, low: Array, high: Array, damping: float = 0.0) -
         fixed = high <= low
         delta = np.where(fixed, low, 0.0)
         if not fixed.all():
-            limits = (low[~fixed] * size[~fixed], high[~fixed] * size[~fixed])
-            within = scipy.optimize.lsq_linear(unit[:, ~fixed], right - unit @ (size * delta), limits, method="bvls")
-            delta[~fixed] = within.x / size[~fixed]
+            limits = low[~fixed] * size[~fixed], high[~fixed] * size[~fixed]
+            delta[~fixed] = _within(unit[:, ~fixed], right - unit @ (size * delta), limits) / size[~fixed]
     left = z - A @ delta
     return Move(delta, float(left @ left))
+
+
+def _within(A: Array, z: Array, limits: tuple[Array, Array]) -> Array:
+    """Minimise ‖z − A x‖² within limits.
+
+    Numbers that would be beyond a limit lie on it as a rule, which their slopes then prove; else all sets are searched.
+    """
+    free = np.linalg.lstsq(A, z, rcond=None)[0]
+    x = np.asarray(np.clip(free, *limits))
+    held = x != free
+    if not held.all():
+        x[~held] = np.linalg.lstsq(A[:, ~held], z - A[:, held] @ x[held], rcond=None)[0]
+    uphill = (A[:, held].T @ (A @ x - z)) * np.where(x[held] == limits[0][held], 1.0, -1.0)
+    if (np.clip(x, *limits) == x).all() and (uphill >= 0).all():
+        return x
+    return np.asarray(scipy.optimize.lsq_linear(A, z, limits, method="bvls").x)

@@ -72,6 +72,11 @@ class Tips:
                 f"Choose hours inside it: nothing is extrapolated."
             )
 
+    def spread(self, count: int) -> list[float]:
+        """Return at most ``count`` measured times spread evenly over the life, the first and the last among them."""
+        goals = np.linspace(self.hours[0], self.hours[-1], count)
+        return sorted({float(min(self.hours, key=lambda hour: abs(hour - goal))) for goal in goals})
+
     def at(self, hours: float) -> Array:
         """Return xyY at ``hours``, shape (4, 3): x, y and Y each by the law of :mod:`lutgen.time_law`."""
         self.check_span(hours)
@@ -113,14 +118,16 @@ _BEYOND = Decimal("1e309")
 _ALLOWED = "Write 0..18000 (every measured time), 0..18000:500 (a step) or 0,5000,10000 (a list)"
 
 
-def parse_hours(text: str, tips: Tips) -> list[float]:
-    """Return the hours that ``text`` asks for, increasing, each once.
+def parse_hours(text: str | None, tips: Tips) -> list[float]:
+    """Return the hours that ``text`` asks for, increasing, each once; without ``text`` every measured time.
 
     ``0..18000`` is every measured time in the span and its two ends, ``0..18000:500`` a step from its start,
     ``0,5000,10000`` a list.
 
     Raises LutgenError: not of these forms, reversed, endless, too many, or outside the measured span.
     """
+    if text is None:
+        return [float(hour) for hour in tips.hours]
     if ".." not in text:
         return _checked({_number(part, text) for part in text.split(",")}, tips)
     span, colon, step = text.partition(":")

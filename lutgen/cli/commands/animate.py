@@ -21,9 +21,8 @@ SECONDS, SIZE = 8.0, 640
 @click.option(
     "--hours",
     metavar="HOURS",
-    default="0..18000",
-    show_default=True,
-    help="0..18000: every measured time in the span; 0..18000:500: a step; 0,5000,10000: a list. A frame each hour.",
+    help="0..18000: every measured time in the span; 0..18000:500: a step; 0,5000,10000: a list. A frame each hour "
+    "[default: all measured times].",
 )
 @click.option("--seconds", type=NUMBER, default=SECONDS, show_default=True, help="Duration of the whole animation.")
 @click.option(
@@ -37,7 +36,7 @@ def command(
     *,
     image: str,
     mode: str,
-    hours: str,
+    hours: str | None,
     seconds: float,
     size: int,
     output: str,

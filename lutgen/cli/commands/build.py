@@ -25,10 +25,9 @@ def _modes(context: click.Context, option: click.Parameter, text: str) -> tuple[
 @click.command(cls=Command, section=Section.SIMULATE, place=1)
 @click.option(
     "--hours",
-    default="0..18000",
-    show_default=True,
     metavar="HOURS",
-    help="0..18000: every measured time in the span; 0..18000:500: a step; 0,5000,10000: a list.",
+    help="0..18000: every measured time in the span; 0..18000:500: a step; 0,5000,10000: a list "
+    "[default: all measured times].",
 )
 @click.option(
     "--mode",
@@ -94,7 +93,7 @@ def _modes(context: click.Context, option: click.Parameter, text: str) -> tuple[
 @model_options
 def command(
     *,
-    hours: str,
+    hours: str | None,
     modes: tuple[str, ...],
     formats: tuple[str, ...],
     source_profile: str | None,

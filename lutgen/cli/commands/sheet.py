@@ -11,15 +11,17 @@ from lutgen.cli.options import AskedPlace, check_output, image_argument, model_f
 from lutgen.cli.outputs import progress_bar, say
 from lutgen.names import AGING_MODES
 
+#: Columns where --hours does not choose them.
+_COLUMNS = 4
+
 
 @click.command(cls=Command, section=Section.PICTURES, place=5)
 @image_argument
 @click.option(
     "--hours",
     metavar="HOURS",
-    default="0,5000,10000,18000",
-    show_default=True,
-    help="0,5000,10000: a list; 0..18000:3000: a step. One column for each hour.",
+    help="0,5000,10000: a list; 0..18000:3000: a step. One column for each hour "
+    f"[default: {_COLUMNS} of the measured times].",
 )
 @click.option(
     "--mode",
@@ -34,7 +36,7 @@ from lutgen.names import AGING_MODES
 def command(
     *,
     image: str,
-    hours: str,
+    hours: str | None,
     modes: tuple[str, ...],
     output: str,
     source: str,
@@ -59,7 +61,7 @@ def command(
 
     path = check_output(output, image, force=force)
     model, screen = where.on(model_from(**options))
-    chosen = check_hours(parse_hours(hours, model.tips))
+    chosen = check_hours(parse_hours(hours, model.tips) if hours else model.tips.spread(_COLUMNS))
     with progress_bar("aging") as progress:
         series = aged_series(
             image,

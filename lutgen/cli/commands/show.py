@@ -11,7 +11,6 @@ from lutgen.cli.options import model_from, model_options
 from lutgen.cli.outputs import print_json, print_page
 
 if TYPE_CHECKING:
-    from lutgen.display import Tips
     from lutgen.display.aging import Shown
 
 #: Rows of the table when --hours does not choose them.
@@ -48,7 +47,7 @@ def command(*, hours: str | None, plot: str | None, force: bool, as_json: bool, 
     if plot:
         check_new_png(plot, force=force)
     model = model_from(**options)
-    chosen = parse_hours(hours, model.tips) if hours else None if as_json else _even(model.tips)
+    chosen = parse_hours(hours, model.tips) if hours else None if as_json else model.tips.spread(_ROWS)
     shown = show(model, chosen)
     if plot:
         from lutgen.report.aging_plot import plot_display
@@ -58,13 +57,6 @@ def command(*, hours: str | None, plot: str | None, force: bool, as_json: bool, 
         print_json(shown.as_json())
     else:
         _report(shown, plot)
-
-
-def _even(tips: Tips) -> list[float]:
-    """Return measured times spread evenly over the life, the first and the last among them."""
-    first, last = float(tips.hours[0]), float(tips.hours[-1])
-    even = [first + (last - first) * row / (_ROWS - 1) for row in range(_ROWS)]
-    return sorted({float(min(tips.hours, key=lambda hour: abs(hour - goal))) for goal in even})
 
 
 def _report(shown: Shown, plot: str | None) -> None:
