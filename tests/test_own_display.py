@@ -191,17 +191,18 @@ def test_the_first_hour_foretells_all_by_the_displays_own_model() -> None:
 
 def test_the_discrepancy_is_what_was_put_in_beside_the_noise() -> None:
     rng = np.random.default_rng(3)
-    light = WHITE * rng.uniform(0.0, 1.0, (3000, 1)) ** 2.2
+    light = WHITE * rng.uniform(0.0, 1.0, (3000, 3)) ** 2.2
     noise = estimate_noise(campaign(), "0.001,0.003")
-    truth = Discrepancy(0.008, 0.05, np.full((3, 3), 0.7) + 0.3 * np.eye(3))
+    truth = Discrepancy(0.008, 0.006, 0.05, np.full((3, 3), 0.7) + 0.3 * np.eye(3), WHITE)
     root = np.linalg.cholesky(noise.covariance(light) + truth.covariance(light))
     off = np.einsum("nij,nj->ni", root, rng.standard_normal(light.shape))
-    found = discrepancy_of(off, light, noise.covariance(light))
+    found = discrepancy_of(off, light, noise.covariance(light), WHITE)
     assert found.share == pytest.approx(truth.share, rel=0.06)
+    assert found.of_luminance == pytest.approx(truth.of_luminance, rel=0.06)
     assert found.floor_cd_m2 == pytest.approx(truth.floor_cd_m2, rel=0.06)
     np.testing.assert_allclose(found.correlation, truth.correlation, atol=0.05)
-    none = discrepancy_of(np.zeros_like(off), light, noise.covariance(light))
-    assert none.share < 1e-4
+    none = discrepancy_of(np.zeros_like(off), light, noise.covariance(light), WHITE)
+    assert max(none.share, none.of_luminance) < 1e-4
 
 
 def test_one_session_is_a_display_at_hour_0() -> None:

@@ -1,10 +1,12 @@
 """How far a display's own model misses colours that it has not seen, beside the noise of the meter.
 
 A model of a real display is imperfect at 20 to 150 σ of a meter. Weighed by the meter alone a fit serves dark readings
-and finds effects in what no model knows. The discrepancy is a share of the light and a floor, common to X, Y and Z, and
-their correlation (Kennedy & O'Hagan 2001, doi:10.1111/1467-9868.00294, without the correlation between colours). It
-is estimated by maximum likelihood on readings of the first session, each foretold by a model that had not seen it, so
-that nothing that changes over the hours is taken for it.
+and finds effects in what no model knows. The discrepancy is a share of each of X, Y and Z, a share of the luminance in
+the colour of white, and a floor; and the correlation of X, Y and Z (Kennedy & O'Hagan 2001,
+doi:10.1111/1467-9868.00294, without the correlation between colours). Where channels do not add up, yellow may miss
+more blue light than it has: the error is no share of its own Z, but of its luminance. All is estimated by maximum
+likelihood on readings of the first session, each foretold by a model that had not seen it, so that nothing that changes
+over the hours is taken for it.
 """
 
 from __future__ import annotations
@@ -31,8 +33,8 @@ if TYPE_CHECKING:
     from lutgen.display.own_model import Sample
     from lutgen.readings import Measurements
 
-#: Where the search for share and cd/m² starts, and its bounds.
-START, LOW, HIGH = (0.005, 0.01), (1e-6, 1e-6), (0.3, 10.0)
+#: Where the search for both shares and cd/m² starts, and its bounds.
+START, LOW, HIGH = (0.005, 0.005, 0.01), (1e-6, 1e-6, 1e-6), (0.3, 0.3, 10.0)
 
 #: A reading further off than this, in σ of three numbers, is a misreading, not the model's fault.
 MISREAD = 8.0
@@ -40,7 +42,7 @@ MISREAD = 8.0
 #: The chance at which noise is taken for what curves miss.
 SIGNIFICANT = 0.01
 
-#: Share and floor are found for the correlation, and the correlation for these, in turns.
+#: Shares and floor are found for the correlation, and the correlation for these, in turns.
 ROUNDS = 3
 
 
@@ -50,41 +52,60 @@ APART = np.eye(3)
 
 @dataclass(frozen=True)
 class Discrepancy:
-    """1 σ of what a model misses, beside noise: a share of the light, cd/m², and the correlation of X, Y and Z."""
+    """1 σ of what a model misses, beside noise.
+
+    Attributes
+    ----------
+    share
+        Share of each of X, Y and Z.
+    of_luminance
+        Share of Y, in the colour of ``white``.
+    floor_cd_m2
+        In cd/m².
+    correlation
+        Of X, Y and Z, (3, 3).
+    white
+        XYZ of white, (3,), of which the ratios count.
+
+    """
 
     share: float = 0.0
+    of_luminance: float = 0.0
     floor_cd_m2: float = 0.0
     correlation: Array = field(default_factory=lambda: APART)
+    white: Array = field(default_factory=lambda: np.ones(3))
 
     def __bool__(self) -> bool:
         """Whether there is any."""
-        return self.share > 0 or self.floor_cd_m2 > 0
+        return max(self.share, self.of_luminance, self.floor_cd_m2) > 0
 
     def covariance(self, xyz_cd_m2: Array) -> Array:
         """Covariance at light (n, 3): (n, 3, 3)."""
-        sigma = np.hypot(self.share * xyz_cd_m2, self.floor_cd_m2)
+        of_luminance = self.of_luminance * xyz_cd_m2[:, 1:2] * (self.white / self.white[1])
+        sigma = np.sqrt((self.share * xyz_cd_m2) ** 2 + of_luminance**2 + self.floor_cd_m2**2)
         return np.asarray(self.correlation * sigma[:, :, np.newaxis] * sigma[:, np.newaxis, :])
 
     def sentence(self) -> str:
         """Say its size."""
         return (
-            f"Discrepancy of the display's own model: {100 * self.share:.2g} % and {self.floor_cd_m2:.2g} cd/m², from "
-            f"readings of the first session that it had not seen. Errors are judged against noise and discrepancy."
+            f"Discrepancy of the display's own model: {100 * self.share:.2g} % of X, Y and Z each, "
+            f"{100 * self.of_luminance:.2g} % of the luminance and {self.floor_cd_m2:.2g} cd/m², from readings of the "
+            f"first session that it had not seen. Errors are judged against noise and discrepancy."
         )
 
 
 NONE = Discrepancy()
 
 
-def discrepancy_of(residual: Array, xyz_cd_m2: Array, noise: Array) -> Discrepancy:
+def discrepancy_of(residual: Array, xyz_cd_m2: Array, noise: Array, white: Array) -> Discrepancy:
     """Estimate the discrepancy from what a model missed, (n, 3) in cd/m², of light (n, 3) that it had not seen.
 
-    ``noise``: covariance of what would be missed without a discrepancy, (n, 3, 3).
+    ``noise``: covariance of what would be missed without a discrepancy, (n, 3, 3); ``white``: XYZ, (3,).
     """
-    meter, found = noise, Discrepancy(*START)
+    meter, found = noise, Discrepancy(*START, white=white)
     kept = np.ones(len(residual), dtype=bool)
     for _ in range(ROUNDS):
-        found = _most_likely(residual[kept], xyz_cd_m2[kept], meter[kept], found.correlation)
+        found = _most_likely(residual[kept], xyz_cd_m2[kept], meter[kept], found)
         whole = meter + found.covariance(xyz_cd_m2)
         kept = np.einsum("ni,nij,nj->n", residual, np.linalg.inv(whole), residual) < MISREAD**2
         sigma = np.sqrt(np.diagonal(whole, axis1=1, axis2=2))
@@ -99,9 +120,10 @@ def _correlation(off: Array) -> Array:
     return np.asarray(moments / np.outer(size, size))
 
 
-def _most_likely(residual: Array, xyz: Array, meter: Array, correlation: Array) -> Discrepancy:
+def _most_likely(residual: Array, xyz: Array, meter: Array, last: Discrepancy) -> Discrepancy:
     def at(point: Array) -> Discrepancy:
-        return Discrepancy(float(np.exp(point[0])), float(np.exp(point[1])), correlation)
+        share, of_luminance, floor = np.exp(point).tolist()
+        return replace(last, share=share, of_luminance=of_luminance, floor_cd_m2=floor)
 
     def loss(point: Array) -> float:
         covariance = meter + at(point).covariance(xyz)
@@ -130,7 +152,7 @@ def discrepancy_of_native(
     sample, held_out = native.ladder.sample, native.ladder.held_out
     seen = sample.fold >= 0
     missed, light = ((sample.share - held_out) * sample.white)[seen], (sample.share * sample.white)[seen]
-    return discrepancy_of(missed, light, noise.covariance(light))
+    return discrepancy_of(missed, light, noise.covariance(light), sample.white)
 
 
 def _of_curves(
@@ -161,7 +183,9 @@ def _of_curves(
         off = np.array([added_up(sample, each.curves, code) - usual[judged] for each in drawn]) * sample.white
         covariance = covariance + np.einsum("kni,knj->nij", off, off) / len(drawn)
     squares = np.einsum("ni,nij,nj->", missed, np.linalg.inv(covariance), missed)
-    return discrepancy_of(missed, light, covariance) if chdtrc(missed.size, squares) < SIGNIFICANT else NONE
+    if chdtrc(missed.size, squares) >= SIGNIFICANT:
+        return NONE
+    return discrepancy_of(missed, light, covariance, sample.white)
 
 
 def _told_by_other_levels(
