@@ -74,6 +74,21 @@ def test_noise_is_no_drift() -> None:
     assert drifts(Problem.of(measured(np.ones_like, repeats=3, noise=0.01), instrument="0.01,0.01")) == ()
 
 
+@pytest.mark.parametrize("course", [np.ones_like, warms_up])
+def test_photon_noise_of_dim_patches_is_no_drift(course: Callable[[Array], Array]) -> None:
+    """Greys at a fifteenth of white's light scatter by 1.5 %, whites by 0.4 %; a drift of all is told as before."""
+    random = np.random.default_rng(12)
+    codes = [*CODES, *[(0.3, 0.3, 0.3), WHITE] * 12]
+    codes = [codes[place] for place in random.permutation(len(codes))]
+    found = []
+    for _ in range(8):
+        exact = session(Panel(), codes, hours=(0.0,))
+        light = exact.xyz_cd_m2 * course(np.linspace(0.0, 1.0, len(codes)))[:, np.newaxis]
+        noise = np.sqrt(0.0025 * light) * random.standard_normal(light.shape)
+        found.append(drifts(Problem.of(replace(exact, xyz_cd_m2=light + noise))))
+    assert [len(each) for each in found] == [int(course is warms_up)] * 8
+
+
 def test_one_reading_that_slipped_is_no_drift() -> None:
     steady = measured(np.ones_like, repeats=8)
     (whites,) = np.nonzero((steady.drive == 1.0).all(axis=1))

@@ -386,6 +386,23 @@ def test_shot_noise_is_found_where_replicates_ask_for_it() -> None:
     assert np.count_nonzero(none) <= 1
 
 
+def test_shot_noise_of_a_sensor_for_z_that_sees_less_light_is_larger() -> None:
+    exact = readings(patches=(*TIPS, BLACK, *((g, g, g) for g in (0.1, 0.25, 0.5, 0.75))))
+    sigma = np.sqrt(0.0004 * exact.xyz_cd_m2 * np.square((1.0, 1.0, 1.8)) + 0.001**2)
+    found, scatter = [], []
+    for seed in range(20):
+        rng = np.random.default_rng([seed, 8])
+        noise = estimate_noise(
+            replace(exact, xyz_cd_m2=exact.xyz_cd_m2 + sigma * rng.standard_normal(exact.xyz_cd_m2.shape))
+        )
+        fresh = sigma * rng.standard_normal(exact.xyz_cd_m2.shape)
+        found.append(noise.ratio[2])
+        scatter.append((np.einsum("nij,nj->ni", noise.whitener(exact.xyz_cd_m2), fresh) ** 2).mean(axis=0))
+    assert np.median(found) == pytest.approx(1.8, rel=0.1)
+    # Of X, of Y beside X, and of Z beside both.
+    np.testing.assert_allclose(np.mean(scatter, axis=0), 1.0, atol=0.15)
+
+
 @pytest.mark.parametrize("slips", [(), (3,)])
 def test_an_instrument_with_heavy_tails_keeps_its_slips(slips: tuple[int, ...]) -> None:
     problem = Problem.of(with_noise(readings(), 3))

@@ -84,12 +84,17 @@ def _drift(
     steady = steadiness_of(readings.xyz_cd_m2[here], place, [rows for rows in patches if rows.size > 1])
     if steady is None:
         return
-    # One reading of many may be a slip; a drift moves more of them.
-    most = np.argsort(-np.abs(steady.ratio - 1.0), kind="stable")[1 if steady.readings >= FEWEST else 0]
-    change = float(steady.ratio[most] - 1.0)
     stated = noise.relative if noise.source == "instrument" else 0.0
-    if SessionDrift(change, "repeats", max(steady.scatter, stated)).ran_away:
-        row = int(here[steady.rows[most]])
+    # What a drift makes larger is the noise that goes with the light; not that of photons and of the floor.
+    dim = noise.beside_share(readings.xyz_cd_m2[here[steady.rows], 1])
+    found = [
+        SessionDrift(float(change), "repeats", float(np.hypot(max(steady.scatter, stated), own)))
+        for change, own in zip(steady.ratio - 1.0, dim, strict=True)
+    ]
+    # One reading of many may be a slip; a drift moves more of them.
+    most = sorted(range(len(found)), key=lambda each: -found[each].size)[1 if steady.readings >= FEWEST else 0]
+    if found[most].ran_away:
+        change, row = found[most].change, int(here[steady.rows[most]])
         red, green, blue = readings.drive[row].tolist()
         yield Drift(change, float(readings.hours[row]), readings.places([row]), (red, green, blue))
 

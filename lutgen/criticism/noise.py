@@ -88,9 +88,9 @@ class Noise:
     copied
         Share of the replicated patches, other than dark ones, whose readings agree to the last digit.
     ratio, floor_ratio
-        σ of X, Y, Z over that of Y, of the relative part and of the floor.
+        σ of X, Y, Z over that of Y, of the part that grows with the light and of the floor.
     shot_cd_m2
-        Variance per cd/m² that grows with the light, as counted photons have it.
+        Variance of Y per cd/m², which grows with the light, as counted photons have it.
     digits
         How the instrument prints.
     offset_cd_m2, wander
@@ -141,9 +141,13 @@ class Noise:
         (Muirhead 1982, doi:10.1002/9780470316559, theorem 3.2.12).
         """
         too_small, floor_too_small = (n / max(n - 4.0, 2.0) if np.isfinite(n) else 1.0 for n in self.known_from)
-        relative = self.relative * np.array(self.ratio) * xyz_cd_m2
+        bright = (self.relative * xyz_cd_m2) ** 2 + self.shot_cd_m2 * np.abs(xyz_cd_m2)
         floor = self.floor_cd_m2 * np.array(self.floor_ratio)
-        return too_small * (relative**2 + self.shot_cd_m2 * np.abs(xyz_cd_m2)), floor_too_small * floor**2
+        return too_small * np.array(self.ratio) ** 2 * bright, floor_too_small * floor**2
+
+    def beside_share(self, Y_cd_m2: Array) -> Array:
+        """σ of readings of Y (n,) as a share of it, without the part that is the same share of all light: (n,)."""
+        return np.asarray(np.sqrt(self.shot_cd_m2 * Y_cd_m2 + self.floor_cd_m2**2) / Y_cd_m2)
 
     def whitener(self, xyz_cd_m2: Array) -> Array:
         """Matrices (n, 3, 3) that turn residuals of readings into independent ones of variance 1."""

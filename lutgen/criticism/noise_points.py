@@ -48,8 +48,8 @@ class NoisePoints:
 
     def covariances(self, xyz_cd_m2: Array, rounding: Array) -> Array:
         """Covariances of readings of light (n, 3): (p, n, 3, 3)."""
-        relative = (self.relative * self.ratio)[:, np.newaxis] * xyz_cd_m2
-        bright = relative**2 + self.shot_cd_m2[:, np.newaxis] * np.abs(xyz_cd_m2)
+        bright = self.relative[:, np.newaxis] ** 2 * xyz_cd_m2**2 + self.shot_cd_m2[:, np.newaxis] * np.abs(xyz_cd_m2)
+        bright = self.ratio[:, np.newaxis] ** 2 * bright
         floor = (self.floor_cd_m2 * self.floor_ratio) ** 2
         return covariance_of(bright, floor, self.correlation, self.floor_correlation, rounding)
 

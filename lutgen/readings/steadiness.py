@@ -112,9 +112,14 @@ class SessionDrift:
     scatter: float = 0.0
 
     @property
+    def size(self) -> float:
+        """The change over the smallest one that is a drift, rather than noise."""
+        return abs(self.change) / max(RAN_AWAY, CLEAR * self.scatter)
+
+    @property
     def ran_away(self) -> bool:
-        """Whether the change is a drift, rather than noise."""
-        return abs(self.change) >= max(RAN_AWAY, CLEAR * self.scatter)
+        """Whether the change is a drift."""
+        return self.size >= 1.0
 
 
 def drift_by_repeats(steady: Steadiness | None, scatter: float | None = None) -> SessionDrift:
