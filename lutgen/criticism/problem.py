@@ -88,6 +88,8 @@ class Problem:
     remembers
         Whether colours that the first session has read are foretold from that reading where curves miss it: as fits
         do, and baked displays do not.
+    doubted
+        Light that effects take or give by the slopes of a native display's curves, (n, 3), cd/m²; None: none.
 
     """
 
@@ -105,6 +107,7 @@ class Problem:
     wander: float = 0.0
     weights: Array | None = None
     remembers: bool = True
+    doubted: Array | None = None
 
     @classmethod
     def of(
