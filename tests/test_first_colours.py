@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,17 +9,14 @@ import pytest
 
 from lutgen.colorimetry import code_to_linear
 from lutgen.criticism.first_colours import FirstColours
-from lutgen.criticism.fit import fit, start_state
-from lutgen.criticism.linear import Term, predict
+from lutgen.criticism.fit import fit
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.search import family
 from lutgen.criticism.shared_errors import with_shared_errors
-from lutgen.criticism.weighing import with_slopes
 from lutgen.effects import catalogue
 from tests.generators.meters import METERS
 from tests.generators.real import campaign
 from tests.generators.table import table
-from tests.native_displays import BLACK, GREYS, MIXTURES, RAMPS, TIPS, Panel, session
 from tests.readings_text import read
 from tests.real_data import needs_sessions
 
@@ -57,25 +53,3 @@ def test_a_loss_of_drive_is_seen_on_a_display_whose_blue_changes_colour_with_its
     best = family(base, catalogue()["drive-loss"]).best.fit
     # Carried along, what curves miss leaves little to be explained; held fast, it left half of the misfit.
     assert best.chi2 - best.freedom < 0.2 * (base.chi2 - base.freedom)
-
-
-def test_what_a_loss_of_drive_does_is_known_as_the_slopes_of_curves_are() -> None:
-    """Between its levels a curve of few levels has a slope of its own: what a loss of drive does there is another."""
-    random = np.random.default_rng(4)
-    codes = [*TIPS, *TIPS, BLACK, BLACK, *GREYS, *GREYS, *RAMPS, *MIXTURES]
-    still = session(Panel(), codes, (0.0, 6000.0, 12_000.0, 18_000.0))
-    effect, other = (catalogue()[name].since_first_session() for name in ("drive-loss", "eotf-drift"))
-    exact = Problem.of(still, baseline="native")
-    lost = predict(exact, start_state(exact, [Term.at_rest(effect, ("grown",), grown=0.05)]))
-    _, place = np.unique(still.drive, axis=0, return_inverse=True)
-    slope = 1.0 + 0.15 * random.standard_normal((place.max() + 1, 3))[place.reshape(-1)]
-    xyz = still.xyz_cd_m2 + slope * (lost - predict(exact, start_state(exact, ())))
-    xyz *= 1.0 + 0.002 * random.standard_normal(xyz.shape)
-    problem = with_shared_errors(Problem.of(replace(still, xyz_cd_m2=xyz), baseline="native"), ())
-    found = fit(problem, [Term.at_rest(effect, ("grown",), grown=0.04)])
-    beside = with_slopes(found)
-    assert found.chi2 > 1.5 * found.freedom
-    assert beside.chi2 < 1.2 * beside.freedom
-    # Without the effect there are no slopes to be doubted, and others are not moved by them.
-    assert with_slopes(fit(problem)).problem.doubted is None
-    assert with_slopes(fit(problem, [Term.at_rest(other, ("grown",))])).problem.doubted is None

@@ -15,6 +15,7 @@ import numpy as np
 
 from lutgen.criticism.linear import Term
 from lutgen.effects.declare import Effect
+from lutgen.effects.scene import SOON_H
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -80,7 +81,7 @@ class CodeShifts:
 
         """
         drive = np.round(problem.readings.drive[problem.rows], 9)
-        slope = np.array([changed(Term(_SHIFTED, {"channel": float(channel)})) for channel in range(3)]) / -STEP
+        slope = np.array([changed(shift_of(problem, channel)) for channel in range(3)]) / -STEP
         values = np.unique(drive[(drive > 0.0) & (drive < 1.0)])
         columns = [np.einsum("cni,nc->ni", slope, (drive == value).astype(float)) for value in values]
         strength = np.array([float((column**2).sum()) for column in columns])
@@ -128,4 +129,14 @@ def _shift(code: Array, _scene: Scene, /, **channel: float) -> Array:
     return moved
 
 
-_SHIFTED = Effect("shifted-codes", "drive", {}, {}, ((),), _shift)
+def _shift_soon(code: Array, scene: Scene, /, **channel: float) -> Array:
+    """Shift them after the first session, which a display's own model contains."""
+    return np.where(scene.hours >= SOON_H, _shift(code, scene, **channel), code)
+
+
+_ALWAYS, _SOON = (Effect("shifted-codes", "drive", {}, {}, ((),), moved) for moved in (_shift, _shift_soon))
+
+
+def shift_of(problem: Problem, channel: int) -> Term:
+    """Shift of all code values of a channel by ``STEP`` towards black; of a native display after its first session."""
+    return Term(_ALWAYS if problem.native is None else _SOON, {"channel": float(channel)})

@@ -42,9 +42,6 @@ HELD_WITHIN = 0.03
 #: alike.
 COLOURS = 4.0**3
 
-#: Share to which a curve through few levels knows its slope between them, 1 σ.
-SLOPE = 0.15
-
 #: Nothing is named that twice an error would explain that nobody measured: four times its variance.
 ALLOWANCE = 4.0
 
@@ -155,9 +152,7 @@ class FirstDay:
             moved = (capped & first)[:, np.newaxis] - dark[:, np.newaxis] * white
             columns.append(np.eye(3)[:, np.newaxis] * problem.offset_cd_m2 * moved)
         if problem.doubted is not None:
-            of_colour = np.arange(len(self._codes[0]))[:, np.newaxis] == self._codes[1]
-            light = SLOPE * of_colour[:, np.newaxis, :, np.newaxis] * np.eye(3)[:, np.newaxis]
-            columns.append((light * problem.doubted).reshape(-1, *problem.doubted.shape))
+            columns.append(problem.doubted)
         return np.concatenate(columns)
 
     def error_of_met(self, sizes: Array) -> Array:

@@ -89,7 +89,8 @@ class Problem:
         Whether colours that the first session has read are foretold from that reading where curves miss it: as fits
         do, and baked displays do not.
     doubted
-        Light that effects take or give by the slopes of a native display's curves, (n, 3), cd/m²; None: none.
+        What errors of 1 σ in what effects do to code values change, (e, n, 3), cd/m²
+        (:mod:`lutgen.criticism.doubts`); None: none.
 
     """
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lutgen.criticism.fit import fit
+from lutgen.criticism.doubts import gain_beside, with_doubts
 from lutgen.criticism.leftover import is_noise, is_within_scatter
-from lutgen.criticism.linear import State, predict
 from lutgen.criticism.probes import Probed, free_term, probe
 from lutgen.criticism.search import HALF, STRONG
 from lutgen.criticism.shares import shares_of_delta_e
@@ -65,24 +64,31 @@ class Weighed:
             shares[step.name], before = max(before - found.chi2, 0.0) / excess, found.chi2
         nothing, left = probe(base, error), free_term(final, error)
         both = final.bic - left.evidence
-        close = final if is_noise(final, error) else with_slopes(final)
+        close = final if is_noise(final, error) else with_doubts(final)
         needed = _needed(explanation, error, shares, nothing, both)
+        if close is not final:
+            needed = [
+                step for step in needed if step.effect.stage == "drive" or gain_beside(close, step.effect) > STRONG
+            ]
         seen = shares_of_delta_e(base, final, [step.name for step in needed])
         needed = sorted(needed, key=lambda step: (-seen[step.name], -shares[step.name]))
         trifles = [step for step in needed[1:] if max(seen[step.name], shares[step.name]) < 1.0 - MOST_OF_IT]
         kept = [step for step in needed if step not in trifles]
         chosen, gain = [step.chosen for step in kept], base.chi2 - close.chi2
-        noise, beside_slopes = is_noise(close, error), left if close is final else free_term(close, error)
+        noise, doubted = is_noise(close, error), left if close is final else free_term(close, error)
         # A free term describes what is smooth. Where more than noise is left, at least half of it counts besides.
         jagged = 0.0 if noise else HALF * max(excess - gain, 0.0)
-        missed = max(beside_slopes.gain, jagged) if beside_slopes.names else max(excess - gain, 0.0)
+        missed = max(doubted.gain, jagged) if doubted.names else max(excess - gain, 0.0)
         explained = gain / (gain + missed)
         # A family may leave what its formula misses. Of several each must explain nearly all of what the others leave:
         # else they are what a search makes of another effect.
         own = [step.without.chi2 - final.chi2 for step in kept]
         enough = explained > MOST_OF_IT and (noise or all(each > MOST_OF_IT * (each + missed) for each in own))
         # What is fitted beside, for what formulas leave, may be no more than formulas may leave.
-        beside = together(base, chosen).chi2 - final.chi2 if len(kept) < len(steps) else 0.0
+        beside = 0.0
+        if len(kept) < len(steps):
+            alone = together(base, chosen)
+            beside = (alone if close is final else with_doubts(alone)).chi2 - close.chi2
         clean = noise and not left.names
         # Even scatter that is more than noise may be an effect that the catalogue lacks: half of it must be explained.
         half = is_within_scatter(error, close) or gain > HALF * excess
@@ -97,16 +103,6 @@ class Weighed:
         )
         explains = clean or explained > MOST_OF_IT
         return cls(tuple(kept), tuple(trifles), shares, seen, nothing, left, clean, explains, sound)
-
-
-def with_slopes(found: Fit) -> Fit:
-    """Fit the same effects where what a drive effect does to a colour is known as a native curve's slope there is."""
-    problem, moving = found.problem, [term for term in found.terms if term.effect.stage == "drive"]
-    if not moving or problem.native is None:
-        return found
-    still = State(tuple(term for term in found.terms if term not in moving), found.tips, found.gains)
-    doubted = replace(problem, doubted=found.predicted - predict(problem, still))
-    return fit(doubted, found.terms, State(found.terms, found.tips, found.gains))
 
 
 def _needed(

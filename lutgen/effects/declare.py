@@ -73,9 +73,9 @@ class Parameter:
     grid
         Values to try one by one, where no gradient leads a search (a number of bits); ``"gaps"``: the middles between
         neighbouring sessions of the data, for the hour of an event; ``"proposed"``: those that the effect proposes.
-    at_first
-        Whether it is a size at hour 0. Beside a display's own model of the first session, which contains what was
-        there at hour 0, it is 0.
+    beside_first
+        Value beside a display's own model of the first session, which contains what was there at hour 0: 0 of a size at
+        hour 0; None: free there too.
 
     """
 
@@ -84,7 +84,7 @@ class Parameter:
     unit: str
     meaning: str
     grid: tuple[float, ...] | str = ()
-    at_first: bool = False
+    beside_first: float | None = None
 
     def is_at_bound(self, value: float) -> bool:
         """Whether a value lies at one of the bounds."""
@@ -233,14 +233,14 @@ class Effect:
 
     def since_first_session(self) -> Effect:
         """Return the effect for a display whose own model of the first session contains what was there at hour 0."""
-        at_first = {name for name, parameter in self.parameters.items() if parameter.at_first}
-        if not at_first:
+        held = {name: each.beside_first for name, each in self.parameters.items() if each.beside_first is not None}
+        if not held:
             return self
-        kept = [tuple(name for name in form if name not in at_first) for form in self.forms]
+        kept = [tuple(name for name in form if name not in held) for form in self.forms]
         forms = tuple(dict.fromkeys(form for form in kept if form))
         simple = len(dict.fromkeys(form for form in kept[: self.refined] if form))
         parameters = {
-            name: replace(parameter, value=0.0) if name in at_first else parameter
+            name: replace(parameter, value=held[name]) if name in held else parameter
             for name, parameter in self.parameters.items()
         }
         return replace(self, parameters=parameters, forms=forms, refined=simple)

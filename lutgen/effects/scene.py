@@ -20,6 +20,9 @@ __all__ = ["LIFE_H", "REFERENCE_C", "CodeScene", "HourScene", "Scene"]
 #: Hours over which τ runs from 0 to 1: the paper's 18 000 h.
 LIFE_H = 18_000.0
 
+#: An hour after the first session and before all others.
+SOON_H = 1e-6
+
 
 def _column(value: float) -> Array:
     return np.full((1, 1), value)

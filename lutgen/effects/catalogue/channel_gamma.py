@@ -31,7 +31,7 @@ SIZES = tuple(f"{channel}_{date}" for channel in ("red", "green", "blue") for da
 def _sizes(channel: str) -> dict[str, Any]:
     new, grown = f"change of {channel}'s exponent at hour 0", f"further change of {channel}'s exponent by 18 000 h"
     return {
-        f"{channel}_new": Parameter(0.05, (-0.6, 2.0), "1", new, at_first=True),
+        f"{channel}_new": Parameter(0.05, (-0.6, 2.0), "1", new, beside_first=0.0),
         f"{channel}_grown": Parameter(0.05, (-0.6, 2.0), "1", grown),
     }
 

@@ -60,7 +60,7 @@ def _pair(victim: str, neighbour: str) -> Any:
         (-0.1, 0.2),
         "1",
         "share of its light that a channel loses to each full neighbour, at hour 0",
-        at_first=True,
+        beside_first=0.0,
     ),
     grown=Parameter(0.02, (-0.1, 0.25), "1", "growth of that share by 18 000 h"),
     power=POWER,

@@ -52,12 +52,12 @@ def _level(code: str) -> Parameter:
     },
     says="the exponent of the transfer curve changes by {size}",
     source="size: an assumption",
-    new=Parameter(0.05, (-0.6, 2.0), "1", "change of the exponent at hour 0", at_first=True),
+    new=Parameter(0.05, (-0.6, 2.0), "1", "change of the exponent at hour 0", beside_first=0.0),
     grown=Parameter(0.05, (-0.6, 2.0), "1", "further change of the exponent by 18 000 h"),
     power=POWER,
     saturation=SATURATION,
     slope_new=Parameter(
-        0.0, (-0.6, 0.6), "1", "change of the exponent at code 1 less that at code ½, at hour 0", at_first=True
+        0.0, (-0.6, 0.6), "1", "change of the exponent at code 1 less that at code ½, at hour 0", beside_first=0.0
     ),
     slope_grown=Parameter(0.0, (-0.6, 0.6), "1", "growth of that difference by 18 000 h"),
     onset=GROWING,

@@ -3,6 +3,9 @@
 d → round(d·(2ⁿ − 1))/(2ⁿ − 1), or, where a calibration table comes first, the same on d^g or on the code of a panel of
 gamma γ, (light)^(1/γ); hardware rounds by adding a part of a step and truncating.
 
+A cable, driver or mode with fewer bits may come later: a display's own model contains what the first session had, so
+beside that the rounding begins after it.
+
 A panel may use a part of its codes: ``bits`` is log2 of their number, whole or not.
 
 Meaning of 0 and 1: ``bits`` 0 rounds nothing; 1 bit would leave black and white alone, so the search begins at 4.
@@ -20,6 +23,7 @@ import numpy as np
 
 from lutgen.colorimetry import code_to_linear, linear_to_code
 from lutgen.effects.declare import PROPOSED, Parameter, effect
+from lutgen.effects.scene import SOON_H
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -152,19 +156,26 @@ def _bent(code: Array, *, table_gamma: float = 1.0, panel_gamma: float = 0.0) ->
     table_gamma=Parameter(1.0, (0.4, 2.5), "1", "power by which a table bends code values before", PROPOSED),
     panel_gamma=Parameter(0.0, (0.0, 2.6), "1", "gamma of the panel whose code is rounded; 0: none", PROPOSED),
     added=Parameter(0.5, (0.0, 0.5), "1", "part of a step added before truncation; ½ rounds", PROPOSED),
+    since=Parameter(0.0, (0.0, 100_000.0), "h", "hour from which codes are rounded", beside_first=SOON_H),
 )
 def quantization(
     code: Array,
-    scene: Scene,  # noqa: ARG001 - an effect's signature
+    scene: Scene,
     *,
     bits: float,
     table_gamma: float,
     panel_gamma: float,
     added: float,
+    since: float,
 ) -> Array:
     """Round the code values; 0 bits stand for no rounding."""
     if bits < 1:
         return code
+    rounded = _rounded(code, bits, table_gamma, panel_gamma, added)
+    return rounded if since <= 0 else np.where(scene.hours >= since, rounded, code)
+
+
+def _rounded(code: Array, bits: float, table_gamma: float, panel_gamma: float, added: float) -> Array:
     steps, shift = round(2.0**bits - 1.0), added - 0.5
     if panel_gamma:
         native = np.maximum(code_to_linear(code), 0.0) ** (1.0 / panel_gamma)

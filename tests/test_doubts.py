@@ -1,0 +1,55 @@
+"""What effects on code values do behind a display's own curves is known roughly."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from lutgen.criticism.diagnose import diagnose
+from lutgen.criticism.doubts import with_doubts
+from lutgen.criticism.fit import fit, start_state
+from lutgen.criticism.linear import Term, predict
+from lutgen.criticism.problem import Problem
+from lutgen.criticism.shared_errors import with_shared_errors
+from lutgen.effects import catalogue
+from tests.native_displays import BLACK, GREYS, MIXTURES, RAMPS, TIPS, Panel, session
+
+pytestmark = pytest.mark.numbers
+
+CODES = [*TIPS, *TIPS, BLACK, BLACK, *GREYS, *GREYS, *RAMPS, *MIXTURES]
+HOURS = (0.0, 6000.0, 12_000.0, 18_000.0)
+
+
+def test_what_a_loss_of_drive_does_is_known_as_the_slopes_of_curves_are() -> None:
+    """Between its levels a curve of few levels has a slope of its own: what a loss of drive does there is another."""
+    random = np.random.default_rng(4)
+    still = session(Panel(), CODES, HOURS)
+    effect, other = (catalogue()[name].since_first_session() for name in ("drive-loss", "eotf-drift"))
+    exact = Problem.of(still, baseline="native")
+    lost = predict(exact, start_state(exact, [Term.at_rest(effect, ("grown",), grown=0.05)]))
+    _, place = np.unique(still.drive, axis=0, return_inverse=True)
+    slope = 1.0 + 0.15 * random.standard_normal((place.max() + 1, 3))[place.reshape(-1)]
+    xyz = still.xyz_cd_m2 + slope * (lost - predict(exact, start_state(exact, ())))
+    xyz *= 1.0 + 0.002 * random.standard_normal(xyz.shape)
+    problem = with_shared_errors(Problem.of(replace(still, xyz_cd_m2=xyz), baseline="native"), ())
+    found = fit(problem, [Term.at_rest(effect, ("grown",), grown=0.04)])
+    beside = with_doubts(found)
+    assert found.chi2 > 1.5 * found.freedom
+    assert beside.chi2 < 1.2 * beside.freedom
+    # Without the effect there are no slopes to be doubted, and others are not moved by them.
+    assert with_doubts(fit(problem)).problem.doubted is None
+    assert with_doubts(fit(problem, [Term.at_rest(other, ("grown",))])).problem.doubted is None
+
+
+def test_a_rounding_that_came_later_behind_tables_that_nobody_knows_is_told() -> None:
+    """A calibration gives each channel a table; a cable of 6 bits behind it moves each code in its own way."""
+    random, powers = np.random.default_rng(6), np.array([1.12, 0.93, 1.05])
+    still = session(Panel(), CODES, HOURS)
+    rounded = (np.round(still.drive**powers * 63.0) / 63.0) ** (1.0 / powers)
+    drive = np.where(still.hours[:, np.newaxis] > 0, rounded, still.drive)
+    xyz = np.array([Panel().xyz(code, hour) for code, hour in zip(drive.tolist(), still.hours.tolist(), strict=True)])
+    xyz *= 1.0 + 0.002 * random.standard_normal(xyz.shape)
+    verdict = diagnose(replace(still, xyz_cd_m2=xyz), baseline="native").verdict
+    assert (verdict.name, verdict.effects[0]) == ("one-of", "quantization")
