@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 
+from lutgen.criticism import stepwise
 from lutgen.criticism.compare import compare
 from lutgen.criticism.diagnose import diagnose, parameters_of
 from lutgen.criticism.fit import fit
@@ -18,11 +20,12 @@ from lutgen.criticism.leftover import p_of_likeness
 from lutgen.criticism.linear import State, Term, predict
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.pure_error import PureError
-from lutgen.criticism.search import HALF, contenders, family
+from lutgen.criticism.search import HALF, STRONG, contenders, family
 from lutgen.criticism.separate import separation
 from lutgen.criticism.shared_errors import with_shared_errors
-from lutgen.criticism.stepwise import explain, refined, together
+from lutgen.criticism.stepwise import admissible, explain, refined, together
 from lutgen.criticism.verdict import pronounce
+from lutgen.criticism.weighing import Weighed, is_of_curves
 from lutgen.effects import catalogue
 from lutgen.effects.shapes import is_knot
 from tests.campaigns import single, text_of
@@ -425,3 +428,66 @@ def test_an_effect_that_explains_less_than_half_is_no_finding_though_the_rest_is
     found = diagnose(read(text, file="retention.csv", sha256=""))
     assert [step.name for step in found.explanation.steps] == ["black-level"]
     assert found.verdict.name == "unexplained"
+
+
+@pytest.mark.parametrize(("clean", "said"), [(True, "several"), (False, "unexplained")])
+def test_three_effects_that_leave_something_are_no_finding(
+    monkeypatch: pytest.MonkeyPatch, clean: bool, said: str
+) -> None:
+    explanation = diagnose(readings("curve")).explanation
+    (step,) = explanation.steps
+    names = ("black-level", "edge-falloff", "eotf-drift")
+    kept = tuple(_stub(name=name, effect=step.effect, chosen=step.chosen, rivals=()) for name in names)
+    error = PureError.of(explanation.base.problem)
+    weighed = replace(
+        Weighed.of(explanation, error), kept=kept, trifles=(), shares=dict.fromkeys(names, 0.3),
+        seen=dict.fromkeys(names, 0.3), clean=clean, explains=True, sound=True,
+    )  # fmt: skip
+    monkeypatch.setattr("lutgen.criticism.verdict.Weighed.of", lambda *_: weighed)
+    monkeypatch.setattr("lutgen.criticism.verdict.overlap", lambda *_: False)
+    monkeypatch.setattr("lutgen.criticism.verdict._is_shadowed", lambda *_: False)
+    assert pronounce(explanation, error, (), Suspicion((), (), "")).name == said
+
+
+def test_a_gain_counts_in_units_of_the_noise_that_replicates_show() -> None:
+    """Replicates that scatter twice as much as their noise model make each gain in χ² worth half."""
+    problem = Problem.of(readings("curve"))
+    base, error = fit(problem), PureError.of(problem)
+    candidate = family(base, catalogue()["eotf-drift"]).best
+    enough = candidate.gain - (base.bic - candidate.fit.bic) + STRONG
+    weak = replace(candidate, gain=1.2 * enough, fit=replace(candidate.fit, chi2=base.chi2 - 1.2 * enough))
+    assert admissible(weak, base, replace(error, squares=1.0 * error.freedom), 1)
+    assert not admissible(weak, base, replace(error, squares=2.0 * error.freedom), 1)
+
+
+def _stub(**attributes: Any) -> Any:
+    return SimpleNamespace(**attributes)
+
+
+@pytest.mark.parametrize(("native", "alike"), [(None, False), ("its own", True)])
+def test_beside_a_bent_curve_of_a_native_display_mixing_is_what_its_form_misses(
+    native: str | None, alike: bool
+) -> None:
+    """How light of several channels goes with their drive, nobody has read there."""
+    curve, mixing = (_stub(name=name, effect=catalogue()[name]) for name in ("eotf-drift", "crosstalk"))
+    base = _stub(problem=_stub(native=native))
+    assert is_of_curves([curve, mixing], {"eotf-drift": 0.8, "crosstalk": 0.2}, base) is alike
+    assert not is_of_curves([curve, mixing], {"eotf-drift": 0.2, "crosstalk": 0.8}, base)
+
+
+@pytest.mark.parametrize(("ahead", "left"), [(1.0, ["tied"]), (100.0, ["kin"])])
+def test_kin_that_is_tied_leaves_out_kin_that_is_not(
+    monkeypatch: pytest.MonkeyPatch, ahead: float, left: list[str]
+) -> None:
+    """An effect stands alone only where its kin is clearly worse; where another is tied, that one is the rival."""
+    mine = diagnose(readings("curve")).explanation.first[0].best
+    kin = next(each for each in catalogue().values() if each.is_kin(mine.effect))
+
+    def rival(name: str, behind: float) -> Any:
+        return SimpleNamespace(name=name, effect=kin, best=behind)
+
+    monkeypatch.setattr(stepwise, "bic", lambda each: each if isinstance(each, float) else 0.0)
+    monkeypatch.setattr(stepwise, "family", lambda *_: SimpleNamespace(best=mine))
+    monkeypatch.setattr(stepwise, "contenders", lambda *_: [rival("tied", ahead), rival("kin", STRONG + 1.0)])
+    found = stepwise._rivals(mine, (), [], mine.fit)
+    assert [each.name for each in found] == left

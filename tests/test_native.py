@@ -500,6 +500,21 @@ def test_a_diagnosis_takes_what_curves_miss_of_mixtures_for_no_aging() -> None:
     assert diagnose(bright_mixtures(), baseline="native").verdict.name == "consistent"
 
 
+def test_smooth_curves_of_all_readings_have_a_discrepancy_though_most_mixtures_lie_within_noise() -> None:
+    """125 mixtures that a smooth curve meets hide a dark grey that it misses: later greys are told from the first."""
+    random = np.random.default_rng(17)
+    cube = [tuple(code) for code in product((0.0, 0.25, 0.5, 0.75, 1.0), repeat=3)]
+    greys = [(level, level, level) for level in np.round(np.linspace(0.03, 0.97, 16), 2).tolist()]
+    gamma = Panel(gammas=(2.2, 2.2, 2.2), extra=(0.0, 0.0, 0.0))
+    read = session(gamma, [*cube, *greys, *TIPS, *TIPS, BLACK, BLACK], (0.0, 3000.0, 9000.0))
+    light = read.xyz_cd_m2 * (1.0 + 0.003 * random.standard_normal((read.hours.size, 1)))
+    light += 0.005 * random.standard_normal(light.shape)
+    problem = Problem.of(replace(read, xyz_cd_m2=light), baseline="native")
+    assert problem.native
+    assert problem.native.source == "readings"
+    assert problem.remembered
+
+
 def greys_at_new_levels(uneven: float) -> Measurements:
     """A healthy display whose curve is uneven by a share of its light, read at other levels in each session."""
     rng, ends = np.random.default_rng(3), np.array([*TIPS, BLACK] * 3)
@@ -615,7 +630,28 @@ def test_the_first_session_of_a_native_display_is_no_wrong_one(
     residual = (
         np.random.default_rng(1).normal(size=(200, 3)) * np.where(hours[hour_of] == hour, 30.0, 1.0)[:, np.newaxis]
     )
-    problem = SimpleNamespace(foretells=False, native=native or None, hours=hours, hour_of=hour_of)
+    rest = SimpleNamespace(at_rest=lambda: np.ones(200, dtype=bool))
+    problem = SimpleNamespace(
+        foretells=False, native=native or None, hours=hours, hour_of=hour_of, rows=np.arange(200), readings=rest
+    )
+    assert wrong_sessions(cast("Fit", SimpleNamespace(problem=problem, residual=residual)), 1.0) == wrong
+
+
+@pytest.mark.parametrize(
+    ("bad", "at_rest", "wrong"),
+    [((1,), True, (500.0,)), ((1, 3), True, (500.0, 6000.0)), ((1, 4), True, ()), ((1, 3), False, ())],
+)
+def test_a_session_is_wrong_where_all_later_ones_are_sound_and_not_for_conditions_that_others_lack(
+    bad: tuple[int, ...], at_rest: bool, wrong: tuple[float, ...]
+) -> None:
+    hours, hour_of = np.array([0.0, 500.0, 3000.0, 6000.0, 9000.0]), np.repeat(np.arange(5), 60)
+    rest = np.tile(np.arange(60) < 40, 5)
+    size = np.where(np.isin(hour_of, bad) & (rest if at_rest else ~rest), 30.0, 1.0)[:, np.newaxis]
+    problem = SimpleNamespace(
+        foretells=False, native=None, hours=hours, hour_of=hour_of, rows=np.arange(300),
+        readings=SimpleNamespace(at_rest=lambda: rest),
+    )  # fmt: skip
+    residual = np.random.default_rng(1).normal(size=(300, 3)) * size
     assert wrong_sessions(cast("Fit", SimpleNamespace(problem=problem, residual=residual)), 1.0) == wrong
 
 

@@ -93,16 +93,20 @@ def wrong_sessions(found: Fit, scale: float) -> tuple[float, ...]:
     problem = found.problem
     if problem.foretells or problem.hours.size < 4:
         return ()
-    squares = (found.residual**2).sum(axis=1) / scale
-    mean = np.bincount(problem.hour_of, squares) / (3 * np.bincount(problem.hour_of))
-    count = np.bincount(problem.hour_of)
+    # Conditions that few sessions hold, as places on the screen, say nothing of the session.
+    rest = problem.readings.at_rest()[problem.rows]
+    count = np.bincount(problem.hour_of[rest], minlength=problem.hours.size)
+    if not count.all():
+        return ()
+    squares = (found.residual[rest] ** 2).sum(axis=1) / scale
+    mean = np.bincount(problem.hour_of[rest], squares) / (3 * count)
     # An hour that only leans on a bad neighbour is not meant.
     usual = float(np.median(mean))
     bad = np.flatnonzero((mean > BAD * usual) & (mean > 0.05 * mean.max()))
     # From a native display's first session all later ones differ where the display has changed.
     bad = bad[bad > 0] if problem.native else bad
     sure = all(chdtrc(3 * count[hour], mean[hour] * 3 * count[hour]) < SURE for hour in bad)
-    if not 1 <= bad.size <= 2 or not sure or bad[0] == problem.hours.size - bad.size:
+    if not 1 <= bad.size <= 2 or not sure or bad[-1] == problem.hours.size - 1:
         return ()
     later = np.setdiff1d(np.arange(bad[0], problem.hours.size), bad)
     if (mean[later] > SOUND * usual).any():
