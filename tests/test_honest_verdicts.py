@@ -22,13 +22,13 @@ from lutgen.criticism.problem import Problem
 from lutgen.criticism.pure_error import PureError
 from lutgen.criticism.search import HALF, STRONG, contenders, family
 from lutgen.criticism.separate import separation
-from lutgen.criticism.shared_errors import with_shared_errors
+from lutgen.criticism.shared_errors import _spread_of_median, with_shared_errors
 from lutgen.criticism.stepwise import admissible, explain, refined, together
 from lutgen.criticism.verdict import pronounce
 from lutgen.criticism.weighing import Weighed, is_of_curves
 from lutgen.effects import catalogue
 from lutgen.effects.shapes import is_knot
-from tests.campaigns import single, text_of
+from tests.campaigns import MORE_HOURS, single, text_of
 from tests.command import Done, in_process
 from tests.generators.meters import METERS
 from tests.generators.ours import campaign
@@ -491,3 +491,21 @@ def test_kin_that_is_tied_leaves_out_kin_that_is_not(
     monkeypatch.setattr(stepwise, "contenders", lambda *_: [rival("tied", ahead), rival("kin", STRONG + 1.0)])
     found = stepwise._rivals(mine, (), [], mine.fit)
     assert [each.name for each in found] == left
+
+
+def test_a_misfit_is_no_wandering_gain_once_an_effect_explains_it() -> None:
+    """Warm readings are lighter, as if the gain of a session wandered; beside the effect it is as steady as usual."""
+    hidden = (("temperature", 0.01, "same"),)
+    warm = read(csv_text(Campaign(design="full", hours=MORE_HOURS, hidden=hidden, seed=1)), file="warm.csv", sha256="")
+    before = with_shared_errors(Problem.of(warm), ()).wander
+    found = diagnose(warm)
+    assert found.verdict.effects == ("temperature",)
+    assert found.comparison.problem.wander < before / 3
+
+
+@pytest.mark.parametrize(("spread", "wander"), [(0.005, 0.005), (0.05, 0.0003)])
+def test_no_instruments_gain_wanders_by_more_than_two_percent(spread: float, wander: float) -> None:
+    """What moves readings of a session by more is the display's doing."""
+    drawn = np.random.default_rng(2).standard_normal(4001) * np.hypot(spread, 0.001)
+    departures = np.array([drawn**2, np.full(4001, 0.001**2), np.ones(4001)])
+    assert _spread_of_median(departures, 0.0003) == pytest.approx(wander, rel=0.05)

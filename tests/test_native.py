@@ -18,6 +18,7 @@ from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_code, xyY
 from lutgen.criticism.anchored import anchored_tips
 from lutgen.criticism.compare import compare
 from lutgen.criticism.diagnose import diagnose
+from lutgen.criticism.discrepancy import discrepancy_of_native
 from lutgen.criticism.first_session import first_session
 from lutgen.criticism.fit import fit
 from lutgen.criticism.influence import wrong_rows, wrong_sessions
@@ -509,10 +510,16 @@ def test_smooth_curves_of_all_readings_have_a_discrepancy_though_most_mixtures_l
     read = session(gamma, [*cube, *greys, *TIPS, *TIPS, BLACK, BLACK], (0.0, 3000.0, 9000.0))
     light = read.xyz_cd_m2 * (1.0 + 0.003 * random.standard_normal((read.hours.size, 1)))
     light += 0.005 * random.standard_normal(light.shape)
-    problem = Problem.of(replace(read, xyz_cd_m2=light), baseline="native")
+    measured = replace(read, xyz_cd_m2=light)
+    problem = Problem.of(measured, baseline="native")
     assert problem.native
-    assert problem.native.source == "readings"
-    assert problem.remembered
+    curves = replace(problem.native, own=None, ladder=None)
+    assert curves.source == "readings"
+    loud = replace(problem.noise, relative=0.01, floor_cd_m2=0.1)
+    assert discrepancy_of_native(curves, problem.drawn, measured, loud)
+    # Those of ramps run through them: what mixtures miss by noise alone is no discrepancy.
+    of_ramps = replace(curves, source="ramps")
+    assert not discrepancy_of_native(of_ramps, problem.drawn, measured, loud)
 
 
 def greys_at_new_levels(uneven: float) -> Measurements:

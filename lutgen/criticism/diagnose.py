@@ -188,10 +188,9 @@ def diagnose(
         base, error = fit(problem, terms), PureError.of(problem)
     seen = tuple(visibility(base, choices))
     explanation = explain(base, choices, error, progress)
-    # A misfit hides how much the gain wanders; beside the effects that explain the misfit, it shows.
-    if explanation.steps and (again := with_shared_errors(problem, explanation.final.terms)).wander > (
-        UNSTEADIER * problem.wander
-    ):
+    # A misfit hides a wandering gain, or looks like one; beside the effects that explain the misfit, the gain shows.
+    again = with_shared_errors(problem, explanation.final.terms) if explanation.steps else problem
+    if max(again.wander, problem.wander) > UNSTEADIER * min(again.wander, problem.wander):
         problem = again
         base = fit(problem, terms)
         explanation = explain(base, choices, error, progress, known=[step.effect for step in explanation.steps])

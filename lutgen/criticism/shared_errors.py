@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     Line = dict[int, tuple[int, float]]
 
 #: No instrument's gain wanders more than this.
-MOST = 0.3
+MOST = 0.02
 
 #: Standard deviation of the prior on both, in powers of e.
 PRIOR_SD = 1.0

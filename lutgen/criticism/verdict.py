@@ -140,7 +140,7 @@ def _remarks(explanation: Explanation, blind: Sequence[str], suspicion: Suspicio
         )
     remarks += [each.sentence() for each in drifts(problem)]
     if suspicion.rows:
-        remarks.append(f"Left out: {_lines(explanation, suspicion)}, which contradict their own replicates or kin.")
+        remarks.append(f"Left out, as other readings of the patch contradict them: {_lines(explanation, suspicion)}.")
     if slips := _weighed_down(explanation):
         remarks.append(f"Weighed down, since they stand alone: {slips}.")
     if blind:

@@ -256,11 +256,12 @@ class Effect:
 
 def _course(new: float, grown: float) -> str:
     """Say how a share that is ``new`` at hour 0 develops, as the end of a clause."""
-    if not grown:
+    first, last = f"{100 * new:.2g} %", f"{100 * (new + grown):.2g} %"
+    if not grown or first == last:
         return ""
     if not new:
         return " by 18 000 h"
-    return f", {'growing' if abs(new + grown) > abs(new) else 'falling'} to {100 * (new + grown):.2g} % by 18 000 h"
+    return f", {'growing' if abs(new + grown) > abs(new) else 'falling'} to {last} by 18 000 h"
 
 
 def chain_order(declared: Effect) -> tuple[int, str]:

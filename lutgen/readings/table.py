@@ -38,6 +38,9 @@ RANGES = {name: (column.low, column.high, column.meaning) for name, column in CO
 #: Column → the cell of its condition.
 CELLS = {column.name: condition.cell for condition in CONDITIONS for column in condition.columns}
 
+#: Code values up to this one are slips of a scale that ends at 1, not percent or 8-bit codes.
+MUCH_ABOVE_1 = 1.1
+
 #: White below this is no display's luminance in cd/m²: the values are then relative (Y = 1 for white).
 MIN_WHITE_CD_M2 = 2.0
 
@@ -260,6 +263,9 @@ def check_rows(readings: Measurements) -> None:
         outside = ((values < low) | (values > high)).reshape(hours.size, -1).any(axis=1)
         _refuse(readings, outside, f"{name} must be {meaning}; this value is out of range")
     top = float(drive.max(initial=0.0))
+    if 1 < top < MUCH_ABOVE_1:
+        hint = f"drive values are code values 0..1; {top:g} is just above 1, as 256 of 255 would be"
+        _refuse(readings, (drive == top).any(axis=1), hint)
     scale = "100: these look like percent, divide by 100" if 1 < top <= 100 else "255: 8-bit drive, divide by 255"
     hint = f"drive values are code values 0..1, the largest here is {top:g} (of {scale})"
     _refuse(readings, (drive > 1).any(axis=1), hint)
@@ -319,6 +325,11 @@ def _check_plausible(readings: Measurements, hour: float, xyY: Array) -> None:
     red, green, blue = xyY[1:]
     if not _are_primaries(red, green, blue) and any(_are_primaries(*order) for order in permutations(xyY[1:])):
         raise LutgenError(f"{where}: red, green and blue have each other's colours; are the R, G, B columns swapped?")
+    swapped = np.column_stack([1.0 - xyY[1:, 0] - xyY[1:, 1], xyY[1:, 1]])
+    if not _are_primaries(red, green, blue) and _are_primaries(*swapped):
+        raise LutgenError(
+            f"{where}: red has x = {red[0]:.3f} and blue x = {blue[0]:.3f}, which no display has; are X and Z swapped?"
+        )
 
 
 def _are_primaries(red: Array, green: Array, blue: Array) -> bool:
