@@ -151,7 +151,11 @@ class Comparison:
             return f"The model agrees with the measurements: {size}."
         few = self.error.delta_e_mean <= self.floor.delta_e_mean
         where = " in few readings, or in dark ones" if few else ""
-        return f"The model fails by {times(self.ratio)} the noise{where}: {size}. {self.direction.sentence()}"
+        # Fits know single colours from the first session; a baked display has the curves alone.
+        model = (
+            "The model" if self.problem.remembers else "Curves alone, as they are baked, miss some colours: the model"
+        )
+        return f"{model} fails by {times(self.ratio)} the noise{where}: {size}. {self.direction.sentence()}"
 
     def as_json(self) -> dict[str, Any]:
         """Return what ``--json`` prints."""
