@@ -252,7 +252,7 @@ BAD = {
     "NaN": bad(with_line(GREEN, "0.59882", "nan"), f"line {GREEN}", "column y", "not a finite number"),
     "infinite": bad(with_line(GREEN, "185.628", "inf"), f"line {GREEN}", "column Y", "not a finite number"),
     "overflow": bad(with_line(GREEN, "185.628", "1e999"), f"line {GREEN}", "column Y", "not a finite number"),
-    "an empty cell": bad(with_line(GREEN, "0.59882", ""), f"line {GREEN}", "column y", "not a finite number"),
+    "an empty cell": bad(with_line(GREEN, "0.59882", ""), f"line {GREEN}", "column y", "is empty: give a value"),
     "a word": bad(with_line(GREEN, "0.59882", "n/a"), f"line {GREEN}", "column y", "'n/a'"),
     "an underscore in a number": bad(with_line(GREEN, "185.628", "185_628"), f"line {GREEN}", "column Y"),
     "a hexadecimal number": bad(with_line(GREEN, "185.628", "0x1F"), f"line {GREEN}", "column Y", "0x1F"),

@@ -87,7 +87,8 @@ class FileText:
         value = cells.number(cell)
         if value is None:
             hint = "; a decimal comma? Write 0.3127 with a point" if cells.has_decimal_comma(cell) else ""
-            raise LutgenError(f"{self.at(line)}, {column}: {cell[:40]!r} is not a finite number{hint}.")
+            said = f": {cell[:40]!r} is not a finite number{hint}" if cell.strip() else " is empty: give a value"
+            raise LutgenError(f"{self.at(line)}, {column}{said}.")
         return value
 
     def row(self, text: str, line: int, separator: str = ",") -> list[str]:
