@@ -33,6 +33,7 @@ from lutgen.report.criticism_plots import (
     plot_fit,
     plot_refinement,
 )
+from lutgen.report.drawing import _wrapped
 from tests.campaigns import CAMPAIGNS, text_of
 from tests.effect_scenes import lively
 from tests.quick import mostly_slow
@@ -296,3 +297,9 @@ def no_pyplot() -> Iterator[None]:
     before = "matplotlib.pyplot" in sys.modules
     yield
     assert ("matplotlib.pyplot" in sys.modules) == before
+
+
+def test_a_title_is_never_broken_within_a_number() -> None:
+    for letters in range(12, 40):
+        lines = _wrapped("the exponent changes by 15 % by 18 000 h at 120 000 lx", letters, 6)
+        assert all(not line.startswith("000") for line in lines)

@@ -7,6 +7,7 @@ into place when it is whole.
 from __future__ import annotations
 
 import io
+import re
 import textwrap
 from base64 import b64encode
 from contextlib import contextmanager
@@ -103,6 +104,12 @@ def new_figure(path: str | Path, size: tuple[float, float], *, force: bool) -> I
         figure.savefig(partial, format="png", metadata=METADATA)
 
 
+def _wrapped(text: str, letters: int, lines: int) -> list[str]:
+    """Wrap at words, and never within a number such as 18 000."""
+    whole = re.sub(r"(?<=\d) (?=\d{3}\b)", "\N{NO-BREAK SPACE}", text)
+    return textwrap.wrap(whole, letters, max_lines=lines, placeholder=" …", break_on_hyphens=False)
+
+
 @contextmanager
 def picture(
     path: Path, title: str, *, second: str = "", foot: str = "", height: float = 9.0, force: bool
@@ -114,11 +121,11 @@ def picture(
             (title, _TITLE, "title", {"fontsize": 16, "weight": "bold"}),
             (second, _SECOND, "second", {"fontsize": 12}),
         ):
-            lines = textwrap.wrap(text, letters, max_lines=2, placeholder=" …", break_on_hyphens=False)
+            lines = _wrapped(text, letters, 2)
             if lines:
                 figure.text(0.04, top / height, "\n".join(lines), va="top", linespacing=1.2, **look)
                 top -= len(lines) * _LINES[kind] + 0.08
-        lines = textwrap.wrap(foot, _FOOT, max_lines=3, placeholder=" …", break_on_hyphens=False)
+        lines = _wrapped(foot, _FOOT, 3)
         figure.text(0.04, 0.12 / height, "\n".join(lines), fontsize=10, va="bottom", color="#444444")
         yield figure, (0.12 + len(lines) * _LINES["foot"]) / height, top / height
 
