@@ -318,7 +318,7 @@ BAD = {
     "swapped channels in the header": bad(SMALL.replace("R,G,B", "B,G,R"), "swapped"),
     "swapped channels R and G": bad(with_columns(swap(1, 2)), "swapped"),
     "X and Z swapped in the header": bad(xyz_text(SMALL).replace("X,Y,Z", "Z,Y,X"), "hour 0", "are X and Z swapped"),
-    "one code beyond an 8-bit scale": bad(SMALL.replace("0,0,1,0,", "0,0,1.0039,0,", 1), "line 4", "1.0039 is just above 1"),
+    "one code beyond 8 bits": bad(SMALL.replace("0,0,1,0,", "0,0,1.0039,0,", 1), "line 4", "1.0039 is just above 1"),
     "x and y swapped in the header": bad(SMALL.replace("x,y,Y", "y,x,Y"), "hour 0", "swapped"),
     "an unknown column": bad(SMALL.replace("hour,", "hours,"), "line 1", "'hours'", "Pick one of"),
     "a column twice": bad(SMALL.replace("R,G,B", "R,R,B"), "line 1", "'R' appears twice"),
