@@ -646,9 +646,15 @@ def test_the_first_session_of_a_native_display_is_no_wrong_one(
 
 @pytest.mark.parametrize(
     ("bad", "at_rest", "wrong"),
-    [((1,), True, (500.0,)), ((1, 3), True, (500.0, 6000.0)), ((1, 4), True, ()), ((1, 3), False, ())],
+    [
+        ((1,), True, (500.0,)),
+        ((1, 3), True, (500.0, 6000.0)),
+        ((1, 4), True, (500.0, 9000.0)),
+        ((3, 4), True, ()),
+        ((1, 3), False, ()),
+    ],
 )
-def test_a_session_is_wrong_where_all_later_ones_are_sound_and_not_for_conditions_that_others_lack(
+def test_a_session_is_wrong_where_other_later_ones_are_sound_and_not_for_conditions_that_others_lack(
     bad: tuple[int, ...], at_rest: bool, wrong: tuple[float, ...]
 ) -> None:
     hours, hour_of = np.array([0.0, 500.0, 3000.0, 6000.0, 9000.0]), np.repeat(np.arange(5), 60)

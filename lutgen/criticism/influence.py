@@ -106,7 +106,7 @@ def wrong_sessions(found: Fit, scale: float) -> tuple[float, ...]:
     # From a native display's first session all later ones differ where the display has changed.
     bad = bad[bad > 0] if problem.native else bad
     sure = all(chdtrc(3 * count[hour], mean[hour] * 3 * count[hour]) < SURE for hour in bad)
-    if not 1 <= bad.size <= 2 or not sure or bad[-1] == problem.hours.size - 1:
+    if not 1 <= bad.size <= 2 or not sure or bad[0] == problem.hours.size - bad.size:
         return ()
     later = np.setdiff1d(np.arange(bad[0], problem.hours.size), bad)
     if (mean[later] > SOUND * usual).any():

@@ -93,8 +93,8 @@ def pronounce(explanation: Explanation, error: PureError, seen: Sequence[Visibil
     if suspicion.hours:
         at = " and ".join(f"{hour:g} h" for hour in suspicion.hours)
         sentence = (
-            f"The measurement, not the display, moved: nearly all of the misfit sits at {at}, and later readings are "
-            f"sound again. Check hour, patch order and instrument of that session."
+            f"The measurement, not the display, moved: nearly all of the misfit sits at {at}, and other sessions after "
+            f"{suspicion.hours[0]:g} h are sound. Check hour, patch order and instrument."
         )
         return Verdict("measurement-problem", sentence, remarks=remarks)
     if suspicion.sentence:
