@@ -8,13 +8,16 @@ import numpy as np
 import pytest
 
 from lutgen.criticism.diagnose import diagnose
-from lutgen.criticism.doubts import with_doubts
+from lutgen.criticism.doubts import SLOPE, with_doubts
 from lutgen.criticism.fit import fit, start_state
 from lutgen.criticism.linear import Term, predict
 from lutgen.criticism.problem import Problem
 from lutgen.criticism.shared_errors import with_shared_errors
+from lutgen.display.transfer_curve import TransferCurve, rising_light
 from lutgen.effects import catalogue
+from lutgen.readings import read_measurements
 from tests.native_displays import BLACK, GREYS, MIXTURES, RAMPS, TIPS, Panel, session
+from tests.real_data import needs_sessions, real_data
 
 pytestmark = pytest.mark.numbers
 
@@ -30,7 +33,7 @@ def test_what_a_loss_of_drive_does_is_known_as_the_slopes_of_curves_are() -> Non
     exact = Problem.of(still, baseline="native")
     lost = predict(exact, start_state(exact, [Term.at_rest(effect, ("grown",), grown=0.05)]))
     _, place = np.unique(still.drive, axis=0, return_inverse=True)
-    slope = 1.0 + 0.15 * random.standard_normal((place.max() + 1, 3))[place.reshape(-1)]
+    slope = 1.0 + SLOPE * random.standard_normal((place.max() + 1, 3))[place.reshape(-1)]
     xyz = still.xyz_cd_m2 + slope * (lost - predict(exact, start_state(exact, ())))
     xyz *= 1.0 + 0.002 * random.standard_normal(xyz.shape)
     problem = with_shared_errors(Problem.of(replace(still, xyz_cd_m2=xyz), baseline="native"), ())
@@ -53,3 +56,25 @@ def test_a_rounding_that_came_later_behind_tables_that_nobody_knows_is_told() ->
     xyz *= 1.0 + 0.002 * random.standard_normal(xyz.shape)
     verdict = diagnose(replace(still, xyz_cd_m2=xyz), baseline="native").verdict
     assert (verdict.name, verdict.effects[0]) == ("one-of", "quantization")
+
+
+@needs_sessions
+def test_a_curve_through_some_ten_levels_knows_its_slopes_as_well_as_is_assumed() -> None:
+    """Greys of real sessions: slopes between all levels against those of a curve through every fifth to tenth."""
+    off = []
+    for path in sorted(real_data().glob("real/*/*.ti3")):
+        readings = read_measurements(path)
+        grey = (readings.drive == readings.drive[:, :1]).all(axis=1)
+        codes, place = np.unique(np.round(readings.drive[grey, 0], 6), return_inverse=True)
+        if codes.size < 40:
+            continue
+        light = np.bincount(place, readings.xyz_cd_m2[grey, 1]) / np.bincount(place)
+        light = (light - light[0]) / (light[-1] - light[0])
+        step, each = round((codes.size - 1) / 11), []
+        for start in range(step):
+            few = np.unique([0, *range(start, codes.size, step), codes.size - 1])
+            curve = TransferCurve.through("red", codes[few], np.clip(rising_light(light[few]), 0.0, 1.0))
+            each.append((np.diff(curve(codes)) / np.diff(light))[codes[1:] > 0.1] - 1.0)
+        off.append(float(np.median(np.abs(np.concatenate(each)))) / 0.6745)
+    assert len(off) >= 20
+    assert np.median(off) == pytest.approx(SLOPE, rel=0.3)

@@ -494,6 +494,9 @@ def test_what_curves_miss_of_mixtures_is_a_discrepancy() -> None:
     assert not Problem.of(read(csv_text(plain), file="a.csv", sha256=""), baseline="native").discrepancy
     bright = bright_mixtures()
     assert Problem.of(bright, baseline="native").discrepancy
+    # Fits tell later mixtures from the first session; what is baked has the curves alone.
+    said = compare(bright_mixtures(("black-level", 0.01, "same")), baseline="native").sentence()
+    assert said.startswith("The model as it is baked, with curves alone, fails by")
 
 
 @pytest.mark.slow

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from lutgen.criticism.linear import Term
     from lutgen.effects import Effect
 
-#: Share to which a curve through few levels knows its slope between them, 1 σ.
+#: Share to which a curve through few levels knows its slope between them, 1 σ; ``tests/test_doubts.py`` measures it.
 SLOPE = 0.15
 
 
@@ -48,15 +48,15 @@ def _slopes(found: Fit, term: Term) -> Array:
     """Light that the slopes of curves may give or take of what an effect does to X, Y or Z of a colour, (e, n, 3)."""
     still = State(tuple(other for other in found.terms if other is not term), found.tips, found.gains)
     change = SLOPE * (found.predicted - predict(found.problem, still))
-    _, place = np.unique(_drive(found), axis=0, return_inverse=True)
-    of_colour = np.arange(place.max() + 1)[:, np.newaxis] == place.reshape(-1)
+    codes, place = found.problem.first_day.codes
+    of_colour = np.arange(len(codes))[:, np.newaxis] == place
     columns = of_colour[:, np.newaxis, :, np.newaxis] * np.eye(3)[:, np.newaxis] * change
     return np.asarray(columns.reshape(-1, *change.shape))
 
 
 def _steps(found: Fit, term: Term) -> Array:
     """Light by a shift of one code value of one channel, as large as an effect's shifts are, (e, n, 3)."""
-    problem, drive = found.problem, _drive(found)
+    problem, drive = found.problem, found.problem.readings.drive[found.problem.rows]
     between, later = (drive > 0.0) & (drive < 1.0), problem.hour_of > 0
     moved = term.effect.function(drive, problem.scene(found.tips), **term.values) - drive
     spread = float(np.sqrt(np.mean(np.square(moved[later][between[later]]))))
@@ -67,7 +67,3 @@ def _steps(found: Fit, term: Term) -> Array:
         levels = np.unique(drive[between[:, channel], channel])
         columns += [spread * slope * (drive[:, channel] == level)[:, np.newaxis] for level in levels]
     return np.asarray(columns)
-
-
-def _drive(found: Fit) -> Array:
-    return np.round(found.problem.readings.drive[found.problem.rows], 9)

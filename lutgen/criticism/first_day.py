@@ -93,7 +93,7 @@ class FirstDay:
     @cached_property
     def remembered(self) -> FirstReadings:
         """What the first session says of the colours that it has read, beside the colour points."""
-        problem, readings, (codes, place) = self.problem, self.problem.readings, self._codes
+        problem, readings, (codes, place) = self.problem, self.problem.readings, self.codes
         first = first_session_rows(readings, problem.noise.slips)
         other = np.asarray(~is_tip(codes).any(axis=1))
         same = (readings.drive[first][:, np.newaxis] == codes).all(axis=2) & other
@@ -136,7 +136,7 @@ class FirstDay:
                 np.moveaxis(memory.error * (memory.colour == colour)[:, np.newaxis, np.newaxis], 2, 0)
                 for colour in np.unique(memory.colour[memory.colour >= 0])
             ]
-            shares = self._plain.shares[self._codes[1]] + np.pad(memory.light, ((0, 0), (1, 0)))
+            shares = self._plain.shares[self.codes[1]] + np.pad(memory.light, ((0, 0), (1, 0)))
             shares = shares * (memory.colour >= 0)[:, np.newaxis]
             drive, tips = problem.readings.drive[problem.rows], problem.measured_tips[0]
             of_tips = np.linalg.cholesky(problem.noise.covariance(tips))
@@ -145,7 +145,7 @@ class FirstDay:
                 moved = self._aged @ spread * shares[:, tip, np.newaxis, np.newaxis] / np.sqrt(max(int(times), 1))
                 columns.append(np.moveaxis(moved, 2, 0))
         if problem.offset_cd_m2 > 0:
-            lit = self._plain.shares.sum(axis=1)[self._codes[1]] + (memory.light.sum(axis=1) if memory else 0.0)
+            lit = self._plain.shares.sum(axis=1)[self.codes[1]] + (memory.light.sum(axis=1) if memory else 0.0)
             white = (problem.measured_tips[:, 0] / problem.measured_tips[0, 0])[problem.hour_of]
             capped, first = is_capped(problem.readings)[problem.rows], problem.hour_of == 0
             dark = (~capped & ~first) * (1.0 - lit)
@@ -160,7 +160,7 @@ class FirstDay:
 
         0 at other readings.
         """
-        memory, (codes, place) = self.problem.remembered, self._codes
+        memory, (codes, place) = self.problem.remembered, self.codes
         found = np.zeros((self.problem.rows.size, 3))
         if memory:
             of_code = np.zeros((len(codes), 3))
@@ -191,7 +191,7 @@ class FirstDay:
             first, tips = self._first_scene, self.problem.measured_tips[:1]
             changed = panel(applied, first, self.problem.selection, native=self.problem.native)
             factor, offset = since_first_session(applied, changed, self._plain, tips, first)
-            self._factors[key] = factor[self._codes[1]], offset[self._codes[1]]
+            self._factors[key] = factor[self.codes[1]], offset[self.codes[1]]
         return before.begun(*self._factors[key])
 
     @cached_property
@@ -203,7 +203,7 @@ class FirstDay:
         return {}
 
     @cached_property
-    def _codes(self) -> tuple[Array, NDArray[np.intp]]:
+    def codes(self) -> tuple[Array, NDArray[np.intp]]:
         """The different code values (m, 3), and each reading's place among them, (n,)."""
         codes, place = np.unique(self.problem.readings.drive[self.problem.rows], axis=0, return_inverse=True)
         return codes, place.reshape(-1)
@@ -215,7 +215,7 @@ class FirstDay:
         rest = usual | self.problem.readings.usual() | dict(self.problem.assumed)
         white = self.problem.measured_tips[:1, 0]
         columns = {name: np.full((1, 1), value) for name, value in rest.items()}
-        return Scene(np.zeros((1, 1)), self._codes[0], white, white, light=self.problem.light, **columns)
+        return Scene(np.zeros((1, 1)), self.codes[0], white, white, light=self.problem.light, **columns)
 
 
 def is_held(readings: Measurements) -> bool:

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     #: Gains of three sessions that a line would join: place of a session → which of its gains, and its weight.
     Line = dict[int, tuple[int, float]]
 
-#: No instrument's gain wanders more than this.
+#: No instrument's gain is taken to wander more than this; an assumption.
 MOST = 0.02
 
 #: Standard deviation of the prior on both, in powers of e.

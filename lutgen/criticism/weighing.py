@@ -64,21 +64,25 @@ class Weighed:
             shares[step.name], before = max(before - found.chi2, 0.0) / excess, found.chi2
         nothing, left = probe(base, error), free_term(final, error)
         both = final.bic - left.evidence
-        close = final if is_noise(final, error) else with_doubts(final)
+        leaves_noise = is_noise(final, error)
+        # Where formulas leave more, what doubts of a native display's curves leave decides whether that is enough.
+        rough = final if leaves_noise else with_doubts(final)
         needed = _needed(explanation, error, shares, nothing, both)
-        if close is not final:
+        if rough is not final:
             needed = [
-                step for step in needed if step.effect.stage == "drive" or gain_beside(close, step.effect) > STRONG
+                step for step in needed if step.effect.stage == "drive" or gain_beside(rough, step.effect) > STRONG
             ]
         seen = shares_of_delta_e(base, final, [step.name for step in needed])
         needed = sorted(needed, key=lambda step: (-seen[step.name], -shares[step.name]))
         trifles = [step for step in needed[1:] if max(seen[step.name], shares[step.name]) < 1.0 - MOST_OF_IT]
         kept = [step for step in needed if step not in trifles]
-        chosen, gain = [step.chosen for step in kept], base.chi2 - close.chi2
-        noise, doubted = is_noise(close, error), left if close is final else free_term(close, error)
+        chosen, gain = [step.chosen for step in kept], base.chi2 - rough.chi2
+        noise, left_of_rough = leaves_noise, left
+        if rough is not final:
+            noise, left_of_rough = is_noise(rough, error), free_term(rough, error)
         # A free term describes what is smooth. Where more than noise is left, at least half of it counts besides.
         jagged = 0.0 if noise else HALF * max(excess - gain, 0.0)
-        missed = max(doubted.gain, jagged) if doubted.names else max(excess - gain, 0.0)
+        missed = max(left_of_rough.gain, jagged) if left_of_rough.names else max(excess - gain, 0.0)
         explained = gain / (gain + missed)
         # A family may leave what its formula misses. Of several each must explain nearly all of what the others leave:
         # else they are what a search makes of another effect.
@@ -88,10 +92,10 @@ class Weighed:
         beside = 0.0
         if len(kept) < len(steps):
             alone = together(base, chosen)
-            beside = (alone if close is final else with_doubts(alone)).chi2 - close.chi2
-        clean = noise and not left.names
+            beside = (alone if rough is final else with_doubts(alone)).chi2 - rough.chi2
+        clean = leaves_noise and not left.names
         # Even scatter that is more than noise may be an effect that the catalogue lacks: half of it must be explained.
-        half = is_within_scatter(error, close) or gain > HALF * excess
+        half = is_within_scatter(error, rough) or gain > HALF * excess
         sound = (
             bool(kept)
             and half

@@ -61,7 +61,7 @@ def command(
 
     path = check_output(output, image, force=force)
     model, screen = where.on(model_from(**options))
-    chosen = check_hours(parse_hours(hours, model.tips) if hours else model.tips.spread(_COLUMNS))
+    chosen = check_hours(model.tips.spread(_COLUMNS) if hours is None else parse_hours(hours, model.tips))
     with progress_bar("aging") as progress:
         series = aged_series(
             image,
