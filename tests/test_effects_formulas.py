@@ -102,6 +102,8 @@ TWINS: tuple[tuple[str, Mapping[str, float], Scene, object, object], ...] = (
     ("quantization", {"bits": 4, "table_gamma": 2.2}, at(), [[0.0, 0.5, 1.0]], [[0.0, (3 / 15) ** (1 / 2.2), 1.0]]),
     ("recalibration", {"hour": 9000, "gamma": 0.2}, at(HALF), [LINEAR], [[x**1.2 for x in LINEAR]]),
     ("recalibration", {"hour": 9000, "gamma": 0.2, "gain": 0.1}, at(8999.0), [LINEAR], [LINEAR]),
+    ("recalibration", {"hour": 9000, "gain": 0.2}, at(), [[0.2, 0.85, 1.0]], [[0.24, 1.0, 1.0]]),
+    ("recalibration", {"hour": 9000, "gain": -0.2}, at(), [[0.2, 0.85, 1.0]], [[0.16, 0.68, 0.8]]),
     ("recalibration", {"hour": 9000, "red": 0.2, "gain": 0.1}, at(), [LINEAR], [[1.1 * 0.2**1.2, 0.55, 0.99]]),
     ("edge-falloff", {"new": 0.1, "grown": 0.1}, at(HALF, u=0.0, v=0.0), [[100.0] * 3], [[85.0] * 3]),
     ("edge-falloff", {"new": 0.2}, at(u=1.0, v=0.5), [[100.0] * 3], [[90.0] * 3]),

@@ -1,8 +1,9 @@
 """Somebody recalibrated: from one hour on the display answers code values differently.
 
-d → (1 + g)·d^(1 + Γ) for hours ≥ t*, with one Γ for all channels, one for each, or one free at five levels. A fit tries
-the date in every gap between two sessions. White and primaries that are measured again contain a step of the gain, so
-that only Γ is left to be seen.
+d → min(1, (1 + g)·d^(1 + Γ)) for hours ≥ t*, with one Γ for all channels, one for each, or one free at five levels: a
+display gives no more than full drive, so that a contrast that is set too high (g > 0) clips. A fit tries the date in
+every gap between two sessions. White and primaries that are measured again contain a step of the gain, so that only Γ
+and what clips are left to be seen.
 
 Meaning of 0 and 1: g and Γ 0 are a calibration that changed nothing; g 1 would double the drive, Γ 1 double the
 exponent.
@@ -68,10 +69,10 @@ def recalibration(
     level_75: float,
     level_100: float,
 ) -> Array:
-    """Bend and scale the code values from that hour on."""
+    """Bend and scale the code values from that hour on; a display gives no more than full drive."""
     since = (scene.hours >= hour).astype(np.float64)
     change = np.array([gamma + red, gamma + green, gamma + blue])
     knots = (level_00, level_25, level_50, level_75, level_100)
     if any(knots):
         change = change + level_curve(code, knots)
-    return bent(code, since * change) * (1.0 + gain * since)
+    return np.asarray(np.minimum(bent(code, since * change) * (1.0 + gain * since), np.maximum(code, 1.0)))

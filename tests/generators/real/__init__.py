@@ -10,4 +10,7 @@ from tests.generators.real.campaigns import KINDS, OUTSIDE, campaign
 from tests.generators.real.noise import instrument_noise
 from tests.generators.real.sessions import BASES, MissingSessionsError
 
-__all__ = ["BASES", "KINDS", "OUTSIDE", "MissingSessionsError", "campaign", "instrument_noise"]
+__all__ = ["BASES", "KIN", "KINDS", "OUTSIDE", "MissingSessionsError", "campaign", "instrument_noise"]
+
+#: A contrast that is set too high multiplies code values, which end at full drive: recalibration's gain.
+KIN = {"highlight-clip": "recalibration"}
