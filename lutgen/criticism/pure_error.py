@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.special import chdtrc, fdtrc  # what scipy.stats computes with, without its 0.2 s of import
+from scipy.special import chdtrc, chdtri, fdtrc, fdtri  # what scipy.stats computes with, without its 0.2 s of import
 
 from lutgen.criticism.first_day import ALLOWANCE, COLOURS
 from lutgen.criticism.replicates import Replicates
@@ -74,6 +74,12 @@ class PureError:
         if not self.measured:
             return float(chdtrc(parameters, gain / self.allowance))
         return float(fdtrc(parameters, self.freedom, gain / parameters / self.variance))
+
+    def gain_beyond(self, chance: float) -> float:
+        """Gain in χ² that an effect of one parameter that is not there reaches with this probability (F test)."""
+        if not self.measured:
+            return self.allowance * float(chdtri(1, chance))
+        return self.variance * float(fdtri(1, self.freedom, 1.0 - chance))
 
     def p_of_leftover(self, found: Fit) -> float:
         """Probability that noise alone leaves so much (F test for lack of fit)."""

@@ -169,7 +169,7 @@ def _put_in(score: Score, effect: Effect, seen: Visibility) -> Term | None:
     settings = _settings(score, effect, effect.forms[:1])
     if not _is_amplitude(effect, seen.parameter):
         strength = [score.switched(term)[1] for term in settings]
-        enough = [each for each in strength if each >= TIMES * threshold(score.base.readings)]
+        enough = [each for each in strength if each >= TIMES * threshold(score.base)]
         return settings[strength.index(min(enough) if enough else max(strength))]
     parameter, rest = effect.parameters[seen.parameter], effect.neutral[seen.parameter]
     low, high = parameter.bounds

@@ -10,7 +10,9 @@ import numpy as np
 from lutgen.criticism.fit import switching_penalty
 from lutgen.criticism.heldout import confirmed_gain
 from lutgen.criticism.linear import Term
+from lutgen.criticism.pure_error import PureError
 from lutgen.criticism.search import STRONG
+from lutgen.criticism.stepwise import SIGNIFICANT
 from lutgen.effects.declare import PROPOSED
 
 if TYPE_CHECKING:
@@ -22,6 +24,10 @@ if TYPE_CHECKING:
 
 #: Standard deviations above the threshold at which nine of ten are found.
 NINE_OF_TEN = 1.28
+
+
+#: Forms that a search tries on readings which show one faint effect, or none.
+TRIED = 30
 
 
 @dataclass(frozen=True)
@@ -49,25 +55,29 @@ class Visibility:
     absorbed: float | None
 
 
-def threshold(readings: int) -> float:
+def threshold(base: Fit) -> float:
     """Strength (whitened norm) of a one-parameter effect that is found in nine of ten campaigns.
 
-    The whole rule finds it: BIC of so many readings, and those that are held out.
+    The whole rule by which effects are admitted finds it: BIC of so many numbers under the noise that is allowed, the
+    corrected F test, and readings that are held out.
     """
-    return float(np.sqrt(max(STRONG + np.log(readings), confirmed_gain()))) + NINE_OF_TEN
+    error = PureError.of(base.problem)
+    worth = error.allowance * max(error.variance, 1.0) * (STRONG + np.log(base.readings))
+    beyond_chance = error.gain_beyond(SIGNIFICANT / TRIED)
+    return float(np.sqrt(max(worth, beyond_chance, confirmed_gain()))) + NINE_OF_TEN
 
 
 def visibility(base: Fit, effects: Iterable[Effect]) -> list[Visibility]:
     """Say of every effect what the readings of ``base`` could show."""
-    return [_of(base.score, effect) for effect in effects]
+    needed = threshold(base)
+    return [_of(base.score, effect, needed) for effect in effects]
 
 
-def _of(score: Score, effect: Effect) -> Visibility:
+def _of(score: Score, effect: Effect, needed: float) -> Visibility:
     simple = [*effect.forms[0], *(form[0] for form in effect.forms if len(form) == 1)]
     names = [name for name in dict.fromkeys(simple) if name in effect.neutral and not effect.parameters[name].grid]
     if not names:
-        return _without_amplitude(score, effect)
-    needed = threshold(score.base.readings)
+        return _without_amplitude(score, effect, needed)
     found = []
     for name in names:
         raw, left = (float(np.linalg.norm(each)) for each in score.seen(_typical(score, effect), name))
@@ -107,10 +117,9 @@ def _at_typical(score: Score, effect: Effect) -> Term:
     return Term(effect, {**_typical(score, effect).values, **values})
 
 
-def _without_amplitude(score: Score, effect: Effect) -> Visibility:
+def _without_amplitude(score: Score, effect: Effect, needed: float) -> Visibility:
     """An effect that is there or not: whether it would show; with a grid, the mildest setting that would."""
     grids = [name for name in effect.forms[0] if effect.parameters[name].grid]
-    needed = threshold(score.base.readings)
     if not grids:
         raw, left = score.switched(Term.at_rest(effect, ()))
         absorbed = 1.0 - (left / raw) ** 2 if raw > 0 else None
