@@ -48,6 +48,9 @@ NO_PROBES = Probed()
 
 AGREES = "Nothing is above the noise: the model agrees with these readings."
 
+#: Said of a share of χ² where the mean ΔE2000 is not above that of noise.
+NOT_SEEN = ", too little to show in the mean ΔE2000"
+
 #: With tips alone the model cannot fail, and has not been tried.
 NOTHING_COMPARED = (
     "Nothing was compared: these readings hold nothing but white and primaries, which any model agrees with."
@@ -273,7 +276,8 @@ def _named(explanation: Explanation, error: PureError, remarks: tuple[str, ...])
     if len(kept) == 1:
         left = left or ("its formula leaves something that another takes up." if beside or trifles else "")
         (step,) = kept
-        worded = _one(step, seen[step.name], left, _owed(step, explanation), _imitated(step, explanation, error))
+        size = f"{step.effect.in_words(step.chosen.term.values)}: {_excess(step, seen, weighed.shares)}"
+        worded = _one(step, size, left, _owed(step, explanation), _imitated(step, explanation, error))
     elif (alike := overlap([step.chosen for step in kept], base)) and weighed.clean and len(kept) == 2:
         worded = _like_both(kept)
     elif (
@@ -329,23 +333,34 @@ def _several(steps: tuple[Step, ...], shares: Mapping[str, float], seen: Mapping
     """Name several effects; ``left`` says what their formulas leave."""
     names = tuple(step.name for step in steps)
     rivals = tuple((step.name, *(rival.name for rival in step.rivals)) for step in steps if step.rivals)
+    both = any(seen.values())
     listed = ", ".join(
-        f"{step.name} ({step.effect.in_words(step.chosen.term.values)}; {percent(seen[step.name])} of the excess "
-        f"mean ΔE2000, {percent(shares[step.name])} of the excess χ²)"
+        f"{step.name} ({step.effect.in_words(step.chosen.term.values)}; "
+        f"{f'{percent(seen[step.name])} of the excess mean ΔE2000, ' if both else ''}"
+        f"{percent(shares[step.name])} of the excess χ²)"
         for step in steps
     )
-    sentence = f"More than one effect is missing: {listed}{'; ' + left.replace('its', 'one', 1) if left else '.'}"
+    sentence = (
+        f"More than one effect is missing{'' if both else NOT_SEEN}: {listed}"
+        f"{'; ' + left.replace('its', 'one', 1) if left else '.'}"
+    )
     return Verdict("several", sentence, names, rivals)
 
 
-def _one(step: Step, seen: float, left: str, owed: float, alike: Imitated | None) -> Verdict:
+def _excess(step: Step, seen: Mapping[str, float], shares: Mapping[str, float]) -> str:
+    """How much of the excess error goes with an effect: of the mean ΔE2000, of χ² where that shows no excess."""
+    if any(seen.values()):
+        return f"{percent(seen[step.name])} of the excess error"
+    return f"{percent(shares[step.name])} of the excess χ²{NOT_SEEN}"
+
+
+def _one(step: Step, size: str, left: str, owed: float, alike: Imitated | None) -> Verdict:
     """Name one effect.
 
-    ``left`` says what its formula leaves, ``owed`` how much of what its form explains the effect's simplest form does,
-    ``alike`` which other effect its form follows best.
+    ``size`` says in words how large it is, ``left`` what its formula leaves, ``owed`` how much of what its form
+    explains the effect's simplest form does, ``alike`` which other effect its form follows best.
     """
     names = (step.name,)
-    size = f"{step.effect.in_words(step.chosen.term.values)}: {percent(seen)} of the excess error"
     if step.rivals:
         either = (step.name, *(rival.name for rival in step.rivals))
         sentence = (
