@@ -16,11 +16,11 @@ from scipy.optimize import least_squares
 
 from examples.racing import LUTGEN, Peer, against_limit, peak_memory, race, run, seconds_of
 from lutgen import read_measurements
-from lutgen.criticism.fit import fit, start_state
-from lutgen.criticism.heldout import cells, held_out
-from lutgen.criticism.linear import State, Term, predict, tip_scale, whiten
-from lutgen.criticism.measured_tips import interpolated
-from lutgen.criticism.problem import Problem
+from lutgen.criticism.fit.heldout import cells, held_out
+from lutgen.criticism.fit.least_squares import fit, start_state
+from lutgen.criticism.fit.linear import State, Term, predict, tip_scale, whiten
+from lutgen.criticism.fit.measured_tips import interpolated
+from lutgen.criticism.fit.problem import Problem
 from lutgen.effects import catalogue
 from tests.virtual_display.campaign import Campaign, csv_text
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from examples.racing import Row
     from lutgen.colorimetry import Array
-    from lutgen.criticism.fit import Fit
+    from lutgen.criticism.fit.least_squares import Fit
 
 DIAGNOSE_LIMIT_S, COMPARE_LIMIT_S, MEMORY_LIMIT_MB = 10.0, 2.0, 500.0
 

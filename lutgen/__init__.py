@@ -36,7 +36,7 @@ _HOME = {
     "cohort": "lutgen.pictures.cohort",
     "nuclei": "lutgen.pictures.conspicuity",
     "show": "lutgen.display.aging",
-    "compare": "lutgen.criticism.compare",
+    "compare": "lutgen.criticism.compare.comparison",
     "diagnose": "lutgen.criticism.diagnose",
     "refine": "lutgen.criticism.refine",
     "plan": "lutgen.criticism.plan",
@@ -84,7 +84,7 @@ if TYPE_CHECKING:
     from lutgen.bake.build import build
     from lutgen.bake.check import check
     from lutgen.bake.plan import Plan
-    from lutgen.criticism.compare import compare
+    from lutgen.criticism.compare.comparison import compare
     from lutgen.criticism.diagnose import diagnose
     from lutgen.criticism.plan import plan
     from lutgen.criticism.refine import refine

@@ -16,11 +16,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.criticism.fit import Fit, fit
-from lutgen.criticism.linear import State, Term, predict
-from lutgen.criticism.problem import Problem
-from lutgen.criticism.shared_errors import with_shared_errors
-from lutgen.criticism.visibility import visibility
+from lutgen.criticism.fit.least_squares import Fit, fit
+from lutgen.criticism.fit.linear import State, Term, predict
+from lutgen.criticism.fit.problem import Problem
+from lutgen.criticism.noise.session_errors import with_shared_errors
+from lutgen.criticism.verdict.visibility import visibility
 from lutgen.effects import Effect, catalogue
 from tests.readings_text import read
 from tests.virtual_display.campaign import Campaign, csv_text

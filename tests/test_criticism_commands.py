@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from lutgen.criticism.compare import Slice
-from lutgen.criticism.direction import placed
-from lutgen.criticism.separate import POOL, Separation
+from lutgen.criticism.compare.comparison import Slice
+from lutgen.criticism.compare.direction import placed
+from lutgen.criticism.search.separate import POOL, Separation
 from lutgen.display import load_model
 from lutgen.effects.child import check_file
 from lutgen.effects.contract import check

@@ -13,15 +13,15 @@ from matplotlib.backends.backend_agg import RendererAgg
 from PIL import Image
 
 from lutgen import LutgenError
-from lutgen.criticism.compare import compare
+from lutgen.criticism.compare.comparison import compare
+from lutgen.criticism.compare.fit_view import View, patch_name
+from lutgen.criticism.compare.panels import ResidualPanel, panels
 from lutgen.criticism.diagnose import diagnose
-from lutgen.criticism.fit import fit
-from lutgen.criticism.fit_view import View, patch_name
-from lutgen.criticism.linear import Term
-from lutgen.criticism.panels import ResidualPanel, panels
-from lutgen.criticism.problem import Problem
+from lutgen.criticism.fit.least_squares import fit
+from lutgen.criticism.fit.linear import Term
+from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.refine import refine
-from lutgen.criticism.search import family
+from lutgen.criticism.search.candidates import family
 from lutgen.effects import catalogue
 from lutgen.report.comparison import title_of
 from lutgen.report.criticism_plots import (

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from lutgen.criticism.diagnose import diagnose
-from lutgen.criticism.doubts import SLOPE, with_doubts
-from lutgen.criticism.fit import fit, start_state
-from lutgen.criticism.linear import Term, predict
-from lutgen.criticism.problem import Problem
-from lutgen.criticism.shared_errors import with_shared_errors
+from lutgen.criticism.first_session.slope_errors import SLOPE, with_doubts
+from lutgen.criticism.fit.least_squares import fit, start_state
+from lutgen.criticism.fit.linear import Term, predict
+from lutgen.criticism.fit.problem import Problem
+from lutgen.criticism.noise.session_errors import with_shared_errors
 from lutgen.display.transfer_curve import TransferCurve, rising_light
 from lutgen.effects import catalogue
 from lutgen.readings import read_measurements

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from lutgen.criticism.compare import compare
+from lutgen.criticism.compare.comparison import compare
+from lutgen.criticism.compare.drift import drifts
 from lutgen.criticism.diagnose import diagnose
-from lutgen.criticism.drift import drifts
-from lutgen.criticism.problem import Problem
+from lutgen.criticism.fit.problem import Problem
 from tests.command import Done, words
 from tests.generators.meters import METERS
 from tests.generators.ours import campaign

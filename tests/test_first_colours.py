@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from lutgen.colorimetry import code_to_linear
-from lutgen.criticism.first_colours import FirstColours
-from lutgen.criticism.fit import fit
-from lutgen.criticism.problem import Problem
-from lutgen.criticism.search import family
-from lutgen.criticism.shared_errors import with_shared_errors
+from lutgen.criticism.first_session.colours import FirstColours
+from lutgen.criticism.fit.least_squares import fit
+from lutgen.criticism.fit.problem import Problem
+from lutgen.criticism.noise.session_errors import with_shared_errors
+from lutgen.criticism.search.candidates import family
 from lutgen.effects import catalogue
 from tests.generators.meters import METERS
 from tests.generators.real import campaign

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from lutgen.criticism.diagnose import parameters_of
-from lutgen.criticism.fit import Fit, fit
-from lutgen.criticism.linear import State, Term, predict
-from lutgen.criticism.measured_tips import interpolated
-from lutgen.criticism.problem import Problem
+from lutgen.criticism.fit.least_squares import Fit, fit
+from lutgen.criticism.fit.linear import State, Term, predict
+from lutgen.criticism.fit.measured_tips import interpolated
+from lutgen.criticism.fit.problem import Problem
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError
 from tests.criticism_twin import (

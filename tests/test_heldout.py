@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lutgen.criticism.fit import Fit, fit
-from lutgen.criticism.heldout import HeldOut, cells, held_out
-from lutgen.criticism.linear import Term, whiten
-from lutgen.criticism.problem import Problem
-from lutgen.criticism.pure_error import PureError
-from lutgen.criticism.search import Candidate
-from lutgen.criticism.stepwise import admissible
+from lutgen.criticism.fit.heldout import HeldOut, cells, held_out
+from lutgen.criticism.fit.least_squares import Fit, fit
+from lutgen.criticism.fit.linear import Term, whiten
+from lutgen.criticism.fit.problem import Problem
+from lutgen.criticism.noise.pure_error import PureError
+from lutgen.criticism.search.candidates import Candidate
+from lutgen.criticism.search.stepwise import admissible
 from lutgen.effects import catalogue
 from tests.criticism_twin import FAULTS, HOURS, TIPS, TRUTHS, Fault, display, measured, noisy, session, table
 from tests.quick import mostly_slow

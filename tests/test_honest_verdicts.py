@@ -9,23 +9,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from lutgen.criticism import stepwise
-from lutgen.criticism.compare import compare
+from lutgen.criticism.compare.comparison import compare
 from lutgen.criticism.diagnose import diagnose, parameters_of
-from lutgen.criticism.fit import fit
-from lutgen.criticism.heldout import held_out
-from lutgen.criticism.imitation import nearest, overlap
-from lutgen.criticism.influence import Suspicion, wrong_sessions
-from lutgen.criticism.leftover import p_of_likeness
-from lutgen.criticism.linear import State, Term, predict
-from lutgen.criticism.problem import Problem
-from lutgen.criticism.pure_error import PureError
-from lutgen.criticism.search import HALF, STRONG, contenders, family
-from lutgen.criticism.separate import separation
-from lutgen.criticism.shared_errors import _spread_of_median, with_shared_errors
-from lutgen.criticism.stepwise import admissible, explain, refined, together
-from lutgen.criticism.verdict import pronounce
-from lutgen.criticism.weighing import Weighed, is_of_curves
+from lutgen.criticism.fit.heldout import held_out
+from lutgen.criticism.fit.least_squares import fit
+from lutgen.criticism.fit.linear import State, Term, predict
+from lutgen.criticism.fit.problem import Problem
+from lutgen.criticism.noise.pure_error import PureError
+from lutgen.criticism.noise.session_errors import _spread_of_median, with_shared_errors
+from lutgen.criticism.search import stepwise
+from lutgen.criticism.search.candidates import HALF, STRONG, contenders, family
+from lutgen.criticism.search.influence import Suspicion, wrong_sessions
+from lutgen.criticism.search.separate import separation
+from lutgen.criticism.search.stepwise import admissible, explain, refined, together
+from lutgen.criticism.verdict.imitation import nearest, overlap
+from lutgen.criticism.verdict.leftover import p_of_likeness
+from lutgen.criticism.verdict.pronounce import pronounce
+from lutgen.criticism.verdict.weighing import Weighed, is_of_curves
 from lutgen.effects import catalogue
 from lutgen.effects.shapes import is_knot
 from tests.campaigns import MORE_HOURS, single, text_of
@@ -443,9 +443,9 @@ def test_three_effects_that_leave_something_are_no_finding(
         Weighed.of(explanation, error), kept=kept, trifles=(), shares=dict.fromkeys(names, 0.3),
         seen=dict.fromkeys(names, 0.3), clean=clean, explains=True, sound=True,
     )  # fmt: skip
-    monkeypatch.setattr("lutgen.criticism.verdict.Weighed.of", lambda *_: weighed)
-    monkeypatch.setattr("lutgen.criticism.verdict.overlap", lambda *_: False)
-    monkeypatch.setattr("lutgen.criticism.verdict._is_shadowed", lambda *_: False)
+    monkeypatch.setattr("lutgen.criticism.verdict.pronounce.Weighed.of", lambda *_: weighed)
+    monkeypatch.setattr("lutgen.criticism.verdict.pronounce.overlap", lambda *_: False)
+    monkeypatch.setattr("lutgen.criticism.verdict.pronounce._is_shadowed", lambda *_: False)
     assert pronounce(explanation, error, (), Suspicion((), (), "")).name == said
 
 

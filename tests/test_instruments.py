@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from lutgen.criticism.noise import OFFSET_CD_M2, WANDER, estimate_noise
-from lutgen.criticism.problem import Problem
-from lutgen.criticism.shared_errors import with_shared_errors
+from lutgen.criticism.fit.problem import Problem
+from lutgen.criticism.noise.model import OFFSET_CD_M2, WANDER, estimate_noise
+from lutgen.criticism.noise.session_errors import with_shared_errors
 from lutgen.errors import LutgenError
 from lutgen.names import INSTRUMENTS
 from lutgen.readings import read_session

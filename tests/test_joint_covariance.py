@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import lutgen
-from lutgen.criticism.fit import Fit, fit
-from lutgen.criticism.joint_covariance import joint_covariance
-from lutgen.criticism.linear import State, Term, predict, whiten
-from lutgen.criticism.problem import Problem
+from lutgen.criticism.fit.joint_covariance import joint_covariance
+from lutgen.criticism.fit.least_squares import Fit, fit
+from lutgen.criticism.fit.linear import State, Term, predict, whiten
+from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.refine import Refinement, refine
 from lutgen.display import load_model, save_model
 from lutgen.display.fitted import FitCovariance

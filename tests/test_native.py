@@ -15,19 +15,19 @@ from hypothesis import strategies as st
 from scipy.interpolate import PchipInterpolator
 
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_code, xyY_to_xyz, xyz_to_lab
-from lutgen.criticism.anchored import anchored_tips
-from lutgen.criticism.compare import compare
+from lutgen.criticism.compare.comparison import compare
 from lutgen.criticism.diagnose import diagnose
-from lutgen.criticism.discrepancy import discrepancy_of_native
-from lutgen.criticism.first_session import first_session
-from lutgen.criticism.fit import fit
-from lutgen.criticism.influence import wrong_rows, wrong_sessions
-from lutgen.criticism.linear import State, Term, linearise
-from lutgen.criticism.problem import Problem
+from lutgen.criticism.first_session.baselines import first_session
+from lutgen.criticism.fit.anchored import anchored_tips
+from lutgen.criticism.fit.least_squares import fit
+from lutgen.criticism.fit.linear import State, Term, linearise
+from lutgen.criticism.fit.problem import Problem
+from lutgen.criticism.fit.system import System
+from lutgen.criticism.noise.discrepancy import discrepancy_of_native
+from lutgen.criticism.noise.session_errors import with_shared_errors
 from lutgen.criticism.refine import refine
-from lutgen.criticism.shared_errors import with_shared_errors
-from lutgen.criticism.system import System
-from lutgen.criticism.verdict import AGREES, NOTHING_COMPARED
+from lutgen.criticism.search.influence import wrong_rows, wrong_sessions
+from lutgen.criticism.verdict.pronounce import AGREES, NOTHING_COMPARED
 from lutgen.display import MODES, REFERENCES, SELECTIONS, DisplayModel, load_model, save_model
 from lutgen.display.native import NativeDisplay
 from lutgen.display.tips import luminance_law
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lutgen.colorimetry import Array
-    from lutgen.criticism.fit import Fit
+    from lutgen.criticism.fit.least_squares import Fit
 
 pytestmark = pytest.mark.numbers
 

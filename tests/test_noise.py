@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from lutgen.criticism.diagnose import diagnose
-from lutgen.criticism.digits import digits_of
-from lutgen.criticism.noise import CORRELATION, SESSION, Noise, estimate_noise
-from lutgen.criticism.problem import Problem
-from lutgen.criticism.pure_error import PureError
-from lutgen.criticism.replicates import FLOOR_CD_M2, RELATIVE, replicate_groups
+from lutgen.criticism.fit.problem import Problem
+from lutgen.criticism.noise.digits import digits_of
+from lutgen.criticism.noise.model import CORRELATION, SESSION, Noise, estimate_noise
+from lutgen.criticism.noise.pure_error import PureError
+from lutgen.criticism.noise.replicates import FLOOR_CD_M2, RELATIVE, replicate_groups
 from lutgen.errors import LutgenError
 from lutgen.readings import Measurements
 from tests.criticism_twin import FRESH, TIPS

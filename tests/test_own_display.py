@@ -13,11 +13,11 @@ import pytest
 
 from lutgen.bake.manifest import model_as_json, model_from_json
 from lutgen.colorimetry import delta_e_2000, xyz_to_lab
-from lutgen.criticism.anchored import anchored
-from lutgen.criticism.compare import compare
-from lutgen.criticism.discrepancy import Discrepancy, discrepancy_of
-from lutgen.criticism.noise import estimate_noise
-from lutgen.criticism.problem import Problem
+from lutgen.criticism.compare.comparison import compare
+from lutgen.criticism.fit.anchored import anchored
+from lutgen.criticism.fit.problem import Problem
+from lutgen.criticism.noise.discrepancy import Discrepancy, discrepancy_of
+from lutgen.criticism.noise.model import estimate_noise
 from lutgen.criticism.refine import Refinement, refine
 from lutgen.display import DisplayModel, load_model, save_model
 from lutgen.display.loaded import LoadedCalibrations

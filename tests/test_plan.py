@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from lutgen.criticism.diagnose import diagnose
-from lutgen.criticism.fit import fit
-from lutgen.criticism.linear import State, Term, predict
+from lutgen.criticism.fit.least_squares import fit
+from lutgen.criticism.fit.linear import State, Term, predict
+from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.plan import MeasurementPlan, plan
-from lutgen.criticism.problem import Problem
-from lutgen.criticism.search import family
-from lutgen.criticism.separate import POOL, separation, with_patches
-from lutgen.criticism.visibility import visibility
+from lutgen.criticism.search.candidates import family
+from lutgen.criticism.search.separate import POOL, separation, with_patches
+from lutgen.criticism.verdict.visibility import visibility
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError
 from tests.criticism_twin import FRESH, TIPS, Fault, Reading, shown

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import pytest
 from colour import LUT3D, write_LUT
 
-from lutgen.criticism.compare import Comparison, compare
+from lutgen.criticism.compare.comparison import Comparison, compare
 from lutgen.criticism.diagnose import diagnose
 from lutgen.criticism.refine import Course
 from lutgen.readings.formats import campaign

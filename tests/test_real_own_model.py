@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from lutgen.criticism.anchored import anchored
-from lutgen.criticism.problem import Problem
+from lutgen.criticism.fit.anchored import anchored
+from lutgen.criticism.fit.problem import Problem
 from lutgen.display.native import NativeDisplay
 from lutgen.display.own_model import OwnModel, Sample, fit_own_model
 from lutgen.display.own_model.drive import WAYS

@@ -12,7 +12,7 @@ import pytest
 
 import lutgen
 from lutgen.colorimetry import delta_e_2000, xyz_to_lab
-from lutgen.criticism.compare import compare_problem
+from lutgen.criticism.compare.comparison import compare_problem
 from lutgen.criticism.diagnose import diagnose
 from lutgen.criticism.refine import Course, Refinement, refine, terms_of
 from lutgen.display import DisplayModel, load_model, save_model

@@ -11,9 +11,9 @@ from jsonschema import Draft202012Validator
 from jsonschema.exceptions import ValidationError
 
 from lutgen.cli.outputs import write_json
-from lutgen.criticism.compare import compare
+from lutgen.criticism.compare.comparison import compare
 from lutgen.criticism.diagnose import VERDICTS, diagnose
-from lutgen.criticism.families import dimension
+from lutgen.criticism.fit.families import dimension
 from lutgen.criticism.plan import plan
 from lutgen.criticism.refine import refine
 from lutgen.history.causes import ON_THE_DISPLAY, causes

@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 from scipy import special, stats
 
-from lutgen.criticism.fit import Fit, fit, switching_penalty
-from lutgen.criticism.linear import Term
-from lutgen.criticism.problem import Problem
-from lutgen.criticism.pure_error import PureError
-from lutgen.criticism.score import Score
-from lutgen.criticism.search import STRONG, _in_its_course, bic, contenders, families, family, forms_of
+from lutgen.criticism.fit.least_squares import Fit, fit, switching_penalty
+from lutgen.criticism.fit.linear import Term
+from lutgen.criticism.fit.problem import Problem
+from lutgen.criticism.fit.score import Score
+from lutgen.criticism.noise.pure_error import PureError
+from lutgen.criticism.search.candidates import STRONG, _in_its_course, bic, contenders, families, family, forms_of
 from lutgen.effects import Effect, catalogue
 from lutgen.effects.shapes import COURSE
 from lutgen.errors import LutgenError

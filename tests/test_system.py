@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lutgen.criticism.linear import State, tip_scale
-from lutgen.criticism.measured_tips import interpolated
-from lutgen.criticism.problem import Problem
-from lutgen.criticism.system import Block, bounded, prior_rows
+from lutgen.criticism.fit.linear import State, tip_scale
+from lutgen.criticism.fit.measured_tips import interpolated
+from lutgen.criticism.fit.problem import Problem
+from lutgen.criticism.fit.system import Block, bounded, prior_rows
 from tests.criticism_twin import FAULTS, HOURS, TIPS, display, noisy, session, table
 
 pytestmark = pytest.mark.numbers

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from lutgen.criticism.diagnose import VERDICTS, Diagnosis, diagnose
-from lutgen.criticism.search import forms_of
+from lutgen.criticism.search.candidates import forms_of
 from lutgen.errors import LutgenError
 from tests.quick import mostly_slow
 from tests.readings_text import read

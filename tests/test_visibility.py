@@ -8,13 +8,13 @@ from functools import cache
 import numpy as np
 import pytest
 
-from lutgen.criticism.fit import Fit, fit
-from lutgen.criticism.linear import State, Term, predict
-from lutgen.criticism.problem import Problem
-from lutgen.criticism.pure_error import PureError
-from lutgen.criticism.search import Candidate
-from lutgen.criticism.stepwise import admissible
-from lutgen.criticism.visibility import Visibility, threshold, visibility
+from lutgen.criticism.fit.least_squares import Fit, fit
+from lutgen.criticism.fit.linear import State, Term, predict
+from lutgen.criticism.fit.problem import Problem
+from lutgen.criticism.noise.pure_error import PureError
+from lutgen.criticism.search.candidates import Candidate
+from lutgen.criticism.search.stepwise import admissible
+from lutgen.criticism.verdict.visibility import Visibility, threshold, visibility
 from lutgen.effects import Effect, catalogue
 from lutgen.effects.expression import parse
 from tests.readings_text import read

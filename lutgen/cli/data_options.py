@@ -14,7 +14,7 @@ from lutgen.names import BASELINES, INSTRUMENTS, SELECTIONS
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from lutgen.criticism.linear import Term
+    from lutgen.criticism.fit.linear import Term
     from lutgen.display import DisplayModel
     from lutgen.effects import Effect
     from lutgen.readings import Measurements

@@ -6,16 +6,17 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from lutgen.criticism.compare import Comparison, compare_problem
-from lutgen.criticism.fit import Fit, fit
-from lutgen.criticism.influence import Suspicion, suspicious_noise, wrong_rows, wrong_sessions
-from lutgen.criticism.problem import Problem
-from lutgen.criticism.pure_error import PureError
-from lutgen.criticism.separate import Separation, what_separates
-from lutgen.criticism.shared_errors import with_shared_errors
-from lutgen.criticism.stepwise import Explanation, explain
-from lutgen.criticism.verdict import VERDICTS, Verdict, pronounce
-from lutgen.criticism.visibility import Visibility, visibility
+from lutgen.criticism.compare.comparison import Comparison, compare_problem
+from lutgen.criticism.fit.least_squares import Fit, fit
+from lutgen.criticism.fit.problem import Problem
+from lutgen.criticism.noise.pure_error import PureError
+from lutgen.criticism.noise.session_errors import with_shared_errors
+from lutgen.criticism.search.influence import Suspicion, suspicious_noise, wrong_rows, wrong_sessions
+from lutgen.criticism.search.separate import Separation, what_separates
+from lutgen.criticism.search.stepwise import Explanation, explain
+from lutgen.criticism.verdict.pronounce import pronounce
+from lutgen.criticism.verdict.verdict import VERDICTS, Verdict
+from lutgen.criticism.verdict.visibility import Visibility, visibility
 from lutgen.effects import catalogue
 from lutgen.errors import pick_one
 from lutgen.names import FORETELLING_BASELINES, NATIVE_BASELINES
@@ -23,7 +24,7 @@ from lutgen.names import FORETELLING_BASELINES, NATIVE_BASELINES
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from lutgen.criticism.linear import Term
+    from lutgen.criticism.fit.linear import Term
     from lutgen.effects import Effect
     from lutgen.readings import Measurements
 
@@ -159,7 +160,7 @@ def diagnose(
     readings
         The measurements.
     baseline, selection, instrument
-        As in :func:`lutgen.criticism.compare.compare`.
+        As in :func:`lutgen.criticism.compare.comparison.compare`.
     effects
         The effects to choose from, by name; None: the catalogue.
     without

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from lutgen.criticism.diagnose import candidates, known_under
-from lutgen.criticism.fit import Fit, fit
-from lutgen.criticism.linear import State, Term
-from lutgen.criticism.noise import estimate_noise
-from lutgen.criticism.problem import Problem
-from lutgen.criticism.search import family
-from lutgen.criticism.separate import POOL, Patch, Separation, separation, with_patches
-from lutgen.criticism.shared_errors import with_shared_errors
-from lutgen.criticism.visibility import visibility
+from lutgen.criticism.fit.least_squares import Fit, fit
+from lutgen.criticism.fit.linear import State, Term
+from lutgen.criticism.fit.problem import Problem
+from lutgen.criticism.noise.model import estimate_noise
+from lutgen.criticism.noise.session_errors import with_shared_errors
+from lutgen.criticism.search.candidates import family
+from lutgen.criticism.search.separate import POOL, Patch, Separation, separation, with_patches
+from lutgen.criticism.verdict.visibility import visibility
 from lutgen.errors import LutgenError, pick_one
 from lutgen.readings.rest import TIP_DRIVES
 from lutgen.readings.table import OPTIONAL
@@ -213,7 +213,7 @@ def _for_effect(base: Fit, effect: Effect) -> MeasurementPlan:
 def _noise_free(base: Fit, problem: Problem) -> Fit:
     from dataclasses import replace
 
-    from lutgen.criticism.linear import predict
+    from lutgen.criticism.fit.linear import predict
 
     exact = problem.readings.with_light(problem.readings.xyz_cd_m2.copy())
     exact.xyz_cd_m2[problem.rows] = predict(problem, State(base.terms, base.tips, base.gains))

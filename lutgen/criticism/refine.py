@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.criticism.anchored import anchored_tips
-from lutgen.criticism.compare import SCHEMA, Comparison, compare_problem
+from lutgen.criticism.compare.comparison import SCHEMA, Comparison, compare_problem
 from lutgen.criticism.diagnose import Diagnosis, candidates, diagnose, known_under, parameters_of
-from lutgen.criticism.fit import Fit, fit, start_state
-from lutgen.criticism.heldout import held_out_gain
-from lutgen.criticism.joint_covariance import joint_covariance
-from lutgen.criticism.linear import Term
-from lutgen.criticism.problem import Problem
-from lutgen.criticism.search import family
-from lutgen.criticism.shared_errors import with_shared_errors
+from lutgen.criticism.fit.anchored import anchored_tips
+from lutgen.criticism.fit.heldout import held_out_gain
+from lutgen.criticism.fit.joint_covariance import joint_covariance
+from lutgen.criticism.fit.least_squares import Fit, fit, start_state
+from lutgen.criticism.fit.linear import Term
+from lutgen.criticism.fit.problem import Problem
+from lutgen.criticism.noise.session_errors import with_shared_errors
+from lutgen.criticism.search.candidates import family
 from lutgen.display.conditions import Conditions, conditions_of, what_luts_carry
 from lutgen.display.fitted import AppliedEffect, Estimate, LatentTips
 from lutgen.display.model import DisplayModel

@@ -13,23 +13,23 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.criticism.fit import fit
-from lutgen.criticism.linear import State, Term, predict, whiten
-from lutgen.criticism.problem import Problem
-from lutgen.criticism.pure_error import PureError
-from lutgen.criticism.search import family
-from lutgen.criticism.stepwise import explain
-from lutgen.criticism.visibility import threshold, visibility
+from lutgen.criticism.fit.least_squares import fit
+from lutgen.criticism.fit.linear import State, Term, predict, whiten
+from lutgen.criticism.fit.problem import Problem
+from lutgen.criticism.noise.pure_error import PureError
+from lutgen.criticism.search.candidates import family
+from lutgen.criticism.search.stepwise import explain
+from lutgen.criticism.verdict.visibility import threshold, visibility
 from lutgen.effects.declare import PROPOSED
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lutgen.colorimetry import Array
-    from lutgen.criticism.fit import Fit
-    from lutgen.criticism.score import Score
-    from lutgen.criticism.stepwise import Explanation
-    from lutgen.criticism.visibility import Visibility
+    from lutgen.criticism.fit.least_squares import Fit
+    from lutgen.criticism.fit.score import Score
+    from lutgen.criticism.search.stepwise import Explanation
+    from lutgen.criticism.verdict.visibility import Visibility
     from lutgen.effects import Effect
     from lutgen.readings import Measurements
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from lutgen.colorimetry import D65, linear_to_code, xy_to_uv, xyz_to_linear, xyz_to_xyY
 from lutgen.criticism.diagnose import parameters_of
-from lutgen.criticism.families import slices
-from lutgen.criticism.search import STRONG
+from lutgen.criticism.fit.families import slices
+from lutgen.criticism.search.candidates import STRONG
 from lutgen.numerals import readable, times, with_error
 from lutgen.readings.conditions import COLUMNS
 from lutgen.readings.rest import TIP_DRIVES
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from lutgen.colorimetry import Array
-    from lutgen.criticism.compare import Comparison
+    from lutgen.criticism.compare.comparison import Comparison
     from lutgen.criticism.diagnose import Diagnosis
-    from lutgen.criticism.problem import Problem
+    from lutgen.criticism.fit.problem import Problem
     from lutgen.criticism.refine import Refinement
     from lutgen.explore.opened import Opened
 

@@ -125,7 +125,7 @@ class Fitting:
 
         Both carry the number ``switch``, since the fit may reach the page before the answer does.
         """
-        from lutgen.criticism.first_step import first_step
+        from lutgen.criticism.search.first_step import first_step
         from lutgen.explore.error_view import error_json
 
         now, on = self._now, self._now.in_order(effects)

@@ -13,11 +13,11 @@ from lutgen.names import AGING_MODES, BASELINES
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from lutgen.criticism.compare import Comparison
+    from lutgen.criticism.compare.comparison import Comparison
     from lutgen.criticism.diagnose import Diagnosis
-    from lutgen.criticism.fit import Fit
+    from lutgen.criticism.fit.least_squares import Fit
     from lutgen.criticism.refine import Course, Refinement
-    from lutgen.criticism.visibility import Visibility
+    from lutgen.criticism.verdict.visibility import Visibility
     from lutgen.display import DisplayModel
     from lutgen.effects import Effect
     from lutgen.progress import Progress
@@ -120,7 +120,7 @@ class Opened:
 
     def visibility(self) -> dict[str, Visibility]:
         """What these readings can see, by effect."""
-        from lutgen.criticism.visibility import visibility
+        from lutgen.criticism.verdict.visibility import visibility
 
         if not self._seen:
             known = [self.course.effects[name] for name in self.choices]
@@ -162,8 +162,8 @@ class Opened:
         self, names: tuple[str, ...], effect: str, parameter: str, value: float
     ) -> tuple[Comparison, DisplayModel]:
         """Compare with a parameter set to a value, the other effects as fitted, white and primaries solved again."""
-        from lutgen.criticism.compare import compare_problem
-        from lutgen.criticism.fit import fit
+        from lutgen.criticism.compare.comparison import compare_problem
+        from lutgen.criticism.fit.least_squares import fit
         from lutgen.criticism.refine import model_of
 
         fitted: Fit = self.course.fit(names)

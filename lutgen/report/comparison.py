@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.criticism.compare import CLEAR, Comparison, Slice
-from lutgen.criticism.direction import CALLED
-from lutgen.criticism.families import dimension
-from lutgen.criticism.panels import ResidualPanel, panels
-from lutgen.criticism.standing_out import OF_EVERY_READING, over_noise, standing_out
+from lutgen.criticism.compare.comparison import CLEAR, Comparison, Slice
+from lutgen.criticism.compare.direction import CALLED
+from lutgen.criticism.compare.panels import ResidualPanel, panels
+from lutgen.criticism.compare.standing_out import OF_EVERY_READING, over_noise, standing_out
+from lutgen.criticism.fit.families import dimension
 from lutgen.numerals import spaced, times
 from lutgen.readings.conditions import CONDITIONS
 from lutgen.report.drawing import BAND, BLACK, BLUE, GREY, RED, hour_axis, picture, plain_log, tidy, without_frame
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from lutgen.colorimetry import Array
-    from lutgen.criticism.problem import Problem
+    from lutgen.criticism.fit.problem import Problem
 
 #: Rows of the tables: slices that stand out, and single readings.
 SLICES, READINGS = 12, 5

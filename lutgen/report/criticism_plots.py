@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from lutgen.criticism.compare import Comparison, compare_problem
-from lutgen.criticism.effect_size import relative_size
-from lutgen.criticism.fit_view import View
+from lutgen.criticism.compare.comparison import Comparison, compare_problem
+from lutgen.criticism.compare.fit_view import View
+from lutgen.criticism.verdict.visibility import relative_size
 from lutgen.numerals import percent, readable, times
 from lutgen.report.comparison import LOGARITHMIC, plot_residuals
 from lutgen.report.drawing import (
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from lutgen.criticism.diagnose import Diagnosis
     from lutgen.criticism.refine import Refinement
-    from lutgen.criticism.visibility import Visibility
+    from lutgen.criticism.verdict.visibility import Visibility
     from lutgen.effects import Effect
 
 RESIDUALS, STEPS, FIT, VISIBILITY = "residuals.png", "steps.png", "fit.png", "visibility.png"

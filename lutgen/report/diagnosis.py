@@ -6,7 +6,7 @@ from math import ceil
 from typing import TYPE_CHECKING, Any
 
 from lutgen.criticism.diagnose import Diagnosis, Ranked, parameters_of
-from lutgen.criticism.effect_size import relative_size, typical_size
+from lutgen.criticism.verdict.visibility import relative_size, typical_size
 from lutgen.effects.shapes import is_knot
 from lutgen.numerals import percent, readable, times, with_error
 from lutgen.readings.conditions import COLUMNS
@@ -17,11 +17,11 @@ from lutgen.report.parts import Headline, Part, Table
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from lutgen.criticism.compare import Comparison
+    from lutgen.criticism.compare.comparison import Comparison
     from lutgen.criticism.plan import MeasurementPlan
     from lutgen.criticism.refine import Refinement
-    from lutgen.criticism.separate import Patch, Separation
-    from lutgen.criticism.visibility import Visibility
+    from lutgen.criticism.search.separate import Patch, Separation
+    from lutgen.criticism.verdict.visibility import Visibility
     from lutgen.effects import Effect
 
 #: Rows of the ranking, and parameters that a row lists.

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from lutgen.criticism.probes import probe
-from lutgen.criticism.verdict import strongest
+from lutgen.criticism.search.free_term import probe
+from lutgen.criticism.verdict.words import strongest
 from lutgen.effects import STAGES
 from lutgen.readings.conditions import CONDITIONS, Condition
 

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.criticism.fit import unknowns
-from lutgen.criticism.linear import whiten
+from lutgen.criticism.fit.least_squares import unknowns
+from lutgen.criticism.fit.linear import whiten
 from tests.virtual_display.campaign import noise_free
 
 if TYPE_CHECKING:
     from lutgen.criticism.diagnose import Diagnosis
-    from lutgen.criticism.fit import Fit
+    from lutgen.criticism.fit.least_squares import Fit
     from tests.virtual_display.campaign import Campaign
     from tests.virtual_display.spectra import Array
 

@@ -37,7 +37,7 @@ def command(*, json_to: str | None, fail_above: float | None, plots: str | None,
     """
     if options["files"] and not options["model"]:
         raise click.UsageError("--effects helps --model to find effects; compare adds none. Use lutgen diagnose.")
-    from lutgen.criticism.compare import compare
+    from lutgen.criticism.compare.comparison import compare
     from lutgen.numerals import times
     from lutgen.report.comparison import compare_page
     from lutgen.report.criticism_plots import OF_COMPARE, plot_comparison

@@ -1,0 +1,326 @@
+"""Comparison: where the model fails on these measurements, by how much, and in which direction."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.colorimetry import delta_e_2000, xyz_to_lab
+from lutgen.criticism.compare.direction import Direction, direction
+from lutgen.criticism.compare.drift import Drift, drifts
+from lutgen.criticism.first_session.baselines import FirstSession, first_session
+from lutgen.criticism.fit.anchored import DRAWS, anchored, noise_only
+from lutgen.criticism.fit.families import slices
+from lutgen.criticism.fit.linear import whiten
+from lutgen.criticism.fit.problem import Problem
+from lutgen.criticism.noise.session_errors import with_shared_errors
+from lutgen.numerals import times
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+    from lutgen.criticism.fit.linear import Term
+    from lutgen.readings import Measurements
+
+#: 2: the noise is that of X, Y and Z each, and names its instrument; ``by`` is any condition that there is.
+SCHEMA = 2
+
+#: Readings named as the worst.
+WORST = 10
+
+#: Error over floor from which a slice is called too large: four standard deviations of that ratio for some 30 numbers.
+CLEAR = 1.5
+
+
+@dataclass(frozen=True)
+class Errors:
+    """Size of residuals: ΔE2000 (reference white: that of hour 0), and root mean square in σ of the noise."""
+
+    delta_e_mean: float
+    delta_e_p95: float
+    delta_e_max: float
+    rms_sigma: float
+
+
+@dataclass(frozen=True)
+class Slice:
+    """Errors of readings that belong together.
+
+    ``mean_residual_xyz`` is measured less predicted in cd/m²; the floors are what noise alone would give.
+    """
+
+    by: str
+    slice: str
+    n: int
+    delta_e_mean: float
+    rms_sigma: float
+    mean_residual_xyz: tuple[float, float, float]
+    floor_delta_e_mean: float
+    floor_rms_sigma: float
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One reading and its error."""
+
+    line: int
+    hour: float
+    code: tuple[float, float, float]
+    delta_e: float
+    sigma: float
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The model against the readings.
+
+    Attributes
+    ----------
+    problem, terms
+        The question, and the effects that the model has already.
+    predicted
+        XYZ that the model predicts, (n, 3), cd/m².
+    error, floor
+        Of all readings that are not tips, and what noise alone would give.
+    where
+        Errors by hour, level, family and condition.
+    worst
+        The worst readings, in σ.
+    direction
+        Which way the model errs.
+
+    """
+
+    problem: Problem
+    terms: tuple[Term, ...]
+    predicted: Array
+    error: Errors
+    floor: Errors
+    where: tuple[Slice, ...]
+    worst: tuple[Reading, ...]
+    direction: Direction
+
+    @property
+    def residual(self) -> Array:
+        """Measured less predicted, (n, 3), cd/m²."""
+        return self.problem.xyz - self.predicted
+
+    @cached_property
+    def sizes(self) -> tuple[Array, Array]:
+        """Error of every reading: ΔE2000 (n,), and its length in σ (n,)."""
+        delta_e, sigma = _sizes(self.problem, self.predicted, self.residual)
+        return delta_e, np.sqrt((sigma**2).sum(axis=1))
+
+    @cached_property
+    def first_session(self) -> FirstSession | None:
+        """How far the paper's fresh display is from the first session, and what its own curves leave."""
+        return first_session(self.problem)
+
+    @cached_property
+    def drifts(self) -> tuple[Drift, ...]:
+        """Sessions whose light changed while they were measured."""
+        return drifts(self.problem)
+
+    @property
+    def ratio(self) -> float:
+        """Error in floors, by root mean square."""
+        return self.error.rms_sigma / self.floor.rms_sigma if self.floor.rms_sigma else 0.0
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the error is what noise alone gives, within three standard errors and a tenth."""
+        return bool(self.ratio < 1.0 + 3.0 / np.sqrt(max(3 * self.problem.rows.size, 1)) + 0.1)
+
+    def sentence(self) -> str:
+        """Say in plain words how well the model does."""
+        if not self.where:
+            taken = "white and primaries, which the model takes as given"
+            if not self.problem.is_tip_anchor.all():
+                taken = "white, primaries, and the levels that the display's own curves run through"
+            return f"These readings hold nothing but {taken}: there is nothing to compare."
+        size = f"mean ΔE2000 {self.error.delta_e_mean:.2f} where noise alone gives {self.floor.delta_e_mean:.2f}"
+        if self.agrees:
+            if self.drifts:
+                return f"The model agrees with these measurements as well as they repeat, and they drift: {size}."
+            return f"The model agrees with the measurements: {size}."
+        few = self.error.delta_e_mean <= self.floor.delta_e_mean
+        where = " in few readings, or in dark ones" if few else ""
+        # Fits know single colours from the first session; a baked display has the curves alone.
+        model = "The model" if self.problem.remembers else "The model as it is baked, with curves alone,"
+        return f"{model} fails by {times(self.ratio)} the noise{where}: {size}. {self.direction.sentence()}"
+
+    def as_json(self) -> dict[str, Any]:
+        """Return what ``--json`` prints."""
+        readings = self.problem.readings
+        return {
+            "schema": SCHEMA,
+            "data": {
+                "file": readings.file,
+                "sha256": readings.sha256,
+                "readings": int(readings.hours.size),
+                "hours": [float(hour) for hour in np.unique(readings.hours)],
+            },
+            "baseline": self.problem.baseline,
+            "noise": noise_as_json(self.problem),
+            "error": asdict(self.error),
+            "floor": asdict(self.floor),
+            "where": [{**asdict(each), "mean_residual_xyz": list(each.mean_residual_xyz)} for each in self.where],
+            "worst": [{**asdict(each), "code": list(each.code)} for each in self.worst],
+            "drifts": [{**asdict(each), "code": list(each.code)} for each in self.drifts],
+            "first_session": asdict(self.first_session) if self.first_session else None,
+            "left_out": [int(readings.lines[row]) for row in left_out(self.problem)],
+        }
+
+
+def noise_as_json(problem: Problem) -> dict[str, Any]:
+    """Return the noise of a problem's readings, and the errors that a session's readings share, as plain values."""
+    noise = problem.noise
+    return {
+        "source": noise.source,
+        "instrument": noise.instrument or None,
+        "relative": [noise.relative * ratio for ratio in noise.ratio],
+        "floor_cd_m2": [noise.floor_cd_m2 * ratio for ratio in noise.floor_ratio],
+        "correlation": noise.correlation.tolist(),
+        "floor_correlation": noise.floor_correlation.tolist(),
+        "shot_cd_m2": noise.shot_cd_m2,
+        "decimals": noise.digits.decimals,
+        "significant": noise.digits.significant,
+        "session": noise.session,
+        "dark_offset_cd_m2": problem.offset_cd_m2,
+        "gain_wander": problem.wander,
+    }
+
+
+def left_out(problem: Problem) -> list[int]:
+    """Indices of the readings that do not count."""
+    return [int(row) for row in np.setdiff1d(np.arange(problem.readings.hours.size), problem.rows)]
+
+
+def compare(
+    readings: Measurements,
+    *,
+    baseline: str = "colour-points",
+    selection: str = "nearest",
+    instrument: str | None = None,
+    terms: Sequence[Term] = (),
+) -> Comparison:
+    """Compare the paper's model, with ``terms`` beside it, with readings.
+
+    Parameters
+    ----------
+    readings
+        The measurements.
+    baseline
+        ``colour-points``: white and primaries re-measured at each hour; ``first-hour``: only hour 0 known; ``native``:
+        as ``colour-points``, starting from the first session's own transfer curves and black.
+    selection
+        The paper's choice of matrix.
+    instrument
+        Noise of the instrument: ``relative,floor_cd_m2``, a name such as ``cr-100``, or a TOML file; None: replicates
+        tell.
+    terms
+        Effects that the model has already.
+
+    Raises
+    ------
+    LutgenError
+        Unknown baseline, noise that is none, or readings that make no native display.
+
+    """
+    problem = Problem.of(readings, baseline=baseline, selection=selection, instrument=instrument)
+    return compare_problem(with_shared_errors(problem, terms), terms)
+
+
+def compare_problem(problem: Problem, terms: Sequence[Term] = (), *, draws: int = DRAWS) -> Comparison:
+    """Compare the model with ``terms`` as they are with a problem's readings; the floor is the mean of some draws."""
+    problem = problem.as_baked
+    predicted = anchored(problem, terms)
+    judged = ~problem.is_anchor
+    delta_e, sigma = _sizes(problem, predicted, problem.xyz - predicted)
+    noise = [_sizes(problem, predicted, each) for each in noise_only(problem, predicted, draws)]
+    floors = [_errors(each[0][judged], each[1][judged]) for each in noise]
+    floor = Errors(*(float(np.mean([getattr(each, name) for each in floors])) for name in Errors.__dataclass_fields__))
+    where = tuple(_slices(problem, predicted, judged, (delta_e, sigma), noise))
+    return Comparison(
+        problem,
+        tuple(terms),
+        predicted,
+        _errors(delta_e[judged], sigma[judged]),
+        floor,
+        where,
+        _worst(problem, delta_e, sigma, judged),
+        direction(problem, predicted, judged, where),
+    )
+
+
+def _sizes(problem: Problem, predicted: Array, residual: Array) -> tuple[Array, Array]:
+    """ΔE2000 (n,) and whitened residuals (n, 3)."""
+    white = problem.measured_tips[0, 0]
+    lab = xyz_to_lab(predicted, white), xyz_to_lab(predicted + residual, white)
+    return delta_e_2000(*lab), whiten(problem, residual)
+
+
+def _errors(delta_e: Array, sigma: Array) -> Errors:
+    if not delta_e.size:
+        return Errors(0.0, 0.0, 0.0, 0.0)
+    quantile = float(np.quantile(delta_e, 0.95))
+    return Errors(float(delta_e.mean()), quantile, float(delta_e.max()), float(np.sqrt((sigma**2).mean())))
+
+
+def _slices(
+    problem: Problem,
+    predicted: Array,
+    judged: NDArray[np.bool_],
+    found: tuple[Array, Array],
+    noise: list[tuple[Array, Array]],
+) -> list[Slice]:
+    delta_e, sigma = found
+    residual = problem.xyz - predicted
+    noise_de, noise_sigma = (np.array(each) for each in zip(*noise, strict=True))
+    result = []
+    for by, labels in slices(problem).items():
+        named = labels[judged & (labels != "")]
+        _, first = np.unique(named, return_index=True)
+        for name in named[np.sort(first)]:
+            here = judged & (labels == name)
+            result.append(
+                Slice(
+                    by,
+                    str(name),
+                    int(here.sum()),
+                    float(delta_e[here].mean()),
+                    float(np.sqrt((sigma[here] ** 2).mean())),
+                    _triple(residual[here].mean(axis=0)),
+                    float(np.mean(noise_de.compress(here, axis=1).mean(axis=1))),
+                    float(np.sqrt(np.mean((noise_sigma.compress(here, axis=1) ** 2).mean(axis=(1, 2))))),
+                )
+            )
+    return result
+
+
+def _triple(values: Array) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
+def _worst(problem: Problem, delta_e: Array, sigma: Array, judged: NDArray[np.bool_]) -> tuple[Reading, ...]:
+    size = np.where(judged, np.sqrt((sigma**2).sum(axis=1)), -1.0)
+    found = []
+    for index in np.argsort(-size)[: min(WORST, int(judged.sum()))]:
+        row = problem.rows[index]
+        found.append(
+            Reading(
+                int(problem.readings.lines[row]),
+                float(problem.readings.hours[row]),
+                _triple(problem.readings.drive[row]),
+                float(delta_e[index]),
+                float(size[index]),
+            )
+        )
+    return tuple(found)

@@ -1,0 +1,330 @@
+"""An effect of a fit, prepared for drawing: the readings it changes most, predicted with it and without it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from lutgen.criticism.fit.anchored import anchored
+from lutgen.criticism.fit.families import condition_of
+from lutgen.numerals import spaced
+from lutgen.readings.conditions import CONDITIONS
+from lutgen.readings.table import OPTIONAL, is_capped
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+    from lutgen.criticism.fit.linear import Term
+    from lutgen.criticism.fit.problem import Problem
+    from lutgen.effects import Effect
+
+#: Curves in one picture, and patches in a row of bars.
+CURVES, PATCHES = 3, 12
+
+#: X or Z is drawn instead of Y if the effect changes it this many times more, in σ.
+BETTER = 2.0
+
+#: Share of white's light below which differences are given in cd/m², above it in percent.
+DARK = 0.05
+
+#: Names of pure codes.
+NAMES = {
+    (0.0, 0.0, 0.0): "black",
+    (1.0, 1.0, 1.0): "white",
+    (1.0, 0.0, 0.0): "red",
+    (0.0, 1.0, 0.0): "green",
+    (0.0, 0.0, 1.0): "blue",
+    (0.0, 1.0, 1.0): "cyan",
+    (1.0, 0.0, 1.0): "magenta",
+    (1.0, 1.0, 0.0): "yellow",
+}
+
+
+#: A patch has a bar if the effect changes it by at least this share of the largest change.
+WORTH_A_BAR = 0.04
+
+
+class Bar(NamedTuple):
+    """A patch: name, code value, and measured and predicted change against the model without the effect, in σ."""
+
+    name: str
+    code: Array
+    measured: float
+    with_it: float
+
+
+class Way(NamedTuple):
+    """The horizontal axis of an effect's first plot: label, values (n,), and the columns of the readings behind it."""
+
+    name: str
+    values: Array
+    columns: tuple[str, ...]
+
+
+class Curve(NamedTuple):
+    """Readings along that axis: places, measured change, its 1 σ, predicted change; (m,) each."""
+
+    name: str
+    places: Array
+    measured: Array
+    sigma: Array
+    with_it: Array
+
+
+@dataclass(frozen=True)
+class View:
+    """One effect of a fit: predictions without it and with it.
+
+    Attributes
+    ----------
+    problem, effect
+        The readings, and the effect.
+    without, with_it
+        XYZ predicted, (n, 3), cd/m².
+
+    """
+
+    problem: Problem
+    effect: Effect
+    without: Array
+    with_it: Array
+
+    @classmethod
+    def of(cls, problem: Problem, terms: Sequence[Term], effect: Effect) -> View:
+        """Take one effect out of a fit; the other effects keep their parameters."""
+        rest = [term for term in terms if term.effect.name != effect.name]
+        return cls(problem, effect, anchored(problem, rest), anchored(problem, terms))
+
+    @cached_property
+    def sigma(self) -> Array:
+        """Noise of each reading, 1 σ, (n, 3), cd/m²."""
+        covariance = self.problem.covariance(self.with_it)
+        return np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+
+    @cached_property
+    def axis(self) -> int:
+        """Index of the component of XYZ that shows the effect best; Y unless another shows it much better."""
+        strength = (((self.with_it - self.without) / self.sigma) ** 2).sum(axis=0)
+        best = int(np.argmax(strength))
+        return best if strength[best] > BETTER**2 * strength[1] else 1
+
+    @cached_property
+    def change(self) -> Array:
+        """Change of that component by the effect, in σ, (n,)."""
+        return np.asarray(((self.with_it - self.without) / self.sigma)[:, self.axis])
+
+    @cached_property
+    def residual(self) -> Array:
+        """Measured less predicted without the effect in that component, in σ, (n,)."""
+        return np.asarray(((self.problem.xyz - self.without) / self.sigma)[:, self.axis])
+
+    @property
+    def component(self) -> str:
+        """X, Y or Z."""
+        return "XYZ"[self.axis]
+
+    @cached_property
+    def way(self) -> Way:
+        """Horizontal axis: the condition that the effect needs, or else the code value or the hours, by its stage."""
+        problem, needs = self.problem, self.effect.needs
+        scene = problem.scene(problem.measured_tips)
+        full = problem.rows.size
+
+        def spread(values: Array) -> Array:
+            return np.broadcast_to(values[:, 0], (full,))
+
+        for condition in CONDITIONS:
+            names = tuple(column.name for column in condition.columns)
+            if set(names) & set(needs):
+                values = scene.radius if condition.cell == "position" else getattr(scene, names[0])
+                # A session has one or two temperatures: hours are taken together.
+                return Way(condition.axis, spread(values), (*names, *(("hour",) if condition.cell == "heat" else ())))
+        if self.effect.stage in {"drive", "transfer", "mixing"} or (
+            self.effect.stage == "emission" and not problem.foretells
+        ):
+            return Way("code value", problem.readings.drive[problem.rows].max(axis=1), ())
+        return Way("operating hours", problem.hours[problem.hour_of], ("hour",))
+
+    @cached_property
+    def curves(self) -> list[Curve]:
+        """Curves of readings that differ only along the axis, for the patches that show the effect best."""
+        groups = self._groups()
+        strength = {key: float((self.change[here] ** 2).sum()) for key, here in groups.items()}
+        order = sorted((key for key in groups if strength[key] > 0), key=lambda key: -strength[key])
+        if not order:
+            return []
+        if "hour" in self.way.columns:
+            return [self._curve(groups[key]) for key in self._distinct(order, groups)]
+        # The same patches at the first, a middle and the last hour.
+        best = self._patch_of(groups[order[0]])
+        same = [groups[key] for key in order if self._patch_of(groups[key]) == best]
+        same.sort(key=lambda here: float(self.problem.hour_of[here[0]]))
+        chosen = sorted({0, len(same) // 2, len(same) - 1})
+        return [self._curve(same[index]) for index in chosen]
+
+    def _distinct(
+        self, order: list[tuple[float, ...]], groups: dict[tuple[float, ...], NDArray[np.intp]]
+    ) -> list[tuple[float, ...]]:
+        """The strongest groups, no two of the same code value."""
+        strongest: dict[tuple[float, ...], tuple[float, ...]] = {}
+        for key in order:
+            code = tuple(self._codes[groups[key][0]])
+            strongest.setdefault(code, key)
+        return list(strongest.values())[:CURVES]
+
+    @property
+    def _codes(self) -> Array:
+        return self.problem.readings.drive[self.problem.rows]
+
+    def _patch_of(self, here: NDArray[np.intp]) -> tuple[float, ...]:
+        """What the readings of one curve have in common, without their hour."""
+        return tuple(np.delete(self._keys[here[0]], 0).tolist())
+
+    @cached_property
+    def _keys(self) -> Array:
+        """Hour and all other properties in which readings differ, except those of the axis, (n, m)."""
+        problem, columns = self.problem, self.way.columns
+        levels = self.way.name == "code value"
+        code = self._codes
+        top = code.max(axis=1, keepdims=True)
+        # Along code values the ratio of its channels identifies a colour.
+        patch = np.round(code / np.where(top > 0, top, 1.0), 2) if levels else code
+        hour = np.zeros(len(code)) if "hour" in columns else problem.hours[problem.hour_of]
+        kept = [
+            name for name in OPTIONAL if name in problem.readings.conditions and name not in {*columns, "temperature_c"}
+        ]
+        conditions = [np.nan_to_num(problem.readings.conditions[name][problem.rows], nan=-1.0) for name in kept]
+        return np.column_stack([hour, *patch.T, *conditions, is_capped(problem.readings)[problem.rows].astype(float)])
+
+    def _groups(self) -> dict[tuple[float, ...], NDArray[np.intp]]:
+        rows_of: dict[tuple[float, ...], list[int]] = {}
+        for index, key in enumerate(map(tuple, self._keys.tolist())):
+            if self.way.name != "code value" or self.way.values[index] > 0:
+                rows_of.setdefault(key, []).append(index)
+        groups = {key: np.array(rows) for key, rows in rows_of.items()}
+        return {key: here for key, here in groups.items() if np.unique(self.way.values[here]).size >= 3}
+
+    def _curve(self, here: NDArray[np.intp]) -> Curve:
+        scale = self._scale
+        places, index = np.unique(self.way.values[here], return_inverse=True)
+        count = np.bincount(index)
+
+        def mean(values: Array) -> Array:
+            unit = self.without[here, self.axis] / 100.0 if scale == "%" else 1.0
+            return np.asarray(np.bincount(index, values[here, self.axis] / unit) / count)
+
+        without = mean(self.without)
+        return Curve(
+            self.named(int(here[0])),
+            places,
+            mean(self.problem.xyz) - without,
+            mean(self.sigma) / np.sqrt(count),
+            mean(self.with_it) - without,
+        )
+
+    @cached_property
+    def _scale(self) -> str:
+        """Percent, unless the readings that show the effect most are dark."""
+        strongest = np.argsort(-np.abs(self.change))[: max(self.change.size // 50, 3)]
+        white = self.problem.measured_tips[0, 0, self.axis]
+        dark = float(np.median(self.without[strongest, self.axis])) < DARK * white
+        return "cd/m²" if dark and self.way.name != "code value" else "%"
+
+    @property
+    def unit(self) -> str:
+        """Unit of the curves: percent of the model without the effect, or cd/m²."""
+        return self._scale
+
+    def named(self, index: int) -> str:
+        """Name a reading for the legend of a curve: patch and hour, without the quantity of the axis."""
+        hour = (
+            ""
+            if "hour" in self.way.columns
+            else f", {spaced(float(self.problem.hours[self.problem.hour_of[index]]))} h"
+        )
+        code = self._codes[index]
+        if self.way.name == "code value":
+            lit = _lit(code)
+            even = np.ptp(code[code > 0]) < 1e-9 if (code > 0).any() else True
+            patch = {"white": "greys"}.get(NAMES[lit], f"{NAMES[lit]} ramp") if even else "mixtures"
+        else:
+            patch = patch_name(code)
+        condition = self._condition(index) if self.way.columns == ("hour",) else ""
+        return f"{patch}{_joint(condition)}{condition}{hour}"
+
+    def patches(self) -> list[Bar]:
+        """Patches that the effect changes most, at the hour at which it changes them most."""
+        hour = int(np.argmax(np.bincount(self.problem.hour_of, self.change**2)))
+        rows_of: dict[str, list[int]] = {}
+        for index in np.flatnonzero(self.problem.hour_of == hour):
+            condition = self._condition(int(index))
+            name = patch_name(self._codes[index])
+            rows_of.setdefault(f"{name}{_joint(condition)}{condition}", []).append(int(index))
+        bars = [
+            Bar(name, self._codes[here[0]], float(self.residual[here].mean()), float(self.change[here].mean()))
+            for name, here in rows_of.items()
+        ]
+        bars.sort(key=lambda bar: -abs(bar.with_it))
+        return [bar for bar in bars if abs(bar.with_it) > WORTH_A_BAR * abs(bars[0].with_it)][:PATCHES]
+
+    def _condition(self, index: int) -> str:
+        """Name the condition of a reading if it is not at rest."""
+        row, kind = self.problem.rows[index], str(condition_of(self.problem)[index])
+        if is_capped(self.problem.readings)[row]:
+            return "lens cap"
+        condition = next((each for each in CONDITIONS if each.cell == kind), None)
+        if condition is None:
+            return ""
+        return condition.short.format(*(self.problem.readings.column(each.name)[row] for each in condition.columns))
+
+    def sentence(self) -> str:
+        """Name the reading that the effect changes most, and its error without the effect and with it."""
+        strong = int(np.argmax(np.abs(self.change)))
+        kin = (np.abs(self._codes - self._codes[strong]).max(axis=1) < 1e-9) & (self._same_condition(strong))
+        measured = float((self.problem.xyz - self.without)[kin, self.axis].mean())
+        left = float((self.problem.xyz - self.with_it)[kin, self.axis].mean())
+        size, rest = f"{abs(measured):.3g} cd/m²", f"{abs(left):.2g} cd/m²"
+        more = (
+            ("brighter", "darker") if self.axis == 1 else (f"richer in {self.component}", f"poorer in {self.component}")
+        )
+        where = patch_name(self._codes[strong])
+        condition = self._condition(strong)
+        cell = condition_of(self.problem)[strong]
+        before = next((each.before for each in CONDITIONS if each.cell == cell), "")
+        reading = f"{where} {before}{condition}" if condition else where
+        when = spaced(float(self.problem.hours[self.problem.hour_of[strong]]))
+        return (
+            f"Without {self.effect.name}, {reading} at {when} h is {size} {more[0] if measured > 0 else more[1]} than "
+            f"the model says; with it {rest} is left"
+        )
+
+    def _same_condition(self, index: int) -> NDArray[np.bool_]:
+        condition = condition_of(self.problem)
+        same = (condition == condition[index]) & (self.problem.hour_of == self.problem.hour_of[index])
+        return np.asarray(same & (np.abs(self.change - self.change[index]) < 0.2 * abs(self.change[index]) + 1.0))
+
+
+def _lit(code: Array) -> tuple[float, float, float]:
+    """Code value of the full colour of the same lit channels."""
+    red, green, blue = (float(value > 0) for value in code)
+    return red, green, blue
+
+
+def _joint(condition: str) -> str:
+    return "" if not condition else " " if condition.startswith("(") else ", "
+
+
+def patch_name(code: Array) -> str:
+    """Name a code value."""
+    red, green, blue = (float(value) for value in code)
+    top = max(red, green, blue)
+    if top == 0 or {red, green, blue} > {0.0, top} or len({red, green, blue} - {0.0}) > 1:
+        return NAMES.get((red, green, blue), f"{red:.2g} {green:.2g} {blue:.2g}")
+    name = NAMES[_lit(code)]
+    return name if top == 1 else f"{'grey' if name == 'white' else name} {top:g}"

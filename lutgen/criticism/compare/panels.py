@@ -1,0 +1,137 @@
+"""Residuals by dimension: for each hour, colour and condition the error over the noise, and its direction."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.colorimetry import xyz_to_lab
+from lutgen.criticism.fit.anchored import noise_only
+from lutgen.criticism.fit.families import condition_of, dimension, slices
+from lutgen.criticism.fit.linear import whiten
+from lutgen.readings.conditions import CONDITIONS
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+    from lutgen.criticism.compare.comparison import Comparison
+    from lutgen.criticism.fit.problem import Problem
+
+#: Colour families in the order in which people think of them.
+FAMILIES = (
+    "black", "grey", "red ramp", "green ramp", "blue ramp", "secondary", "mixture", "colour points", "lens cap",
+)  # fmt: skip
+
+#: Dimensions that are conditions, and the name of the cell in which a reading departs from rest in them.
+CELLS = {dimension(each): each.cell for each in CONDITIONS if each.heading}
+
+
+@dataclass(frozen=True)
+class ResidualPanel:
+    """Errors by one dimension, k slices in order.
+
+    Attributes
+    ----------
+    by
+        The dimension.
+    headed
+        Index of the slice that a title names: the worst one; of a condition, the worst one that departs from rest.
+    labels, places
+        Name and position on the axis of each slice; for ``position`` u, v of shape (k, 2).
+    ratio, band
+        Root mean square over that of noise alone, (k,), and its span in campaigns of noise alone, (k, 2).
+    lab, scatter
+        Mean ΔL*, Δa*, Δb*, measured less predicted, (k, 3), and two standard deviations of noise alone, (k, 3).
+
+    """
+
+    by: str
+    headed: int
+    labels: tuple[str, ...]
+    places: Array
+    ratio: Array
+    band: Array
+    lab: Array
+    scatter: Array
+
+    @property
+    def worst(self) -> float:
+        """Error over noise in the slice that a title names."""
+        return float(self.ratio[self.headed])
+
+
+def panels(comparison: Comparison) -> list[ResidualPanel]:
+    """Sort the residuals of a comparison into panels."""
+    problem, predicted = comparison.problem, comparison.predicted
+    judged = ~problem.is_anchor
+    white = problem.measured_tips[0, 0]
+    lab = xyz_to_lab(predicted, white)
+
+    def sizes(residual: Array) -> tuple[Array, Array]:
+        return (whiten(problem, residual) ** 2).mean(axis=1), xyz_to_lab(predicted + residual, white) - lab
+
+    measured = sizes(comparison.residual)
+    noise = [sizes(each) for each in noise_only(problem, predicted)]
+    by_dimension = []
+    for by, label in slices(problem).items():
+        among = judged & (label != "")
+        names = _in_order(problem, by, label, among)
+        chosen = [among & (label == name) for name in names]
+        if len(names) < 2:
+            continue
+        drawn = np.array([[each[0][here].mean() for here in chosen] for each in noise])
+        floor = np.sqrt(drawn.mean(axis=0))
+        means = np.array([[each[1][here].mean(axis=0) for here in chosen] for each in noise])
+        ratio = np.sqrt([measured[0][here].mean() for here in chosen]) / floor
+        by_dimension.append(
+            ResidualPanel(
+                by,
+                _headed(problem, by, chosen, ratio),
+                tuple(names),
+                _places(problem, by, chosen),
+                ratio,
+                np.stack([np.sqrt(drawn.min(axis=0)), np.sqrt(drawn.max(axis=0))], axis=1) / floor[:, np.newaxis],
+                np.array([measured[1][here].mean(axis=0) for here in chosen]),
+                2.0 * np.sqrt((means**2).mean(axis=0)),
+            )
+        )
+    return by_dimension
+
+
+def _headed(problem: Problem, by: str, chosen: Sequence[NDArray[np.bool_]], ratio: Array) -> int:
+    condition = condition_of(problem)
+    off = [by in CELLS and bool((condition[here] == CELLS[by]).any()) for here in chosen]
+    return int(np.argmax(np.where(off, ratio, -1.0) if any(off) else ratio))
+
+
+def _column(problem: Problem, by: str) -> Array:
+    if by == "hour":
+        return problem.hours[problem.hour_of]
+    if by == "level":
+        return np.asarray(problem.readings.drive[problem.rows].max(axis=1))
+    if by == "position":
+        conditions = problem.readings.conditions
+        return np.asarray(conditions["v"][problem.rows] * 1e3 + conditions["u"][problem.rows])
+    return problem.readings.conditions[by][problem.rows]
+
+
+def _in_order(problem: Problem, by: str, label: NDArray[np.str_], among: NDArray[np.bool_]) -> list[str]:
+    names = [str(name) for name in np.unique(label[among])]
+    if by == "family":
+        return sorted(names, key=FAMILIES.index)
+    column = np.nan_to_num(_column(problem, by), nan=np.inf)
+    return sorted(names, key=lambda name: float(column[among & (label == name)].mean()))
+
+
+def _places(problem: Problem, by: str, chosen: Sequence[NDArray[np.bool_]]) -> Array:
+    if by == "hour":
+        return np.array([float(_column(problem, by)[here].mean()) for here in chosen])
+    if by == "position":
+        u, v = (problem.readings.conditions[name][problem.rows] for name in ("u", "v"))
+        return np.array([(float(u[here].mean()), float(v[here].mean())) for here in chosen])
+    return np.arange(len(chosen), dtype=np.float64)

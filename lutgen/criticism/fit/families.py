@@ -1,0 +1,109 @@
+"""Readings that belong together: by hour, level, colour family, position and condition."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.readings.conditions import CONDITIONS
+from lutgen.readings.table import is_capped
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+    from lutgen.criticism.fit.problem import Problem
+    from lutgen.readings.conditions import Condition
+
+#: Levels are reported in these bands of the largest code value.
+LEVELS = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0)
+
+
+def family_of(problem: Problem) -> NDArray[np.str_]:
+    """Colour family of each reading, (n,): tips, black, grey, red, green, blue, secondary, mixture, lens cap."""
+    drive = problem.readings.drive[problem.rows]
+    red, green, blue = (drive > 0).T
+    lit = red.astype(int) + green + blue
+    top = drive.max(axis=1)
+    full = ((drive == 0) | (drive == 1)).all(axis=1)
+    even = np.ptp(drive, axis=1) == 0
+    pair = (lit == 2) & (np.ptp(np.sort(drive, axis=1)[:, 1:], axis=1) == 0)
+    names = np.select(
+        [
+            is_capped(problem.readings)[problem.rows],
+            top == 0,
+            full & ((lit == 1) | (lit == 3)),
+            even,
+            (lit == 1) & red,
+            (lit == 1) & green,
+            (lit == 1) & blue,
+            pair,
+        ],
+        ["lens cap", "black", "colour points", "grey", "red ramp", "green ramp", "blue ramp", "secondary"],
+        "mixture",
+    )
+    return np.asarray(names)
+
+
+def condition_of(problem: Problem) -> NDArray[np.str_]:
+    """What is unusual about how each reading was taken, (n,): the cell of the first condition away from rest, or ''."""
+    named = np.full(problem.rows.size, "", dtype="<U16")
+    for cell, away in reversed(list(problem.readings.rest.away.items())):
+        named[away[problem.rows]] = cell
+    return named
+
+
+def kind_of(problem: Problem) -> NDArray[np.str_]:
+    """Kind of each reading, (n,): the cell of the condition that is away from rest, else its colour family."""
+    condition = condition_of(problem)
+    return np.where(condition == "", family_of(problem), condition)
+
+
+def dimension(condition: Condition) -> str:
+    """Name of a condition as a dimension of errors: that of its column, where it has one."""
+    return condition.columns[0].name if len(condition.columns) == 1 else condition.name
+
+
+def slices(problem: Problem) -> Mapping[str, NDArray[np.str_]]:
+    """Label every reading in every way in which errors are reported: dimension → labels (n,); '' is left out.
+
+    Values of a condition are compared on like readings: of the patches that were read away from rest by it, and by no
+    other condition.
+    """
+    hours = np.array([f"{hour:g} h" for hour in problem.hours])[problem.hour_of]
+    top = problem.readings.drive[problem.rows].max(axis=1)
+    band = np.clip(np.searchsorted(LEVELS, top, side="left"), 0, len(LEVELS) - 1)
+    level = np.array(["0", *(f"{low:g}–{high:g}" for low, high in pairwise(LEVELS))])[band]
+    labels: dict[str, NDArray[np.str_]] = {"hour": hours, "level": level, "family": family_of(problem)}
+    patch = np.unique(problem.readings.drive[problem.rows], axis=0, return_inverse=True)[1].reshape(-1)
+    for condition in CONDITIONS:
+        names = [column.name for column in condition.columns]
+        if condition.heading and any(name in problem.readings.conditions for name in names):
+            alike = _alike(problem, condition, patch)
+            values = np.column_stack([problem.readings.column(name)[problem.rows] for name in names])
+            cells, cell = np.unique(values, axis=0, return_inverse=True)
+            said = np.array([condition.label(*each) for each in cells])[cell.reshape(-1)]
+            labels[dimension(condition)] = np.where(alike, said, "")
+    return {by: label for by, label in labels.items() if np.unique(label[label != ""]).size > 1}
+
+
+def _alike(problem: Problem, condition: Condition, patch: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Readings away from rest by this condition alone, and those at rest of the same patches, by number: (n,).
+
+    Patches at rest that the prediction starts from cannot be compared; where others were read too, they are left out.
+    """
+    others = [away[problem.rows] for cell, away in problem.readings.rest.away.items() if cell not in _beside(condition)]
+    usual = ~np.any(others, axis=0) if others else np.ones(problem.rows.size, dtype=bool)
+    usual &= ~is_capped(problem.readings)[problem.rows]
+    away = problem.readings.rest.away[condition.cell][problem.rows]
+    read_away, read_at_rest = patch[usual & away], patch[usual & ~away & ~problem.is_anchor]
+    both = np.intersect1d(read_away, read_at_rest)
+    return np.asarray(usual & (np.isin(patch, both) if both.size else away))
+
+
+def _beside(condition: Condition) -> set[str]:
+    """Cells of the conditions that vary with one: a window and what surrounds it are one picture on the screen."""
+    return {each.cell for each in CONDITIONS if each.depends == condition.depends}

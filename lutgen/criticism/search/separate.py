@@ -1,0 +1,170 @@
+"""The next measurement: the patches on which two rivals, each refitted, stay furthest apart (T-optimality).
+
+Atkinson & Fedorov, Biometrika 62, 57-70 (1975), doi:10.1093/biomet/62.1.57. One rival's fit is taken for true, readings
+of candidate patches are added without noise, and the other is fitted to all of them: the χ² that remains is
+the separation that the patches would bring.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lutgen.criticism.fit.least_squares import Fit, fit
+from lutgen.criticism.fit.linear import State, Term, predict
+from lutgen.readings.conditions import COLUMNS, CONDITIONS
+from lutgen.readings.rest import is_tip
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from lutgen.criticism.fit.problem import Problem
+    from lutgen.criticism.search.candidates import Candidate
+    from lutgen.criticism.search.stepwise import Explanation
+
+
+@dataclass(frozen=True)
+class Patch:
+    """A patch to measure: code value and, where not at rest, conditions by column."""
+
+    code: tuple[float, float, float]
+    conditions: Mapping[str, float]
+    note: str = ""
+
+    def as_json(self) -> dict[str, Any]:
+        """Return its columns."""
+        red, green, blue = self.code
+        note = {"note": self.note} if self.note else {}
+        return {"R": red, "G": green, "B": blue, **self.conditions, **note}
+
+
+def _greys(levels: tuple[float, ...], note: str = "") -> tuple[Patch, ...]:
+    return tuple(Patch((level, level, level), {}, note) for level in levels)
+
+
+def _ramps(levels: tuple[float, ...]) -> tuple[Patch, ...]:
+    masks = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
+    return tuple(Patch((r * level, g * level, b * level), {}) for r, g, b in masks for level in levels)
+
+
+_PAIRS = tuple(
+    Patch((r * level, g * level, b * level), {})
+    for r, g, b in ((1, 1, 0), (1, 0, 1), (0, 1, 1))
+    for level in (1.0, 0.6)
+)
+_MIXTURES = tuple(
+    Patch((float(r), float(g), float(b)), {}) for r, g, b in np.random.default_rng(9).random((12, 3)).round(3)
+)
+
+#: What can be measured: name → patches. Each condition brings its own.
+POOL: dict[str, tuple[Patch, ...]] = {
+    "lens cap": _greys((0.0, 0.0, 0.0), "lens cap"),
+    "black and dark greys": _greys((0.0, 0.0, 0.0, 0.05, 0.1, 0.2)),
+    "nine greys": _greys((0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)),
+    "ramps of red, green, blue": _ramps((0.15, 0.3, 0.45, 0.6, 0.75, 0.9)),
+    "secondaries": _PAIRS,
+    "mixtures": _MIXTURES,
+} | {
+    variation.name: tuple(Patch(*patch) for patch in variation.patches)
+    for condition in CONDITIONS
+    for variation in condition.variations
+}
+
+
+@dataclass(frozen=True)
+class Separation:
+    """What would tell two rivals apart: patches, and χ² between them before and after these are read once."""
+
+    separates: tuple[str, str]
+    name: str
+    patches: tuple[Patch, ...]
+    before: float
+    after: float
+
+    def as_json(self) -> dict[str, Any]:
+        """Return plain values."""
+        return {
+            "separates": list(self.separates),
+            "name": self.name,
+            "patches": [patch.as_json() for patch in self.patches],
+            "separation_before": self.before,
+            "separation_after": self.after,
+        }
+
+
+def what_separates(explanation: Explanation, pair: tuple[str, str]) -> Separation:
+    """Find the set of the pool that best separates an admitted effect from its rival."""
+    step = next(each for each in explanation.steps if each.name == pair[0])
+    rival = next(each for each in step.rivals if each.name == pair[1])
+    return separation(step.chosen.fit if len(explanation.steps) == 1 else explanation.final, rival.best, pair)
+
+
+def separation(truth: Fit, rival: Candidate, pair: tuple[str, str]) -> Separation:
+    """Take ``truth`` for true, and find the patches on which ``rival`` cannot follow it."""
+    others = tuple(term for term in truth.terms if term.effect.name != pair[0] and term.effect.name != pair[1])
+    term = rival.term
+    asked = replace(truth, problem=rival.fit.problem)
+    before = _distance(asked, (*others, term), ())
+    found = {name: _distance(asked, (*others, term), patches) for name, patches in POOL.items()}
+    # What a set adds, weighed against the time that it takes.
+    best = max(found, key=lambda name: (found[name] - before) / len(POOL[name]) ** 0.5)
+    return Separation(pair, best, POOL[best], before, found[best])
+
+
+def _distance(truth: Fit, terms: tuple[Term, ...], patches: tuple[Patch, ...]) -> float:
+    """χ² that ``terms`` leave of noise-free readings of ``truth``, with patches added at the last hour."""
+    problem = with_patches(truth.problem, patches)
+    # The patches belong to sessions that the state knows, but not always in the same order.
+    number = {key: place for place, key in enumerate(truth.problem.gain_keys)}
+    gains = [truth.gains[number[key]] if key in number else 0.0 for key in problem.gain_keys]
+    state = State(truth.terms, truth.tips, np.array(gains or [0.0]))
+    exact = problem.readings.with_light(problem.readings.xyz_cd_m2.copy())
+    exact.xyz_cd_m2[problem.rows] = predict(problem, state)
+    # Weights are those of the prediction: added rows have no reading to take them from.
+    return fit(replace(problem, readings=exact), terms, state).chi2
+
+
+def with_patches(problem: Problem, patches: tuple[Patch, ...]) -> Problem:
+    """Add rows for patches at the last hour at which tips were read; their XYZ are placeholders."""
+    patches = tuple(patch for patch in patches if not set(patch.conditions) & {name for name, _ in problem.assumed})
+    if not patches:
+        return problem
+    readings = problem.readings
+    hour = float(problem.hours[problem.is_knot][-1])
+    place = int(np.searchsorted(readings.hours, hour, side="right"))
+    count = len(patches)
+    # The session whose colour points are read at rest at that hour goes on: its rest is that of the patches.
+    host = int(np.flatnonzero(readings.at_rest() & (readings.hours == hour) & is_tip(readings.drive).any(axis=1))[-1])
+    conditions = {}
+    for name in COLUMNS:
+        if name in readings.conditions or any(name in patch.conditions for patch in patches):
+            given = readings.column(name)
+            rest = given[host]
+            new = [patch.conditions.get(name, rest) for patch in patches]
+            conditions[name] = np.insert(given, place, new)
+    session = list(readings.session or ("",) * readings.hours.size)
+    note = list(readings.note or ("",) * readings.hours.size)
+    session[place:place] = [session[host]] * count
+    note[place:place] = [patch.note for patch in patches]
+    added = replace(
+        readings,
+        hours=np.insert(readings.hours, place, np.full(count, hour)),
+        drive=np.insert(readings.drive, place, [patch.code for patch in patches], axis=0),
+        xyz_cd_m2=np.insert(readings.xyz_cd_m2, place, np.ones((count, 3)), axis=0),
+        lines=np.insert(readings.lines, place, np.zeros(count)),
+        conditions=conditions,
+        session=tuple(session),
+        note=tuple(note),
+        order=None,
+        files=(),
+    )
+    shifted = np.where(problem.rows >= place, problem.rows + count, problem.rows)
+    weights = None if problem.weights is None else np.insert(problem.weights, place, np.ones(count))
+    return replace(
+        problem,
+        readings=added,
+        weights=weights,
+        rows=np.sort(np.concatenate([shifted, np.arange(place, place + count)])),
+    )

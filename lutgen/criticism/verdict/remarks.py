@@ -1,0 +1,57 @@
+"""Remarks beside a verdict: assumed noise, drift, readings that are left out or weighted down, and blindness."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lutgen.criticism.compare.drift import drifts
+from lutgen.criticism.first_session.model import white_moved
+from lutgen.criticism.noise.tails import SLIP
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lutgen.criticism.search.influence import Suspicion
+    from lutgen.criticism.search.stepwise import Explanation
+
+#: Lines of readings that a remark names.
+NAMED_LINES = 12
+
+
+def remarks_of(explanation: Explanation, blind: Sequence[str], suspicion: Suspicion) -> tuple[str, ...]:
+    """Say what else a reader must know: ``blind`` are effects that these readings cannot show."""
+    noise, remarks = explanation.base.problem.noise, []
+    if noise.source == "assumed":
+        remarks.append(
+            f"Too few replicates: the noise is assumed, {noise.relative:.2%} and {noise.floor_cd_m2:.2g} cd/m². Repeat "
+            f"readings three times, or give --instrument."
+        )
+    problem = explanation.base.problem
+    if problem.foretells and problem.readings.metadata.get("luminance") == "held" and not problem.held:
+        remarks.append(
+            f"The file says that luminance is held, but white has changed by {white_moved(problem.readings):+.0%}: no "
+            f"sensor held it, or the sensor had no reserve left. Luminance is taken as free."
+        )
+    remarks += [each.sentence() for each in drifts(problem)]
+    if suspicion.rows:
+        remarks.append(f"Left out, as other readings of the patch contradict them: {lines_of(explanation, suspicion)}.")
+    if slips := _weighed_down(explanation):
+        remarks.append(f"Weighed down, since they stand alone: {slips}.")
+    if blind:
+        remarks.append(f"These data could not have seen: {', '.join(blind)}.")
+    return tuple(remarks)
+
+
+def _weighed_down(explanation: Explanation) -> str:
+    """Name the readings that heavy tails make count for little, the first few of them by their lines."""
+    problem = explanation.base.problem
+    if problem.weights is None:
+        return ""
+    rows = [int(row) for row in problem.rows if problem.weights[row] < SLIP]
+    more = f" and {len(rows) - NAMED_LINES} more" if len(rows) > NAMED_LINES else ""
+    return f"{problem.readings.places(rows[:NAMED_LINES])}{more}" if rows else ""
+
+
+def lines_of(explanation: Explanation, suspicion: Suspicion) -> str:
+    """Name the lines of the readings that are left out."""
+    return explanation.base.problem.readings.places(suspicion.rows)

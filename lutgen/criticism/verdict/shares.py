@@ -1,0 +1,52 @@
+"""How much of the excess error goes with each effect, as eyes count it: in mean ΔE2000.
+
+χ² counts in standard deviations of the meter, which is most sensitive in the dark; an effect may explain nine tenths of
+χ² and be the smaller one to look at.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.colorimetry import delta_e_2000, xyz_to_lab
+from lutgen.criticism.fit.anchored import anchored, noise_only
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lutgen.colorimetry import Array
+    from lutgen.criticism.fit.least_squares import Fit
+    from lutgen.criticism.fit.linear import Term
+
+
+def shares_of_delta_e(base: Fit, final: Fit, names: Sequence[str]) -> dict[str, float]:
+    """Return of each named effect the share of the excess mean ΔE2000 that comes back when it is taken out of a fit.
+
+    ``base`` is the fit without these effects. The excess is what ``base`` has above the mean ΔE2000 that noise alone
+    gives; where seeded noise gives as much, there is none to share. Shares of effects that act on the same colours need
+    not add to 1.
+    """
+    problem = base.problem
+    # What curves miss of colours that the first session has not read would drown the rest.
+    judged, white = ~problem.is_anchor & (problem.counts == 1.0), problem.measured_tips[0, 0]
+    if not judged.any():
+        return dict.fromkeys(names, 0.0)
+
+    def mean(predicted: Array, measured: Array) -> float:
+        found = delta_e_2000(xyz_to_lab(predicted, white), xyz_to_lab(measured, white))
+        return float(found[judged].mean())
+
+    def error(terms: Sequence[Term]) -> float:
+        return mean(anchored(problem, terms), problem.xyz)
+
+    plain = anchored(problem, base.terms)
+    floor = [mean(plain, plain + residual) for residual in noise_only(problem, plain)]
+    excess, least = mean(plain, problem.xyz) - float(np.mean(floor)), error(final.terms)
+    if excess <= max(floor) - float(np.mean(floor)):
+        return dict.fromkeys(names, 0.0)
+    return {
+        name: min(max(error([term for term in final.terms if term.effect.name != name]) - least, 0.0) / excess, 1.0)
+        for name in names
+    }

@@ -1,0 +1,154 @@
+"""What these data can see: of every effect, how much the tips absorb, and the smallest size that would be found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.criticism.fit.heldout import confirmed_gain
+from lutgen.criticism.fit.least_squares import switching_penalty
+from lutgen.criticism.fit.linear import Term
+from lutgen.criticism.noise.pure_error import PureError
+from lutgen.criticism.search.candidates import STRONG
+from lutgen.criticism.search.stepwise import SIGNIFICANT
+from lutgen.effects.declare import PROPOSED
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from lutgen.criticism.fit.least_squares import Fit
+    from lutgen.criticism.fit.score import Score
+    from lutgen.effects import Effect
+
+#: Standard deviations above the threshold at which nine of ten are found.
+NINE_OF_TEN = 1.28
+
+
+#: Forms that a search tries on readings which show one faint effect, or none.
+TRIED = 30
+
+
+@dataclass(frozen=True)
+class Visibility:
+    """Whether an effect could be seen in the data at hand.
+
+    Attributes
+    ----------
+    effect, parameter, unit
+        Its name, and the amplitude that is meant.
+    visible
+        Whether its smallest detectable size is physically possible.
+    smallest_detectable
+        Size that nine of ten campaigns like this one would show; None where no size shows.
+    absorbed
+        Share of its signature (in χ²) that tips and gains take up; None where it has none at all.
+
+    """
+
+    effect: str
+    parameter: str
+    unit: str
+    visible: bool
+    smallest_detectable: float | None
+    absorbed: float | None
+
+
+def threshold(base: Fit) -> float:
+    """Strength (whitened norm) of a one-parameter effect that is found in nine of ten campaigns.
+
+    The whole rule by which effects are admitted finds it: BIC of so many numbers under the noise that is allowed, the
+    corrected F test, and readings that are held out.
+    """
+    error = PureError.of(base.problem)
+    worth = error.allowance * max(error.variance, 1.0) * (STRONG + np.log(base.readings))
+    beyond_chance = error.gain_beyond(SIGNIFICANT / TRIED)
+    return float(np.sqrt(max(worth, beyond_chance, confirmed_gain()))) + NINE_OF_TEN
+
+
+def visibility(base: Fit, effects: Iterable[Effect]) -> list[Visibility]:
+    """Say of every effect what the readings of ``base`` could show."""
+    needed = threshold(base)
+    return [_of(base.score, effect, needed) for effect in effects]
+
+
+def _of(score: Score, effect: Effect, needed: float) -> Visibility:
+    simple = [*effect.forms[0], *(form[0] for form in effect.forms if len(form) == 1)]
+    names = [name for name in dict.fromkeys(simple) if name in effect.neutral and not effect.parameters[name].grid]
+    if not names:
+        return _without_amplitude(score, effect, needed)
+    found = []
+    for name in names:
+        raw, left = (float(np.linalg.norm(each)) for each in score.seen(_typical(score, effect), name))
+        low, high = effect.parameters[name].bounds
+        if raw == 0.0 and (typical := abs(effect.parameters[name].value)):
+            # Nothing moves at rest: an effect that begins beyond a threshold, judged at its typical size.
+            raw, left = (each / typical for each in score.switched(_at_typical(score, effect)))
+        limit = max(abs(low), abs(high))
+        size = needed / left if left > 1e-9 * max(raw, 1e-300) else np.inf
+        absorbed = 1.0 - (left / raw) ** 2 if raw > 0 else None
+        found.append(
+            Visibility(
+                effect.name,
+                name,
+                effect.parameters[name].unit,
+                bool(size <= limit),
+                float(size) if np.isfinite(size) else None,
+                absorbed,
+            )
+        )
+    return min(found, key=lambda each: np.inf if each.smallest_detectable is None else each.smallest_detectable)
+
+
+def _typical(score: Score, effect: Effect) -> Term:
+    """The effect doing nothing, its grid parameters in the middle of what they may be."""
+    hours = score.problem.hours
+    middle = {}
+    for name, parameter in effect.parameters.items():
+        if parameter.grid and parameter.grid != PROPOSED:
+            grid = (hours[1:] + hours[:-1]) / 2 if isinstance(parameter.grid, str) else np.array(parameter.grid)
+            middle[name] = float(grid[len(grid) // 2]) if len(grid) else parameter.value
+    return Term.at_rest(effect, effect.forms[0], **middle)
+
+
+def _at_typical(score: Score, effect: Effect) -> Term:
+    values = {name: effect.parameters[name].value for name in effect.forms[0] if not effect.parameters[name].grid}
+    return Term(effect, {**_typical(score, effect).values, **values})
+
+
+def _without_amplitude(score: Score, effect: Effect, needed: float) -> Visibility:
+    """An effect that is there or not: whether it would show; with a grid, the mildest setting that would."""
+    grids = [name for name in effect.forms[0] if effect.parameters[name].grid]
+    if not grids:
+        raw, left = score.switched(Term.at_rest(effect, ()))
+        absorbed = 1.0 - (left / raw) ** 2 if raw > 0 else None
+        needed = float(np.sqrt(STRONG + switching_penalty(score.problem)))
+        return Visibility(effect.name, "", "", left >= needed, None, absorbed)
+    name = grids[0]
+    seen, absorbed = [], None
+    for value in effect.parameters[name].grid:
+        raw, left = score.switched(Term.at_rest(effect, effect.forms[0], **{name: float(value)}))
+        absorbed = 1.0 - (left / raw) ** 2 if raw > 0 else absorbed
+        if left >= needed:
+            seen.append(float(value))
+    best = max(seen) if seen else None
+    return Visibility(effect.name, name, effect.parameters[name].unit, bool(seen), best, absorbed)
+
+
+def typical_size(effect: Effect, parameter: str) -> float:
+    """Distance of a parameter's typical value from the value at which the effect does nothing, in its unit."""
+    return abs(effect.parameters[parameter].value - effect.neutral.get(parameter, 0.0))
+
+
+def relative_size(visibility: Visibility, effects: Mapping[str, Effect]) -> float | None:
+    """Smallest detectable size over the typical one; None where either of them is not defined."""
+    effect = effects[visibility.effect]
+    if (
+        visibility.smallest_detectable is None
+        or visibility.parameter not in effect.neutral
+        or effect.parameters[visibility.parameter].grid
+    ):
+        return None
+    typical = typical_size(effect, visibility.parameter)
+    return visibility.smallest_detectable / typical if typical else None
