@@ -12,6 +12,7 @@ import pytest
 from lutgen.criticism.compare.comparison import compare
 from lutgen.criticism.diagnose import diagnose, parameters_of
 from lutgen.criticism.fit.heldout import held_out
+from lutgen.criticism.fit.lack_of_fit import p_of_likeness
 from lutgen.criticism.fit.least_squares import fit
 from lutgen.criticism.fit.linear import State, Term, predict
 from lutgen.criticism.fit.problem import Problem
@@ -23,7 +24,6 @@ from lutgen.criticism.search.influence import Suspicion, wrong_sessions
 from lutgen.criticism.search.separate import separation
 from lutgen.criticism.search.stepwise import admissible, explain, refined, together
 from lutgen.criticism.verdict.imitation import nearest, overlap
-from lutgen.criticism.verdict.leftover import p_of_likeness
 from lutgen.criticism.verdict.pronounce import pronounce
 from lutgen.criticism.verdict.weighing import Weighed, is_of_curves
 from lutgen.effects import catalogue

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.criticism.fit.code_shifts import STEP, shift_of
 from lutgen.criticism.fit.least_squares import fit
 from lutgen.criticism.fit.linear import State, predict
-from lutgen.criticism.search.code_shifts import STEP, shift_of
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array

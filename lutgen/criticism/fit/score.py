@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.criticism.fit.code_shifts import CodeShifts
 from lutgen.criticism.fit.linear import BEHIND_PANEL, STEP, State, Term, whiten
 from lutgen.criticism.fit.system import local_basis, prior_rows, readings_at
-from lutgen.criticism.search.code_shifts import CodeShifts
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

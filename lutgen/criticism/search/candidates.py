@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.criticism.fit.code_shifts import FITTED
 from lutgen.criticism.fit.least_squares import Fit, fit
 from lutgen.criticism.fit.linear import State, Term
-from lutgen.criticism.search.code_shifts import FITTED
 from lutgen.effects.declare import PROPOSED
 from lutgen.effects.shapes import COURSE
 from lutgen.errors import LutgenError

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.criticism.fit.lack_of_fit import is_even, is_within_scatter
 from lutgen.criticism.fit.linear import whiten
 from lutgen.criticism.search.candidates import STRONG
-from lutgen.criticism.verdict.leftover import is_even, is_within_scatter
 from lutgen.readings.conditions import CONDITIONS
 from lutgen.readings.table import is_capped
 

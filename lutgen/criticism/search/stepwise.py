@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.criticism.fit.heldout import STANDARD_ERRORS
+from lutgen.criticism.fit.lack_of_fit import is_noise
 from lutgen.criticism.fit.least_squares import fit
 from lutgen.criticism.fit.linear import State, linearise
 from lutgen.criticism.fit.system import System
@@ -32,7 +33,6 @@ from lutgen.criticism.search.candidates import (
     forms_of,
 )
 from lutgen.criticism.search.free_term import free_term, probe
-from lutgen.criticism.verdict.leftover import is_noise
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.criticism.compare.drift import doubt
+from lutgen.criticism.fit.lack_of_fit import is_even, is_within_scatter
 from lutgen.criticism.search.candidates import HALF, STRONG
 from lutgen.criticism.search.free_term import Probed, free_term, probe
 from lutgen.criticism.search.stepwise import MOST_OF_IT
 from lutgen.criticism.verdict.imitation import Imitated, nearest, overlap
-from lutgen.criticism.verdict.leftover import is_even, is_within_scatter
 from lutgen.criticism.verdict.remarks import lines_of, remarks_of
 from lutgen.criticism.verdict.session_light import more_light
 from lutgen.criticism.verdict.shares import shares_of_delta_e

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lutgen.criticism.first_session.slope_errors import gain_beside, with_doubts
+from lutgen.criticism.fit.lack_of_fit import is_noise, is_within_scatter
 from lutgen.criticism.search.candidates import HALF, STRONG
 from lutgen.criticism.search.free_term import Probed, free_term, probe
 from lutgen.criticism.search.stepwise import MOST_OF_IT, stand_apart, together
-from lutgen.criticism.verdict.leftover import is_noise, is_within_scatter
 from lutgen.criticism.verdict.shares import shares_of_delta_e
 
 if TYPE_CHECKING:
