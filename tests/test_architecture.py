@@ -81,6 +81,22 @@ def imports(source: str, path: str) -> Iterator[tuple[int, str]]:
                 yield node.lineno, parts[1]
 
 
+def module_of(path: str) -> str:
+    """``display/paper.py`` → lutgen.display.paper, ``display/__init__.py`` → lutgen.display."""
+    return ".".join(["lutgen", *path.removesuffix(".py").split("/")]).removesuffix(".__init__")
+
+
+def loads(source: str, path: str, modules: dict[str, str]) -> set[str]:
+    """Return the modules of lutgen that a module imports when it is loaded."""
+    known, found = {module_of(other) for other in modules}, set()
+    for node in ast.parse(source).body:
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == "lutgen":
+            for alias in node.names:
+                inner = f"{node.module}.{alias.name}"
+                found.add(inner if inner in known else node.module)
+    return (found & known) - {module_of(path)}
+
+
 def climbs(source: str, path: str) -> list[str]:
     """The imports of a module that go up, or sideways to a sibling."""
     here = layer_of(path)
@@ -105,6 +121,15 @@ def test_no_module_climbs(modules: dict[str, str]) -> None:
     inside = {name: source for name, source in modules.items() if layer_of(name) not in FACE}
     assert {layer_of(name) for name in inside} <= ROW.keys(), "give the folder a row here and in architecture.md"
     assert [found for name, source in inside.items() for found in climbs(source, name)] == []
+
+
+def test_no_circle_of_modules_imports_itself(modules: dict[str, str]) -> None:
+    """Imports for types alone, and those inside functions, do not count: a module loads without them."""
+    needs = {module_of(path): loads(source, path, modules) for path, source in modules.items()}
+    assert needs["lutgen.bake.build"] >= {"lutgen.bake.plan", "lutgen.errors"}
+    while leaves := {name for name, others in needs.items() if not others & needs.keys()}:
+        needs = {name: others for name, others in needs.items() if name not in leaves}
+    assert needs == {}
 
 
 def test_no_module_is_two_ideas(modules: dict[str, str]) -> None:
