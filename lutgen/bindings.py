@@ -76,7 +76,7 @@ def littlecms() -> Any:
     except ImportError as error:
         raise LutgenError(
             f"ICC profiles are read back through LittleCMS, whose binding cannot be imported ({error}). Install it by "
-            f"`pip install lutgen[icc]`; `lutgen build --no-certificates` does without."
+            f"`pip install lutgen[icc]`; `lutgen build --no-certificates` does not need it."
         ) from None
 
 
@@ -111,7 +111,7 @@ def lut_processor(path: Path) -> Any:
             message = f"{path}: claims {claimed} points in {dimensions.decode()}D; OpenColorIO takes at most {most}."
             raise LutgenError(f"{message} Ask its maker for a smaller one.")
     if line := unclosed_metadata(path):
-        raise LutgenError(f"{path}:{line}: opens its metadata and never closes them. Write END METADATA behind them.")
+        raise LutgenError(f"{path}:{line}: opens its metadata and never closes them. Write END METADATA after them.")
     # The caches of OpenColorIO use the path as their key, and would return the old content of a rewritten file.
     lib.ClearAllCaches()
     # Links are not resolved: OpenColorIO chooses the reader by the suffix of the given name.
@@ -164,7 +164,7 @@ def refuse_unlikely(path: Path) -> None:
     if not path.is_file():
         raise LutgenError(f"{path}: is no file. Give the path of a LUT.")
     if not size:
-        raise LutgenError(f"{path}: is empty. Build it again, or copy it anew.")
+        raise LutgenError(f"{path}: is empty. Build it again, or copy it again.")
     if size > LARGEST_LUT:
         raise LutgenError(
             f"{path}: has {size / 1e6:.0f} MB, and a LUT has at most {LARGEST_LUT / 1e6:.0f} MB. Is it the right file?"

@@ -91,13 +91,13 @@ def _values(content: Any) -> Iterator[Any]:
 
 
 def _refuse(text: str) -> NoReturn:
-    raise ValueError(f"{text} is no number of JSON")
+    raise ValueError(f"{text} is not a number of JSON")
 
 
 def _double(text: str) -> float:
     value = float(text)
     if not isfinite(value):
-        raise ValueError(f"{text[:40]} is beyond every double")
+        raise ValueError(f"{text[:40]} is too large for a double")
     return value
 
 

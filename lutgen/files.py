@@ -112,7 +112,7 @@ def files_below(folder: Path, suffixes: Sequence[str]) -> list[Path] | None:
             and not any(part.startswith(".") for part in path.relative_to(folder).parts)
         )
     except OSError as error:
-        raise LutgenError(f"{folder}: cannot be looked into: {reason_of(error)}.") from None
+        raise LutgenError(f"{folder}: cannot be listed: {reason_of(error)}.") from None
 
 
 @contextmanager

@@ -51,9 +51,11 @@ def tag_table(data: bytes, file: object) -> tuple[Tag, ...]:
         raise LutgenError(f"{file}: is no ICC profile: it has {len(data)} bytes and not ICC's signature.")
     (count,) = struct.unpack_from(">I", data, HEADER)
     if count > MOST_TAGS or HEADER + 4 + 12 * count > len(data):
-        raise LutgenError(f"{file}: claims {count} tags: more than {MOST_TAGS}, or than its bytes hold. Copy it anew.")
+        raise LutgenError(
+            f"{file}: claims {count} tags: more than {MOST_TAGS}, or more than fit in the file. Copy it again."
+        )
     tags = tuple(tags_claimed(data))
     for tag in tags:
         if tag.start + tag.size > len(data) or tag.size < SMALLEST_TAG:
-            raise LutgenError(f"{file}: its tag {tag.name!r} lies outside the file. Copy it anew.")
+            raise LutgenError(f"{file}: its tag {tag.name!r} lies outside the file. Copy it again.")
     return tags

@@ -215,7 +215,7 @@ def _smallest_size(work: _Work, aged: AgedDisplay, form: Format, path: Path) -> 
         if reached <= tolerance:
             return size
     raise LutgenError(
-        f"--tolerance {tolerance:g}: no size certifies for {aged.mode} at {aged.hours:g} h as {form.name}; "
+        f"--tolerance {tolerance:g}: no table size meets it for {aged.mode} at {aged.hours:g} h as {form.name}; "
         f"{SIZES[-1]}³ reaches {reached:.3g}. Loosen the tolerance, or take --selection continuous --format clf."
     )
 
@@ -228,7 +228,7 @@ def _bake_lut(work: _Work, aged: AgedDisplay, path: str, form: Format, size: int
         file = HeldFile(staged, data)
         if work.plan.certify:
             if staged.read_bytes() != data:
-                raise LutgenError(f"{work.output / path}: reads back otherwise than it was written. Check the disk.")
+                raise LutgenError(f"{work.output / path}: its bytes are not those that were written. Check the disk.")
             certificate = certified(file, aged, form, lut, work.scratch).as_json()
     return FileRecord(
         path=path,
@@ -250,11 +250,11 @@ def certified(file: HeldFile, aged: AgedDisplay, form: Format, lut: Lut | Matrix
     key = (form.name, aged.head, aged.tail, lut.space, lut.size)
     if key not in _CERTIFICATES:
         kind = TableKind(lut.space, lut.size, not form.unclipped)
-        _CERTIFICATES[key] = JUDGE.compare(_shown(file, form, lut, kind, beside), aged, kind)
+        _CERTIFICATES[key] = JUDGE.compare(_code_values(file, form, lut, kind, beside), aged, kind)
     return _CERTIFICATES[key]
 
 
-def _shown(file: HeldFile, form: Format, lut: Lut | MatrixLut, kind: TableKind, beside: Path) -> Array:
+def _code_values(file: HeldFile, form: Format, lut: Lut | MatrixLut, kind: TableKind, beside: Path) -> Array:
     """Return the code values that a file gives for the judge's colours, (n, 3)."""
     # lutgen parses the text of some formats itself. OpenColorIO still reads the first file of each kind completely.
     own = checked_table(file, lut, beside) if isinstance(lut, Lut) and is_read_here(lut, form.suffix) else None

@@ -224,7 +224,7 @@ def _check_part(work: _Work, records: tuple[FileRecord, ...]) -> Checked:
     certificates: dict[str, Certificate] = {}
     shaders: dict[str, GpuRun] = {}
     # The display (or its correction) that the manifest names for a file. The cache serves a LUT and then its config.
-    claimed = lru_cache(maxsize=1)(lambda mode, hours: work.plan.display(work.model, str(mode), float(hours or 0.0)))
+    display_of = lru_cache(maxsize=1)(lambda mode, hours: work.plan.display(work.model, str(mode), float(hours or 0.0)))
     SHOWN_WHOLE.clear()
     for record in records:
         path = work.folder / record.path
@@ -235,14 +235,14 @@ def _check_part(work: _Work, records: tuple[FileRecord, ...]) -> Checked:
             continue
         try:
             if record.kind == "config":
-                aged = None if record.mode is None else claimed(record.mode, record.hours)
+                aged = None if record.mode is None else display_of(record.mode, record.hours)
                 problems = _config_problems(path, record, aged, work)
                 findings += [Finding(record.path, text) for text in problems]
                 if work.gpu and record.mode is not None and not problems:
                     shaders[record.path] = gpu_run(path, JUDGE.code)
                     findings += _shader_findings(record.path, shaders[record.path])
             else:
-                of_file, certificate = _check_built_lut(file, claimed(record.mode, record.hours), record, work)
+                of_file, certificate = _check_built_lut(file, display_of(record.mode, record.hours), record, work)
                 findings += of_file
                 if certificate:
                     certificates[record.path] = certificate
@@ -294,7 +294,7 @@ def _check_built_lut(
     size = record.size if work.plan.tolerance is not None and record.size in SIZES else work.plan.cubesize
     lut, provenance = best_candidate(work.model, aged, form, int(size))
     path, name = file.path, record.path
-    if _is_as_written(file, form, lut, provenance):
+    if _equals_new_file(file, form, lut, provenance):
         certificate = certified(file, aged, form, lut, work.scratch)
         findings = [Finding(name, problem) for problem in over_budget(certificate, record, work.budget)]
     else:
@@ -305,7 +305,7 @@ def _check_built_lut(
         expected = form.write(lut, provenance)
         if differs := differs_from(path, file.data, expected, lut, same_version=work.same_version):
             findings.append(Finding(name, differs))
-    claims = _claims(record, lut)
+    claims = _differing_fields(record, lut)
     if work.plan.certify:
         claims += otherwise_certified(record.certificate, certificate.as_json())
     elif record.certificate is not None:
@@ -313,14 +313,14 @@ def _check_built_lut(
     return [*findings, *(Finding(name, f"{MANIFEST}: {claim}") for claim in claims)], certificate
 
 
-def _is_as_written(file: HeldFile, form: Format, lut: Lut | MatrixLut, provenance: Provenance) -> bool:
+def _equals_new_file(file: HeldFile, form: Format, lut: Lut | MatrixLut, provenance: Provenance) -> bool:
     """Whether a file equals the newly written file byte for byte."""
     if form.head and isinstance(lut, Lut) and is_read_here(lut, form.suffix):
         return is_text_of(file, form.head(lut, provenance), lut)
     return file.data == form.write(lut, provenance)
 
 
-def _claims(record: FileRecord, lut: Lut | MatrixLut) -> list[str]:
+def _differing_fields(record: FileRecord, lut: Lut | MatrixLut) -> list[str]:
     return [
         f"{name} is {getattr(record, name)!r}, and the model gives {getattr(lut, name)!r}"
         for name in ("space", "size")
@@ -355,7 +355,7 @@ def _text_problems(path: Path) -> list[str]:
     bad = _NOT_A_NUMBER.search(data)
     if bad and path.suffix.lower() in lut_suffixes():
         line = data.count(b"\n", 0, bad.start(1)) + 1
-        problems.append(f"line {line} holds {bad[1].decode(errors='replace')!r}, which readers take for 0")
+        problems.append(f"line {line} holds {bad[1].decode(errors='replace')!r}, which readers read as 0")
     if any(b'interpolation="tetrahedral"' not in tag for tag in _TABLE_TAG.findall(data)):
         problems.append("wrong interpolation: its LUT3D does not ask for tetrahedral")
     return problems

@@ -73,11 +73,11 @@ def left_alone(strangers: Sequence[str]) -> list[str]:
 def _looks_built(path: str) -> bool:
     name = PurePosixPath(path).name
     names = {format_named(each).file_in(direction) for each in format_names() for direction in DIRECTIONS}
-    return name in names or name.endswith(PARTIAL) or PurePosixPath(path).suffix.lower() in _taken()
+    return name in names or name.endswith(PARTIAL) or PurePosixPath(path).suffix.lower() in _lut_suffixes()
 
 
 @cache
-def _taken() -> frozenset[str]:
+def _lut_suffixes() -> frozenset[str]:
     """Return the suffixes that programs recognise as LUTs or configs, without suffixes of images."""
     return frozenset({format_named(name).suffix for name in format_names()} - {".png"} | {".ocio", ".icm"})
 
@@ -192,7 +192,7 @@ def _stale_readings(
             return [f"stale: the measurements have changed and cannot be read: {error}"], []
         current = readings.sha256
         if current == display["sha256"]:
-            return _otherwise_than(readings, folder, manifest, built_from), []
+            return _differing_fields(readings, folder, manifest, built_from), []
     if current != display["sha256"]:
         why = f"the measurements {name} have changed since the build"
         if model is not None:
@@ -201,18 +201,18 @@ def _stale_readings(
     return [], []
 
 
-def _otherwise_than(readings: Measurements, folder: Path, manifest: Manifest, built_from: DisplayModel) -> list[str]:
+def _differing_fields(readings: Measurements, folder: Path, manifest: Manifest, built_from: DisplayModel) -> list[str]:
     """Return a finding for each field in which the manifest's copy of the readings differs from the file."""
     copied = manifest.recipe["model"]
     written = model_as_json(replace(built_from, measurements=readings), folder)["display"]
     return [
         f"its copy of the readings {Path(readings.file).name} has other {words} than the file"
         for key, words in _COPIED.items()
-        if not _alike(copied["display"].get(key), written[key])
+        if not _equal_parts(copied["display"].get(key), written[key])
     ]
 
 
-def _alike(copied: Any, written: Any) -> bool:
+def _equal_parts(copied: Any, written: Any) -> bool:
     """Whether two parts of a model are equal. Numbers may differ by the rounding of another processor."""
     if isinstance(written, dict):
         return bool(copied == written)

@@ -125,7 +125,7 @@ class AgedConfig:
 
 
 #: Content of a config, without letters and digits of its name and description → one such config, and its text.
-_WORDED: dict[object, tuple[AgedConfig, bytes]] = {}
+_SERIALISED: dict[object, tuple[AgedConfig, bytes]] = {}
 
 
 def config_text(aged: AgedConfig) -> bytes:
@@ -137,20 +137,22 @@ def config_text(aged: AgedConfig) -> bytes:
     """
     own = _OWN.sub("a", aged.name), _OWN.sub("a", aged.description)
     kind = (*own, aged.lut, tuple(aged.environment.items()), aged.words.space)
-    if kind not in _WORDED:
-        _WORDED[kind] = aged, _worded(aged)
-    like, text = _WORDED[kind]
-    text = _put(rb"(?m)^(name: )%b()$", like.name, aged.name, text)
-    return _put(rb"(?m)^( *description: .*)%b(\"?)$", like.description, aged.description, text) or _worded(aged)
+    if kind not in _SERIALISED:
+        _SERIALISED[kind] = aged, _serialised(aged)
+    like, text = _SERIALISED[kind]
+    text = _replaced(rb"(?m)^(name: )%b()$", like.name, aged.name, text)
+    return _replaced(rb"(?m)^( *description: .*)%b(\"?)$", like.description, aged.description, text) or _serialised(
+        aged
+    )
 
 
-def _put(line: bytes, old: str, new: str, text: bytes) -> bytes:
+def _replaced(line: bytes, old: str, new: str, text: bytes) -> bytes:
     """Replace ``old`` by ``new`` on all lines that match the pattern ``line``; return b"" when no line matches."""
     pattern = re.compile(line % re.escape(old.encode()))
     return pattern.sub(lambda match: match[1] + new.encode() + match[2], text) if pattern.search(text) else b""
 
 
-def _worded(aged: AgedConfig) -> bytes:
+def _serialised(aged: AgedConfig) -> bytes:
     lib = ocio()
     config = lib.Config()
     config.setMajorVersion(2)

@@ -55,9 +55,9 @@ def differs_from(path: Path, data: bytes, expected: bytes, lut: Lut | MatrixLut,
     if data == expected:
         return ""
     if path.suffix == ARCHIVE:
-        return _in_archive(data, expected)
+        return _archive_difference(data, expected)
     if same_version and b"\0" not in expected[:1000]:
-        return _in_words(data, expected)
+        return _text_difference(data, expected)
     code = lattice(lut.size or _POINTS, lut.space if lut.size else "code")
     away = np.abs(np.clip(apply_lut(path, code), 0, 1) - np.clip(lut.apply(code), 0, 1)).max(axis=1)
     worst = int(np.argmax(away))
@@ -67,24 +67,24 @@ def differs_from(path: Path, data: bytes, expected: bytes, lut: Lut | MatrixLut,
     return f"is not what the model gives: at code values {where} it is {away[worst]:.2g} off"
 
 
-def _in_archive(data: bytes, expected: bytes) -> str:
+def _archive_difference(data: bytes, expected: bytes) -> str:
     """Compare the files in two archives: the config as a whole, and the table number by number."""
     actual_files, expected_files = files_of(data), files_of(expected)
     if actual_files.keys() != expected_files.keys():
         return f"holds {', '.join(map(repr, actual_files))}, not {', '.join(expected_files)}"
     for name, text in expected_files.items():
         actual = actual_files[name]
-        differs = _in_words(actual, text) if name == TABLE else _config_in_words(actual, text)
+        differs = _text_difference(actual, text) if name == TABLE else _config_text_difference(actual, text)
         if actual != text and differs:
             return f"{name} in it {differs}"
     return ""
 
 
-def _in_words(data: bytes, expected: bytes) -> str:
+def _text_difference(data: bytes, expected: bytes) -> str:
     for line, (actual, own) in enumerate(zip_longest(data.splitlines(), expected.splitlines(), fillvalue=b""), 1):
         if actual != own and not _same_line(actual, own):
-            says, writes = (text[:60].decode(errors="replace") for text in (actual, own))
-            return f"is not what lutgen writes: line {line} is {says!r}, not {writes!r}"
+            texts = [text[:60].decode(errors="replace") for text in (actual, own)]
+            return f"is not what lutgen writes: line {line} is {texts[0]!r}, not {texts[1]!r}"
     return ""
 
 
@@ -106,27 +106,27 @@ def config_differs(config: Any, data: bytes, aged: AgedConfig) -> str:
         return ""
     if not is_utf8(config):
         return "holds texts that are no UTF-8"
-    return _worded_otherwise(config, text)
+    return _config_difference(config, text)
 
 
-def _config_in_words(data: bytes, text: bytes) -> str:
+def _config_text_difference(data: bytes, text: bytes) -> str:
     try:
         config = ocio().Config.CreateFromStream(data.decode())
     except ocio_errors() as error:
         return f"does not load: {in_one_line(error)}"
-    return _worded_otherwise(config, text)
+    return _config_difference(config, text)
 
 
-def _worded_otherwise(config: Any, text: bytes) -> str:
+def _config_difference(config: Any, text: bytes) -> str:
     """Serialise both configs with OpenColorIO, and describe the first difference of the texts; "" when none."""
     try:
         actual = str(config.serialize())
         expected = str(ocio().Config.CreateFromStream(text.decode()).serialize())
     except ocio_errors() as error:
-        return f"cannot be worded anew: {in_one_line(error)}"
-    for says, writes in zip_longest(actual.splitlines(), expected.splitlines(), fillvalue=""):
-        if says != writes:
-            return f"is not what lutgen writes: {says.strip()[:80]!r}, not {writes.strip()[:80]!r}"
+        return f"cannot be serialised: {in_one_line(error)}"
+    for line, own in zip_longest(actual.splitlines(), expected.splitlines(), fillvalue=""):
+        if line != own:
+            return f"is not what lutgen writes: {line.strip()[:80]!r}, not {own.strip()[:80]!r}"
     return ""
 
 

@@ -157,7 +157,7 @@ class Judge:
         """Compare ``code``, a file's code values for ``self.code``, with the code values of the model."""
         model = self._model(aged, self.code)
         clipped = outside_gamut(model).mean()
-        error = in_chunks(_seen_apart, model, code)
+        error = in_chunks(_clipped_delta_e, model, code)
         border = np.arange(len(error)) >= len(error) - 2 * CERTIFIED.pairs
         gamut = np.zeros_like(border)
         if table.size:
@@ -195,7 +195,7 @@ class Judge:
     def _table_errors(self, lut: Lut | MatrixLut, aged: AgedDisplay) -> Array:
         code, model = self.few, self._model(aged, self.few)
         shown = lut.mix(*self._tetrahedra_of(lut, code)) if isinstance(lut, Lut) else lut.apply(code)
-        return in_chunks(_seen_apart, model, shown)
+        return in_chunks(_clipped_delta_e, model, shown)
 
     def _tetrahedra_of(self, lut: Lut, code: Array) -> tuple[NDArray[np.intp], Array]:
         key = (lut.space, lut.size, len(code))
@@ -244,7 +244,7 @@ class Judge:
         return _differ(mixed) | (mixed[:, 0] >= _BEFORE)
 
 
-def _seen_apart(linear: Array, code: Array) -> Array:
+def _clipped_delta_e(linear: Array, code: Array) -> Array:
     """Return the ΔE2000 between linear light and code values, both clipped to 0..1, (n, 3) → (n,)."""
     shown = code_to_linear(np.clip(code, 0.0, 1.0))
     return delta_e_2000(linear_to_lab(np.clip(linear, 0.0, 1.0)), linear_to_lab(shown))

@@ -68,13 +68,13 @@ def claim(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Folde
     another build, or altered files of a build.
     """
     try:
-        return _claimed(path, recipe, paths, force=force)
+        return _checked_folder(path, recipe, paths, force=force)
     except OSError as error:
         where = error.filename or path
         raise LutgenError(f"{where}: cannot be read: {reason_of(error)}. Choose another folder with -o.") from None
 
 
-def _claimed(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Folder:
+def _checked_folder(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Folder:
     manifest, journal = read_manifest(path / MANIFEST), read_manifest(path / JOURNAL)
     # A link to a folder counts as a user's file, since lutgen never writes behind links.
     present = {file for file in path.rglob("*") if file.is_symlink() or not file.is_dir()}

@@ -121,25 +121,25 @@ def drawn_by_gpu(processor: Any, code: NDArray[np.float32]) -> NDArray[np.float3
     pixels[: len(code), :3] = code
     with ExitStack() as owned:
 
-        def kept(resource: Any) -> Any:
+        def released_at_end(resource: Any) -> Any:
             owned.callback(resource.release)
             return resource
 
         fragment = _FRAGMENT.format(ocio=shader.getShaderText())
-        program = kept(context.program(vertex_shader=_VERTEX, fragment_shader=fragment))
-        source = kept(context.texture((_ROW, rows), 4, pixels.tobytes(), dtype="f4"))
-        target = kept(context.texture((_ROW, rows), 4, dtype="f4"))
-        frame = kept(context.framebuffer([target]))
+        program = released_at_end(context.program(vertex_shader=_VERTEX, fragment_shader=fragment))
+        source = released_at_end(context.texture((_ROW, rows), 4, pixels.tobytes(), dtype="f4"))
+        target = released_at_end(context.texture((_ROW, rows), 4, dtype="f4"))
+        frame = released_at_end(context.framebuffer([target]))
         source.use(0)
         program["colours"] = 0
         for unit, table in enumerate(shader.get3DTextures(), start=1):
             size, values = table.edgeLen, np.asarray(table.getValues(), dtype=np.float32)
-            texture = kept(context.texture3d((size, size, size), 3, values.tobytes(), dtype="f4"))
+            texture = released_at_end(context.texture3d((size, size, size), 3, values.tobytes(), dtype="f4"))
             texture.repeat_x = texture.repeat_y = texture.repeat_z = False
             texture.use(unit)
             program[table.samplerName] = unit
-        corners = kept(context.buffer(np.array([-1, -1, 3, -1, -1, 3], dtype=np.float32).tobytes()))
-        triangle = kept(context.vertex_array(program, [(corners, "2f", "corner")]))
+        corners = released_at_end(context.buffer(np.array([-1, -1, 3, -1, -1, 3], dtype=np.float32).tobytes()))
+        triangle = released_at_end(context.vertex_array(program, [(corners, "2f", "corner")]))
         frame.use()
         triangle.render(vertices=3)
         drawn = np.frombuffer(target.read(), dtype=np.float32)

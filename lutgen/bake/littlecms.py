@@ -53,7 +53,7 @@ def through_profile(path: Path, code: Array, *, intent: int = RELATIVE) -> Array
 def screen_code(data: bytes, code: Array, file: object, *, intent: int = RELATIVE) -> Array:
     """Convert as :func:`through_profile`, with a profile in memory. ``file`` is named in errors."""
     lib = littlecms()
-    screen = _nothing_more() if data[12:16] == b"link" else _srgb()
+    screen = _identity_link() if data[12:16] == b"link" else _srgb()
     pixels = np.ascontiguousarray(code, dtype=np.float64).reshape(1, -1, 3)
     colours = {"colorspace": "rgb", "outcolorspace": "rgb", "outdtype": "float64"}
     try:
@@ -91,7 +91,7 @@ def sound_profile(data: bytes, file: object) -> None:
     """Raise LutgenError for a profile of another device than RGB, or with a wrong size in its header."""
     size = int.from_bytes(data[:4], "big")
     if is_profile(data) and size != len(data):
-        raise LutgenError(f"{file}: says that it has {size} bytes, and has {len(data)}. Was it cut off? Copy it anew.")
+        raise LutgenError(f"{file}: says that it has {size} bytes, and has {len(data)}. Was it cut off? Copy it again.")
     tag_table(data, file)
     if data[16:20] != b"RGB ":
         device = data[16:20].decode("latin-1").strip()
@@ -105,7 +105,7 @@ def _srgb() -> bytes:
 
 
 @cache
-def _nothing_more() -> bytes:
+def _identity_link() -> bytes:
     """Return an identity device link. The binding requires a second profile."""
     corners = np.stack(np.meshgrid(*[[0.0, 1.0]] * 3, indexing="ij")[::-1], axis=-1)
     tags = (
@@ -150,7 +150,7 @@ def source_profile_of(content: Any) -> SourceProfile:
     try:
         decompressor = zlib.decompressobj()
         data = decompressor.decompress(base64.b64decode(content["zlib_base64"], validate=True), LARGEST)
-        return _sound(str(content["file"]), data)
+        return _checked_profile(str(content["file"]), data)
     except (KeyError, TypeError, ValueError, binascii.Error, zlib.error) as error:
         raise LutgenError(f"its source profile cannot be read ({error!r}). Build again.") from None
 
@@ -159,15 +159,17 @@ def read_source_profile(path: str | Path) -> SourceProfile:
     """Read the profile of a scanner or of a picture. Raises LutgenError when it does not define RGB colours."""
     path = Path(path)
     data = read_at_most(path, LARGEST, what="the source profile", none="ICC profile")
-    return _sound(path.name, data)
+    return _checked_profile(path.name, data)
 
 
-def _sound(name: str, data: bytes) -> SourceProfile:
+def _checked_profile(name: str, data: bytes) -> SourceProfile:
     sound_profile(data, name)
     if data[12:16] not in _CLASSES:
         kind = data[12:16].decode("latin-1")
-        message = f"{name}: is a profile of class {kind!r}, which tells no picture's colours. Give the scanner's own."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{name}: is a profile of class {kind!r}, which does not define a picture's colours. Give the scanner's "
+            "profile."
+        )
     source = SourceProfile(name, data)
     source(np.eye(3))
     return source

@@ -60,7 +60,7 @@ def refuse_other(path: Path, shown: Array, read: Array) -> None:
     away = np.abs(shown - read).max()
     if not away <= SINGLE:
         raise LutgenError(
-            f"{path}: OpenColorIO reads it otherwise, by up to {away:.2g} in code values. Build it again."
+            f"{path}: OpenColorIO reads other code values, which differ by up to {away:.2g}. Build it again."
         )
 
 
@@ -196,4 +196,4 @@ def _sample(file: HeldFile, head: bytes, rows: _Rows, part: Path) -> None:
     part.write_bytes(b"%s%d\n%s" % (head, EDGE, rows.text[chosen].tobytes()))
     away = np.abs(apply_lut(part, code) - table.apply(code)).max()
     if not away <= SINGLE:
-        raise ValueError(f"OpenColorIO reads its numbers otherwise, by up to {away:.2g}")
+        raise ValueError(f"OpenColorIO reads other code values, which differ by up to {away:.2g}")

@@ -159,7 +159,7 @@ def through_opencolorio(path: Path, code: NDArray[np.uint8]) -> Array:
     """Apply a file with OpenColorIO's CPU renderer, in float32. Raises Refusal when OpenColorIO refuses the file."""
     lib = ocio()
     if unclosed_metadata(path):
-        raise Refusal("was not asked, since it would search for the end of the metadata without end")
+        raise Refusal("was not tried, since it would search for the end of the metadata for ever")
     # The caches of OpenColorIO use the path as their key, and would return the old content of a rewritten file.
     lib.ClearAllCaches()
     transform = lib.FileTransform(src=named_for_ocio(path), interpolation=lib.INTERP_LINEAR)
@@ -206,7 +206,7 @@ def refusal(path: Path) -> str:
         through_opencolorio(path, probe_colours())
     except Refusal as error:
         reason = in_one_line(error)
-        return reason.rpartition("failed with: ")[2].replace(str(path), path.name)[:300] or "it says nothing"
+        return reason.rpartition("failed with: ")[2].replace(str(path), path.name)[:300] or "it gives no reason"
     return ""
 
 
@@ -216,7 +216,7 @@ def loading(why: str | None, *readers: str) -> Iterator[finding.LintFinding]:
     The finding holds for all ``readers``, since OpenColorIO 2.1 and 2.6 agree.
     """
     if why:
-        fates = finding.refused(*readers, how=f"OpenColorIO {_opencolorio_version()} was asked")
+        fates = finding.refused(*readers, how=f"OpenColorIO {_opencolorio_version()} was tried")
         yield finding.LintFinding(f"is not read: {why}", "Export it again.", 0, fates)
     elif why is None:
         fates = finding.refused(*finding.OCIO, how="takes 129 points an axis at most")

@@ -69,8 +69,8 @@ def add_source_signal(config: Any, name: str) -> None:
     if config.getMajorVersion() < 2 or not config.hasRole(INTERCHANGE):
         choices = config.getColorSpaceNames(lib.SEARCH_REFERENCE_SPACE_SCENE, lib.COLORSPACE_ALL)
         raise LutgenError(
-            f"this config has no role {INTERCHANGE}, so nothing says which code values are sent to the display. Say "
-            f"--source-space NAME, the one that is sRGB's, of: {', '.join(choices)}."
+            f"this config has no role {INTERCHANGE}, so the code values that are sent to the display are not defined. "
+            f"Give the colour space of sRGB with --source-space NAME, one of: {', '.join(choices)}."
         )
     _free(name, space_names(config), "colour space", "or give it as --source-space where an earlier merge made it")
     aces = config.getColorSpace(INTERCHANGE)

@@ -67,7 +67,7 @@ class Reader:
 class Format:
     """The properties of a file format, and the functions that write and read it."""
 
-    #: For example ``cube``, ``.cube`` and one sentence for the help text.
+    #: For example ``cube``, ``.cube`` and one sentence on its use.
     name: str
     suffix: str
     summary: str

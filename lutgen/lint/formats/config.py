@@ -148,7 +148,7 @@ def config_version(scan: ConfigScan) -> Iterator[LintFinding]:
         yield LintFinding(fact, "Write 2.1 where nothing newer is used.", line, fates)
     too_new = scan.version > (2, 6) or (scan.version > (2, 1) and installed.startswith("2.1."))
     if scan.refusal and not too_new:
-        fates = refused(*OCIO, BLENDER, NUKE, DJV, how=f"OpenColorIO {installed} was asked")
+        fates = refused(*OCIO, BLENDER, NUKE, DJV, how=f"OpenColorIO {installed} was tried")
         yield LintFinding(
             f"does not load: {scan.refusal[:300]}", "Correct it; `lutgen lint --try` asks ociocheck.", 0, fates
         )
@@ -245,7 +245,7 @@ def config_roles(scan: ConfigScan) -> Iterator[LintFinding]:
     default = scan.config.getColorSpace("default") if scan.config.hasRole("default") else None
     if default is not None and default.isData():
         yield LintFinding(
-            "has a default colour space that holds data: views leave files without a rule unchanged, silently",
+            "has a data space as its default: views show files without a rule unchanged, without an error",
             "Make the role default a colour space with colours.",
             scan.line_of("default:"),
         )

@@ -105,10 +105,7 @@ def _size(scan: CubeScan, entry: Entry) -> Iterator[LintFinding]:
 
 
 def cube_domain(scan: CubeScan) -> Iterator[LintFinding]:
-    """Find malformed domains and domains other than 0..1.
-
-    OpenColorIO and colour use the domain. pillow_lut ignores it. ffmpeg uses only a DOMAIN_MAX after LUT_3D_SIZE.
-    """
+    """Find malformed domains and domains other than 0..1: pillow_lut ignores them, and ffmpeg uses them in part."""
     for entry in scan.named(*DOMAIN):
         after_size = 0 < scan.size_line < entry.line
         if entry.domain is None:
@@ -188,10 +185,7 @@ def cube_shaper(scan: CubeScan) -> Iterator[LintFinding]:
 
 
 def cube_keyword(scan: CubeScan) -> Iterator[LintFinding]:
-    """Find unknown keywords, and keywords in small letters or among the rows.
-
-    Most readers skip an unknown word before the size. After the size they expect rows.
-    """
+    """Find unknown, lower-case and late keywords. Most readers skip unknown words, but only before the size."""
     unknown = [entry for entry in scan.entries if entry.keyword.upper() not in KNOWN]
     small = [entry for entry in scan.entries if entry.keyword != entry.keyword.upper() and entry not in unknown]
     late = [entry for entry in scan.named(*KNOWN) if entry.rows_before and 0 < scan.size_line < entry.line]
@@ -309,10 +303,7 @@ def _curve_rows(scan: CubeScan) -> Iterator[LintFinding]:
 
 
 def not_a_number(scan: CubeScan) -> Iterator[LintFinding]:
-    """Find NaN, infinity and numbers beyond float32.
-
-    NaN becomes 0 in OpenColorIO and ffmpeg. Only OpenColorIO refuses numbers of 3.4e38 and more.
-    """
+    """Find NaN (0 in OpenColorIO and ffmpeg), infinity, and numbers from 3.4e38 on (only OpenColorIO refuses them)."""
     anew, extremes = "Compute these rows again.", "shows the largest or the smallest value there"
     if odd := scan.oddities.get("nan"):
         fates = wrong(*OCIO, FFMPEG, PILLOW, how="shows black or noise there") | wrong(COLOUR, how="gives NaN")
@@ -359,10 +350,7 @@ def grey_axis(scan: CubeScan) -> Iterator[LintFinding]:
 
 
 def unfinished(scan: CubeScan) -> Iterator[LintFinding]:
-    """Find tables of one colour, and tables with black last rows.
-
-    The last rows are white and its neighbours. If they are black, the program that wrote the file stopped early.
-    """
+    """Find tables of one colour, and tables with black last rows: the program that wrote the file stopped early."""
     table = scan.table
     if scan.size < 2 or table.rows < scan.size**3:
         return
@@ -375,10 +363,7 @@ def unfinished(scan: CubeScan) -> Iterator[LintFinding]:
 
 
 def value_range(scan: CubeScan) -> Iterator[LintFinding]:
-    """Find values outside 0..1, integers, and video's narrow range.
-
-    Readers clip values outside 0..1 in integer pictures and keep them in float pictures. The author may intend either.
-    """
+    """Find integers, narrow-range tables, and values outside 0..1, which readers clip in integer pictures only."""
     table = scan.table
     low, high = float(table.low.min()), float(table.high.max())
     if high >= INTEGERS and "overflow" not in scan.oddities and "infinite" not in scan.oddities:

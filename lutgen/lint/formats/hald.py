@@ -164,10 +164,10 @@ def hald_form(scan: HaldScan) -> Iterator[LintFinding]:
         yield LintFinding("is cut off: its last chunk is missing", "Copy or export it again.", 0, fates)
     elif scan.missing:
         fates = wrong(HALDCLUT, how="shows missing pixels as black, or refuses the file")
-        fact = f"holds {scan.missing} bytes of pixels fewer than {sides.removeprefix('has ')} of {scan.depth} bits"
+        fact = f"lacks {scan.missing} bytes of pixels for {sides.removeprefix('has ')} of {scan.depth} bits"
         yield LintFinding(fact, "Copy or export it again.", 0, fates)
     if scan.tiles:
-        fates = wrong(HALDCLUT, how="takes the rows of its tiles for rows of a Hald image")
+        fates = wrong(HALDCLUT, how="reads the rows of its tiles as rows of a Hald image")
         fact = "has the layout of OBS Studio, a tile of 64 × 64 pixels for each step of blue"
         yield LintFinding(fact, "Give it to OBS; for other programs take a Hald image (`--format hald`).", 0, fates)
     if scan.colour not in COLOURS:

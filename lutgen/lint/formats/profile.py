@@ -234,9 +234,7 @@ def profile_version(scan: ProfileScan) -> Iterator[LintFinding]:
 def profile_id(scan: ProfileScan) -> Iterator[LintFinding]:
     """Find a wrong ID (MD5). No reader checks the ID, but a wrong ID shows that the profile was changed."""
     if scan.identifier is False:
-        yield LintFinding(
-            "has an ID that is not that of its bytes: it was changed after it was made", "Export it again."
-        )
+        yield LintFinding("has a wrong ID: the profile was changed after it was written", "Export it again.")
 
 
 def profile_tags(scan: ProfileScan) -> Iterator[LintFinding]:
@@ -254,7 +252,7 @@ def profile_tags(scan: ProfileScan) -> Iterator[LintFinding]:
     outside = [tag for tag in scan.tags if tag.start + tag.size > scan.length or tag.size < SMALLEST_TAG]
     if outside:
         fact = f"has the tag {outside[0].name!r} outside the file"
-        fates = _left_out(scan, outside) | IGNORED
+        fates = _fates_outside(scan, outside) | IGNORED
         yield LintFinding(fact, "It was cut off or damaged; export it again.", 0, fates)
     names = [tag.name for tag in scan.tags]
     doubled = first_doubled(names)
@@ -263,14 +261,14 @@ def profile_tags(scan: ProfileScan) -> Iterator[LintFinding]:
         if len({tag for tag in scan.tags if tag.name == doubled}) > 1:
             fates |= refused(ARGYLL, how="opens no such profile")
         yield LintFinding(f"has the tag {doubled!r} twice", "Export it again.", 0, fates)
-    across = _across(scan.tags)
+    across = _overlapping(scan.tags)
     if across:
         one, other = across
         fact = f"has the tags {one.name!r} and {other.name!r} sharing some bytes"
         yield LintFinding(fact, "It was edited by hand; export it again.")
 
 
-def _left_out(scan: ProfileScan, outside: list[Tag]) -> dict[str, Fate]:
+def _fates_outside(scan: ProfileScan, outside: list[Tag]) -> dict[str, Fate]:
     """Return the fates of readers for tags outside the file.
 
     LittleCMS skips such a tag. Argyll skips it if only the end of the tag lies outside. They then use the matrix
@@ -283,7 +281,7 @@ def _left_out(scan: ProfileScan, outside: list[Tag]) -> dict[str, Fate]:
     return fates | (refused(ARGYLL, how="opens no such file") if far else {})
 
 
-def _across(tags: tuple[Tag, ...]) -> tuple[Tag, Tag] | None:
+def _overlapping(tags: tuple[Tag, ...]) -> tuple[Tag, Tag] | None:
     """Return two tags that share some but not all of their bytes. Tags may share all bytes, as curves often do."""
     ordered = sorted({(tag.start, tag.size): tag for tag in tags}.values(), key=lambda tag: tag.start)
     return next(((one, other) for one, other in pairwise(ordered) if other.start < one.start + one.size), None)
@@ -310,7 +308,7 @@ def profile_table(scan: ProfileScan) -> Iterator[LintFinding]:
         if table.points < 2 or table.inputs != 3 or table.outputs != 3 or lacks:
             fact = f"{shape} to {table.outputs}"
             fact += f", which is {table.needs} bytes, and it has {table.tag.size}" if lacks else ""
-            yield LintFinding(fact, "Export it again.", 0, _unusable(scan, table))
+            yield LintFinding(fact, "Export it again.", 0, _fates_unusable(scan, table))
         elif table.kind != _V4 and table.needs + PADDING < table.tag.size:
             fates = wrong(LCMS_8, LCMS_16, ARGYLL, CHROMIUM, how="reads the wrong numbers")
             fact = f"{shape}, which is {table.needs} bytes, and it has {table.tag.size}"
@@ -328,7 +326,7 @@ def profile_table(scan: ProfileScan) -> Iterator[LintFinding]:
         )
 
 
-def _unusable(scan: ProfileScan, table: TableHead) -> dict[str, Fate]:
+def _fates_unusable(scan: ProfileScan, table: TableHead) -> dict[str, Fate]:
     """Return the fates of readers for an unusable table.
 
     Some readers use the matrix instead, if the profile has one. Argyll does not when the table has a single point.
