@@ -16,7 +16,7 @@ from lutgen.bake.formats import format_named
 from lutgen.bake.gpu import check_renderer, gpu_run
 from lutgen.bake.lut import SIZES, Lut
 from lutgen.bake.manifest import FileRecord, HeldFile, Manifest, Recipe, model_as_json, sha256
-from lutgen.bake.own_reading import checked_table, is_read_here, refuse_other
+from lutgen.bake.own_reading import checked_table, is_read_here, refuse_difference
 from lutgen.bake.plan import Plan
 from lutgen.bake.provenance import config_of_all, config_of_display, provenance_of
 from lutgen.bake.readback import TableKind, apply_lut
@@ -267,7 +267,7 @@ def _code_values(file: HeldFile, form: Format, lut: Lut | MatrixLut, kind: Table
             shown = apply_lut(named, JUDGE.code)
     if codes is None:
         return shown
-    refuse_other(file.path, shown, codes)
+    refuse_difference(file.path, shown, codes)
     _READ_WHOLE.add(kind)
     # Return lutgen's own values for the first file too: certificates must not depend on which process gets which file.
     return codes

@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Any
 from lutgen import __version__
 from lutgen.bake.build import JUDGE, SHOWN_WHOLE, best_candidate, certified, config_format, prepare
 from lutgen.bake.check_config import check_config
-from lutgen.bake.check_manifest import altered, left_alone, plan_of, stale, strangers, unknown_values, unlisted
-from lutgen.bake.expected import differs_from, otherwise_certified
+from lutgen.bake.check_manifest import altered, foreign_files, plan_of, stale, strangers, unknown_values, unlisted
+from lutgen.bake.expected import certificate_differences, differs_from
 from lutgen.bake.figures import Budget, over_budget
 from lutgen.bake.formats import format_named, lut_suffixes
 from lutgen.bake.gpu import TOLERANCE as GPU_TOLERANCE
@@ -151,7 +151,7 @@ def check(
         return Checked(1, (*findings, Finding(MANIFEST, str(error))))
     outdated, remarks = stale(folder, manifest, model, built_from)
     findings += [Finding(MANIFEST, text) for text in outdated]
-    remarks += [*left_alone(strange), *unknown_values(plan)]
+    remarks += [*foreign_files(strange), *unknown_values(plan)]
     same = model is None and manifest.recipe.get("generator") == f"lutgen {__version__}"
     with scratch() as beside:
         work = _Work(folder, manifest, model or built_from, plan, budget or Budget(), gpu, same, beside)
@@ -307,7 +307,7 @@ def _check_built_lut(
             findings.append(Finding(name, differs))
     claims = _differing_fields(record, lut)
     if work.plan.certify:
-        claims += otherwise_certified(record.certificate, certificate.as_json())
+        claims += certificate_differences(record.certificate, certificate.as_json())
     elif record.certificate is not None:
         claims.append("it has a certificate, and the options ask for none")
     return [*findings, *(Finding(name, f"{MANIFEST}: {claim}") for claim in claims)], certificate

@@ -65,7 +65,7 @@ def strangers(folder: Path, manifest: Manifest) -> list[str]:
     return sorted(path.relative_to(folder).as_posix() for path in files if path not in ours)
 
 
-def left_alone(strangers: Sequence[str]) -> list[str]:
+def foreign_files(strangers: Sequence[str]) -> list[str]:
     """Return a remark for each unlisted file that does not look like a file of a build: a file of the user."""
     return [f"{path} is not of this build" for path in strangers if not _looks_built(path)]
 

@@ -30,13 +30,13 @@ if TYPE_CHECKING:
 
 #: Tolerance of the numbers of a text, relative to the larger of 1 and the number: the last digit may be rounded
 #: differently.
-LAST_DIGIT = 2e-6
+DIGIT_TOLERANCE = 2e-6
 
 #: Tolerance of the fidelity figures in a comment, which have four decimals.
-IN_A_COMMENT = 2e-3
+COMMENT_TOLERANCE = 2e-3
 
 #: Tolerance of code values at a lattice point: the error of OpenColorIO's fast power function near black.
-AT_A_POINT = 3e-4
+POINT_TOLERANCE = 3e-4
 
 #: Suffix of an archive of a config and its table.
 ARCHIVE = ".ocioz"
@@ -61,7 +61,7 @@ def differs_from(path: Path, data: bytes, expected: bytes, lut: Lut | MatrixLut,
     code = lattice(lut.size or _POINTS, lut.space if lut.size else "code")
     away = np.abs(np.clip(apply_lut(path, code), 0, 1) - np.clip(lut.apply(code), 0, 1)).max(axis=1)
     worst = int(np.argmax(away))
-    if away[worst] <= AT_A_POINT:
+    if away[worst] <= POINT_TOLERANCE:
         return ""
     where = ", ".join(f"{value:.4g}" for value in code[worst])
     return f"is not what the model gives: at code values {where} it is {away[worst]:.2g} off"
@@ -91,7 +91,7 @@ def _text_difference(data: bytes, expected: bytes) -> str:
 def _same_line(actual: bytes, expected: bytes) -> bool:
     if _WORD.sub(b"0", actual) != _WORD.sub(b"0", expected):
         return False
-    near = IN_A_COMMENT if b"dE2000" in expected else LAST_DIGIT
+    near = COMMENT_TOLERANCE if b"dE2000" in expected else DIGIT_TOLERANCE
     pairs = zip(_WORD.findall(actual), _WORD.findall(expected), strict=True)
     return all(abs(float(a) - float(b)) <= near * max(1.0, abs(float(b))) for a, b in pairs)
 
@@ -130,7 +130,7 @@ def _config_difference(config: Any, text: bytes) -> str:
     return ""
 
 
-def otherwise_certified(certified: Mapping[str, Any] | None, now: Mapping[str, Any]) -> list[str]:
+def certificate_differences(certified: Mapping[str, Any] | None, now: Mapping[str, Any]) -> list[str]:
     """Return the differences between a certificate and a new certificate, as sentences.
 
     :func:`lutgen.bake.figures.over_budget` reports figures that are worse than certified.

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 HEADROOM = 1.0039
 
 #: The largest change of a node, half a code: the fit of one cell must not spoil the neighbouring cells.
-MOST_MOVED = 0.5 / 255
+LARGEST_MOVE = 0.5 / 255
 
 #: Number of places along each edge of a cell at which ramps are compared with the step; number of rounds and relaxation
 #: factor of the Jacobi iteration.
@@ -85,7 +85,7 @@ def _raise(before: Array, beyond: Array, held: Array) -> Array:
     # A node that is raised by r is r too bright. The deficit at the bend shrinks by r times the weight of the node.
     bend = (1.0 - before) / (beyond - before)
     deficit = 1.0 - (before + (held - before) * bend)
-    return np.clip(deficit / (2.0 - bend), 0.0, MOST_MOVED)
+    return np.clip(deficit / (2.0 - bend), 0.0, LARGEST_MOVE)
 
 
 @cache

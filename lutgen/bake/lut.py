@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.bake.fitted_nodes import HEADROOM, MOST_MOVED, fit_beside_clip, ramps_at_white
+from lutgen.bake.fitted_nodes import HEADROOM, LARGEST_MOVE, fit_beside_clip, ramps_at_white
 from lutgen.bake.spaces import SPACES, lattice, tetrahedra
 from lutgen.colorimetry import CHUNK, XYZ_TO_LINEAR, code_to_linear, in_chunks, linear_to_code, transform
 from lutgen.display.effect_chain import without_steps
@@ -184,7 +184,7 @@ class Sampler:
         if len(beside):
             nodes, shares = ramps_at_white(space, size)
             white, primary = beside.reshape(2, -1, 3)
-            moved = values[nodes] + np.clip(shares[:, np.newaxis] * (white - primary), -MOST_MOVED, MOST_MOVED)
+            moved = values[nodes] + np.clip(shares[:, np.newaxis] * (white - primary), -LARGEST_MOVE, LARGEST_MOVE)
             values[nodes] = np.clip(moved, 0.0, top) if clip else moved
         if not clip and np.abs(values).max() > BRIGHTEST:
             raise LutgenError(

@@ -55,7 +55,7 @@ def is_read_here(lut: Lut, suffix: str) -> bool:
     return lut.space == "code" and suffix == ".cube"
 
 
-def refuse_other(path: Path, shown: Array, read: Array) -> None:
+def refuse_difference(path: Path, shown: Array, read: Array) -> None:
     """Raise LutgenError unless OpenColorIO's code values ``shown`` equal this module's ``read``, (n, 3) each."""
     away = np.abs(shown - read).max()
     if not away <= SINGLE:
@@ -77,7 +77,7 @@ def checked_table(file: HeldFile, baked: Lut, folder: Path) -> Lut:
     """
     try:
         head, _, rows = _read(file)
-        rows.refuse_other(baked)
+        rows.refuse_difference(baked)
         _sample(file, head, rows, folder / f"{os.getpid()}.cube")
     except ValueError as error:
         raise LutgenError(f"{file.path}: {error}. Build it again.") from None
@@ -114,7 +114,7 @@ class _Rows:
             self._table = baked.table
         return True
 
-    def refuse_other(self, baked: Lut) -> None:
+    def refuse_difference(self, baked: Lut) -> None:
         """Raise ValueError unless the numbers equal those of a table."""
         if not self.are(baked):
             raise ValueError("its table is not the one that was baked")

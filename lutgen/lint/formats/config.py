@@ -28,7 +28,7 @@ TABLES = (".cube", ".3dl", ".spi3d", ".csp", ".vf", ".lut", ".mga", ".m3d", ".it
 MANY = 10
 
 #: Role → its use.
-WANTED = {
+ROLE_USES = {
     "scene_linear": "Blender and Nuke work in it",
     "default": "files without a rule are read as it",
     "color_picking": "Blender's colour picker uses it",
@@ -237,7 +237,7 @@ def config_roles(scan: ConfigScan) -> Iterator[LintFinding]:
     """Find missing roles. The findings are notes, since programs then choose another colour space."""
     if scan.config is None:
         return
-    expected = {role: why for role, why in WANTED.items() if scan.version >= (2, 0) or "interchange" not in role}
+    expected = {role: why for role, why in ROLE_USES.items() if scan.version >= (2, 0) or "interchange" not in role}
     missing = {role: why for role, why in expected.items() if not scan.config.hasRole(role)}
     if missing:
         listed = "; ".join(f"{role} ({why})" for role, why in missing.items())

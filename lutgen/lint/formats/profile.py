@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 MATRIX = ("rXYZ", "gXYZ", "bXYZ", "rTRC", "gTRC", "bTRC")
 
 #: Further tags that the standard requires (ICC.1:2001-04, 6.3). No reader needs them to show pictures.
-ASKED = {"profile": ("desc", "cprt", "wtpt"), "link": ("desc", "cprt", "pseq")}
+REQUIRED = {"profile": ("desc", "cprt", "wtpt"), "link": ("desc", "cprt", "pseq")}
 
 #: Classes that describe a device or a space, and other classes (ICC.1:2022, 7.2.7).
 DEVICES, OTHERS = ("mntr", "scnr", "prtr", "spac"), ("link", "abst", "nmcl")
@@ -295,7 +295,7 @@ def profile_parts(scan: ProfileScan) -> Iterator[LintFinding]:
     if not (scan.has("A2B0") or (not scan.link and scan.has(*MATRIX)) or scan.has("D2B0")):
         fates = refused(LCMS_8, LCMS_16, ARGYLL, how="cannot convert with it") | IGNORED
         yield LintFinding(f"lacks {needed}", "Export it again.", 0, fates)
-    missing = [name for name in ASKED["link" if scan.link else "profile"] if not scan.has(name)]
+    missing = [name for name in REQUIRED["link" if scan.link else "profile"] if not scan.has(name)]
     if missing:
         yield LintFinding(f"lacks {', '.join(missing)}, which the standard requires", "Export it again.")
 
