@@ -1,6 +1,6 @@
-"""OpenColorIO and OpenImageIO, from Debian's packages or PyPI's wheels; LUT files and configs as OpenColorIO sees them.
+"""Import of OpenColorIO and OpenImageIO, from Debian's packages or PyPI's wheels; LUT files and configs in OpenColorIO.
 
-Nothing newer than OpenColorIO 2.1 may be assumed: what it lacks is asked for by feature.
+The code supports OpenColorIO 2.1. It tests whether a newer feature exists before it uses the feature.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ _SOURCES = {
     "OpenImageIO": ("OpenImageIO", "python3-openimageio"),
 }
 
-#: Ten times the size of a .cube of 65³; a larger file is no LUT.
+#: Maximum size of a LUT file in bytes: ten times the size of a .cube of 65³.
 LARGEST_LUT = 100_000_000
 
-#: Points along an edge of a table, and of a curve, that OpenColorIO takes.
+#: Maximum number of points along an edge of a 3D table, and of a 1D curve, that OpenColorIO accepts.
 MOST_POINTS, MOST_CURVE_POINTS = 129, 1_048_576
 
-#: How a .csp opens, and the lines between which its metadata stand.
+#: The first line of a .csp, and the lines that begin and end its metadata.
 _CSP, _METADATA = re.compile(rb"(?i)\s*CSPLUTV100"), re.compile(rb"(?im)^[ \t]*(BEGIN|END) METADATA")
 
-#: The sizes that a .cube states; OpenColorIO 2.1 would allocate the memory before it counts the rows.
+#: The sizes that a .cube states. OpenColorIO 2.1 allocates the memory before it counts the rows.
 _CLAIMED = re.compile(rb"(?im)^[ \t]*LUT_([13])D_SIZE[ \t]+([0-9]+)")
 
 
@@ -43,10 +43,10 @@ def ocio() -> Any:
 
 
 def ocio_errors() -> tuple[type[BaseException], ...]:
-    """Return what OpenColorIO raises.
+    """Return the types of exceptions that calls of OpenColorIO raise.
 
-    A missing file is not among its own ``Exception``, and where it quotes a file that is no text, Python cannot decode
-    what it says.
+    ``ExceptionMissingFile`` is no subclass of OpenColorIO's ``Exception``. A message that quotes a binary file raises
+    UnicodeDecodeError, since Python cannot decode the message.
     """
     lib = ocio()
     return lib.Exception, lib.ExceptionMissingFile, UnicodeDecodeError
@@ -54,13 +54,13 @@ def ocio_errors() -> tuple[type[BaseException], ...]:
 
 @contextmanager
 def warnings_logged(lib: Any) -> Iterator[list[str]]:
-    """Collect what OpenColorIO logs, each message on one line, instead of printing it."""
+    """Yield a list that collects OpenColorIO's log messages, one line each, and suppress their printing."""
     messages: list[str] = []
     lib.SetLoggingFunction(lambda message: messages.append(in_one_line(message)))
     try:
         yield messages
     finally:
-        # Left in place, a Python function would be called after Python has gone.
+        # OpenColorIO would otherwise call the Python function after the interpreter has ended.
         lib.ResetToDefaultLoggingFunction()
 
 
@@ -70,18 +70,21 @@ def oiio() -> Any:
 
 
 def littlecms() -> Any:
-    """Return the module ``imagecodecs``, of which LittleCMS is a part. Raises LutgenError saying how to install it."""
+    """Return the module ``imagecodecs``, which contains LittleCMS. Raises LutgenError saying how to install it."""
     try:
         return import_module("imagecodecs")
     except ImportError as error:
         raise LutgenError(
             f"ICC profiles are read back through LittleCMS, whose binding cannot be imported ({error}). Install it by "
-            f"`pip install lutgen[icc]`; `lutgen build --no-certificates` does without."
+            f"`pip install lutgen[icc]`; `lutgen build --no-certificates` does not need it."
         ) from None
 
 
 def optional(module: str, use: str, *, extra: str, otherwise: str) -> Any:
-    """Import a module of one of lutgen's extras. Raises LutgenError: what it is needed for, and what to do without."""
+    """Import a module of one of lutgen's extras.
+
+    Raises LutgenError: the module is missing. The message is ``use``, how to install ``extra``, and ``otherwise``.
+    """
     try:
         return import_module(module)
     except ImportError as error:
@@ -93,8 +96,8 @@ def optional(module: str, use: str, *, extra: str, otherwise: str) -> Any:
 def lut_processor(path: Path) -> Any:
     """Return OpenColorIO's processor for a LUT file of code values, interpolated tetrahedrally.
 
-    Raises LutgenError: no file, an empty or huge one, one whose header claims more than any LUT has, or one that
-    OpenColorIO cannot read.
+    Raises LutgenError: the file is missing, empty or too large, its header states a size that OpenColorIO does not
+    accept, or OpenColorIO cannot read the file.
     """
     lib, name = ocio(), named_for_ocio(path.absolute())
     refuse_unlikely(path)
@@ -102,16 +105,16 @@ def lut_processor(path: Path) -> Any:
         head = file.read(65_536)
     for dimensions, digits in _CLAIMED.findall(head):
         most = MOST_POINTS if dimensions == b"3" else MOST_CURVE_POINTS
-        # Nine digits are enough to refuse a size, and Python does not read thousands of digits.
+        # A size of more than nine digits is too large in any case, and `int` refuses thousands of digits.
         if len(digits) > 9 or int(digits) > most:
             claimed = digits[:12].decode()
             message = f"{path}: claims {claimed} points in {dimensions.decode()}D; OpenColorIO takes at most {most}."
             raise LutgenError(f"{message} Ask its maker for a smaller one.")
     if line := unclosed_metadata(path):
-        raise LutgenError(f"{path}:{line}: opens its metadata and never closes them. Write END METADATA behind them.")
-    # Caches key on the path: a rewritten file would otherwise be answered from memory.
+        raise LutgenError(f"{path}:{line}: opens its metadata and never closes them. Write END METADATA after them.")
+    # The caches of OpenColorIO use the path as their key, and would return the old content of a rewritten file.
     lib.ClearAllCaches()
-    # The name as it is given, not where a link leads: OpenColorIO chooses the reader by its suffix.
+    # Links are not resolved: OpenColorIO chooses the reader by the suffix of the given name.
     file_transform = lib.FileTransform(src=name, interpolation=lib.INTERP_TETRAHEDRAL)
     try:
         return _raw_config().getProcessor(file_transform)
@@ -123,23 +126,23 @@ def lut_processor(path: Path) -> Any:
 def _raw_config() -> Any:
     lib = ocio()
     config = lib.Config.CreateRaw()
-    # Its processors are kept by the name of the file, which may be written anew.
+    # The processor cache uses the file name as its key, and the file may be rewritten.
     config.setProcessorCacheFlags(lib.PROCESSOR_CACHE_OFF)
     return config
 
 
 def named_for_ocio(path: Path) -> str:
-    """Return a path as OpenColorIO takes it. Raises LutgenError for a name that is no Unicode."""
+    """Return a path as a text for OpenColorIO. Raises LutgenError for a name that is not Unicode."""
     if not is_unicode(path):
         raise LutgenError(f"{str(path)!r}: is no name in UTF-8, as OpenColorIO needs it. Rename it.")
     return str(path)
 
 
 def unclosed_metadata(path: Path) -> int:
-    """Return the line on which a .csp, of whatever suffix, opens metadata that it never closes; 0 where none does.
+    """Return the line on which a .csp begins metadata without an end; 0 for every other file.
 
-    OpenColorIO, 2.1 and 2.6 alike, reads on for their end for ever and fills the memory. It tries all formats on a file
-    whose suffix does not fit.
+    OpenColorIO 2.1 and 2.6 search for the end of the metadata for ever and fill the memory. The suffix of the file is
+    not considered, since OpenColorIO tries all formats on a file whose suffix does not fit.
     """
     with path.open("rb") as file:
         if not _CSP.match(file.read(65_536)):
@@ -153,7 +156,7 @@ def unclosed_metadata(path: Path) -> int:
 
 
 def refuse_unlikely(path: Path) -> None:
-    """Raise LutgenError unless ``path`` is a file of a LUT's size, before anything of it is read."""
+    """Raise LutgenError unless ``path`` is a readable file of a LUT's size. The file's content is not read."""
     try:
         size = path.stat().st_size
     except OSError as error:
@@ -161,7 +164,7 @@ def refuse_unlikely(path: Path) -> None:
     if not path.is_file():
         raise LutgenError(f"{path}: is no file. Give the path of a LUT.")
     if not size:
-        raise LutgenError(f"{path}: is empty. Build it again, or copy it anew.")
+        raise LutgenError(f"{path}: is empty. Build it again, or copy it again.")
     if size > LARGEST_LUT:
         raise LutgenError(
             f"{path}: has {size / 1e6:.0f} MB, and a LUT has at most {LARGEST_LUT / 1e6:.0f} MB. Is it the right file?"
@@ -174,7 +177,7 @@ def _binding(module: str) -> Any:
     try:
         return import_module(module)
     except ImportError as error:
-        # Ctrl-C while a library in C++ loads.
+        # Ctrl-C during the import of a C++ library arrives as an ImportError.
         if isinstance(error.__cause__ or error.__context__, KeyboardInterrupt):
             raise KeyboardInterrupt from None
         name, debian = _SOURCES[module]
@@ -185,9 +188,9 @@ def _binding(module: str) -> Any:
 
 
 def all_parts(config: Any) -> Iterator[tuple[str, Any]]:
-    """Yield the name of each view, colour space and look, and a transform between it and :func:`first_space`.
+    """Yield the name of each view, colour space and look, and a transform between this part and :func:`first_space`.
 
-    Raises LutgenError: no colour space of the config holds colours.
+    Raises LutgenError: every colour space of the config is a data space.
     """
     lib, start = ocio(), first_space(config)
     for display in config.getDisplaysAll():
@@ -201,13 +204,13 @@ def all_parts(config: Any) -> Iterator[tuple[str, Any]]:
 
 
 def first_space(config: Any) -> str:
-    """Return a colour space that pictures are in: the role scene_linear or default, else the first with colours.
+    """Return a colour space for pictures: the role scene_linear or default, else the first that is not a data space.
 
-    Raises LutgenError: no colour space of the config holds colours.
+    Raises LutgenError: every colour space of the config is a data space.
     """
     roles = [name for name in ("scene_linear", "default") if config.hasRole(name)]
     for name in [*roles, *config.getColorSpaceNames()]:
-        # None, where a role names a colour space that is missing.
+        # The space is None when a role names a colour space that does not exist.
         space = config.getColorSpace(name)
         if space is not None and not space.isData():
             return str(space.getName())
@@ -215,9 +218,9 @@ def first_space(config: Any) -> str:
 
 
 def is_utf8(config: Any) -> bool:
-    """Whether all names and texts of a config can be decoded; comments are not looked at.
+    """Whether all names and texts of a config are UTF-8. Comments are not checked.
 
-    OpenColorIO takes any bytes, and its Python binding raises UnicodeDecodeError for each name that is not UTF-8.
+    OpenColorIO accepts any bytes. Its Python binding raises UnicodeDecodeError for each name that is not UTF-8.
     """
     lib = ocio()
     try:
@@ -231,18 +234,18 @@ def is_utf8(config: Any) -> bool:
     except UnicodeDecodeError:
         return False
     except ocio_errors():
-        # A config that is not valid cannot be written; that is told apart.
+        # OpenColorIO cannot serialise an invalid config. Another check reports invalid configs.
         return True
     return True
 
 
 def sources(config: Any) -> list[str]:
-    """Return the files that a config's transforms name, as written, each once."""
+    """Return the file names in a config's transforms, as written in the config, each once."""
     return list(dict.fromkeys(each.getSrc() for each in file_transforms(config)))
 
 
 def file_transforms(config: Any) -> Iterator[Any]:
-    """Yield every FileTransform of a config, those of inactive colour spaces too."""
+    """Yield every FileTransform of a config, including those of inactive colour spaces."""
     lib = ocio()
     for transform in _transforms(lib, config):
         yield from _files_in(lib, transform)
@@ -270,7 +273,7 @@ def _files_in(lib: Any, transform: Any) -> Iterator[Any]:
 
 
 def endless_file(config: Any) -> Path | None:
-    """Return a file that a config names and that OpenColorIO would read for ever; None where there is none."""
+    """Return a file of the config that OpenColorIO would read for ever (:func:`unclosed_metadata`); None if none."""
     for source in sources(config):
         try:
             path = Path(config.getCurrentContext().resolveFileLocation(source))
@@ -287,5 +290,5 @@ def search_path(config: Any) -> list[str]:
 
 
 def leads_out(entry: str) -> bool:
-    """Whether a relative folder lies outside the one that it is relative to."""
+    """Whether a relative path lies outside the folder that it is relative to."""
     return Path(os.path.normpath(entry)).parts[:1] == (os.pardir,)

@@ -1,6 +1,6 @@
-"""JSON and TOML of files that may hold anything: bounded depth, and only numbers that a computer can hold.
+"""Reading JSON and TOML of untrusted files: bounded depth, finite doubles and 64-bit integers only.
 
-Python's own readers take NaN, numbers beyond every double and integers of 4000 digits, and a key of a hundred thousand
+Python's own readers accept NaN, numbers too large for a double and integers of 4000 digits. A key of a hundred thousand
 parts keeps ``tomllib`` busy for minutes.
 """
 
@@ -17,13 +17,13 @@ from lutgen.cells import LONGEST
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-#: Parts of a key, and tables and lists inside one another, at most: no file of lutgen's has ten.
+#: Maximum number of parts of a key, and maximum depth of nested tables and lists. No file of lutgen's needs ten.
 DEEPEST = 50
 
-#: Integers of TOML 1.0, and of JSON that others read too: those of 64 bits.
+#: Bound of integers: the 64-bit range, as TOML 1.0 defines it and as other JSON readers support it.
 LARGEST = 2**63
 
-#: A string, a comment, or one letter that nests or parts.
+#: A string, a comment, or one character that opens, closes or separates.
 _MARK = re.compile(
     r'"""(?:[^"\\]|\\.|"(?!""))*"""|'
     r"'''(?:[^']|'(?!''))*'''|"
@@ -36,7 +36,7 @@ _MARK = re.compile(
 
 
 def from_json(data: bytes | str) -> Any:
-    """Read JSON. Raises ValueError for what is none, NaN, and numbers that no double or 64-bit integer holds."""
+    """Read JSON. Raises ValueError for invalid JSON, NaN, and numbers that fit no double or 64-bit integer."""
     try:
         return json.loads(data, parse_constant=_refuse, parse_float=_double, parse_int=_integer)
     except RecursionError:
@@ -44,17 +44,17 @@ def from_json(data: bytes | str) -> Any:
 
 
 def canonical_json(content: Any) -> str:
-    """Write JSON for a hash: the same content, in whatever order, gives the same text. Raises ValueError for NaN."""
+    """Write JSON for a hash: equal content gives equal text in any order of keys. Raises ValueError for NaN."""
     return json.dumps(content, sort_keys=True, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
 
 
 def toml_text(text: str) -> str:
-    """Quote a text for TOML, which takes JSON's strings, but no DEL in them."""
+    """Quote a text for TOML. TOML accepts JSON strings, except an unescaped DEL character."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007F")
 
 
 def from_toml(text: str) -> dict[str, Any]:
-    """Read TOML. Raises ValueError for what is none, is nested too deeply, or holds an integer beyond 64 bits."""
+    """Read TOML. Raises ValueError for invalid TOML, too deep nesting, or an integer of more than 64 bits."""
     if deepest(text) > DEEPEST:
         raise ValueError(f"it is nested more than {DEEPEST} deep")
     try:
@@ -69,7 +69,7 @@ def from_toml(text: str) -> dict[str, Any]:
 
 
 def deepest(text: str) -> int:
-    """Return how deep TOML is nested, and how many parts its longest key has, in one pass over the text."""
+    """Return the larger of the nesting depth and the number of dots of the longest key, in one pass over the text."""
     largest = depth = parts = 0
     for match in _MARK.finditer(text):
         mark = match[0]
@@ -91,13 +91,13 @@ def _values(content: Any) -> Iterator[Any]:
 
 
 def _refuse(text: str) -> NoReturn:
-    raise ValueError(f"{text} is no number of JSON")
+    raise ValueError(f"{text} is not a number of JSON")
 
 
 def _double(text: str) -> float:
     value = float(text)
     if not isfinite(value):
-        raise ValueError(f"{text[:40]} is beyond every double")
+        raise ValueError(f"{text[:40]} is too large for a double")
     return value
 
 

@@ -1,7 +1,7 @@
-"""Reading of files that may hold anything, atomic writing, and temporary folders.
+"""Bounded reading of untrusted files, atomic writing, and temporary folders.
 
-Writing is atomic: a reader sees the old file or the new one, never a part. A run that was killed leaves its temporary
-folder, and the next run removes it.
+Writing is atomic: a reader sees the old file or the complete new file, never a part of a file. A killed run leaves its
+temporary folder behind. The next run removes that folder.
 """
 
 from __future__ import annotations
@@ -28,52 +28,56 @@ except ImportError:  # Windows
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-#: Files being written end in this; the next build removes those that a killed one left.
+#: Suffix of a file that is being written. The next build removes the partial files that a killed build left.
 PARTIAL = ".lutgen-partial"
 
-#: Bytes of a name to which a dot and ``PARTIAL`` can be added: file systems take 255.
+#: Maximum length in bytes of a name to which a dot and ``PARTIAL`` are added. File systems allow 255 bytes.
 _LONGEST_NAME = 200
 
-#: Temporary folders begin with this.
+#: Prefix of the names of temporary folders.
 PREFIX = "lutgen-"
 
-#: An unlocked folder that is older than this, in seconds, belongs to a killed run: a new one is locked within a few
+#: Age in seconds above which an unlocked folder belongs to a killed run. A live run locks its new folder within a few
 #: milliseconds.
 GRACE = 60.0
 
 
 def write_atomically(path: Path, data: bytes) -> None:
-    """Write ``data`` beside ``path`` and rename it into place. Raises LutgenError when that cannot be done."""
+    """Write ``data`` to a temporary file beside ``path`` and rename that file to ``path``.
+
+    Raises LutgenError: the file cannot be written.
+    """
     with replacing(path) as partial:
         partial.write_bytes(data)
 
 
 def read_at_most(path: Path, most: int, *, what: str, none: str, advice: str = "") -> bytes:
-    """Read a file that may hold anything; a file of more than ``most`` bytes is refused before it is read.
+    """Read an untrusted file. Refuse a file of more than ``most`` bytes before reading it.
 
-    ``what`` it is, such as "the session", what no file of that size is, such as "session", and what to do, a sentence,
-    are for the messages.
+    ``what``, ``none`` and ``advice`` are parts of the error messages. ``what`` names the file, such as "the session".
+    ``none`` is its kind, such as "session", in "larger than 8 MB, which no session is". ``advice`` is a sentence that
+    says what to do.
 
-    Raises LutgenError: the file cannot be read, or is larger.
+    Raises LutgenError: the file cannot be read, or is larger than ``most``.
     """
     then = f" {advice}" if advice else ""
     try:
         return bytes_at_most(path, most, none=none, advice=advice)
-    except LutgenError:  # a ValueError too
+    except LutgenError:  # LutgenError is a ValueError, which the last clause would catch
         raise
     except OSError as error:
         raise LutgenError(f"{path}: cannot read {what}: {reason_of(error)}.{then}") from None
-    except ValueError as error:  # a NUL in the name
+    except ValueError as error:  # the name contains a NUL
         raise LutgenError(f"{str(path)!r}: cannot read {what}: {error}.{then}") from None
 
 
 def bytes_at_most(path: Path, most: int, *, none: str, advice: str = "") -> bytes:
-    """Read as :func:`read_at_most`, for callers with a sentence of their own on a file that is not there.
+    """Read a file as :func:`read_at_most` does, but leave an OSError to the caller, who words its own message.
 
-    Raises OSError: the file cannot be read. Raises LutgenError: it is larger.
+    Raises OSError: the file cannot be read. Raises LutgenError: the file is larger than ``most``.
     """
     with path.open("rb") as file:
-        # A device or a pipe has no size, and may never end.
+        # A device or a pipe reports no size and may never end: read at most one byte more than is allowed.
         data = file.read(most + 1) if os.fstat(file.fileno()).st_size <= most else None
     if data is None or len(data) > most:
         then = f" {advice}" if advice else ""
@@ -82,7 +86,7 @@ def bytes_at_most(path: Path, most: int, *, none: str, advice: str = "") -> byte
 
 
 def file_sha256(path: Path) -> str:
-    """Return the hash of a file of any size. Raises LutgenError when it cannot be read."""
+    """Return the SHA-256 of a file of any size. Raises LutgenError when the file cannot be read."""
     try:
         with path.open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
@@ -91,11 +95,11 @@ def file_sha256(path: Path) -> str:
 
 
 def files_below(folder: Path, suffixes: Sequence[str]) -> list[Path] | None:
-    """Return the files of these suffixes in a folder and below, in order, or None where it is no folder.
+    """Return the sorted files with one of ``suffixes`` in ``folder`` and its subfolders; None when it is no folder.
 
-    Hidden ones, and what is in hidden folders, are left out.
+    Hidden files and the contents of hidden folders are skipped.
 
-    Raises LutgenError: it cannot be looked into.
+    Raises LutgenError: the folder cannot be listed.
     """
     try:
         if not folder.is_dir():
@@ -108,15 +112,15 @@ def files_below(folder: Path, suffixes: Sequence[str]) -> list[Path] | None:
             and not any(part.startswith(".") for part in path.relative_to(folder).parts)
         )
     except OSError as error:
-        raise LutgenError(f"{folder}: cannot be looked into: {reason_of(error)}.") from None
+        raise LutgenError(f"{folder}: cannot be listed: {reason_of(error)}.") from None
 
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Give a temporary path beside ``path``; on success it takes ``path``'s place, on failure it is removed.
+    """Yield a temporary path beside ``path``. On success rename it to ``path``; on failure remove it.
 
-    Raises LutgenError: the folder is read-only or full, a file stands where a folder should, or a device or a pipe
-    stands there.
+    Raises LutgenError: the folder is read-only or full, a file stands in the place of a folder, or ``path`` is a device
+    or a pipe.
     """
     if _is_device(path):
         raise LutgenError(
@@ -136,23 +140,24 @@ def replacing(path: Path) -> Iterator[Path]:
 
 
 def _is_device(path: Path) -> bool:
-    """Whether something stands there that is neither a file nor a folder."""
-    with suppress(OSError, ValueError):  # nothing, or no name
+    """Whether ``path`` exists and is neither a file nor a folder."""
+    with suppress(OSError, ValueError):  # the path does not exist, or is not a valid name
         mode = path.stat().st_mode
         return not (stat.S_ISREG(mode) or stat.S_ISDIR(mode))
     return False
 
 
 def _partial(path: Path) -> Path:
-    """Name the temporary file of ``path``: no longer than a file system takes, for a name that it takes itself."""
+    """Return the path of the temporary file for ``path``. A hash replaces a long name, so that the suffix fits."""
     name = path.name if len(os.fsencode(path.name)) <= _LONGEST_NAME else hashlib.sha256(os.fsencode(path)).hexdigest()
     return path.with_name(f".{name}{PARTIAL}")
 
 
 def check_new_file(path: str | Path, *, force: bool, suffixes: Iterable[str] = ()) -> Path:
-    """Return the path when a file may be written there, before any work is done for it.
+    """Return ``path`` when a file may be written there. Callers check this before they do the work.
 
-    Raises LutgenError: another suffix, a folder, or a file that exists without ``force``.
+    Raises LutgenError: the suffix is not one of ``suffixes``, ``path`` is a folder, or the file exists and ``force`` is
+    false.
     """
     file, suffixes = Path(path), tuple(suffixes)
     if suffixes and file.suffix.lower() not in suffixes:
@@ -165,54 +170,55 @@ def check_new_file(path: str | Path, *, force: bool, suffixes: Iterable[str] = (
 
 
 def free_bytes(folder: Path) -> float:
-    """Bytes that may still be written into ``folder``; infinite where its file system does not say."""
+    """Return the free space of ``folder`` in bytes; infinity when its file system reports no size."""
     usage = shutil.disk_usage(folder)
     return usage.free if usage.total else inf
 
 
 def is_file(path: Path) -> bool:
-    """Whether ``path`` leads to a file; not, where a folder above it is closed or a name too long: pathlib raises."""
+    """Whether ``path`` leads to a file. False, where pathlib raises, for a closed parent folder or a name too long."""
     with suppress(OSError):
         return path.is_file()
     return False
 
 
 def is_folder(path: Path) -> bool:
-    """Whether ``path`` leads to a folder; as :func:`is_file`."""
+    """Whether ``path`` leads to a folder. Errors give False, as in :func:`is_file`."""
     with suppress(OSError):
         return path.is_dir()
     return False
 
 
 def check_name(path: Path) -> None:
-    """Raise LutgenError for the name of an output that OpenImageIO cannot take."""
+    """Raise LutgenError when OpenImageIO cannot use the name of an output file, since it is not UTF-8."""
     if not is_unicode(path):
         raise LutgenError(f"{str(path)!r}: is no name in UTF-8, as images need it. Choose another with -o.")
 
 
 def is_unicode(path: Path) -> bool:
-    """Whether a name is Unicode: Python turns other bytes of a name into surrogates, which cannot be encoded again."""
+    """Whether a name is valid Unicode. Python decodes other bytes to surrogates, which cannot be encoded."""
     return str(path).encode(errors="replace").decode() == str(path)
 
 
 def cannot_write(path: Path, error: OSError) -> LutgenError:
-    """Return the sentence for a place that cannot be written to."""
+    """Return the error for a path that cannot be written."""
     reason = reason_of(error)
     return LutgenError(f"{path}: cannot write: {reason}. Make room, or choose another place to write to.")
 
 
 def _discard(partial: Path) -> None:
-    # On a read-only disk, or below a file, there is nothing to remove; the failure to write is reported already.
+    # On a read-only disk, or where a file stands in the place of a folder, nothing was written and unlink fails. The
+    # caller reports the failure to write.
     with suppress(OSError):
         partial.unlink(missing_ok=True)
 
 
 @contextmanager
 def under_its_name(path: Path, suffix: str, folder: Path | None = None) -> Iterator[Path]:
-    """Give a path that ends in ``suffix`` for a file that does not, through a link in a private folder.
+    """Yield a symbolic link to ``path`` whose name ends in ``suffix``, in a private folder.
 
-    OpenColorIO chooses the reader by the suffix; a partial file has none that it knows. ``folder``: a private one that
-    is there already, perhaps of several processes; None: a new one.
+    OpenColorIO chooses the reader by the suffix, and does not know the suffix of a partial file. ``folder`` is an
+    existing private folder, which several processes may share; None creates a new folder.
     """
     with nullcontext(folder) if folder else scratch() as place:
         link = place / f"{os.getpid()}-lut{suffix}"
@@ -225,54 +231,56 @@ def under_its_name(path: Path, suffix: str, folder: Path | None = None) -> Itera
 
 @contextmanager
 def scratch() -> Iterator[Path]:
-    """Give a new private folder, which is removed at the end of the block.
+    """Yield a new private folder and remove it at the end of the block.
 
-    The folder is locked while the process runs, however that ends; the first use in a process removes folders of this
-    user that no process holds any more.
+    The folder is locked during the block. The system releases the lock when the process ends, even if it is killed. The
+    first call in a process removes folders of this user that no process locks any more.
     """
     _clear(tempfile.gettempdir())
     with tempfile.TemporaryDirectory(prefix=PREFIX) as name:
-        held = None
-        with suppress(BlockingIOError):  # nobody else has a reason to
-            held = locked(Path(name))
+        lock = None
+        with suppress(BlockingIOError):  # no other process has a reason to lock a new folder
+            lock = locked(Path(name))
         try:
             yield Path(name)
         finally:
-            if held is not None:
-                os.close(held)
+            if lock is not None:
+                os.close(lock)
 
 
 @cache
 def _clear(place: str) -> None:
-    """Remove the folders that killed runs left; done once in each process."""
+    """Remove the folders that killed runs left. The cache makes this run once in each process."""
     if fcntl is None:
         return
     for folder in Path(place).glob(f"{PREFIX}*"):
-        with suppress(OSError):  # somebody else clears it too
+        with suppress(OSError):  # another process may remove the same folder
             status = folder.lstat()
             ours = status.st_uid == os.getuid() and not folder.is_symlink() and folder.is_dir()
-            if ours and time.time() - status.st_mtime > GRACE and (held := locked(folder)) is not None:
+            if ours and time.time() - status.st_mtime > GRACE and (lock := locked(folder)) is not None:
                 shutil.rmtree(folder, ignore_errors=True)
-                os.close(held)
+                os.close(lock)
 
 
 def locked(folder: Path) -> int | None:
-    """Lock a folder until what is returned is closed; None where that cannot be done, as on some network drives.
+    """Lock a folder and return the file descriptor; closing the descriptor releases the lock.
 
-    The lock needs no file, and ends with the last process that holds it, however that ends. Raises BlockingIOError:
-    another process holds it.
+    Return None where locks are not supported, as on some network drives. The lock needs no file. The system releases
+    the lock when the last process that holds it ends, even if that process is killed.
+
+    Raises BlockingIOError: another process holds the lock.
     """
     if fcntl is None:
         return None
     try:
-        opened = os.open(folder, os.O_RDONLY)
+        descriptor = os.open(folder, os.O_RDONLY)
     except OSError:
-        return None  # an unreadable folder gets a clearer message when it is read
+        return None  # later reading of the folder raises a clearer message
     try:
-        fcntl.flock(opened, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:
-        os.close(opened)
+        os.close(descriptor)
         if isinstance(error, BlockingIOError):
             raise
         return None
-    return opened
+    return descriptor

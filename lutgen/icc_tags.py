@@ -1,4 +1,4 @@
-"""Reading the tag table of an ICC profile (ICC.1:2022, 7.3): bounded, whatever its numbers claim."""
+"""Reading the tag table of an ICC profile (ICC.1:2022, 7.3), with bounds on the counts and sizes that it states."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ if TYPE_CHECKING:
 
 HEADER = 128
 
-#: Tags of a profile, at most: LittleCMS refuses more, and profiles have 10 to 20.
+#: Maximum number of tags of a profile. LittleCMS refuses more. Usual profiles have 10 to 20.
 MOST_TAGS = 100
 
-#: Least bytes of a tag: its type, four reserved bytes, and one byte of content.
+#: Minimum size of a tag in bytes: its type, four reserved bytes and its content.
 SMALLEST_TAG = 12
 
 
 class Tag(NamedTuple):
-    """A row of the table: the tag's signature, and which bytes of the file it claims."""
+    """A row of the tag table: the tag's signature, and the offset and size of its data in the file, in bytes."""
 
     name: str
     start: int
@@ -33,7 +33,7 @@ def is_profile(data: bytes) -> bool:
 
 
 def tags_claimed(data: bytes) -> Iterator[Tag]:
-    """Yield the rows of the table that the first bytes of a profile hold, ``MOST_TAGS`` at most, believing none."""
+    """Yield the rows of the tag table in the first bytes of a profile, at most ``MOST_TAGS``, without checking them."""
     if len(data) < HEADER + 4:
         return
     (count,) = struct.unpack_from(">I", data, HEADER)
@@ -43,17 +43,19 @@ def tags_claimed(data: bytes) -> Iterator[Tag]:
 
 
 def tag_table(data: bytes, file: object) -> tuple[Tag, ...]:
-    """Return the tags of a whole profile, all of which lie in it; ``file`` is named in errors.
+    """Return the tags of a whole profile, after a check that each tag lies in the file. ``file`` is named in errors.
 
-    Raises LutgenError: it is no profile, or its table lies.
+    Raises LutgenError: the data is no profile, or its tag table is wrong.
     """
     if len(data) < HEADER + 4 or not is_profile(data):
         raise LutgenError(f"{file}: is no ICC profile: it has {len(data)} bytes and not ICC's signature.")
     (count,) = struct.unpack_from(">I", data, HEADER)
     if count > MOST_TAGS or HEADER + 4 + 12 * count > len(data):
-        raise LutgenError(f"{file}: claims {count} tags: more than {MOST_TAGS}, or than its bytes hold. Copy it anew.")
+        raise LutgenError(
+            f"{file}: claims {count} tags: more than {MOST_TAGS}, or more than fit in the file. Copy it again."
+        )
     tags = tuple(tags_claimed(data))
     for tag in tags:
         if tag.start + tag.size > len(data) or tag.size < SMALLEST_TAG:
-            raise LutgenError(f"{file}: its tag {tag.name!r} lies outside the file. Copy it anew.")
+            raise LutgenError(f"{file}: its tag {tag.name!r} lies outside the file. Copy it again.")
     return tags

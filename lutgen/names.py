@@ -1,7 +1,7 @@
-"""Names that users type, each with its meaning where a name does not say it.
+"""Names that users type, with an explanation where the name alone is not clear.
 
-This module imports nothing of lutgen's, so that the command line lists the names in its help without importing numpy.
-The packages that define what a name does take the names from here.
+This module imports nothing from lutgen. The command line can thus list the names in its help without importing numpy.
+The packages that implement the named things import the names from here.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ MODES = {
     "chroma-luma": "luminance and chrominance age",
 }
 
-#: The modes that age: the rows of the paper's Table 1.
+#: The modes in which the display ages: the rows of the paper's Table 1.
 AGING_MODES = ("chroma", "chroma-luma")
 
 #: Rule that selects the matrix of a colour → meaning.
@@ -24,8 +24,8 @@ SELECTIONS = {
     "continuous": "T' of the smallest channel: no jumps, and all four colour points are met",
 }
 
-#: ``relative``: the measured change since hour 0, put on the standard sRGB colour points.
-#: ``absolute``: the measured colour points themselves, scaled so that white at hour 0 has Y = 1.
+#: ``relative``: the measured change since hour 0 is applied to the standard sRGB colour points.
+#: ``absolute``: the measured colour points are used, scaled so that white at hour 0 has Y = 1.
 REFERENCES = ("relative", "absolute")
 
 #: Model of the fresh display → what the model knows of the display.
@@ -36,10 +36,10 @@ BASELINES = {
     "native-first-hour": "the display's own model of the first session alone: the effects do the aging",
 }
 
-#: Baselines that age without effects.
+#: Baselines that include the aging without any effects.
 AGING_BASELINES = ("colour-points", "native")
 
-#: Baselines that know nothing of the display after hour 0.
+#: Baselines that use no measurement after hour 0, and so predict all later readings.
 FORETELLING_BASELINES = ("first-hour", "native-first-hour")
 
 #: Baselines that start from the display's own first session.
@@ -51,22 +51,22 @@ DIRECTIONS = {
     "compensate": "what to send the aged display, for it to show what it showed when it was new",
 }
 
-#: Treatment of colours that the aged display cannot show any more → meaning.
+#: Treatment of colours that the aged display can no longer show → meaning.
 UNREACHABLE = {
     "clip": "each channel of the drive is clipped: what can be reached stays exact",
     "scale": "everything is dimmed by one factor, with which no colour needs more than full drive",
 }
 
-#: What the numbers of an image are: code values or linear light; ``auto`` asks the file and its format.
+#: Meaning of the numbers of an image: code values or linear light. ``auto`` decides by the file and its format.
 SOURCES = AUTO, SIGNAL, LINEAR = ("auto", "signal", "linear")
 
 #: Stain of tissue → its name and the matrix of scikit-image that separates it, haematoxylin first.
 STAINS = {"he": ("H&E", "hed_from_rgb"), "hdab": ("haematoxylin and DAB", "hdx_from_rgb")}
 
-#: Suffix of a map in numbers → OpenImageIO's name of the format.
+#: Suffix of a numeric map → OpenImageIO's name of the format.
 MAP_SUFFIXES = {".exr": "openexr", ".tif": "tiff", ".tiff": "tiff"}
 
-#: Suffixes of an animation.
+#: Suffixes of animations.
 ANIMATION_SUFFIXES = (".png", ".apng", ".mp4")
 
 #: Figure of the paper → what it shows.
@@ -78,10 +78,10 @@ FIGURES = {
     "6": "ΔE2000 maps, chroma at 8100 h above chroma-luma at 4100 h, scale 1 to 8",
 }
 
-#: Instruments whose noise is known: the names of their files.
+#: Instruments with a known noise: the names of their files.
 INSTRUMENTS = tuple(sorted(path.stem for path in Path(__file__).parent.glob("readings/instruments/*.toml")))
 
-#: Published sets of limits that a display must keep.
+#: Published sets of limits for displays.
 LIMIT_SETS = TG18_PRIMARY, TG18_SECONDARY, ACR_DIAGNOSTIC, MAMMOGRAPHY, TG270_DIAGNOSTIC, DIN_6868, RANZCR, DRIFT = (
     "tg18-primary",
     "tg18-secondary",

@@ -1,4 +1,4 @@
-"""Numbers in the form in which engineers read them: 12.31 ± 0.24, 1.53 ×10⁻⁵, 8.1 %, 18 000."""
+"""Formatting of numbers for engineers: 12.31 ± 0.24, 1.53 ×10⁻⁵, 8.1 %, 18 000."""
 
 from __future__ import annotations
 
@@ -8,20 +8,20 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-#: Significant figures of a value, and of its error.
+#: Significant figures of a value without an error, and of an error.
 FIGURES, OF_AN_ERROR = 4, 2
 
-#: Significant figures of a value at most, however small its error is.
+#: Maximum number of significant figures of a value, even if its error is very small.
 MOST = 6
 
-#: A smaller error is written with a power of ten, since it would have too many zeros.
+#: An error below this limit is written with a power of ten, since its decimals would begin with too many zeros.
 LEAST = 1e-5
 
 _SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def readable(value: float, figures: int = FIGURES) -> str:
-    """Write a value with so many figures; outside 0.0001..9999 with a power of a thousand."""
+    """Format a value with ``figures`` significant figures; outside 0.0001..9999 with a power of a thousand."""
     if value == 0 or not isfinite(value):
         return f"{value:g}"
     value = float(f"{value:.{figures - 1}e}")
@@ -30,7 +30,7 @@ def readable(value: float, figures: int = FIGURES) -> str:
 
 
 def with_error(value: float, stderr: float | None, unit: str = "1") -> str:
-    """Write value ± error, both to the error's second figure, and the unit."""
+    """Format value ± error and the unit, rounded to the second significant figure of the error."""
     behind = "" if unit == "1" else f" {unit}"
     if stderr is None or not isfinite(stderr) or stderr <= 0:
         return f"{readable(value)}{behind}"
@@ -48,7 +48,7 @@ def with_error(value: float, stderr: float | None, unit: str = "1") -> str:
 
 
 def percent(share: float | None) -> str:
-    """Write a share in percent; a share just above 0 is "< 1 %", one just below 1 is "> 99 %"; None is a dash."""
+    """Format a share in percent: "< 1 %" between 0 and 0.01, "> 99 %" between 0.99 and 1, and a dash for None."""
     if share is None:
         return "–"
     if 0 < share < 0.01:
@@ -59,33 +59,33 @@ def percent(share: float | None) -> str:
 
 
 def times(ratio: float) -> str:
-    """Write how many times the noise an error is, with three figures: 40.1 ×, 0.978 ×, 1230 ×."""
+    """Format the ratio of an error to the noise with three figures: 40.1 ×, 0.978 ×, 1230 ×."""
     return f"{ratio:.3g} ×" if ratio < 999.5 else f"{float(f'{ratio:.2e}'):.0f} ×"
 
 
 def spaced(value: float) -> str:
-    """Group the digits of a number of hours or pixels by thousands: 18 000, 562.5; the spaces do not break a line."""
+    """Format a number of hours or pixels with grouped thousands: 18 000, 562.5. The spaces are no-break spaces."""
     return f"{round(value, 6):,}".removesuffix(".0").replace(",", "\N{NO-BREAK SPACE}")
 
 
 def counted(count: int, noun: str) -> str:
-    """Count things whose plural has an s: 1 slide, 18 000 pixels."""
+    """Format a count and a noun whose plural ends in s: 1 slide, 18 000 pixels."""
     return f"{spaced(count)} {noun}{'' if count == 1 else 's'}"
 
 
 def listed(names: Sequence[str], most: int) -> str:
-    """List names, the first ``most`` of them, and count the others."""
+    """List the first ``most`` names, and the number of the remaining names: "a, b and 3 more"."""
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return ", ".join(names[:most]) + more
 
 
 def pixels_of_colours(pixels: int, colours: int) -> str:
-    """Count pixels and their distinct colours: 345 600 pixels of 50 304 colours, 1 pixel of 1 colour."""
+    """Format numbers of pixels and of distinct colours: 345 600 pixels of 50 304 colours, 1 pixel of 1 colour."""
     return f"{counted(pixels, 'pixel')} of {counted(colours, 'colour')}"
 
 
 def _power(value: float) -> int:
-    """Return the power of ten, a multiple of three, that is written as a factor."""
+    """Return the exponent of the power of ten to write as a factor, a multiple of three; 0 for no factor."""
     exponent = floor(log10(abs(value)))
     return 0 if -4 <= exponent < 4 else 3 * (exponent // 3)
 

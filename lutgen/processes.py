@@ -1,4 +1,4 @@
-"""Other processes of this machine: one function over many items, and Python programs of our own."""
+"""Child processes: a parallel map of one function over many items, and the environment of Python children."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ _R = TypeVar("_R")
 
 
 def python_environment(**more: str) -> dict[str, str]:
-    """Return the environment of a child that runs Python with ``-P``: it finds its modules where this process does."""
+    """Return the environment for a child that runs ``python -P``, so that the child imports from this ``sys.path``."""
     places = os.pathsep.join(folder or str(Path.cwd()) for folder in sys.path)
     return os.environ | {"PYTHONPATH": places, **more}
 
 
 def in_parallel(function: Callable[[_T], _R], items: Sequence[_T], jobs: int | None) -> Iterator[_R]:
-    """Yield the results in the order of ``items``, from ``jobs`` processes (default: one per core).
+    """Apply ``function`` to ``items`` in ``jobs`` processes (default: one per core); yield the results in order.
 
-    ``function`` must be a function of a module, or a ``partial`` of one; items and results must be picklable. What all
-    items share belongs into the ``partial``: each process gets it once, and forks inherit it. With one process no other
-    is started.
+    ``function`` must be a module-level function or a ``partial`` of a module-level function. Items and results must be
+    picklable. Put data that all items share into the ``partial``: each process receives it once, and a forked process
+    inherits it. With one job, this process does the work itself.
     """
     jobs = min(jobs or os.cpu_count() or 1, len(items))
     if jobs <= 1:
@@ -52,15 +52,18 @@ def in_parallel(function: Callable[[_T], _R], items: Sequence[_T], jobs: int | N
 
 
 def _start_method() -> str:
-    """Fork where no other thread runs: a forked worker inherits numpy, OpenColorIO and all that was prepared."""
-    # Beside other threads (OpenGL's drivers and servers have some) a lock that one of them holds would stay locked in
-    # the fork for ever.
+    """Return "fork" when this process has one thread, else "spawn".
+
+    A forked worker inherits numpy, OpenColorIO and all prepared data.
+    """
+    # Fork copies a lock that another thread holds (OpenGL drivers and servers have threads). That lock would stay
+    # locked in the child for ever.
     with suppress(OSError):
         return "fork" if len(list(Path("/proc/self/task").iterdir())) == 1 else "spawn"
     return "spawn"
 
 
-#: The function of this worker.
+#: The function that this worker applies, as the last element.
 _FUNCTION: list[Callable[[Any], Any]] = []
 
 
@@ -70,11 +73,11 @@ def _run_item(item: Any) -> Any:
 
 def _begin_worker(function: Callable[[Any], Any]) -> None:
     _FUNCTION.append(function)
-    # The parent handles an interrupt: workers ignore it, finish their current file and print nothing.
+    # Only the parent handles Ctrl-C. Workers ignore it, finish their current file and print nothing.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    # The pool ends its workers with SIGTERM; the parent's handler must not run in them.
+    # The pool ends its workers with SIGTERM. The handler that they inherit from the parent must not run in them.
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    # Workers of a killed parent would go on writing into a folder that the next build uses.
+    # Without this thread, the workers of a killed parent would still write into a folder that the next build uses.
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 

@@ -1,10 +1,10 @@
-"""The progress of long work: whoever asks for the work gives a function that is called with what is done and all."""
+"""Progress of long work. The caller passes a function, which is called with the number of pieces done and in total."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
-#: Called with the number of pieces done, and of all pieces.
+#: A function of the number of pieces done and the number of all pieces.
 Progress = Callable[[int, int], None]
 
 
@@ -13,5 +13,8 @@ def unseen(_done: int, _all: int) -> None:
 
 
 def part_of(progress: Progress, start: int, length: int, whole: int = 1000) -> Progress:
-    """Return the progress of one part of a longer work, from ``start`` on, as ``progress`` counts: up to ``whole``."""
+    """Return a progress function for one part of a longer work.
+
+    The part goes from ``start`` to ``start + length`` on the scale of ``progress``, which ends at ``whole``.
+    """
     return lambda done, total: progress(start + length * done // max(total, 1), whole)

@@ -79,9 +79,9 @@ HALDS: dict[str, tuple[Callable[[], bytes], str, str]] = {
     "half of its pixels": (
         lambda: with_pixels(PLAIN, zlib.compress(ROWS[: len(ROWS) // 2])),
         WRONG,
-        "pixels fewer than",
+        "bytes of pixels for",
     ),
-    "pixels that are no stream": (lambda: with_pixels(PLAIN, ROWS), WRONG, "12352 bytes of pixels fewer than 64 × 64"),
+    "pixels that are no stream": (lambda: with_pixels(PLAIN, ROWS), WRONG, "12352 bytes of pixels for 64 × 64"),
     "no PNG": (lambda: b"GIF89a" + bytes(100), REFUSES, "is not a PNG"),
     "level 8": (lambda: png(hald(8)), READS, "has 8 bits"),
     "of OBS Studio": (lambda: png(tiles_of(hald(8).reshape(64, 64, 64, 3))), WRONG, "the layout of OBS Studio"),

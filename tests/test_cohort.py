@@ -177,7 +177,7 @@ def test_what_lies_beside_a_mirax_slide_belongs_to_it(tmp_path: Path) -> None:
         ([], "no slide was given"),
         (["empty"], "empty: no slide in this folder or below. Looked for .png"),
         (["gone.txt"], "gone.txt: cannot read the list of slides: no such file"),
-        (["n" * 300], f"{'n' * 300}: cannot be looked into: file name too long"),
+        (["n" * 300], f"{'n' * 300}: cannot be listed: file name too long"),
         (["blank.txt"], "blank.txt: names no slide"),
         (["latin.txt"], "latin.txt: cannot read the list of slides: it is not utf-8 text"),
     ],

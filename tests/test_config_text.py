@@ -20,12 +20,12 @@ HOURS = (0.0, 600.0, 9600.5, 18_000.0)
 
 @pytest.mark.parametrize(("direction", "unreachable"), list(product(DIRECTIONS, UNREACHABLE)))
 def test_every_display_has_the_words_that_opencolorio_gives_it(direction: str, unreachable: str) -> None:
-    model, config._WORDED = DisplayModel(read_measurements(default_display())), {}
+    model, config._SERIALISED = DisplayModel(read_measurements(default_display())), {}
     for mode, hours, unclipped in product(MODES, HOURS, (False, True)):
         aged = display_to_bake(model, mode, hours, direction=direction, unreachable=unreachable)
         written = config_of_display(aged, "aged.cube", unclipped=unclipped)
-        assert config_text(written) == config._worded(written)
-    assert len(config._WORDED) < len(MODES) * len(HOURS) * 2
+        assert config_text(written) == config._serialised(written)
+    assert len(config._SERIALISED) < len(MODES) * len(HOURS) * 2
 
 
 @pytest.mark.parametrize(
@@ -34,11 +34,11 @@ def test_every_display_has_the_words_that_opencolorio_gives_it(direction: str, u
 def test_what_stands_in_quotes_or_on_lines_of_its_own_is_worded_too(description: str) -> None:
     for name, text in product(("a_1", "b_2", "aged"), (description, description.replace("1", "2"), "c: d 1")):
         written = AgedConfig(name, text, "aged.cube", {}, SIMULATION)
-        assert config_text(written) == config._worded(written)
+        assert config_text(written) == config._serialised(written)
 
 
 def test_what_differs_otherwise_is_worded_by_itself() -> None:
     first = AgedConfig("a_1", "a: 1", "aged.cube")
     for other in (replace(first, lut="aged.clf"), replace(first, environment={"AGING_MODE": "chroma"})):
         assert config_text(first) != config_text(other)
-        assert config_text(other) == config._worded(other)
+        assert config_text(other) == config._serialised(other)

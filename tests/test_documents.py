@@ -57,7 +57,7 @@ def test_an_integer_beyond_64_bits_is_refused(digits: str) -> None:
 
 @pytest.mark.parametrize("word", ["NaN", "-Infinity", "1e400"])
 def test_json_without_a_finite_number_is_refused(word: str) -> None:
-    with pytest.raises(ValueError, match=r"number of JSON|beyond every double"):
+    with pytest.raises(ValueError, match=r"number of JSON|too large for a double"):
         from_json(f'{{"x": {word}}}')
 
 

@@ -74,7 +74,7 @@ def test_check_needs_no_file_beside_the_build_and_tells_another_profile(built: P
 
 
 BAD = {
-    "a link": ("icc", scanner(b"link"), "is a profile of class 'link', which tells no picture's colours"),
+    "a link": ("icc", scanner(b"link"), "is a profile of class 'link', which does not define a picture's colours"),
     "no profile": ("icc", b"no profile" * 40, "is no ICC profile"),
     "cut off": ("icc", scanner()[:-40], "Was it cut off?"),
     "empty": ("icc", b"", "is no ICC profile"),

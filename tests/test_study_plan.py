@@ -314,7 +314,7 @@ def test_a_float_image_is_refused(tmp_path: Path) -> None:
     [
         (("in",), "7 images are fewer than the design needs: 3 conditions × 40 images each are 120. Give 113 more"),
         (("in", "gone.png", *SMALL), "gone.png: there is no such image"),
-        (("n" * 300, *SMALL), "cannot be looked into: file name too long"),
+        (("n" * 300, *SMALL), "cannot be listed: file name too long"),
         (("in", "in/s0.png", *SMALL), "in/s0.png: is given twice"),
         (("empty", *SMALL), "empty: no image in this folder or below. Looked for .png, .jpg, .jpeg, .tif, .tiff."),
         (("in", *SMALL, "--conditions", "none,chroma@99999"), "hour 99999 is outside the measured span 0..18000 h"),

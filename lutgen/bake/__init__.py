@@ -1,1 +1,1 @@
-"""Baking: a display model into LUT files and OpenColorIO configs, each certified against the model."""
+"""Baking of a display model into LUT files and OpenColorIO configs. Each file is certified against the model."""

@@ -1,4 +1,4 @@
-"""``lutgen build``: LUTs and OpenColorIO configs for every aging mode and hour, each certified."""
+"""``lutgen build``: certified LUTs and OpenColorIO configs for every aging mode and hour."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from lutgen.bake.formats import format_named
 from lutgen.bake.gpu import check_renderer, gpu_run
 from lutgen.bake.lut import SIZES, Lut
 from lutgen.bake.manifest import FileRecord, HeldFile, Manifest, Recipe, model_as_json, sha256
-from lutgen.bake.own_reading import checked_table, is_read_here, refuse_other
+from lutgen.bake.own_reading import checked_table, is_read_here, refuse_difference
 from lutgen.bake.plan import Plan
 from lutgen.bake.provenance import config_of_all, config_of_display, provenance_of
 from lutgen.bake.readback import TableKind, apply_lut
@@ -42,7 +42,7 @@ CONFIG = "config.ocio"
 
 @dataclass(frozen=True)
 class Built:
-    """The result of a build: its manifest, and how many files an interrupted build lacked (missing, all)."""
+    """The result of a build: its manifest, and for a resumed build the numbers of missing files and of all files."""
 
     manifest: Manifest
     unfinished: tuple[int, int] | None
@@ -59,24 +59,24 @@ def build(
 ) -> Built:
     """Bake ``plan`` of ``model`` into the folder ``output``.
 
-    Files are replaced one by one, each whole; the manifest comes last. The same model and plan give the same LUT bytes
-    on every run and with every binding; how configs, and archives of them, are worded differs with OpenColorIO's
-    version.
+    Each file is replaced atomically, and the manifest is written last. The same model and plan give the same LUT bytes
+    on every run and with every binding. The wording of configs, and of archives of configs, depends on the version of
+    OpenColorIO.
 
     Parameters
     ----------
     jobs
         Processes; default: one per core.
     force
-        Replace another build of lutgen's in ``output``. What lutgen did not write is never touched.
+        Replace another build of lutgen's in ``output``. Files that lutgen did not write are never changed.
     progress
         Called with the number of displays done and of all displays.
 
     Raises
     ------
     LutgenError
-        Bad options or hours, a folder that cannot be used, or a tolerance that no size keeps. Of a first build
-        nothing is left then.
+        Bad options or hours, a folder that cannot be used, or a tolerance that no table size meets. A failed first
+        build leaves no files.
 
     """
     ocio()
@@ -129,23 +129,24 @@ def _build(
 
 
 def paths_of(plan: Plan) -> list[str]:
-    """Return the paths of all files of a build but its manifest, relative to its folder."""
+    """Return the paths of all files of a build except its manifest, relative to its folder."""
     configs = [CONFIG] if config_format(plan) else []
     names = [format_named(name).file_in(plan.direction) for name in plan.formats] + configs
     return configs + [f"{folder}/{name}" for _, _, folder in plan.folders() for name in names]
 
 
 def _parts(plan: Plan) -> list[tuple[tuple[str, float, str], ...]]:
-    """Split the displays into small parts, for the progress bar: a correction takes as long as four displays."""
+    """Split the displays into small parts for the progress bar. One correction takes as long as four simulations."""
     displays, most = list(plan.folders()), 1 if plan.direction == "compensate" else 4
     return [tuple(displays[start : start + most]) for start in range(0, len(displays), most)]
 
 
 @dataclass(frozen=True)
 class _Work:
-    """What all workers share; ``sizes`` of tables by folder and format, where a tolerance chose them.
+    """The data that all workers share.
 
-    ``scratch``: the private folder of this build, for all workers.
+    ``scratch`` is the private folder of this build, for all workers. ``sizes`` are the table sizes by folder and
+    format, when a tolerance chose them.
     """
 
     model: DisplayModel
@@ -155,21 +156,22 @@ class _Work:
     sizes: dict[tuple[str, str], int] | None = None
 
 
-#: The judge of this process, the certificates of tables that it has judged, and each format's last table: ``stable``
-#: has one for all hours.
+#: The judge of this process.
 JUDGE = Judge()
+#: The certificates of the tables that this process has judged.
 _CERTIFICATES: dict[object, Certificate] = {}
 #: Kinds of tables of which OpenColorIO has read a whole file in this process.
 _READ_WHOLE: set[TableKind] = set()
+#: Format → its last table, with the key and the errors of this table. All hours of ``stable`` share one table.
 _BAKED: dict[str, tuple[object, Lut | MatrixLut, Figures]] = {}
-#: What a config's own run found that OpenColorIO shows of a whole file, by its path, for the certificate that follows.
+#: Path of a LUT → the code values that OpenColorIO gave for it in the check of a config, for the certificate after it.
 SHOWN_WHOLE: dict[Path, Array] = {}
 
 
 def prepare(aged: AgedDisplay, plan: Plan) -> None:
-    """Compute what all displays share before workers are forked, so that workers share its memory.
+    """Compute the shared data of all displays before the workers are forked, so that the workers share its memory.
 
-    Corrections share almost nothing.
+    Corrections share almost no data, so nothing is computed for them.
     """
     if compensation_of(aged):
         return
@@ -193,7 +195,7 @@ def _bake(work: _Work, displays: tuple[tuple[str, float, str], ...]) -> list[Fil
 
 
 def _smallest_sizes(work: _Work, displays: tuple[tuple[str, float, str], ...]) -> list[tuple[tuple[str, str], int]]:
-    """Find the smallest size whose largest smooth error keeps the tolerance, for each display and format."""
+    """Return for each display and format the smallest size whose largest smooth error meets the tolerance."""
     sizes = []
     for mode, hours, folder in displays:
         for name in work.plan.formats:
@@ -213,7 +215,7 @@ def _smallest_size(work: _Work, aged: AgedDisplay, form: Format, path: Path) -> 
         if reached <= tolerance:
             return size
     raise LutgenError(
-        f"--tolerance {tolerance:g}: no size certifies for {aged.mode} at {aged.hours:g} h as {form.name}; "
+        f"--tolerance {tolerance:g}: no table size meets it for {aged.mode} at {aged.hours:g} h as {form.name}; "
         f"{SIZES[-1]}³ reaches {reached:.3g}. Loosen the tolerance, or take --selection continuous --format clf."
     )
 
@@ -226,7 +228,7 @@ def _bake_lut(work: _Work, aged: AgedDisplay, path: str, form: Format, size: int
         file = HeldFile(staged, data)
         if work.plan.certify:
             if staged.read_bytes() != data:
-                raise LutgenError(f"{work.output / path}: reads back otherwise than it was written. Check the disk.")
+                raise LutgenError(f"{work.output / path}: its bytes are not those that were written. Check the disk.")
             certificate = certified(file, aged, form, lut, work.scratch).as_json()
     return FileRecord(
         path=path,
@@ -244,17 +246,17 @@ def _bake_lut(work: _Work, aged: AgedDisplay, path: str, form: Format, size: int
 
 
 def certified(file: HeldFile, aged: AgedDisplay, form: Format, lut: Lut | MatrixLut, beside: Path) -> Certificate:
-    """Read a file back and compare it with ``aged``; equal tables share a certificate. ``beside``: a private folder."""
+    """Read a file back and compare it with ``aged``. Equal tables share a certificate. ``beside``: a private folder."""
     key = (form.name, aged.head, aged.tail, lut.space, lut.size)
     if key not in _CERTIFICATES:
         kind = TableKind(lut.space, lut.size, not form.unclipped)
-        _CERTIFICATES[key] = JUDGE.compare(_shown(file, form, lut, kind, beside), aged, kind)
+        _CERTIFICATES[key] = JUDGE.compare(_code_values(file, form, lut, kind, beside), aged, kind)
     return _CERTIFICATES[key]
 
 
-def _shown(file: HeldFile, form: Format, lut: Lut | MatrixLut, kind: TableKind, beside: Path) -> Array:
-    """Code values that a file gives for the judge's colours, (n, 3)."""
-    # Where lutgen parses the text itself, OpenColorIO still reads the first file of each kind as a whole.
+def _code_values(file: HeldFile, form: Format, lut: Lut | MatrixLut, kind: TableKind, beside: Path) -> Array:
+    """Return the code values that a file gives for the judge's colours, (n, 3)."""
+    # lutgen parses the text of some formats itself. OpenColorIO still reads the first file of each kind completely.
     own = checked_table(file, lut, beside) if isinstance(lut, Lut) and is_read_here(lut, form.suffix) else None
     codes = JUDGE.shown(own) if own else None
     if codes is not None and kind in _READ_WHOLE:
@@ -265,21 +267,24 @@ def _shown(file: HeldFile, form: Format, lut: Lut | MatrixLut, kind: TableKind, 
             shown = apply_lut(named, JUDGE.code)
     if codes is None:
         return shown
-    refuse_other(file.path, shown, codes)
+    refuse_difference(file.path, shown, codes)
     _READ_WHOLE.add(kind)
-    # Certificates do not depend on which process gets which files.
+    # Return lutgen's own values for the first file too: certificates must not depend on which process gets which file.
     return codes
 
 
 def best_candidate(
     model: DisplayModel, aged: AgedDisplay, form: Format, size: int
 ) -> tuple[Lut | MatrixLut, Provenance]:
-    """Bake a format's candidates and give the most faithful, judged in double precision: alike on every binding."""
+    """Bake a format's candidate tables and return the most faithful.
+
+    The errors are computed in double precision, so that the choice is the same with every binding.
+    """
     links = (aged.head, aged.tail, size)
     if form.name not in _BAKED or _BAKED[form.name][0] != links:
         candidates = form.bake(JUDGE.sampler, aged, size)
         errors = [JUDGE.table_error(lut, aged) for lut in candidates]
-        # Smooth colours decide; a display whose curves are nothing but stairs has none, and all its colours decide.
+        # Smooth colours decide. A display whose curves are staircases has no smooth colours; then all colours decide.
         lut, error = min(
             zip(candidates, errors, strict=True),
             key=lambda each: (each[1].smooth.p99, each[1].all.p99, each[1].all.mean),
@@ -303,9 +308,9 @@ def _write_common_config(plan: Plan, output: Path, form: Format) -> FileRecord:
 
 
 def config_format(plan: Plan) -> Format | None:
-    """Return the format that configs read: one that keeps colours outside sRGB, where there is one.
+    """Return the format that configs read: the first unclipped format, else the first format that OpenColorIO reads.
 
-    None, and no configs, where OpenColorIO reads none of the plan's.
+    Return None, for a build without configs, when OpenColorIO reads no format of the plan.
     """
     forms = [form for form in map(format_named, plan.formats) if form.reader is None]
     return next((form for form in forms if form.unclipped), forms[0] if forms else None)

@@ -1,9 +1,10 @@
-"""``lutgen check``: do these files still do what the model says? It writes no file, and trusts none.
+"""``lutgen check``: a check that files still agree with the model. It writes no file and trusts no file.
 
-Every LUT is read again through OpenColorIO and compared with the model, every number of its table with what the code
-writes, its certificate with a new one, and every config as a whole with what the code writes. Pixels are sent through
-every display, view, look and named transform of a config that differs, and of the common config for the last hour of
-the last mode; for every other hour OpenColorIO says which file the common config takes.
+OpenColorIO reads every LUT again, and the result is compared with the model. Every number of a LUT's table is compared
+with a new table, its certificate with a new certificate, and every config with a new config. Pixels are sent through
+every display, view, look and named transform of each config that differs from its new config. The same is done for the
+common config at the last hour of the last mode. For every other hour OpenColorIO reports which file the common config
+uses.
 """
 
 from __future__ import annotations
@@ -19,8 +20,8 @@ from typing import TYPE_CHECKING, Any
 from lutgen import __version__
 from lutgen.bake.build import JUDGE, SHOWN_WHOLE, best_candidate, certified, config_format, prepare
 from lutgen.bake.check_config import check_config
-from lutgen.bake.check_manifest import altered, left_alone, plan_of, stale, strangers, unknown_values, unlisted
-from lutgen.bake.expected import differs_from, otherwise_certified
+from lutgen.bake.check_manifest import altered, foreign_files, plan_of, stale, strangers, unknown_values, unlisted
+from lutgen.bake.expected import certificate_differences, differs_from
 from lutgen.bake.figures import Budget, over_budget
 from lutgen.bake.formats import format_named, lut_suffixes
 from lutgen.bake.gpu import TOLERANCE as GPU_TOLERANCE
@@ -54,7 +55,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay, DisplayModel
 
-#: Colours that are sent through each part of a config: of the certificate's, uniform ones.
+#: Number of colours that are sent through each part of a config: the first, uniform colours of the certificate.
 COLOURS = 500
 
 
@@ -68,26 +69,26 @@ class Finding:
 
 @dataclass(frozen=True)
 class Checked:
-    """What a check found."""
+    """The result of a check."""
 
     #: Number of files that were checked.
     files: int
-    #: The faults; the check failed when there is any.
+    #: The faults. The check fails when there is a fault.
     findings: tuple[Finding, ...]
-    #: LUT path → its certificate as measured now.
+    #: LUT path → its newly measured certificate.
     certificates: Mapping[str, Certificate] = field(default_factory=dict)
-    #: What could not be checked, and why.
+    #: Things that could not be checked, and the reasons.
     remarks: tuple[str, ...] = ()
-    #: Config path → how far its shaders differ from the CPU, with ``gpu``.
+    #: Config path → the differences between its shaders and the CPU; empty without ``gpu``.
     gpu: Mapping[str, GpuRun] = field(default_factory=dict)
 
     @property
     def passed(self) -> bool:
-        """Whether nothing is wrong."""
+        """Whether the check found no fault."""
         return not self.findings
 
     def as_json(self) -> dict[str, Any]:
-        """Return the result for a program to read."""
+        """Return the result as JSON data."""
         shaders = {"gpu": {path: run.as_json() for path, run in self.gpu.items()}} if self.gpu else {}
         return {
             "schema": 1,
@@ -109,23 +110,23 @@ def check(
     jobs: int | None = None,
     progress: Progress = unseen,
 ) -> Checked:
-    """Check a folder that ``lutgen build`` made.
+    """Check a folder that ``lutgen build`` wrote.
 
     Parameters
     ----------
     model
-        Compare with this model instead of the manifest's; under the conditions of the build.
+        Compare with this model, under the conditions of the build, instead of the manifest's model.
     budget
-        What the smooth colours may err; a file is also held to its own certificate.
+        Maximum errors of smooth colours. A file must also keep the errors of its own certificate.
     gpu
-        Run the shaders of each display's config too, and compare them with the CPU.
+        Also run the shaders of each display's config, and compare them with the CPU.
     jobs, progress
         As for ``build``.
 
     Raises
     ------
     LutgenError
-        The folder or its manifest is not there: nothing to check. Or ``gpu``, and no shader can be run here.
+        The folder or its manifest does not exist. Or ``gpu`` is true and this machine cannot run shaders.
 
     """
     ocio()
@@ -150,11 +151,11 @@ def check(
         return Checked(1, (*findings, Finding(MANIFEST, str(error))))
     outdated, remarks = stale(folder, manifest, model, built_from)
     findings += [Finding(MANIFEST, text) for text in outdated]
-    remarks += [*left_alone(strange), *unknown_values(plan)]
+    remarks += [*foreign_files(strange), *unknown_values(plan)]
     same = model is None and manifest.recipe.get("generator") == f"lutgen {__version__}"
     with scratch() as beside:
         work = _Work(folder, manifest, model or built_from, plan, budget or Budget(), gpu, same, beside)
-        with suppress(LutgenError):  # said of each file
+        with suppress(LutgenError):  # the check of each file reports the same error
             prepare(plan.display(model or built_from, plan.modes[-1], plan.hours[-1]), plan)
         certificates: dict[str, Certificate] = {}
         shaders: dict[str, GpuRun] = {}
@@ -169,7 +170,7 @@ def check(
 
 
 def check_lut(path: str | Path, aged: AgedDisplay, *, budget: Budget | None = None) -> Checked:
-    """Check one LUT file, made by any program, against a display: formats of OpenColorIO, ICC profiles, Hald images."""
+    """Check one LUT file of any program against a display: OpenColorIO's formats, ICC profiles and Hald images."""
     path = Path(path)
     if not path.is_file():
         raise LutgenError(f"{path}: there is no such file.")
@@ -190,9 +191,9 @@ class _Work:
 
 
 def _parts(manifest: Manifest) -> list[tuple[FileRecord, ...]]:
-    """Group the files by display, its LUTs first, and displays by four: a worker is handed all of them at once.
+    """Group the files by display, with LUTs before configs, and join four displays to one part for a worker.
 
-    The common config comes first, and then the last display, whose LUT its pixels go through.
+    The common config comes first. The last display follows it, since the common config is run with that display's LUT.
     """
     groups: dict[tuple[str | None, float | None], list[FileRecord]] = {}
     for record in manifest.files:
@@ -222,8 +223,8 @@ def _check_part(work: _Work, records: tuple[FileRecord, ...]) -> Checked:
     findings: list[Finding] = []
     certificates: dict[str, Certificate] = {}
     shaders: dict[str, GpuRun] = {}
-    # The display, or the correction for it, that a LUT of the build says it is; of a LUT, and then of its config.
-    claimed = lru_cache(maxsize=1)(lambda mode, hours: work.plan.display(work.model, str(mode), float(hours or 0.0)))
+    # The display (or its correction) that the manifest names for a file. The cache serves a LUT and then its config.
+    display_of = lru_cache(maxsize=1)(lambda mode, hours: work.plan.display(work.model, str(mode), float(hours or 0.0)))
     SHOWN_WHOLE.clear()
     for record in records:
         path = work.folder / record.path
@@ -234,24 +235,24 @@ def _check_part(work: _Work, records: tuple[FileRecord, ...]) -> Checked:
             continue
         try:
             if record.kind == "config":
-                aged = None if record.mode is None else claimed(record.mode, record.hours)
+                aged = None if record.mode is None else display_of(record.mode, record.hours)
                 problems = _config_problems(path, record, aged, work)
                 findings += [Finding(record.path, text) for text in problems]
                 if work.gpu and record.mode is not None and not problems:
                     shaders[record.path] = gpu_run(path, JUDGE.code)
                     findings += _shader_findings(record.path, shaders[record.path])
             else:
-                of_file, certificate = _check_built_lut(file, claimed(record.mode, record.hours), record, work)
+                of_file, certificate = _check_built_lut(file, display_of(record.mode, record.hours), record, work)
                 findings += of_file
                 if certificate:
                     certificates[record.path] = certificate
-        except LutgenError as error:  # the manifest describes the file as no build does
+        except LutgenError as error:  # no build writes the manifest's description of this file
             findings.append(Finding(record.path, f"{MANIFEST}: {error}"))
     return Checked(len(records), tuple(findings), certificates, gpu=shaders)
 
 
 def _shader_findings(path: str, run: GpuRun) -> list[Finding]:
-    # NaN fails the comparison too.
+    # `not <=` also finds NaN.
     return [
         Finding(
             path,
@@ -279,7 +280,7 @@ def _config_problems(path: Path, record: FileRecord, aged: AgedDisplay | None, w
 
 
 def _through(lut: Path) -> tuple[Array, Array]:
-    """Colours to send through a config, and what OpenColorIO shows of them through its LUT, (n, 3) each."""
+    """Return code values to send through a config, and OpenColorIO's results for them through its LUT, (n, 3) each."""
     SHOWN_WHOLE.clear()
     SHOWN_WHOLE[lut] = shown = apply_lut(lut, JUDGE.code)
     return JUDGE.code[:COLOURS], shown[:COLOURS]
@@ -288,12 +289,12 @@ def _through(lut: Path) -> tuple[Array, Array]:
 def _check_built_lut(
     file: HeldFile, aged: AgedDisplay, record: FileRecord, work: _Work
 ) -> tuple[list[Finding], Certificate | None]:
-    """Compare a file with what the code writes, and its certificate with a new one."""
+    """Compare a LUT with a newly baked LUT, and its certificate with a new certificate."""
     form = format_named(str(record.format))
     size = record.size if work.plan.tolerance is not None and record.size in SIZES else work.plan.cubesize
     lut, provenance = best_candidate(work.model, aged, form, int(size))
     path, name = file.path, record.path
-    if _is_as_written(file, form, lut, provenance):
+    if _equals_new_file(file, form, lut, provenance):
         certificate = certified(file, aged, form, lut, work.scratch)
         findings = [Finding(name, problem) for problem in over_budget(certificate, record, work.budget)]
     else:
@@ -304,22 +305,22 @@ def _check_built_lut(
         expected = form.write(lut, provenance)
         if differs := differs_from(path, file.data, expected, lut, same_version=work.same_version):
             findings.append(Finding(name, differs))
-    claims = _claims(record, lut)
+    claims = _differing_fields(record, lut)
     if work.plan.certify:
-        claims += otherwise_certified(record.certificate, certificate.as_json())
+        claims += certificate_differences(record.certificate, certificate.as_json())
     elif record.certificate is not None:
         claims.append("it has a certificate, and the options ask for none")
     return [*findings, *(Finding(name, f"{MANIFEST}: {claim}") for claim in claims)], certificate
 
 
-def _is_as_written(file: HeldFile, form: Format, lut: Lut | MatrixLut, provenance: Provenance) -> bool:
-    """Whether a file is, byte for byte, what the code writes."""
+def _equals_new_file(file: HeldFile, form: Format, lut: Lut | MatrixLut, provenance: Provenance) -> bool:
+    """Whether a file equals the newly written file byte for byte."""
     if form.head and isinstance(lut, Lut) and is_read_here(lut, form.suffix):
         return is_text_of(file, form.head(lut, provenance), lut)
     return file.data == form.write(lut, provenance)
 
 
-def _claims(record: FileRecord, lut: Lut | MatrixLut) -> list[str]:
+def _differing_fields(record: FileRecord, lut: Lut | MatrixLut) -> list[str]:
     return [
         f"{name} is {getattr(record, name)!r}, and the model gives {getattr(lut, name)!r}"
         for name in ("space", "size")
@@ -342,19 +343,19 @@ def _check_lut(
     return findings, certificate
 
 
-#: Words in a LUT's rows that OpenColorIO silently reads as 0.
+#: Texts in a LUT's rows that OpenColorIO reads as 0 without a warning.
 _NOT_A_NUMBER = re.compile(rb"(?im)^(?![#<]|TITLE)[^\n<]*?(\bnan\b|\binf\b|\d,\d)")
 _TABLE_TAG = re.compile(rb"<LUT3D\b[^>]*>")
 
 
 def _text_problems(path: Path) -> list[str]:
-    """Faults that OpenColorIO reads without a warning: NaN, decimal commas, and trilinear tables."""
+    """Return the faults that OpenColorIO accepts without a warning: NaN, decimal commas, and trilinear tables."""
     data = path.read_bytes()
     problems = []
     bad = _NOT_A_NUMBER.search(data)
     if bad and path.suffix.lower() in lut_suffixes():
         line = data.count(b"\n", 0, bad.start(1)) + 1
-        problems.append(f"line {line} holds {bad[1].decode(errors='replace')!r}, which readers take for 0")
+        problems.append(f"line {line} holds {bad[1].decode(errors='replace')!r}, which readers read as 0")
     if any(b'interpolation="tetrahedral"' not in tag for tag in _TABLE_TAG.findall(data)):
         problems.append("wrong interpolation: its LUT3D does not ask for tetrahedral")
     return problems

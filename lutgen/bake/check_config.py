@@ -1,6 +1,6 @@
-"""Checking an OpenColorIO config: everything in it is instantiated, and pixels are sent through it.
+"""Check of an OpenColorIO config: every part is instantiated, and pixels are sent through it.
 
-``validate()`` alone is not enough: it passes when a LUT file is missing.
+``validate()`` alone is not enough, since it passes when a LUT file is missing.
 """
 
 from __future__ import annotations
@@ -30,27 +30,28 @@ if TYPE_CHECKING:
 
     Through = Callable[[Path], tuple[Array, Array]]
 
-#: Largest difference in code values between a config and its own LUT: OpenColorIO's fast power is good to 1e-5,
-#: which near black, where the Rec.1886 curve is steep, can make ten times as much.
+#: Maximum difference in code values between a config and its own LUT. OpenColorIO's fast power function is accurate to
+#: 1e-5. Near black the Rec.1886 curve is steep and can amplify this error ten times.
 TOLERANCE = 3e-4
 
-#: Differences of less light, white 1, are that power too: where the display's gamut is the wider one, its bright
-#: channels take light from a viewer's dark ones by subtraction.
+#: Differences in linear light (white is 1) below this limit are also errors of the fast power function. When the
+#: display's gamut is wider than the viewer's, a dark channel of the viewer is a difference of bright channels of the
+#: display.
 LIGHT = 1e-4
 
 
 def check_config(
     path: Path, root: Path, record: FileRecord, manifest: Manifest, written: AgedConfig, *, through: Through
 ) -> list[str]:
-    """Return what is wrong with a config of ``manifest``, whose files lie under ``root``.
+    """Return the faults of a config of ``manifest``, whose files lie under ``root``.
 
-    The whole config is compared with ``written``, which the code writes. A display's own config is run with the LUT
-    beside it, the common one with every mode and hour. Of configs that equal ``written``, a display's own is run only
-    where its LUT is missing; the common one is run with the last hour of the last mode, and asked which file it takes
-    for all others.
+    The config is compared with ``written``, the newly generated config. If they differ, a display's own config is run
+    with the LUT beside it, and the common config is run with every mode and hour. If they are equal, a display's own
+    config is run only when its LUT is missing. An equal common config is run with the last hour of the last mode; for
+    all other hours only the file that it resolves to is checked.
 
-    ``through`` gives the colours to run it with, and those that OpenColorIO shows through a LUT, (n, 3) each; it
-    raises LutgenError where the LUT cannot be read.
+    ``through`` takes the path of a LUT. It returns the code values to send through the config, and OpenColorIO's
+    results for them through the LUT, (n, 3) each. It raises LutgenError when the LUT cannot be read.
     """
     lib = ocio()
     display = record.mode, record.hours
@@ -62,12 +63,12 @@ def check_config(
         with warnings_logged(lib) as warnings:
             config = lib.Config.CreateFromFile(named_for_ocio(path))
             config.validate()
-        # The cache of the config returns the metadata of an equal processor: two identities would name the same file.
+        # The config's cache returns the metadata of an equal processor. Two identity LUTs would name the same file.
         config.setProcessorCacheFlags(lib.PROCESSOR_CACHE_OFF)
     except ocio_errors() as error:
         return [f"OpenColorIO {lib.__version__} does not load it: {in_one_line(error)}"]
     problems = [f"OpenColorIO warns: {text}" for text in warnings]
-    # A CLF states its own interpolation, a .cube states none: a config that asks for tetrahedral is right for both.
+    # A CLF states its own interpolation and a .cube states none. A request for tetrahedral is right for both.
     files = re.findall(r"!<FileTransform>.*", str(config.serialize())) if is_utf8(config) else []
     if not all("interpolation: tetrahedral" in file for file in files):
         problems.append("wrong interpolation: a FileTransform does not ask for tetrahedral")
@@ -94,7 +95,7 @@ def check_config(
 
 
 def _luts_of_configs(luts: list[FileRecord]) -> dict[tuple[str, float], FileRecord]:
-    """The LUT that each display's config reads: an unclipped one where there is one."""
+    """Return the LUT that each display's config reads: an unclipped LUT where one exists."""
     chosen: dict[tuple[str, float], FileRecord] = {}
     for lut in sorted(luts, key=lambda lut: bool(lut.clipped)):
         chosen.setdefault((str(lut.mode), float(lut.hours or 0.0)), lut)
@@ -102,7 +103,7 @@ def _luts_of_configs(luts: list[FileRecord]) -> dict[tuple[str, float], FileReco
 
 
 class _Run:
-    """One config in one context, against its LUT."""
+    """The comparison of one config in one context with its LUT."""
 
     def __init__(
         self,
@@ -122,7 +123,7 @@ class _Run:
             self.context["AGING_MODE"], self.context["AGING_HOURS"] = context
 
     def elsewhere(self, source: str) -> list[str]:
-        """Say where a file, as the config names it, is not the LUT."""
+        """Return a fault when the file name ``source`` of the config does not resolve to the LUT."""
         try:
             file = Path(self.context.resolveFileLocation(source)).resolve()
         except ocio_errors() as error:
@@ -130,7 +131,7 @@ class _Run:
         return [] if file == self.lut else [f"points elsewhere: {file}"]
 
     def problems(self) -> list[str]:
-        """Name each fault once, with the parts of the config that have it."""
+        """Return each fault once, with the names of the config's parts that have the fault."""
         try:
             code, aged = self.through(self.lut)
         except LutgenError as error:
@@ -142,7 +143,7 @@ class _Run:
         return [f"{problem} ({'; '.join(places)})" for problem, places in faults.items()]
 
     def _parts(self, code: Array, aged: Array) -> Iterator[tuple[str, Any, Array]]:
-        """Name each part of the config, how to get its processor, and the code values it should give."""
+        """Yield each part's name, its transform (None when the part is missing), and its expected code values."""
         lib, config, words = self.lib, self.config, self.words
         yield f"look {words.look}", lib.LookTransform(src=SOURCE, dst=SOURCE, looks=words.look), aged
         if set(words.viewers) - set(config.getDisplays()):
@@ -179,14 +180,14 @@ class _Run:
         shown, expected_shown = np.clip(result, 0, 1), np.clip(expected, 0, 1)
         same_light = np.abs(code_to_linear(shown) - code_to_linear(expected_shown)) <= LIGHT
         difference = np.where(same_light, 0.0, np.abs(shown - expected_shown)).max()
-        # NaN fails the comparison too.
+        # `not <=` also finds NaN.
         if not difference <= TOLERANCE:
             problems.append(f"its pixels differ from its LUT's by up to {difference:.4g} in code values")
         return problems
 
 
 def viewer_values(linear: Array, viewer: str) -> Array:
-    """Linear sRGB light (n, 3) to a viewer's code values, as ``VIEWERS`` defines them."""
+    """Convert linear sRGB light (n, 3) to a viewer's code values, as ``VIEWERS`` defines them."""
     matrix, curve = VIEWERS.get(viewer, VIEWERS["sRGB"])
     light = transform(inverse(matrix), linear_to_xyz(linear))
     if curve == "srgb":

@@ -1,6 +1,6 @@
-"""The manifest of a build against what the folder holds, and against the readings and the model it was made from.
+"""Check of a build's manifest against the files of its folder, and against the readings and the model of the build.
 
-Files may be missing, altered or not listed; readings and model may have changed since.
+Files may be missing, altered or not listed. The readings and the model may have changed since the build.
 """
 
 from __future__ import annotations
@@ -34,54 +34,56 @@ if TYPE_CHECKING:
 
 
 def unlisted(manifest: Manifest, strangers: Sequence[str]) -> list[tuple[str, str]]:
-    """Return each file that ``manifest`` does not list and should, as its path in its folder and what is wrong.
+    """Return each difference between a manifest's files and its options, as the file's path and the fault.
 
-    ``strangers``: see there.
+    ``strangers`` are the results of :func:`strangers`. Those that look like files of a build are faults too.
 
-    Raises LutgenError: the manifest's options are not those of a build.
+    Raises LutgenError: the manifest's options are not valid options of a build.
     """
-    asked, listed = expected_records(plan_of(manifest)), {record.path: record for record in manifest.files}
+    expected, listed = expected_records(plan_of(manifest)), {record.path: record for record in manifest.files}
     faults = [
-        (path, "the manifest does not list it, though its options ask for it") for path in asked if path not in listed
+        (path, "the manifest does not list it, though its options ask for it")
+        for path in expected
+        if path not in listed
     ]
     for path, record in listed.items():
-        if path not in asked:
+        if path not in expected:
             faults.append((path, "the manifest lists it, though its options do not ask for it"))
         else:
-            faults += [(path, f"{MANIFEST}: {text}") for text in _contradictions(record, asked[path])]
+            faults += [(path, f"{MANIFEST}: {text}") for text in _contradictions(record, expected[path])]
     return faults + [
         (path, "is not in the manifest, so nothing says what it should be")
         for path in strangers
-        if _looks_built(path) and path not in asked
+        if _looks_built(path) and path not in expected
     ]
 
 
 def strangers(folder: Path, manifest: Manifest) -> list[str]:
-    """Return every file in a build's folder that is no file of the build, as its path in the folder."""
+    """Return the path, relative to the folder, of every file in a build's folder that the manifest does not list."""
     ours = {folder / record.path for record in manifest.files} | {folder / MANIFEST, folder / JOURNAL}
     files = (path for path in folder.rglob("*") if path.is_symlink() or not path.is_dir())
     return sorted(path.relative_to(folder).as_posix() for path in files if path not in ours)
 
 
-def left_alone(strangers: Sequence[str]) -> list[str]:
-    """Name, in sentences, the files that nobody takes for a build's: the user's own."""
+def foreign_files(strangers: Sequence[str]) -> list[str]:
+    """Return a remark for each unlisted file that does not look like a file of a build: a file of the user."""
     return [f"{path} is not of this build" for path in strangers if not _looks_built(path)]
 
 
 def _looks_built(path: str) -> bool:
     name = PurePosixPath(path).name
     names = {format_named(each).file_in(direction) for each in format_names() for direction in DIRECTIONS}
-    return name in names or name.endswith(PARTIAL) or PurePosixPath(path).suffix.lower() in _taken()
+    return name in names or name.endswith(PARTIAL) or PurePosixPath(path).suffix.lower() in _lut_suffixes()
 
 
 @cache
-def _taken() -> frozenset[str]:
-    """Suffixes of files that programs take for LUTs or configs, images aside."""
+def _lut_suffixes() -> frozenset[str]:
+    """Return the suffixes that programs recognise as LUTs or configs, without suffixes of images."""
     return frozenset({format_named(name).suffix for name in format_names()} - {".png"} | {".ocio", ".icm"})
 
 
 def plan_of(manifest: Manifest) -> Plan:
-    """Return the plan that a manifest's options say. Raises LutgenError where they are not those of a build."""
+    """Return the plan of a manifest's options. Raises LutgenError when the options are not valid options of a build."""
     try:
         options = manifest.recipe["options"]
         plan = Plan(
@@ -108,7 +110,7 @@ def plan_of(manifest: Manifest) -> Plan:
 
 
 def expected_records(plan: Plan) -> dict[str, FileRecord]:
-    """Return what a manifest says of each file of a plan before it is made, by path."""
+    """Return the expected record of each file of a plan, by path, without hash, size and certificate."""
     displays = {folder: (mode, hours) for mode, hours, folder in plan.folders()}
     formats = {format_named(name).file_in(plan.direction): name for name in plan.formats}
     records = {}
@@ -121,19 +123,16 @@ def expected_records(plan: Plan) -> dict[str, FileRecord]:
     return records
 
 
-def _contradictions(record: FileRecord, asked: FileRecord) -> list[str]:
-    says = [
-        (name, getattr(record, name), getattr(asked, name)) for name in ("kind", "mode", "hours", "format", "clipped")
-    ]
+def _contradictions(record: FileRecord, expected: FileRecord) -> list[str]:
     return [
-        f"{name} is {recorded!r}, and the options ask for {planned!r}"
-        for name, recorded, planned in says
-        if recorded != planned
+        f"{name} is {getattr(record, name)!r}, and the options ask for {getattr(expected, name)!r}"
+        for name in ("kind", "mode", "hours", "format", "clipped")
+        if getattr(record, name) != getattr(expected, name)
     ]
 
 
 def altered(path: Path, record: FileRecord) -> tuple[str | None, HeldFile | None]:
-    """Return the fault of a file, if any, and its bytes, where it can be a file of a build."""
+    """Return the fault of a file, or None, and its bytes, or None when the file cannot be a file of a build."""
     try:
         if not stat.S_ISREG(path.stat().st_mode):
             return "is no file any more", None
@@ -149,27 +148,30 @@ def altered(path: Path, record: FileRecord) -> tuple[str | None, HeldFile | None
 
 
 def unknown_values(plan: Plan) -> list[str]:
-    """Say where a context variable of this environment, which OpenColorIO takes, names what the build does not have."""
-    has = {"AGING_MODE": list(plan.modes), "AGING_HOURS": [hour_name(hours)[:-1] for hours in plan.hours]}
+    """Return a remark for each context variable of the environment whose mode or hour the build does not have.
+
+    OpenColorIO reads context variables from the environment.
+    """
+    known = {"AGING_MODE": list(plan.modes), "AGING_HOURS": [hour_name(hours)[:-1] for hours in plan.hours]}
     return [
         f"the environment says {name}={os.environ[name]}, which this build does not have; it has {', '.join(values)}"
-        for name, values in has.items()
+        for name, values in known.items()
         if name in os.environ and os.environ[name] not in values
     ]
 
 
-#: Fields of the readings that a manifest copies, and their names for people.
+#: Fields of the readings that a manifest copies → their names in messages.
 _COPIED = {"metadata": "words", "hours": "hours", "xyY": "colours"}
 
 
 def stale(
     folder: Path, manifest: Manifest, model: DisplayModel | None, built_from: DisplayModel
 ) -> tuple[list[str], list[str]]:
-    """Whether the measurements, and a refined model, are still those that the build was made from."""
+    """Return findings and remarks on measurements, or a refined model, that have changed since the build."""
     findings, remarks = _stale_readings(folder, manifest, model, built_from)
     if not findings:
-        found, more = _stale_model(folder, manifest, model)
-        findings, remarks = findings + found, remarks + more
+        findings, more = _stale_model(folder, manifest, model)
+        remarks = remarks + more
     return findings, remarks
 
 
@@ -190,7 +192,7 @@ def _stale_readings(
             return [f"stale: the measurements have changed and cannot be read: {error}"], []
         current = readings.sha256
         if current == display["sha256"]:
-            return _otherwise_than(readings, folder, manifest, built_from), []
+            return _differing_fields(readings, folder, manifest, built_from), []
     if current != display["sha256"]:
         why = f"the measurements {name} have changed since the build"
         if model is not None:
@@ -199,19 +201,19 @@ def _stale_readings(
     return [], []
 
 
-def _otherwise_than(readings: Measurements, folder: Path, manifest: Manifest, built_from: DisplayModel) -> list[str]:
-    """Say in which fields the manifest's copy of the readings differs from their file."""
+def _differing_fields(readings: Measurements, folder: Path, manifest: Manifest, built_from: DisplayModel) -> list[str]:
+    """Return a finding for each field in which the manifest's copy of the readings differs from the file."""
     copied = manifest.recipe["model"]
     written = model_as_json(replace(built_from, measurements=readings), folder)["display"]
     return [
         f"its copy of the readings {Path(readings.file).name} has other {words} than the file"
         for key, words in _COPIED.items()
-        if not _alike(copied["display"].get(key), written[key])
+        if not _equal_parts(copied["display"].get(key), written[key])
     ]
 
 
-def _alike(copied: Any, written: Any) -> bool:
-    """Whether two parts of a model are the same; numbers up to what another processor rounds."""
+def _equal_parts(copied: Any, written: Any) -> bool:
+    """Whether two parts of a model are equal. Numbers may differ by the rounding of another processor."""
     if isinstance(written, dict):
         return bool(copied == written)
     copied, written = np.asarray(copied), np.asarray(written)
@@ -231,7 +233,7 @@ def _stale_model(folder: Path, manifest: Manifest, model: DisplayModel | None) -
         except LutgenError as error:
             return [f"stale: the model has changed and cannot be read: {error}"], []
     elif not (model.effects or "effects" in built_from):
-        return [], []  # any model that describes the same display will do
+        return [], []  # without effects, every model of the same display is the same model
     if current is None or same_model(built_from, model_as_json(current, folder)):
         return [], []
     which = Path(current.file or name or "given").name

@@ -1,9 +1,10 @@
-"""OpenColorIO configs: one per aging mode and hour, and one for all of them by context variables.
+"""OpenColorIO configs: one per aging mode and hour, and a common config that selects them by context variables.
 
-Words: the *source signal* is the picture's code values as sent to the display; the *aged display* is what those
-code values look like on it; the *viewer* is the un-aged screen in front of the reader.
+Terms: the *source signal* is the code values of the picture that are sent to the display. The *aged display* is the
+appearance of these code values on the display. The *viewer* is the un-aged screen of the reader.
 
-A config is data (``AgedConfig``) given to one generator. Profile version 2.1, so that OpenColorIO 2.1 loads it.
+One generator writes all configs from their data (``AgedConfig``). The profile version is 2.1, so that OpenColorIO 2.1
+loads the configs.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ VIEWERS: dict[str, tuple[Array, str]] = {
 
 @dataclass(frozen=True)
 class Words:
-    """The names of a config's parts, and the screens that it has views for, as ``VIEWERS``."""
+    """The names and descriptions of a config's parts. ``viewers`` are its screens, in the form of ``VIEWERS``."""
 
     space: str
     space_text: str
@@ -54,7 +55,7 @@ class Words:
     viewer_text: str
 
 
-#: What an aged display shows, on any screen.
+#: Words for a simulation: any screen shows the appearance on the aged display.
 SIMULATION = Words(
     AGED,
     "Code values as the aged display shows them.",
@@ -68,7 +69,7 @@ SIMULATION = Words(
     "An un-aged {} screen.",
 )
 
-#: The code values to send to an aged display: right for that display and no other.
+#: Words for a correction: the code values to send to one aged display. They are valid for that display only.
 CORRECTION = Words(
     "Compensated signal",
     "Code values that the aged display is sent.",
@@ -82,10 +83,10 @@ CORRECTION = Words(
     "{}, in the code values that it is sent.",
 )
 
-#: By the direction of a build.
+#: Direction of a build → words of its configs.
 WORDS = {"simulate": SIMULATION, "compensate": CORRECTION}
 
-#: Roles that Blender, Nuke and later OpenColorIO versions ask for; ociocheck warns where ``reference`` is not defined.
+#: Roles that Blender, Nuke and later OpenColorIO versions need. ociocheck warns when ``reference`` is not defined.
 ROLES = {
     "default": SOURCE,
     "reference": LINEAR,
@@ -104,51 +105,54 @@ ROLES = {
 
 _OWN = re.compile(r"[A-Za-z0-9]+")
 
-#: Images that hold code values, and those that hold linear light.
+#: Suffixes of images that hold code values, and of images that hold linear light.
 SIGNAL_FILES, LINEAR_FILES = ("png", "jpg", "jpeg", "tif", "tiff", "bmp"), ("exr", "hdr")
 
 
 @dataclass(frozen=True)
 class AgedConfig:
-    """What a config says."""
+    """The content of a config."""
 
     #: The config's name and description.
     name: str
     description: str
-    #: The LUT file, relative to the config; may hold context variables.
+    #: The path of the LUT file, relative to the config. It may contain context variables.
     lut: str
     #: Context variables and their defaults.
     environment: Mapping[str, str] = field(default_factory=dict)
-    #: Which way it goes: ``SIMULATION`` or ``CORRECTION``.
+    #: The words of its direction: ``SIMULATION`` or ``CORRECTION``.
     words: Words = SIMULATION
 
 
-#: Everything of a config but letters and digits of its name and description → one such config, and its text.
-_WORDED: dict[object, tuple[AgedConfig, bytes]] = {}
+#: Content of a config, without letters and digits of its name and description → one such config, and its text.
+_SERIALISED: dict[object, tuple[AgedConfig, bytes]] = {}
 
 
 def config_text(aged: AgedConfig) -> bytes:
-    """Return the config as OpenColorIO serialises it; version differences are in wording, never in meaning.
+    """Return the config as OpenColorIO serialises it. Versions of OpenColorIO differ in wording, never in meaning.
 
-    It words one of those that differ in letters and digits alone, which decide nothing about quotes and lines: for the
-    others their name and description are put in place of its own.
+    OpenColorIO serialises only one config of those whose names and descriptions differ in letters and digits alone.
+    Letters and digits do not affect quotes and line breaks. For the other configs the name and the description are
+    replaced in this text.
     """
     own = _OWN.sub("a", aged.name), _OWN.sub("a", aged.description)
     kind = (*own, aged.lut, tuple(aged.environment.items()), aged.words.space)
-    if kind not in _WORDED:
-        _WORDED[kind] = aged, _worded(aged)
-    like, text = _WORDED[kind]
-    text = _put(rb"(?m)^(name: )%b()$", like.name, aged.name, text)
-    return _put(rb"(?m)^( *description: .*)%b(\"?)$", like.description, aged.description, text) or _worded(aged)
+    if kind not in _SERIALISED:
+        _SERIALISED[kind] = aged, _serialised(aged)
+    like, text = _SERIALISED[kind]
+    text = _replaced(rb"(?m)^(name: )%b()$", like.name, aged.name, text)
+    return _replaced(rb"(?m)^( *description: .*)%b(\"?)$", like.description, aged.description, text) or _serialised(
+        aged
+    )
 
 
-def _put(line: bytes, old: str, new: str, text: bytes) -> bytes:
-    """Put words in place of others on lines of a form; b"" where there are none."""
+def _replaced(line: bytes, old: str, new: str, text: bytes) -> bytes:
+    """Replace ``old`` by ``new`` on all lines that match the pattern ``line``; return b"" when no line matches."""
     pattern = re.compile(line % re.escape(old.encode()))
     return pattern.sub(lambda match: match[1] + new.encode() + match[2], text) if pattern.search(text) else b""
 
 
-def _worded(aged: AgedConfig) -> bytes:
+def _serialised(aged: AgedConfig) -> bytes:
     lib = ocio()
     config = lib.Config()
     config.setMajorVersion(2)
@@ -242,7 +246,7 @@ def _add_views(lib: Any, config: Any, aged: AgedConfig) -> None:
 
 @cache
 def _file_rules(lib: Any) -> Any:
-    """Which colour space a file is read in, by its suffix; the same in all configs, which take copies."""
+    """Return the rules that choose the colour space of a file by its suffix. All configs take copies of them."""
     rules = lib.FileRules()
     for position, (name, space, extensions) in enumerate(
         (("Linear light", LINEAR, LINEAR_FILES), ("Code values", SOURCE, SIGNAL_FILES))
@@ -258,7 +262,7 @@ def _lut(lib: Any, aged: AgedConfig) -> Any:
 
 
 def _aged(lib: Any, aged: AgedConfig) -> Any:
-    """Aged code values → the linear light that they give, unclipped where the LUT is."""
+    """Return the transform from code values to the linear light of the aged display, unclipped if the LUT is."""
     return _group(lib, _lut(lib, aged), _srgb_curve(lib))
 
 
@@ -277,14 +281,14 @@ def _encode(lib: Any, curve: str) -> Any:
 
 
 def _from_aces(lib: Any) -> Any:
-    """ACES2065-1 → linear sRGB with OpenColorIO's own Bradford-adapted matrices."""
+    """Return the transform from ACES2065-1 to linear sRGB with OpenColorIO's own Bradford-adapted matrices."""
     to_xyz = lib.BuiltinTransform(style="UTILITY - ACES-AP0_to_CIE-XYZ-D65_BFD")
     return _group(lib, to_xyz, _matrix(lib, XYZ_TO_LINEAR))
 
 
 def _matrix(lib: Any, matrix: Array) -> Any:
     square = np.eye(4)
-    # Twelve decimals survive every version's printing and reading; all digits of a double do not.
+    # All versions print and read twelve decimals exactly, but not all digits of a double.
     square[:3, :3] = np.round(matrix, 12)
     return lib.MatrixTransform(matrix=square.ravel().tolist())
 

@@ -1,7 +1,7 @@
-"""Compare a file of a build with what the code writes: every number of a table, the whole config, the certificate.
+"""Comparison of a file of a build with a newly written file: the numbers of a table, a whole config, a certificate.
 
-Equal bytes need no comparison. Where they differ, a text is compared number by number, since another
-processor may round the last digit otherwise; a file of another version of lutgen, or of bytes, at every lattice point.
+Equal bytes need no further comparison. Differing texts are compared number by number, since another processor may round
+the last digit differently. Binary files, and files of another version of lutgen, are compared at every lattice point.
 """
 
 from __future__ import annotations
@@ -28,110 +28,113 @@ if TYPE_CHECKING:
     from lutgen.bake.config import AgedConfig
     from lutgen.bake.lut import Lut, MatrixLut
 
-#: Numbers of a text may differ by this, relative to the larger of 1 and themselves: the last digit may be rounded
+#: Tolerance of the numbers of a text, relative to the larger of 1 and the number: the last digit may be rounded
 #: differently.
-LAST_DIGIT = 2e-6
+DIGIT_TOLERANCE = 2e-6
 
-#: A comment's figures of fidelity have four decimals.
-IN_A_COMMENT = 2e-3
+#: Tolerance of the fidelity figures in a comment, which have four decimals.
+COMMENT_TOLERANCE = 2e-3
 
-#: Code values at a lattice point may differ by this: OpenColorIO's fast power near black.
-AT_A_POINT = 3e-4
+#: Tolerance of code values at a lattice point: the error of OpenColorIO's fast power function near black.
+POINT_TOLERANCE = 3e-4
 
-#: A config and its table in one file.
+#: Suffix of an archive of a config and its table.
 ARCHIVE = ".ocioz"
 
 _WORD = re.compile(NUMBER.encode())
 
-#: Points of a lattice through which a file without a table is compared.
+#: Points along an edge of the lattice on which a file without a table is compared.
 _POINTS = 9
 
 
 def differs_from(path: Path, data: bytes, expected: bytes, lut: Lut | MatrixLut, *, same_version: bool) -> str:
-    """Say how a LUT file differs from what the code writes; "" where it does not.
+    """Describe how a LUT file differs from the newly written file ``expected``; "" when they agree.
 
-    Raises LutgenError: it cannot be read.
+    Raises LutgenError: the file cannot be read.
     """
     if data == expected:
         return ""
     if path.suffix == ARCHIVE:
-        return _in_archive(data, expected)
+        return _archive_difference(data, expected)
     if same_version and b"\0" not in expected[:1000]:
-        return _in_words(data, expected)
+        return _text_difference(data, expected)
     code = lattice(lut.size or _POINTS, lut.space if lut.size else "code")
     away = np.abs(np.clip(apply_lut(path, code), 0, 1) - np.clip(lut.apply(code), 0, 1)).max(axis=1)
     worst = int(np.argmax(away))
-    if away[worst] <= AT_A_POINT:
+    if away[worst] <= POINT_TOLERANCE:
         return ""
     where = ", ".join(f"{value:.4g}" for value in code[worst])
     return f"is not what the model gives: at code values {where} it is {away[worst]:.2g} off"
 
 
-def _in_archive(data: bytes, expected: bytes) -> str:
-    """Compare the files of an archive: the config as a whole, the table number by number."""
+def _archive_difference(data: bytes, expected: bytes) -> str:
+    """Compare the files in two archives: the config as a whole, and the table number by number."""
     actual_files, expected_files = files_of(data), files_of(expected)
     if actual_files.keys() != expected_files.keys():
         return f"holds {', '.join(map(repr, actual_files))}, not {', '.join(expected_files)}"
     for name, text in expected_files.items():
-        says = actual_files[name]
-        differs = _in_words(says, text) if name == TABLE else _config_in_words(says, text)
-        if says != text and differs:
+        actual = actual_files[name]
+        differs = _text_difference(actual, text) if name == TABLE else _config_text_difference(actual, text)
+        if actual != text and differs:
             return f"{name} in it {differs}"
     return ""
 
 
-def _in_words(data: bytes, expected: bytes) -> str:
+def _text_difference(data: bytes, expected: bytes) -> str:
     for line, (actual, own) in enumerate(zip_longest(data.splitlines(), expected.splitlines(), fillvalue=b""), 1):
         if actual != own and not _same_line(actual, own):
-            says, writes = (text[:60].decode(errors="replace") for text in (actual, own))
-            return f"is not what lutgen writes: line {line} is {says!r}, not {writes!r}"
+            texts = [text[:60].decode(errors="replace") for text in (actual, own)]
+            return f"is not what lutgen writes: line {line} is {texts[0]!r}, not {texts[1]!r}"
     return ""
 
 
 def _same_line(actual: bytes, expected: bytes) -> bool:
     if _WORD.sub(b"0", actual) != _WORD.sub(b"0", expected):
         return False
-    near = IN_A_COMMENT if b"dE2000" in expected else LAST_DIGIT
+    near = COMMENT_TOLERANCE if b"dE2000" in expected else DIGIT_TOLERANCE
     pairs = zip(_WORD.findall(actual), _WORD.findall(expected), strict=True)
     return all(abs(float(a) - float(b)) <= near * max(1.0, abs(float(b))) for a, b in pairs)
 
 
 def config_differs(config: Any, data: bytes, aged: AgedConfig) -> str:
-    """Say how a config, loaded from ``data``, differs from the one that the code writes; "" where it does not.
+    """Describe how a config, loaded from ``data``, differs from the newly generated config; "" when they agree.
 
-    The installed OpenColorIO serialises both, so that the version which wrote the file does not matter.
+    The installed OpenColorIO serialises both configs, so that the version that wrote the file does not matter.
     """
     text = config_text(aged)
     if data == text:
         return ""
     if not is_utf8(config):
         return "holds texts that are no UTF-8"
-    return _worded_otherwise(config, text)
+    return _config_difference(config, text)
 
 
-def _config_in_words(data: bytes, text: bytes) -> str:
+def _config_text_difference(data: bytes, text: bytes) -> str:
     try:
         config = ocio().Config.CreateFromStream(data.decode())
     except ocio_errors() as error:
         return f"does not load: {in_one_line(error)}"
-    return _worded_otherwise(config, text)
+    return _config_difference(config, text)
 
 
-def _worded_otherwise(config: Any, text: bytes) -> str:
-    """Let OpenColorIO serialise both configs, and say where the texts differ."""
+def _config_difference(config: Any, text: bytes) -> str:
+    """Serialise both configs with OpenColorIO, and describe the first difference of the texts; "" when none."""
     try:
         actual = str(config.serialize())
         expected = str(ocio().Config.CreateFromStream(text.decode()).serialize())
     except ocio_errors() as error:
-        return f"cannot be worded anew: {in_one_line(error)}"
-    for says, writes in zip_longest(actual.splitlines(), expected.splitlines(), fillvalue=""):
-        if says != writes:
-            return f"is not what lutgen writes: {says.strip()[:80]!r}, not {writes.strip()[:80]!r}"
+        return f"cannot be serialised: {in_one_line(error)}"
+    for line, own in zip_longest(actual.splitlines(), expected.splitlines(), fillvalue=""):
+        if line != own:
+            return f"is not what lutgen writes: {line.strip()[:80]!r}, not {own.strip()[:80]!r}"
     return ""
 
 
-def otherwise_certified(certified: Mapping[str, Any] | None, now: Mapping[str, Any]) -> list[str]:
-    """Return in sentences where a certificate differs from a new one; worse figures are reported elsewhere."""
+def certificate_differences(certified: Mapping[str, Any] | None, now: Mapping[str, Any]) -> list[str]:
+    """Return the differences between a certificate and a new certificate, as sentences.
+
+    :func:`lutgen.bake.figures.over_budget` reports figures that are worse than certified.
+    """
     if not isinstance(certified, dict):
         return ["there is no certificate"]
     before, after = dict(_flat(certified)), dict(_flat(now))
@@ -145,7 +148,7 @@ def otherwise_certified(certified: Mapping[str, Any] | None, now: Mapping[str, A
 
 
 def _flat(content: Mapping[str, Any], head: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield the figures of a certificate, named by all keys on the way to them."""
+    """Yield the figures of a certificate. The name of a figure joins the keys that lead to it."""
     for key, value in content.items():
         if isinstance(value, dict):
             yield from _flat(value, f"{head}{key} ")
@@ -156,5 +159,5 @@ def _flat(content: Mapping[str, Any], head: str = "") -> Iterator[tuple[str, Any
 def _agrees(certified: Any, now: Any) -> bool:
     if isinstance(certified, bool) or not isinstance(certified, int | float) or not isinstance(now, int | float):
         return bool(certified == now)
-    # Counts of colours: rounding may move one in a thousand over a border.
+    # Integers are counts of colours. Rounding may move one colour in a thousand to another group.
     return abs(certified - now) <= max(SLACK, 1e-3 * abs(now) if isinstance(now, int) else 0.0)

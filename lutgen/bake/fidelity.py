@@ -1,18 +1,20 @@
-"""Fidelity: a LUT file as its readers apply it, against the display model in double precision.
+"""Fidelity: the errors of a LUT file, as its readers apply it, relative to the display model in double precision.
 
-The certificate's colours are the same for every file: uniform in code values, a grey ramp, tissue, and pairs that
-hug the border at which the paper's ``nearest`` selection jumps: white's (see ``display/paper.py``). No interpolated
-table can follow the model where it jumps, and none that is clipped where it bends at the viewer's gamut; figures are
-therefore given apart:
+The certificate's colours are the same for every file: colours uniform in code values, a grey ramp, tissue colours, dark
+colours, and pairs of colours. The two colours of a pair lie on both sides of white's border, where the paper's
+``nearest`` selection jumps (see ``display/paper.py``). An interpolated table cannot follow a jump of the model. A
+clipped table cannot follow the bend of the model at the viewer's gamut. The certificate therefore separates three
+groups:
 
 ``border``  the pairs, and colours for which the interpolation mixes lattice points from both sides of the border, or
-            points that are fitted beside it; all colours where an effect makes stairs of the curves, finer than any
-            table
-``gamut``   other colours for which it mixes lattice points that the table clips with others that it does not, or points
-            right before the clip, where nodes are fitted
-``smooth``  all the rest
+            lattice points that are fitted beside the border; all colours when an effect turns the curves into
+            staircases that are finer than any table
+``gamut``   other colours for which the interpolation mixes clipped and unclipped lattice points, or lattice points
+            directly before the clip, where nodes are fitted
+``smooth``  all other colours
 
-Dark colours, where tables err most, are more than a picture's share: they count for the largest error alone.
+Tables err most in dark colours. The set has a larger share of dark colours than a picture has, so they count for the
+largest error only.
 """
 
 from __future__ import annotations
@@ -45,7 +47,7 @@ if TYPE_CHECKING:
 
 SEED = 20150319
 
-#: Points along an edge of the lattice whose share out of reach is told.
+#: Points along an edge of the lattice for which the share of unreachable colours is computed.
 _REACH = 33
 
 #: Optical density of the stains per unit of R, G, B absorption: haematoxylin, eosin, DAB
@@ -53,12 +55,12 @@ _REACH = 33
 STAINS = np.array([[0.65, 0.70, 0.29], [0.07, 0.99, 0.11], [0.27, 0.57, 0.78]])
 
 
-#: A lattice point with a smaller share has no influence: float32 rounds the share to 0.
+#: A lattice point with a smaller weight has no influence: float32 rounds the weight to 0.
 INFLUENCE = 1e-6
 
 
 class Counts(NamedTuple):
-    """How many colours of each kind: uniform in code values, greys, tissue, pairs on both sides of the border, dark."""
+    """Numbers of colours: uniform in code values, greys, tissue, pairs on both sides of the border, dark."""
 
     uniform: int
     grey: int
@@ -67,18 +69,18 @@ class Counts(NamedTuple):
     dark: int = 0
 
 
-#: A certificate's colours, and those on which a table by itself is judged when candidates are chosen.
+#: The colours of a certificate, and the fewer colours for the choice between candidate tables.
 CERTIFIED, JUDGED = Counts(12_500, 1_024, 8_000, 4_096, 2_048), Counts(1_562, 128, 1_000, 512)
 
-#: The mark of a node right before the clip, beside six of the channels beyond it.
+#: The flag of a node directly before the clip. The six lower bits are flags of the channels beyond the clip.
 _BEFORE = np.uint8(64)
 
-#: Where tissue lies among a certificate's.
+#: The tissue colours among the colours of a certificate.
 _TISSUE = slice(CERTIFIED.uniform + CERTIFIED.grey, CERTIFIED.uniform + CERTIFIED.grey + CERTIFIED.tissue)
 
 
 class TableError(NamedTuple):
-    """The error of a table over some colours: over all of them, and over those without a jump of the display."""
+    """The errors of a table: over all colours, and over the colours without a jump of the display."""
 
     all: Figures
     smooth: Figures
@@ -86,9 +88,10 @@ class TableError(NamedTuple):
 
 @dataclass(frozen=True)
 class Certificate:
-    """The measured error of a file, and the share of colours whose aged colour lies outside sRGB.
+    """The measured errors of a file, and the share of colours whose aged colour lies outside sRGB.
 
-    For a correction: whose drive lies outside what the display has, and what the aged display shows through the file.
+    For a correction ``clipped_share`` is the share of colours whose drive lies outside the range of the display, and
+    ``round_trip`` are the errors of the aged display behind the file.
     """
 
     smooth: Figures
@@ -98,12 +101,12 @@ class Certificate:
     round_trip: RoundTrip | None = None
 
     def groups(self) -> dict[str, Figures]:
-        """Return the groups of colours by name, those of the round trip too."""
+        """Return the figures of each group of colours by name, including the groups of the round trip."""
         everything = {**vars(self), **(vars(self.round_trip) if self.round_trip else {})}
         return {name: value for name, value in everything.items() if isinstance(value, Figures)}
 
     def as_json(self) -> dict[str, Any]:
-        """Return plain numbers, rounded to the precision of float32 LUTs."""
+        """Return the certificate as JSON data, rounded to the precision of float32 LUTs."""
         content: dict[str, Any] = rounded(asdict(self))
         return content | (content.pop("round_trip") or {})
 
@@ -111,8 +114,9 @@ class Certificate:
 class Mixing(NamedTuple):
     """The lattice points that tetrahedral interpolation mixes for each colour.
 
-    ``nodes``: flat indices, red fastest, shape (n, 4); a point without influence is replaced by the first. ``crosses``:
-    whether they lie on both sides of white's border; ``beside``: whether one of them is fitted beside it.
+    ``nodes``: flat indices, red fastest, shape (n, 4); the first point of influence replaces a point without influence.
+    ``crosses``: whether the points and the colour lie on both sides of white's border. ``beside``: whether one of the
+    points is fitted beside this border.
     """
 
     nodes: NDArray[np.intp]
@@ -122,7 +126,7 @@ class Mixing(NamedTuple):
 
 @dataclass
 class Judge:
-    """Certifies files. Keeps what does not depend on the file: the colours, and what the sampler knows of the model."""
+    """A judge certifies files. It caches data that do not depend on the file: the colours and the model's results."""
 
     sampler: Sampler = field(default_factory=Sampler)
     _without: Without | None = None
@@ -131,29 +135,29 @@ class Judge:
 
     @cached_property
     def code(self) -> Array:
-        """The certificate's colours, shape (n, 3), code values that float32 holds exactly."""
+        """The certificate's colours, shape (n, 3): code values that are exact in float32."""
         return certificate_colours()
 
     @cached_property
     def few(self) -> Array:
-        """A smaller set of the same mix."""
+        """A smaller set of colours of the same kinds."""
         return certificate_colours(JUDGED)
 
     def prepare(self, aged: AgedDisplay, *, certify: bool) -> None:
-        """Compute what every display with this head shares, before workers are forked, which then inherit it."""
+        """Compute the data that all displays with this head share. Forked workers inherit the data."""
         self._model(aged, self.few)
         if certify:
             self._model(aged, self.code)
 
     def shown(self, lut: Lut) -> Array:
-        """Code values that a table gives for ``self.code``, (n, 3), in double precision."""
+        """Return the code values that a table gives for ``self.code``, (n, 3), in double precision."""
         return lut.mix(*self._tetrahedra_of(lut, self.code))
 
     def compare(self, code: Array, aged: AgedDisplay, table: TableKind) -> Certificate:
-        """Compare the code values that a file gave for ``self.code`` with the model's."""
+        """Compare ``code``, a file's code values for ``self.code``, with the code values of the model."""
         model = self._model(aged, self.code)
         clipped = outside_gamut(model).mean()
-        error = in_chunks(_seen_apart, model, code)
+        error = in_chunks(_clipped_delta_e, model, code)
         border = np.arange(len(error)) >= len(error) - 2 * CERTIFIED.pairs
         gamut = np.zeros_like(border)
         if table.size:
@@ -181,7 +185,7 @@ class Judge:
         return round_trip(self._without, drive, code, border=border, usual=_usual(), tissue=_TISSUE, lattice=lattice)
 
     def table_error(self, lut: Lut | MatrixLut, aged: AgedDisplay) -> TableError:
-        """ΔE2000 of a table by itself, in double precision on some colours: the same on every binding."""
+        """Return the ΔE2000 of a table, without a file, on ``self.few`` in double precision: equal on every binding."""
         error = self._table_errors(lut, aged)
         smooth = np.arange(len(error)) < len(error) - 2 * JUDGED.pairs
         if lut.size:
@@ -191,7 +195,7 @@ class Judge:
     def _table_errors(self, lut: Lut | MatrixLut, aged: AgedDisplay) -> Array:
         code, model = self.few, self._model(aged, self.few)
         shown = lut.mix(*self._tetrahedra_of(lut, code)) if isinstance(lut, Lut) else lut.apply(code)
-        return in_chunks(_seen_apart, model, shown)
+        return in_chunks(_clipped_delta_e, model, shown)
 
     def _tetrahedra_of(self, lut: Lut, code: Array) -> tuple[NDArray[np.intp], Array]:
         key = (lut.space, lut.size, len(code))
@@ -209,7 +213,7 @@ class Judge:
         return self._mixing[key]
 
     def _crosses(self, aged: AgedDisplay, table: TableKind, code: Array) -> NDArray[np.bool_]:
-        """Whether a table mixes colours from both sides of a jump of the display for each colour, (n,)."""
+        """Return for each colour whether the table mixes colours from both sides of a jump of the display, (n,)."""
         link = compensation_of(aged)
         if without_steps(link.aged if link else aged) is not None:
             return np.ones(len(code), dtype=bool)
@@ -223,8 +227,10 @@ class Judge:
         return mixing.crosses & _jumps(aged)
 
     def _mixes_clipped(self, aged: AgedDisplay, table: TableKind) -> NDArray[np.bool_]:
-        """Whether a colour's lattice points lie on both sides of the gamut's boundary, for a clipped table."""
-        # Or one of them lies right before the clip.
+        """Return for each colour whether a clipped table mixes clipped and unclipped lattice points, (n,).
+
+        Lattice points directly before the clip count too.
+        """
         if not table.clipped:
             return np.zeros(len(self.code), dtype=bool)
         linear = self.sampler.linear(aged, table.size, table.space)
@@ -238,14 +244,14 @@ class Judge:
         return _differ(mixed) | (mixed[:, 0] >= _BEFORE)
 
 
-def _seen_apart(linear: Array, code: Array) -> Array:
-    """ΔE2000 between linear light and code values, each clipped to what a viewer shows, (n, 3) → (n,)."""
+def _clipped_delta_e(linear: Array, code: Array) -> Array:
+    """Return the ΔE2000 between linear light and code values, both clipped to 0..1, (n, 3) → (n,)."""
     shown = code_to_linear(np.clip(code, 0.0, 1.0))
     return delta_e_2000(linear_to_lab(np.clip(linear, 0.0, 1.0)), linear_to_lab(shown))
 
 
 def _usual() -> NDArray[np.bool_]:
-    """Whether each colour of a certificate is none of the dark ones, which count for the largest error alone, (n,)."""
+    """Return which colours of a certificate count for means and quantiles: all except the dark colours, (n,)."""
     before, pairs = CERTIFIED.uniform + CERTIFIED.grey + CERTIFIED.tissue, 2 * CERTIFIED.pairs
     return np.repeat([True, False, True], [before, CERTIFIED.dark, pairs])
 
@@ -253,8 +259,8 @@ def _usual() -> NDArray[np.bool_]:
 def certificate_colours(counts: Counts = CERTIFIED) -> Array:
     """Return the certificate's colours, shape (n, 3): uniform, greys, tissue, dark, then both colours of each pair.
 
-    Dark ones are squares of uniform code values: where curves bend most, in the first cells of a table, it errs most.
-    They count for the largest error, and not for the mean and the 99 % quantile.
+    The dark colours are squares of uniform code values. A table errs most in its first cells, where the curves bend
+    most. The dark colours count for the largest error, but not for the mean and the 99 % quantile.
     """
     random = np.random.default_rng(SEED)
     uniform = random.random((counts.uniform, 3))
@@ -266,18 +272,18 @@ def certificate_colours(counts: Counts = CERTIFIED) -> Array:
 
 
 def tissue_colours(random: np.random.Generator, count: int) -> Array:
-    """Stained tissue by Beer-Lambert: random amounts of haematoxylin, eosin and DAB, 8-bit code values."""
+    """Return 8-bit code values of stained tissue: random amounts of haematoxylin, eosin and DAB, by Beer-Lambert."""
     amounts = random.gamma([[1.2, 0.9, 0.3]], [[0.35, 0.25, 0.35]], (count, 3))
     light = 0.95 * 10.0 ** -transform(STAINS.T, amounts)
     return np.asarray(np.round(linear_to_code(light) * 255.0) / 255.0)
 
 
 def border_pairs(random: np.random.Generator, count: int) -> Array:
-    """Pairs of colours on both sides of white's border in ``nearest``, 1e-4 to 1e-2 of linear light apart.
+    """Return pairs of code values on both sides of white's border in ``nearest``, 1e-4 to 1e-2 of linear light apart.
 
     White is nearer than the nearest primary where the other two channels sum to more than 1.
     """
-    # Of random colours, seven in twenty are led to a border that lies inside the cube.
+    # Seven in twenty random colours have their projection on the border inside the cube: four times as many are enough.
     linear = random.random((4 * count, 3))
     others = 1.0 - (linear == linear.max(axis=1, keepdims=True))
     beyond = (linear * others).sum(axis=1) - 1.0
@@ -290,10 +296,10 @@ def border_pairs(random: np.random.Generator, count: int) -> Array:
 
 
 def mixing_of(code: Array, space: str, size: int, source: SourceProfile | None = None) -> Mixing:
-    """Find the lattice points that tetrahedral interpolation mixes for each colour, and whether it crosses a border.
+    """Return the lattice points that tetrahedral interpolation mixes for each colour, and whether they cross a border.
 
-    A colour crosses when a lattice point of influence lies on another side of white's border than itself; both as the
-    display gets them, behind the picture's own profile.
+    A colour crosses when a lattice point of influence and the colour lie on different sides of white's border. The
+    profile ``source`` of the picture is applied to both before this test.
     """
     sent = source or np.asarray
     nodes, weight = tetrahedra(code, space, size)
@@ -307,13 +313,13 @@ def mixing_of(code: Array, space: str, size: int, source: SourceProfile | None =
 
 
 def _differ(labels: NDArray[np.uint8]) -> NDArray[np.bool_]:
-    """Whether the labels in a row, shape (n, k), are not all the same."""
+    """Return for each row of labels, shape (n, k), whether its labels differ, (n,)."""
     first, *others = labels.T
     return np.asarray(np.logical_or.reduce([other != first for other in others]))
 
 
 def _region(weights: Array) -> NDArray[np.uint8]:
-    """Label colours by white's share: 0 none, 1 on the border, 2 all."""
+    """Label colours by the weight of white: 0 for no weight, 1 on the border, 2 for the full weight."""
     white = weights[:, 0]
     return np.asarray((white > 0).astype(np.uint8) + (white == 1))
 

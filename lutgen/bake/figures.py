@@ -1,4 +1,4 @@
-"""Colour differences of files in figures: mean, 99 % quantile and maximum, their summary, and what a file may err."""
+"""Colour differences of files as figures: mean, 99 % quantile and maximum. Their summary, and their limits."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
 
 
-#: What a .cube of 33³ keeps on any plausible display where colours are smooth: largest ΔE2000, and 99 % quantile.
+#: Limits that a .cube of 33³ meets for smooth colours on any plausible display: largest ΔE2000, and 99 % quantile.
 MAX_DELTA_E, P99 = 1.0, 0.2
 
-#: A file may differ from its own certificate by this much: OpenColorIO 2.1 and 2.6 differ by up to 0.003 on one file.
+#: Tolerance between a file and its certificate: OpenColorIO 2.1 and 2.6 differ by up to 0.003 on the same file.
 SLACK = 0.005
 
 
 @dataclass(frozen=True)
 class Figures:
-    """ΔE2000 over ``colours`` colours: mean, 99 % quantile and maximum; all 0 where there are none."""
+    """ΔE2000 over ``colours`` colours: mean, 99 % quantile and maximum. Without colours all are 0."""
 
     colours: int
     mean: float
@@ -41,8 +41,8 @@ class Figures:
 def figures(error: Array, usual: NDArray[np.bool_] | None = None) -> Figures:
     """Summarise ΔE2000 values, shape (n,).
 
-    ``usual``, (n,): which of them tell the mean and the quantile, where there are any; colours that were added to find
-    the largest error do not.
+    ``usual``, (n,): which values count for the mean and the quantile. Values of colours that were added only to find
+    the largest error do not count. If no value is usual, all values count.
     """
     if not error.size:
         return Figures(0, 0.0, 0.0, 0.0)
@@ -57,10 +57,10 @@ def rounded(value: Any) -> Any:
     return round(value, 6) if isinstance(value, float) else value
 
 
-#: Groups of colours in which a certificate compares a file with the model; the others compare displays.
+#: Groups of a certificate that compare a file with the model. The other groups compare displays.
 _OF_FILES = ("smooth", "gamut", "border")
 
-#: Share of the lattice's colours that a corrected display cannot show, in a certificate.
+#: Key of a certificate: the share of the lattice's colours that a corrected display cannot show.
 _OUT_OF_REACH = "unreachable_lattice_share"
 
 
@@ -77,7 +77,7 @@ class SummaryRow(NamedTuple):
 
 
 def summarise(records: Iterable[FileRecord]) -> list[SummaryRow]:
-    """Return one row for each mode, format and group (smooth, gamut, border) that has colours, in file order."""
+    """Return one row for each mode, format and group (smooth, gamut, border) with colours, in file order."""
     rows: dict[tuple[str, str, str], SummaryRow] = {}
     for record in records:
         for group, errors in (record.certificate or {}).items():
@@ -95,9 +95,10 @@ def summarise(records: Iterable[FileRecord]) -> list[SummaryRow]:
 
 
 def worst_error(records: Sequence[FileRecord], *, verbose: bool) -> str:
-    """Return the largest error of each group of colours over all files, and the share out of reach of a correction.
+    """Return a line with the largest error of each group of colours over all files.
 
-    One line; without ``verbose`` it says how to get more.
+    For corrections the line also has the largest share of unreachable colours. Without ``verbose`` the line says how to
+    get more.
     """
     worst: dict[str, float] = {}
     for row in summarise(records):
@@ -112,7 +113,10 @@ def worst_error(records: Sequence[FileRecord], *, verbose: bool) -> str:
 
 
 def coarse(luts: Sequence[FileRecord]) -> str:
-    """Say which file errs most of those that a finer table would follow; "" where all are within the usual figures."""
+    """Return advice on the file with the largest smooth error, if a finer table would help; "" without large errors.
+
+    Only formats whose finer table follows any display are considered.
+    """
     errors = [
         (smooth["max"], smooth["p99"], lut)
         for lut in luts
@@ -133,16 +137,16 @@ def coarse(luts: Sequence[FileRecord]) -> str:
 
 @dataclass(frozen=True)
 class Budget:
-    """Largest ΔE2000 allowed over the smooth colours, and its 99 % quantile.
+    """Limits for the largest ΔE2000 of the smooth colours, and for its 99 % quantile.
 
-    None: ``MAX_DELTA_E`` and ``P99``, or what the file was certified to err, where that is more.
+    None: ``MAX_DELTA_E`` and ``P99``, or the certified figure of the file if that is larger.
     """
 
     max_delta_e: float | None = None
     p99: float | None = None
 
     def __post_init__(self) -> None:
-        """Raise LutgenError for a limit that is no finite number from 0 on."""
+        """Raise LutgenError for a limit that is not finite or is negative."""
         for option, limit in (("--max-delta-e", self.max_delta_e), ("--p99", self.p99)):
             if limit is not None and not 0 <= limit < inf:
                 raise LutgenError(f"{option} {limit:g}: a colour difference ΔE2000 from 0 on, such as 0.1.")
@@ -158,7 +162,7 @@ class Budget:
 
 
 def over_budget(certificate: Certificate, record: FileRecord | None, budget: Budget) -> list[str]:
-    """Say where a certificate is over the budget, or worse than the one that a file's record has."""
+    """Describe where a certificate exceeds the budget, or is worse than the certificate in the file's record."""
     problems = []
     max_delta_e, p99 = budget.limits(record)
     for figure, limit, option in (("max", max_delta_e, "--max-delta-e"), ("p99", p99, "--p99")):

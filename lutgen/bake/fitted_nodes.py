@@ -1,19 +1,19 @@
-"""Nodes of a table where the display bends or jumps, fitted to the model.
+"""Fitting of table nodes to the model beside the clip and beside the jump at white.
 
-Beside the clip: where the model reaches the viewer's full code value between two nodes, the line between the clipped
-nodes cuts the corner, by up to two codes of 255 at 33³, in the pale background of slides.
+The clip: the model reaches the viewer's full code value between two nodes. A straight line between the clipped nodes
+is too dark at this bend, by up to two codes of 255 at 33³. The pale background of slides is affected.
 
-- A node beyond the clip keeps what it has above 1, up to ``HEADROOM``; readers clip after they interpolate. Files of
-  whole numbers have no room above 1.
-- The last node before the clip is raised until it errs as much as the line does at the bend, by half a code at most:
-  on the line along the channel's own axis, where the clip is met; the two other channels hardly change a channel.
+- A node beyond the clip keeps its value above 1, up to ``HEADROOM``. Readers clip after they interpolate. Integer files
+  cannot store values above 1.
+- The last node before the clip is raised until its own error equals the error of the line at the bend, by at most half
+  a code. The line along the channel's own axis is used, since the other two axes hardly change the channel.
 
-Beside the jump of the paper's ``nearest`` at white's border: a table makes a ramp of the step. Which side a colour is
-on depends on its code values alone, so the ramps that come nearest to the step, by least squares, are found once for
-all hours (``ramps_at_white``): the share of the jump by which each node of a cell with corners on both sides is moved,
-by half a code at most.
+The jump: the paper's ``nearest`` jumps at white's border, and a table replaces the step by a ramp. The side of a colour
+depends on its code values only. The ramps that fit the step best, by least squares, are therefore computed once for all
+hours (``ramps_at_white``). They are the share of the jump by which each node of a cell with corners on both sides is
+moved. A node moves by at most half a code.
 
-All sums are of fixed order, and of so few rounds, that the same display gives the same bytes everywhere.
+All sums have a fixed order, and the iteration has few rounds, so that the same display gives the same bytes everywhere.
 """
 
 from __future__ import annotations
@@ -33,21 +33,22 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-#: Largest number of a table in text: less than one code of 8 bits above white. Readers make bytes of tables, and some
-#: (three.js) do not clip first: 256 of 255 would be black.
+#: Largest number of a text table: less than one 8-bit code above white. Some readers (three.js) convert tables to bytes
+#: without clipping. A code of 256 would become black.
 HEADROOM = 1.0039
 
-#: The largest move of a node, half a code: a correction of one cell must not spoil the cells around it.
-MOST_MOVED = 0.5 / 255
+#: The largest change of a node, half a code: the fit of one cell must not spoil the neighbouring cells.
+LARGEST_MOVE = 0.5 / 255
 
-#: Places along each edge of a cell at which ramps are compared with the step; rounds and length of Jacobi's steps.
+#: Number of places along each edge of a cell at which ramps are compared with the step; number of rounds and relaxation
+#: factor of the Jacobi iteration.
 _PLACES_OF_STEP, _STEPS, _STEP = 3, 4, 1.5
 
 
 def fit_beside_clip(table: Array, top: float = HEADROOM) -> None:
-    """Clip a table of code values, unclipped, to 0..``top``, nodes beside the clip at 1 fitted; in place.
+    """Clip a table of unclipped code values to 0..``top`` in place, and fit the nodes beside the clip at 1.
 
-    Shape (n, n, n, 3), axes blue, green, red; a view of contiguous rows or columns.
+    The table has shape (n, n, n, 3) and axes blue, green, red. It is a view of contiguous rows or columns.
     """
     size, values, raised = len(table), table.reshape(-1, 3), []
     for channel in range(3):
@@ -63,9 +64,9 @@ def fit_beside_clip(table: Array, top: float = HEADROOM) -> None:
 
 
 def before_clip(own: Array, channel: int, size: int) -> NDArray[np.intp]:
-    """Find nodes with the clip between themselves and the next along a channel's own axis.
+    """Return the flat indices of nodes for which the clip lies before the next node along the channel's own axis.
 
-    The channel at each node of a lattice, unclipped, red fastest, (n³,) → flat indices.
+    ``own``: the unclipped values of the channel at the nodes of a lattice, red fastest, (n³,).
     """
     step = size**channel
     beyond = np.flatnonzero(own > 1.0) if own.max() > 1.0 else np.zeros(0, np.intp)
@@ -77,19 +78,21 @@ def before_clip(own: Array, channel: int, size: int) -> NDArray[np.intp]:
 
 
 def _raise(before: Array, beyond: Array, held: Array) -> Array:
-    """Return by how much to raise the nodes before the clip, (n,): from values before and beyond it."""
-    # Raised by r, a node is r too bright itself; where the model bends, the missing light shrinks by r times the node's
-    # share.
+    """Return by how much to raise the nodes before the clip, (n,).
+
+    ``before`` and ``beyond`` are the values before and beyond the clip. ``held`` are the stored values beyond it.
+    """
+    # A node that is raised by r is r too bright. The deficit at the bend shrinks by r times the weight of the node.
     bend = (1.0 - before) / (beyond - before)
-    lacking = 1.0 - (before + (held - before) * bend)
-    return np.clip(lacking / (2.0 - bend), 0.0, MOST_MOVED)
+    deficit = 1.0 - (before + (held - before) * bend)
+    return np.clip(deficit / (2.0 - bend), 0.0, LARGEST_MOVE)
 
 
 @cache
 def ramps_at_white(space: str, size: int) -> tuple[NDArray[np.intp], Array]:
     """Return the nodes that are fitted beside white's border, and the share of the jump by which they move, (m,) each.
 
-    For a lattice in ``space``: flat indices, red fastest. Towards white is positive.
+    The nodes are flat indices of a lattice in ``space``, red fastest. A positive share moves a node towards white.
     """
     corners = [
         (slice(z, size - 1 + z), slice(y, size - 1 + y), slice(x, size - 1 + x))
@@ -111,12 +114,12 @@ def ramps_at_white(space: str, size: int) -> tuple[NDArray[np.intp], Array]:
     share = np.bincount(nodes.T.ravel(), weights.T.ravel(), white.size)
     factor = np.where(moved.reshape(-1), _STEP / np.maximum(share, 1.0), 0.0)
     for _ in range(_STEPS):
-        left = step - sum(weight * ramp[node] for node, weight in zip(nodes.T, weights.T, strict=True))
-        ramp += factor * np.bincount(nodes.T.ravel(), (weights.T * left).ravel(), white.size)
+        residual = step - sum(weight * ramp[node] for node, weight in zip(nodes.T, weights.T, strict=True))
+        ramp += factor * np.bincount(nodes.T.ravel(), (weights.T * residual).ravel(), white.size)
     chosen = np.flatnonzero(moved)
     return chosen, (ramp - white)[chosen]
 
 
 def _white(code: Array) -> Array:
-    """Share of white's matrix for code values (n, 3), (n,)."""
+    """Return the weight of white's matrix for code values (n, 3), shape (n,)."""
     return nearest_weights(code_to_linear(code))[:, 0]

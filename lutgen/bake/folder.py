@@ -1,6 +1,6 @@
-"""The output folder: which files in it lutgen wrote, which may be replaced, and which a killed build left.
+"""The output folder: which of its files lutgen wrote, which files may be replaced, and which a killed build left.
 
-A lock allows one build at a time. If a build fails, a folder that it had to create is removed.
+A lock allows one build at a time. A failed build removes the folders that it created.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 class Folder:
     """An output folder that has passed the checks of :func:`claim`.
 
-    ``unfinished`` says how many of an interrupted build's files were missing; None when it was not interrupted.
-    ``fresh``: nothing of lutgen's was there before.
+    ``stale`` are the existing files of previous builds. ``unfinished`` are the numbers of missing files and of all
+    files of an interrupted build; None without an interrupted build. ``fresh``: the folder held no build before.
     """
 
     path: Path
@@ -35,23 +35,23 @@ class Folder:
     fresh: bool
 
     def begin(self, recipe: Recipe, paths: list[str]) -> None:
-        """Write the journal of the files to be made, and remove the partial files of a killed build."""
+        """Write the journal with the planned files, and remove the partial files of a killed build."""
         write_atomically(self.path / JOURNAL, Manifest(recipe.as_json(), planned(paths)).as_bytes())
         for partial in self.path.rglob(f".*{PARTIAL}"):
             partial.unlink()
 
     def abandon(self, paths: list[str]) -> None:
-        """Remove the files that a failed build wrote into a fresh folder; other folders are left for the next build."""
+        """Remove the files that a failed build wrote into a fresh folder. In other folders the next build continues."""
         if not self.fresh:
             return
         for path in (*(self.path / path for path in paths), self.path / JOURNAL):
-            with suppress(OSError):  # a file that cannot be removed stays
+            with suppress(OSError):  # the file cannot be removed
                 path.unlink(missing_ok=True)
                 if path.parent.is_dir():
                     _remove_empty(path.parent, self.path)
 
     def finish(self, manifest: Manifest) -> None:
-        """Write the manifest, then remove the files of the previous build that this build does not make."""
+        """Write the manifest, then remove the files of the previous build that this build does not contain."""
         write_atomically(self.path / MANIFEST, manifest.as_bytes())
         kept = {self.path / record.path for record in manifest.files}
         for path in self.stale:
@@ -62,28 +62,28 @@ class Folder:
 
 
 def claim(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Folder:
-    """Check, before anything is written, that a build may go into ``path``.
+    """Check, before any file is written, that a build may use the folder ``path``.
 
-    Raises LutgenError: unreadable, someone else's files, files of ours that were altered, or another build of ours
-    without ``force``.
+    Raises LutgenError: the folder is unreadable or holds foreign files. Without ``force`` also: the folder holds
+    another build, or altered files of a build.
     """
     try:
-        return _claimed(path, recipe, paths, force=force)
+        return _checked_folder(path, recipe, paths, force=force)
     except OSError as error:
         where = error.filename or path
         raise LutgenError(f"{where}: cannot be read: {reason_of(error)}. Choose another folder with -o.") from None
 
 
-def _claimed(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Folder:
+def _checked_folder(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Folder:
     manifest, journal = read_manifest(path / MANIFEST), read_manifest(path / JOURNAL)
-    # A link to a folder counts as a user's file: lutgen made nothing behind it.
+    # A link to a folder counts as a user's file, since lutgen never writes behind links.
     present = {file for file in path.rglob("*") if file.is_symlink() or not file.is_dir()}
     ours = {path / record.path for build in (manifest, journal) if build for record in build.files}
     housekeeping = {path / MANIFEST, path / JOURNAL}
     foreign = {file for file in present - ours - housekeeping if not file.name.endswith(PARTIAL)}
     places = {path / planned_path for planned_path in paths}
-    on_the_way = {folder for place in places for folder in place.parents if path in folder.parents}
-    collisions = foreign & (places | on_the_way) | {place for place in places if place.is_dir()}
+    parents = {folder for place in places for folder in place.parents if path in folder.parents}
+    collisions = foreign & (places | parents) | {place for place in places if place.is_dir()}
     if collisions or (foreign and not (manifest or journal)):
         name = min(collisions or foreign)
         raise LutgenError(
@@ -99,7 +99,7 @@ def _claimed(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Fo
 
 def _refuse_other_build(path: Path, manifest: Manifest | None, journal: Manifest | None, recipe: Recipe) -> None:
     for build in (journal, manifest):
-        if build and _wherever(build.recipe) != _wherever(json.loads(json.dumps(recipe.as_json()))):
+        if build and _without_paths(build.recipe) != _without_paths(json.loads(json.dumps(recipe.as_json()))):
             raise LutgenError(
                 f"{path}: holds a build from other measurements, options or another version. Add --force to replace "
                 f"what lutgen wrote there, or choose another folder with -o."
@@ -114,8 +114,8 @@ def _refuse_other_build(path: Path, manifest: Manifest | None, journal: Manifest
                 )
 
 
-def _wherever(recipe: Mapping[str, Any]) -> Mapping[str, Any]:
-    """A recipe without the paths of the files that it names: a folder that was moved holds the same build."""
+def _without_paths(recipe: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return a recipe without the paths of its files, since a moved folder holds the same build."""
     model = recipe.get("model")
     try:
         return {**recipe, "model": without_ways(model)}  # type: ignore[arg-type]
@@ -129,39 +129,39 @@ def _remove_empty(folder: Path, root: Path) -> None:
         folder = folder.parent
 
 
-#: Seconds to wait for another build: the workers of a killed build end within this time.
+#: Maximum time to wait for another build, in seconds. The workers of a killed build end within this time.
 PATIENCE = 5.0
 
 
 @contextmanager
 def locked_folder(path: Path) -> Iterator[None]:
-    """Make the folder ``path`` and lock it for one build; after an error, empty folders that it made are removed.
+    """Create the folder ``path`` and lock it for one build. After an error, remove the created folders that are empty.
 
-    Raises LutgenError: not a folder, one that cannot be made, or another build writes into it.
+    Raises LutgenError: the path is no folder or cannot be created, or another build writes into it.
     """
     missing = _missing(path)
     try:
         _make(missing)
-        held = _held(path)
+        lock = _wait_for_lock(path)
         try:
             yield
         finally:
-            if held is not None:
-                os.close(held)
+            if lock is not None:
+                os.close(lock)
     except BaseException:
         for folder in missing:
-            with suppress(OSError):  # the folder is not empty, or was never made
+            with suppress(OSError):  # the folder is not empty, or was not created
                 folder.rmdir()
         raise
 
 
 def _missing(path: Path) -> list[Path]:
-    """Return ``path`` and the folders above it that do not exist, the innermost first."""
+    """Return those of ``path`` and its parent folders that do not exist, the innermost first."""
     missing: list[Path] = []
     for place in (path, *path.parents):
         if os.path.lexists(place):
             if not place.is_dir():
-                # A link may lead to nothing, or to itself.
+                # The target of a link may be missing, or be the link itself.
                 obstacle = "a file" if is_file(place) or not place.is_symlink() else "a link that leads to no folder"
                 raise LutgenError(f"{place}: is {obstacle}, and the output is a folder. Choose another with -o.")
             break
@@ -177,8 +177,8 @@ def _make(missing: list[Path]) -> None:
             raise cannot_write(folder, error) from None
 
 
-def _held(path: Path) -> int | None:
-    """Lock a folder as :func:`locked`, and wait some seconds for another build."""
+def _wait_for_lock(path: Path) -> int | None:
+    """Lock a folder as :func:`locked` does. Wait up to ``PATIENCE`` for another build."""
     end = time.monotonic() + PATIENCE
     while True:
         try:

@@ -1,10 +1,10 @@
-"""A config on the GPU: the shader that OpenColorIO writes for a config's views, run through EGL without a window.
+"""Run of a config on the GPU: OpenColorIO's shaders for the config's views, run through EGL without a window.
 
-Viewers draw with such shaders; certificates are measured on OpenColorIO's CPU renderer. Both are given the same
-colours in float32, and their code values are compared. Mesa's llvmpipe runs shaders where there is no graphics card.
+Viewers draw with these shaders, but certificates are measured with OpenColorIO's CPU renderer. Both receive the same
+colours in float32, and their code values are compared. Mesa's llvmpipe runs the shaders without a graphics card.
 
-The tetrahedral interpolation is in the shader itself: it fetches four texels at their centres, so the card's own
-trilinear filter, which resolves a 256th of a cell, has nothing to blend. A trilinear table would band.
+The shader itself computes the tetrahedral interpolation. It reads four texels at their centres, so that the card's own
+trilinear filter has no effect. That filter resolves a 256th of a cell, and a trilinear table would show bands.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-#: Largest difference in code values that a check accepts: a quarter of an 8-bit step.
+#: Maximum difference in code values that a check accepts: a quarter of an 8-bit step.
 TOLERANCE = 1e-3
 
-#: Colours in a row of the picture that is drawn; a card's pictures are limited to some thousands a side.
+#: Number of colours in a row of the drawn picture. Cards limit pictures to some thousand pixels a side.
 _ROW = 512
 
-#: Settings of moderngl's context; kept apart, since the types of moderngl declare them as dictionaries.
+#: Settings of moderngl's context. The type Any is needed, since moderngl declares the settings as dictionaries.
 _EGL: dict[str, Any] = {"standalone": True, "require": 400, "backend": "egl"}
 
-#: One triangle that covers the picture, and each of its pixels through OpenColorIO's function.
+#: Shaders that draw one triangle over the picture, and apply OpenColorIO's function to each pixel.
 _VERTEX = """#version 400
 in vec2 corner;
 void main() { gl_Position = vec4(corner, 0.0, 1.0); }
@@ -54,7 +54,7 @@ void main() {{ shown = OCIOMain(texelFetch(colours, ivec2(gl_FragCoord.xy), 0));
 
 @dataclass(frozen=True)
 class Difference:
-    """Between GPU and CPU over many colours, in code values 0..1: the 99 % quantile and the largest of any channel."""
+    """Difference of GPU and CPU over many colours, in code values 0..1: 99 % quantile and maximum of the channels."""
 
     p99: float
     max: float
@@ -62,18 +62,18 @@ class Difference:
 
 @dataclass(frozen=True)
 class GpuRun:
-    """What the shaders of a config did on one renderer: view, as "display, view" → difference."""
+    """The result of a config's shaders on one renderer. Keys of ``views`` are "display, view"."""
 
     renderer: str
     views: dict[str, Difference]
 
     @property
     def worst(self) -> float:
-        """The largest difference; NaN where a shader gave one."""
+        """The largest difference; NaN when a shader gives NaN."""
         return float(np.max([view.max for view in self.views.values()]))
 
     def as_json(self) -> dict[str, Any]:
-        """Return plain numbers of two digits: further digits change from driver to driver."""
+        """Return the result as JSON data with two digits. Further digits depend on the driver."""
         views = {
             name: {key: float(f"{value:.1e}") for key, value in asdict(view).items()}
             for name, view in self.views.items()
@@ -82,9 +82,9 @@ class GpuRun:
 
 
 def gpu_run(config: Path, code: Array) -> GpuRun:
-    """Draw colours (n, 3) through every view of a config but Raw, and compare with OpenColorIO's CPU renderer.
+    """Draw colours (n, 3) through every view of a config except Raw, and compare with OpenColorIO's CPU renderer.
 
-    Raises LutgenError: moderngl, EGL or a driver is missing, or OpenColorIO cannot make the config's processors.
+    Raises LutgenError: moderngl, EGL or a driver is missing, or OpenColorIO cannot create the config's processors.
     """
     lib = ocio()
     renderer = renderer_name()
@@ -104,7 +104,7 @@ def gpu_run(config: Path, code: Array) -> GpuRun:
 
 
 def difference(processor: Any, code: Array) -> Difference:
-    """Compare what the GPU and the CPU make of colours (n, 3) by an OpenColorIO processor, clipped to 0..1."""
+    """Compare the results of an OpenColorIO processor for colours (n, 3) on GPU and CPU, clipped to 0..1."""
     colours = np.ascontiguousarray(code, dtype=np.float32)
     drawn, computed = drawn_by_gpu(processor, colours), colours.copy()
     processor.getDefaultCPUProcessor().applyRGB(computed)
@@ -113,7 +113,7 @@ def difference(processor: Any, code: Array) -> Difference:
 
 
 def drawn_by_gpu(processor: Any, code: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Send colours (n, 3) through a processor's shader into a picture of floats: float32, (n, 3)."""
+    """Draw colours (n, 3) through a processor's shader into a picture of floats; return float32, (n, 3)."""
     context = _context()
     shader = _shader_of(processor)
     rows = -(-len(code) // _ROW)
@@ -121,25 +121,25 @@ def drawn_by_gpu(processor: Any, code: NDArray[np.float32]) -> NDArray[np.float3
     pixels[: len(code), :3] = code
     with ExitStack() as owned:
 
-        def kept(resource: Any) -> Any:
+        def released_at_end(resource: Any) -> Any:
             owned.callback(resource.release)
             return resource
 
         fragment = _FRAGMENT.format(ocio=shader.getShaderText())
-        program = kept(context.program(vertex_shader=_VERTEX, fragment_shader=fragment))
-        source = kept(context.texture((_ROW, rows), 4, pixels.tobytes(), dtype="f4"))
-        target = kept(context.texture((_ROW, rows), 4, dtype="f4"))
-        frame = kept(context.framebuffer([target]))
+        program = released_at_end(context.program(vertex_shader=_VERTEX, fragment_shader=fragment))
+        source = released_at_end(context.texture((_ROW, rows), 4, pixels.tobytes(), dtype="f4"))
+        target = released_at_end(context.texture((_ROW, rows), 4, dtype="f4"))
+        frame = released_at_end(context.framebuffer([target]))
         source.use(0)
         program["colours"] = 0
         for unit, table in enumerate(shader.get3DTextures(), start=1):
             size, values = table.edgeLen, np.asarray(table.getValues(), dtype=np.float32)
-            texture = kept(context.texture3d((size, size, size), 3, values.tobytes(), dtype="f4"))
+            texture = released_at_end(context.texture3d((size, size, size), 3, values.tobytes(), dtype="f4"))
             texture.repeat_x = texture.repeat_y = texture.repeat_z = False
             texture.use(unit)
             program[table.samplerName] = unit
-        corners = kept(context.buffer(np.array([-1, -1, 3, -1, -1, 3], dtype=np.float32).tobytes()))
-        triangle = kept(context.vertex_array(program, [(corners, "2f", "corner")]))
+        corners = released_at_end(context.buffer(np.array([-1, -1, 3, -1, -1, 3], dtype=np.float32).tobytes()))
+        triangle = released_at_end(context.vertex_array(program, [(corners, "2f", "corner")]))
         frame.use()
         triangle.render(vertices=3)
         drawn = np.frombuffer(target.read(), dtype=np.float32)
@@ -151,17 +151,17 @@ def _shader_of(processor: Any) -> Any:
     shader = lib.GpuShaderDesc.CreateShaderDesc(language=lib.GPU_LANGUAGE_GLSL_4_0)
     processor.getDefaultGPUProcessor().extractGpuShaderInfo(shader)
     if list(shader.getTextures()):
-        raise LutgenError("its shader reads a 1D table, which lutgen writes nowhere and does not draw with.")
+        raise LutgenError("its shader reads a 1D table. lutgen writes no 1D tables and does not support them here.")
     return shader
 
 
 def renderer_name() -> str:
-    """Return OpenGL's name of the renderer. Raises LutgenError where there is none."""
+    """Return OpenGL's name of the renderer. Raises LutgenError when there is no renderer."""
     return str(_context().info["GL_RENDERER"])
 
 
 def check_renderer() -> None:
-    """Raise LutgenError where no shader can be run. In a process of its own: a context does not survive a fork."""
+    """Raise LutgenError when no shader can be run. The test uses other processes: a context does not survive a fork."""
     _moderngl()
     list(in_parallel(_renderer_names, [0, 1], 2))
 
@@ -176,12 +176,12 @@ def _context() -> Any:
 
 @cache
 def _context_in(_process: int) -> Any:
-    """One context a process, made in the worker that draws."""
+    """Return the context of this process. The process that draws must create its own context."""
     moderngl = _moderngl()
     try:
         return moderngl.create_context(**_EGL)
     except BaseException as error:
-        # glcontext raises plain Exception, no subclass of it, for whatever EGL refuses.
+        # glcontext raises a plain Exception, not a subclass, for every error of EGL.
         if type(error) is not Exception and not isinstance(error, OSError):
             raise
         raise LutgenError(

@@ -1,9 +1,9 @@
 """Writing ICC profiles: the few tags that a display profile and a device link need.
 
-Versions 2.4 (ICC.1:2001-04), which every viewer reads, and 4.3 (ICC.1:2010): Chromium and Firefox take the numbers of a
-table of L*a*b* as version 4 has them, whatever version the profile is of. No maintained Python library writes profiles
-with tables (LittleCMS does, but none of its bindings for Python), so the bytes are written here, and read back through
-LittleCMS.
+Version 2.4 (ICC.1:2001-04) is read by every viewer. Version 4.3 (ICC.1:2010) is needed because Chromium and Firefox
+decode tables of L*a*b* with version 4's encoding, even in profiles of version 2. No maintained Python library writes
+profiles with tables. LittleCMS writes them, but its Python bindings do not. This module therefore writes the bytes
+itself, and LittleCMS reads them back.
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ if TYPE_CHECKING:
 
 LARGEST = 65_535
 
-#: Points of the curves beside a matrix, as common sRGB profiles have them.
+#: Points of the curves beside a matrix, as in common sRGB profiles.
 TONE_POINTS = 1024
 
-#: The versions on offer, as the header holds them.
+#: Version → its number in the header.
 _VERSIONS = {2: 0x02400000, 4: 0x04300000}
 
-#: The date in the header, a fixed one: the same inputs give the same file.
+#: The date in the header. It is fixed, so that the same inputs give the same file.
 _DATE = struct.pack(">6H", 2000, 1, 1, 0, 0, 0)
 
 
 def profile(*, device_class: bytes, pcs: bytes, tags: Sequence[tuple[bytes, bytes]], version: int = 2) -> bytes:
-    """Return a profile of an RGB device: its class, its connection space and its tags, by signature.
+    """Return a profile of an RGB device from its class, its connection space and its tags (signature, content).
 
-    Tags with the same content share its place in the file. ``version`` is 2 or 4, and its tags are of that version.
+    Tags with equal content share one copy in the file. ``version`` is 2 or 4. The tags must be of that version.
     """
     contents = list(dict.fromkeys(content for _, content in tags))
     padded = [content + bytes(-len(content) % 4) for content in contents]
@@ -50,7 +50,7 @@ def profile(*, device_class: bytes, pcs: bytes, tags: Sequence[tuple[bytes, byte
     table = b"".join(name + struct.pack(">II", places[content], len(content)) for name, content in tags)
     body = struct.pack(">I", len(tags)) + table + b"".join(padded)
     head = _header(HEADER + len(body), device_class, pcs, _VERSIONS[version])
-    # The ID is the MD5 of the profile with flags, intent and ID left 0 (ICC.1:2010, 7.2.18).
+    # The ID is the MD5 of the profile, with zeros for flags, intent and ID (ICC.1:2010, 7.2.18).
     identifier = hashlib.md5(head + body, usedforsecurity=False).digest()
     intent = struct.pack(">I", 1)
     return b"".join((head[:64], intent, head[68:84], identifier, head[100:], body))
@@ -59,9 +59,9 @@ def profile(*, device_class: bytes, pcs: bytes, tags: Sequence[tuple[bytes, byte
 def display_tags(
     title: str, lines: Sequence[str], colorants: Array, version: int = 2
 ) -> tuple[tuple[bytes, bytes], ...]:
-    """Return the tags of every display profile: its texts, D50 as white, and a matrix behind the sRGB curve.
+    """Return the tags of every display profile: its texts, D50 as white, the sRGB curve, and the matrix after it.
 
-    ``colorants``: XYZ under D50 of full red, green and blue, one a row, shape (3, 3).
+    ``colorants``: XYZ under D50 of full red, green and blue, one per row, shape (3, 3).
     """
     tone = curve(code_to_linear(np.linspace(0.0, 1.0, TONE_POINTS)))
     return (
@@ -97,15 +97,15 @@ def _fixed(values: Array) -> bytes:
 
 
 def description(words: str) -> bytes:
-    """Pack textDescriptionType: ASCII, without its other scripts."""
+    """Pack textDescriptionType with its ASCII text. The Unicode and ScriptCode texts stay empty."""
     ascii_text = _ascii(words)
     return b"desc" + struct.pack(">4xI", len(ascii_text)) + ascii_text + bytes(4 + 4 + 2 + 1 + 67)
 
 
 def localized(words: str) -> bytes:
-    """Pack multiLocalizedUnicodeType of one text (ICC.1:2010, 10.13): what version 4 has for descriptions."""
-    held = words.encode("utf-16-be")
-    return b"mluc" + struct.pack(">4xII4sII", 1, 12, b"enUS", len(held), 28) + held
+    """Pack multiLocalizedUnicodeType of one text (ICC.1:2010, 10.13), the type of descriptions in version 4."""
+    data = words.encode("utf-16-be")
+    return b"mluc" + struct.pack(">4xII4sII", 1, 12, b"enUS", len(data), 28) + data
 
 
 def text(words: str) -> bytes:
@@ -114,7 +114,7 @@ def text(words: str) -> bytes:
 
 
 def _ascii(words: str) -> bytes:
-    # Other letters than ASCII are written as their numbers, so that a name in another script is not lost.
+    # Escape non-ASCII letters, so that a name in another script is not lost.
     return words.encode("ascii", errors="backslashreplace").replace(b"\0", b" ") + b"\0"
 
 
@@ -129,12 +129,12 @@ def matrix(values: Array) -> bytes:
 
 
 def curve(values: Array) -> bytes:
-    """Pack curveType: points 0..1, evenly spaced; none is the straight line."""
+    """Pack curveType from evenly spaced points 0..1. An empty curve is the identity."""
     return b"curv" + struct.pack(">4xI", len(values)) + steps(values).tobytes()
 
 
 def table(values: Array) -> bytes:
-    """Pack lut16Type from RGB: values 0..1, shape (n, n, n, 3) with axes blue, green, red; straight curves."""
+    """Pack lut16Type from RGB with identity curves: values 0..1, shape (n, n, n, 3), axes blue, green, red."""
     straight = steps(np.tile([0.0, 1.0], 3)).tobytes()
     return b"".join(
         (
@@ -142,7 +142,7 @@ def table(values: Array) -> bytes:
             _fixed(np.eye(3)),
             struct.pack(">HH", 2, 2),
             straight,
-            # Red varies slowest.
+            # The format requires that red varies slowest.
             steps(values.transpose(2, 1, 0, 3)).tobytes(),
             straight,
         )
@@ -150,7 +150,7 @@ def table(values: Array) -> bytes:
 
 
 def table_to_lab(values: Array) -> bytes:
-    """Pack lutAToBType (ICC.1:2010, 10.10) from RGB: as :func:`table`, of version 4, without matrix and M curves."""
+    """Pack version 4's lutAToBType (ICC.1:2010, 10.10) from RGB as :func:`table`, without matrix and M curves."""
     straight = curve(np.zeros(0)) * 3
     clut = bytes([len(values)] * 3 + [0] * 13 + [2, 0, 0, 0]) + steps(values.transpose(2, 1, 0, 3)).tobytes()
     clut += bytes(-len(clut) % 4)
@@ -166,5 +166,5 @@ def sequence(*words: str) -> bytes:
 
 
 def steps(values: Array) -> NDArray[np.uint16]:
-    """Round 0..1 to 16 bit, big-endian."""
+    """Quantise 0..1 to 16 bit, big-endian."""
     return np.rint(np.asarray(values) * LARGEST).astype(">u2")

@@ -1,11 +1,11 @@
-"""ICC profiles as LittleCMS applies them, in floating point: the library of Pillow, GIMP and Java (and so QuPath).
+"""ICC profiles as LittleCMS applies them, in floating point. Pillow, GIMP and Java (and so QuPath) use LittleCMS.
 
-An ordinary profile is the picture's own, and the result is that of an sRGB screen, relative to white; a device link
-defines both sides.
+An ordinary profile is treated as the profile of a picture. It is converted to an sRGB screen, relative to white. A
+device link needs no second profile.
 
-Whole-slide viewers convert by the slide's own profile, and a picture has but one. So the scanner's profile and the aged
-display become one profile: scanner's code values → sRGB code values, relative to white as viewers convert, clipped as
-they are sent to a screen → what the aged display makes of them.
+Whole-slide viewers convert with the slide's own profile, and a picture can have only one profile. The scanner's profile
+and the aged display are therefore combined: scanner's code values → sRGB code values, relative to white as in viewers
+and clipped as for a screen → aged display.
 """
 
 from __future__ import annotations
@@ -34,15 +34,16 @@ if TYPE_CHECKING:
 #: ICC's rendering intents.
 PERCEPTUAL, RELATIVE, SATURATION, ABSOLUTE = range(4)
 
-#: Types of tables of version 2, and the byte that holds their number of points along an edge.
+#: Types of tables of version 2 → offset of the byte with the number of points along an edge.
 _TABLES = {b"mft1": 10, b"mft2": 10}
 
-#: The type of version 4, and the byte that holds the offset of its table, whose first byte is the number of points.
+#: The table type of version 4, and the position of the offset of its table. The table's first byte is the number of
+#: points along an edge.
 _TABLE_V4, _TABLE_V4_AT = b"mAB ", 24
 
 
 def through_profile(path: Path, code: Array, *, intent: int = RELATIVE) -> Array:
-    """Send code values (n, 3) through the profile ``path`` to an sRGB screen, by one of ICC's intents.
+    """Convert code values (n, 3) with the profile ``path`` to an sRGB screen, by one of ICC's rendering intents.
 
     Raises LutgenError: the binding is missing, or LittleCMS refuses the file.
     """
@@ -50,9 +51,9 @@ def through_profile(path: Path, code: Array, *, intent: int = RELATIVE) -> Array
 
 
 def screen_code(data: bytes, code: Array, file: object, *, intent: int = RELATIVE) -> Array:
-    """As :func:`through_profile`, for a profile in memory; ``file`` is named in errors."""
+    """Convert as :func:`through_profile`, with a profile in memory. ``file`` is named in errors."""
     lib = littlecms()
-    screen = _nothing_more() if data[12:16] == b"link" else _srgb()
+    screen = _identity_link() if data[12:16] == b"link" else _srgb()
     pixels = np.ascontiguousarray(code, dtype=np.float64).reshape(1, -1, 3)
     colours = {"colorspace": "rgb", "outcolorspace": "rgb", "outdtype": "float64"}
     try:
@@ -63,7 +64,10 @@ def screen_code(data: bytes, code: Array, file: object, *, intent: int = RELATIV
 
 
 def table_of_profile(path: Path) -> tuple[str, int]:
-    """Return how a profile's table is indexed and its size, 0 where it has none. Raises LutgenError."""
+    """Return the space (a key of ``SPACES``) and the size of a profile's table; size 0 without a table.
+
+    Raises LutgenError: the profile is not valid.
+    """
     data = _read(path)
     start = next((tag.start for tag in tag_table(data, path) if tag.name == "A2B0"), None)
     if start is None:
@@ -84,10 +88,10 @@ def _read(path: Path) -> bytes:
 
 
 def sound_profile(data: bytes, file: object) -> None:
-    """Raise LutgenError for a profile of no RGB device, or with a wrong size in its header."""
+    """Raise LutgenError for a profile of another device than RGB, or with a wrong size in its header."""
     size = int.from_bytes(data[:4], "big")
     if is_profile(data) and size != len(data):
-        raise LutgenError(f"{file}: says that it has {size} bytes, and has {len(data)}. Was it cut off? Copy it anew.")
+        raise LutgenError(f"{file}: says that it has {size} bytes, and has {len(data)}. Was it cut off? Copy it again.")
     tag_table(data, file)
     if data[16:20] != b"RGB ":
         device = data[16:20].decode("latin-1").strip()
@@ -101,8 +105,8 @@ def _srgb() -> bytes:
 
 
 @cache
-def _nothing_more() -> bytes:
-    """A device link that changes nothing: the binding asks for a second profile."""
+def _identity_link() -> bytes:
+    """Return an identity device link. The binding requires a second profile."""
     corners = np.stack(np.meshgrid(*[[0.0, 1.0]] * 3, indexing="ij")[::-1], axis=-1)
     tags = (
         (b"desc", icc.description("nothing")),
@@ -113,23 +117,23 @@ def _nothing_more() -> bytes:
     return icc.profile(device_class=b"link", pcs=b"RGB ", tags=tags)
 
 
-#: Bytes of a profile, at most: scanners' have some hundred thousand.
+#: Maximum size of a profile in bytes. Profiles of scanners have some hundred thousand bytes.
 LARGEST = 8 << 20
 
-#: Classes of profiles that define the colours of a picture's numbers.
+#: Classes of profiles that define the colours of a picture's code values.
 _CLASSES = (b"scnr", b"mntr", b"spac")
 
 
 @dataclass(frozen=True)
 class SourceProfile:
-    """A link before the display's first: code values of the picture → code values that a viewer sends to the screen."""
+    """A link before the first link of a display: code values of a picture → code values that a viewer sends."""
 
     name: str
     data: bytes = field(repr=False)
     stage: str = "drive"
 
     def __call__(self, signal: Array) -> Array:
-        """(n, 3) code of the picture → (n, 3) code of an sRGB screen, 0..1."""
+        """Convert code values of the picture (n, 3) to code values of an sRGB screen (n, 3), 0..1."""
         return np.clip(screen_code(self.data, signal, self.name), 0.0, 1.0)
 
     def before(self, aged: AgedDisplay) -> AgedDisplay:
@@ -137,40 +141,42 @@ class SourceProfile:
         return replace(aged, head=(self, *aged.head))
 
     def as_json(self) -> dict[str, str]:
-        """Return the whole profile, so that a build can be checked anywhere."""
+        """Return the whole profile as JSON data, so that a build can be checked without the profile's file."""
         return {"file": self.name, "zlib_base64": base64.b64encode(zlib.compress(self.data, 9)).decode()}
 
 
 def source_profile_of(content: Any) -> SourceProfile:
-    """Return the profile of a manifest. Raises LutgenError where it is none."""
+    """Return the profile that a manifest stores. Raises LutgenError when it is not valid."""
     try:
-        opened = zlib.decompressobj()
-        data = opened.decompress(base64.b64decode(content["zlib_base64"], validate=True), LARGEST)
-        return _sound(str(content["file"]), data)
+        decompressor = zlib.decompressobj()
+        data = decompressor.decompress(base64.b64decode(content["zlib_base64"], validate=True), LARGEST)
+        return _checked_profile(str(content["file"]), data)
     except (KeyError, TypeError, ValueError, binascii.Error, zlib.error) as error:
         raise LutgenError(f"its source profile cannot be read ({error!r}). Build again.") from None
 
 
 def read_source_profile(path: str | Path) -> SourceProfile:
-    """Read the profile of a scanner, or of a picture. Raises LutgenError where it does not define RGB colours."""
+    """Read the profile of a scanner or of a picture. Raises LutgenError when it does not define RGB colours."""
     path = Path(path)
     data = read_at_most(path, LARGEST, what="the source profile", none="ICC profile")
-    return _sound(path.name, data)
+    return _checked_profile(path.name, data)
 
 
-def _sound(name: str, data: bytes) -> SourceProfile:
+def _checked_profile(name: str, data: bytes) -> SourceProfile:
     sound_profile(data, name)
     if data[12:16] not in _CLASSES:
         kind = data[12:16].decode("latin-1")
-        message = f"{name}: is a profile of class {kind!r}, which tells no picture's colours. Give the scanner's own."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{name}: is a profile of class {kind!r}, which does not define a picture's colours. Give the scanner's "
+            "profile."
+        )
     source = SourceProfile(name, data)
     source(np.eye(3))
     return source
 
 
 def source_profile_in(aged: AgedDisplay) -> SourceProfile | None:
-    """Return the profile before a display, where there is one."""
+    """Return the source profile before a display; None without one."""
     match aged.head:
         case (SourceProfile() as source, *_):
             return source

@@ -1,4 +1,4 @@
-"""Baking one aged display into a table or a matrix."""
+"""Baking of one aged display into a table or a matrix."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.bake.fitted_nodes import HEADROOM, MOST_MOVED, fit_beside_clip, ramps_at_white
+from lutgen.bake.fitted_nodes import HEADROOM, LARGEST_MOVE, fit_beside_clip, ramps_at_white
 from lutgen.bake.spaces import SPACES, lattice, tetrahedra
 from lutgen.colorimetry import CHUNK, XYZ_TO_LINEAR, code_to_linear, in_chunks, linear_to_code, transform
 from lutgen.display.effect_chain import without_steps
@@ -24,19 +24,19 @@ if TYPE_CHECKING:
     from lutgen.display import AgedDisplay, Compensation
     from lutgen.display.chain import Link
 
-#: Lattice sizes on offer: the sizes that viewers and graphics cards commonly take.
+#: Allowed lattice sizes: viewers and graphics cards commonly support them.
 SIZES = (17, 33, 65)
 
-#: Linear light that differs by no more counts as equal: a thousandth of float32's resolution.
+#: Values of linear light that differ by at most this are equal: a thousandth of float32's resolution.
 EXACT = 1e-10
 
-#: Number of colours that are compared first, before all are.
+#: Number of colours that are compared before all colours are compared.
 _TELLING = 50
 
-#: Numbers in a table have one digit before the point.
+#: Largest number in a table, since numbers in files have one digit before the point.
 BRIGHTEST = 9.9
 
-#: The four matrices agree when no entry differs by more than this: 1e-7 is float32's own rounding.
+#: The four matrices are equal when no entry differs by more than this. The rounding of float32 is 1e-7.
 AGREE = 2e-7
 
 
@@ -44,31 +44,34 @@ AGREE = 2e-7
 class Lut:
     """A 3D table from source signal to aged colour."""
 
-    #: How it is indexed and what it holds: a key of ``SPACES``.
+    #: The space of its index and of its values: a key of ``SPACES``.
     space: str
-    #: Shape (n, n, n, 3), axes blue, green, red: red varies fastest when flattened.
+    #: Shape (n, n, n, 3), axes blue, green, red: in the flattened table red varies fastest.
     table: Array
 
     @property
     def size(self) -> int:
-        """Points along one edge."""
+        """The number of points along one edge."""
         return int(self.table.shape[0])
 
     def in_steps(self, largest: int) -> Lut:
-        """Return the table in whole numbers, 0..``largest``, for files that hold such."""
+        """Return the table quantised to the integers 0..``largest``, for integer files."""
         return Lut(self.space, np.rint(self.table * largest) / largest)
 
     def apply(self, code: Array) -> Array:
-        """Send code values (n, 3) through the table by tetrahedral interpolation in double precision."""
+        """Apply the table to code values (n, 3) by tetrahedral interpolation in double precision."""
         return self.mix(*tetrahedra(code, self.space, self.size))
 
     def mix(self, nodes: NDArray[np.intp], weights: Array) -> Array:
-        """Sum lattice points by weight, both (n, 4) as from :func:`tetrahedra`: code values (n, 3)."""
+        """Return weighted sums of lattice points as code values (n, 3).
+
+        ``nodes`` and ``weights``, (n, 4) each, are the results of :func:`tetrahedra`.
+        """
         values = self.mix_in_space(nodes, weights)
         return SPACES[self.space].shown(values)
 
     def mix_in_space(self, nodes: NDArray[np.intp], weights: Array) -> Array:
-        """As :meth:`mix`, in the table's own space."""
+        """Return weighted sums as :meth:`mix`, but in the table's own space."""
         planes = np.ascontiguousarray(self.table.reshape(-1, 3).T)
 
         def mixed(nodes: NDArray[np.intp], weights: Array) -> Array:
@@ -78,25 +81,25 @@ class Lut:
                     np.add(out, plane.take(node) * weight, out=out)
             return values.T
 
-        # Channel by channel in chunks: what is looked up then stays near the processor.
+        # Channel by channel and in chunks, so that the table's values stay in the processor's cache.
         return in_chunks(mixed, nodes, weights)
 
 
 @dataclass(frozen=True)
 class MatrixLut:
-    """The aged display as a plain matrix from linear light to linear light, shape (3, 3)."""
+    """The aged display as a matrix from linear light to linear light, shape (3, 3)."""
 
     matrix: Array
     space: str = "linear"
     size: int = 0
 
     def apply(self, code: Array) -> Array:
-        """Send code values (n, 3) through the sRGB curve, the matrix and back, in double precision."""
+        """Apply the sRGB curve, the matrix and the inverse curve to code values (n, 3), in double precision."""
         return linear_to_code(transform(self.matrix, code_to_linear(code)))
 
 
 def table_of(lut: Lut | MatrixLut) -> Array:
-    """Return the table of a LUT for a file that holds nothing else. Raises TypeError for a matrix."""
+    """Return the table of a LUT, for a format that only holds tables. Raises TypeError for a matrix."""
     if not isinstance(lut, Lut):
         raise TypeError("this format holds a table, not a matrix")
     return lut.table
@@ -105,7 +108,7 @@ def table_of(lut: Lut | MatrixLut) -> Array:
 def shaper(lut: Lut | MatrixLut, points: int) -> tuple[Array, Array]:
     """Return the curve before a table: code values, and their places along the table's edge.
 
-    It has ``points`` points, or two where the table is indexed in code values.
+    The curve has ``points`` points, or two points when the table is indexed by code values.
     """
     code = np.linspace(0.0, 1.0, 2 if lut.space == "code" else points)
     return code, SPACES[lut.space].index(code)
@@ -113,9 +116,9 @@ def shaper(lut: Lut | MatrixLut, points: int) -> tuple[Array, Array]:
 
 @dataclass
 class Sampler:
-    """Evaluates aged displays on lattices, computing what does not age once for all hours and modes.
+    """A sampler evaluates aged displays on lattices. It computes the part that does not age once for all hours.
 
-    The drives of a correction, which cost a search, are kept until those of another correction are asked for.
+    The drives of a correction need a search. They are cached until the drives of another correction are computed.
     """
 
     _signals: dict[tuple[object, tuple[Link, ...]], Array] = field(default_factory=dict)
@@ -123,20 +126,20 @@ class Sampler:
     _correction: Compensation | None = None
 
     def linear(self, aged: AgedDisplay, size: int, space: str) -> Array:
-        """Aged linear light, unclipped, on a lattice uniform in ``space``: shape (size³, 3), red fastest."""
+        """Return unclipped aged linear light on a lattice uniform in ``space``: shape (size³, 3), red fastest."""
         if compensation_of(aged):
             return self.linear_of(aged, (size, space), lambda: lattice(size, space))
         return _on_lattice(aged, self._lattice(aged, size, space)[: size**3], size, np.asarray)
 
     def linear_of(self, aged: AgedDisplay, name: object, code: Callable[[], Array]) -> Array:
-        """Aged linear light, unclipped, of code values that are remembered under a name, both (n, 3)."""
+        """Return unclipped aged linear light of the code values ``code()``, both (n, 3). ``name`` is the cache key."""
         correction = compensation_of(aged)
         if correction is None:
             return in_chunks(aged.linear, self._signal(aged, name, lambda: aged.head_signal(code())))
         if correction != self._correction:
             self._drives, self._correction = {}, correction
         if name not in self._drives:
-            # All colours at once: the search then treats those that converge slowly together.
+            # All colours at once, so that the search treats all slowly converging colours together.
             self._drives[name] = aged.linear(aged.head_signal(code()))
         return self._drives[name]
 
@@ -147,20 +150,24 @@ class Sampler:
         return self._signals[key]
 
     def _lattice(self, aged: AgedDisplay, size: int, space: str) -> Array:
-        """Signal of a lattice behind the head; then that of the nodes beside a jump, as both of its sides have them."""
+        """Return the signal of a lattice after the display's head, (m, k).
+
+        For a display with a jump, the signals of the nodes beside the jump follow, once for each side of the jump.
+        """
         jumps = selects_nearest(aged)
 
-        def made() -> Array:
+        def signals() -> Array:
             signal = aged.head_signal(lattice(size, space))
             return np.concatenate([signal, on_both_sides(signal[ramps_at_white(space, size)[0]])]) if jumps else signal
 
-        return self._signal(aged, (size, space, jumps), made)
+        return self._signal(aged, (size, space, jumps), signals)
 
     def lut(self, aged: AgedDisplay, size: int, space: str, *, clip: bool, whole: bool = False) -> Lut:
-        """Bake a table; ``clip`` to the viewer's sRGB gamut, or leave aged colours outside it as they are.
+        """Bake a table. With ``clip`` clip aged colours to the viewer's sRGB gamut, else keep them.
 
-        Beside the clip nodes are fitted, up to white where the file holds ``whole`` numbers, which cannot exceed it;
-        not in a correction, whose numbers are a display's drive. Nodes beside the jump of the paper's display are too.
+        Nodes beside the clip are fitted. A file of ``whole`` numbers cannot exceed white, so its nodes end at white.
+        Tables of corrections are not fitted beside the clip, since their numbers are a display's drives. Nodes beside
+        the jump of the paper's display are fitted too.
         """
         held, correction = SPACES[space].held, compensation_of(aged)
         if correction:
@@ -177,7 +184,7 @@ class Sampler:
         if len(beside):
             nodes, shares = ramps_at_white(space, size)
             white, primary = beside.reshape(2, -1, 3)
-            moved = values[nodes] + np.clip(shares[:, np.newaxis] * (white - primary), -MOST_MOVED, MOST_MOVED)
+            moved = values[nodes] + np.clip(shares[:, np.newaxis] * (white - primary), -LARGEST_MOVE, LARGEST_MOVE)
             values[nodes] = np.clip(moved, 0.0, top) if clip else moved
         if not clip and np.abs(values).max() > BRIGHTEST:
             raise LutgenError(
@@ -189,10 +196,10 @@ class Sampler:
     def candidates(
         self, aged: AgedDisplay, size: int, *spaces: str, clip: bool, largest: int | None = None
     ) -> list[Lut | MatrixLut]:
-        """Bake the tables that the most faithful is chosen from: one in each space; ``clip`` to what viewers show.
+        """Bake one candidate table in each space. ``clip`` clips to the viewer's gamut, as in :meth:`lut`.
 
-        A display with stairs in its curves is baked without them too: a coarse table of stairs can err more than none.
-        ``largest`` is for files that hold whole numbers, 0..``largest``.
+        A display with staircases in its curves is also baked without the staircases, since a coarse table can err more
+        with them than without them. ``largest`` is for files of integers 0..``largest``.
         """
         smooth = without_steps(aged)
         displays = [aged, smooth] if smooth else [aged]
@@ -202,9 +209,12 @@ class Sampler:
 
 
 def _on_lattice(aged: AgedDisplay, signal: Array, size: int, held: Callable[[Array], Array]) -> Array:
-    """Values of a table, (n, 3), for the signal behind the head, (n, k): a lattice, red fastest, then other colours."""
-    # The paper's display adds channels, and each channel is constant over planes of the lattice: the sum of red and
-    # green is computed once for all steps of blue.
+    """Return the values of a table, (n, 3), for the signal after the display's head, (n, k).
+
+    The signal is a lattice, red fastest, and then other colours.
+    """
+    # The paper's display adds channels. Each channel is constant over planes of the lattice. The sum of red and green
+    # is therefore computed once for all steps of blue.
     paper = paper_links(aged)
     if paper is None:
         return in_chunks(lambda part: held(aged.linear(part)), signal)
@@ -227,7 +237,7 @@ def _on_lattice(aged: AgedDisplay, signal: Array, size: int, held: Callable[[Arr
 
 
 def as_matrix(aged: AgedDisplay) -> MatrixLut | None:
-    """Return the display as one matrix in linear light when it is one: the sRGB curve and four equal matrices."""
+    """Return the display as one matrix in linear light; None unless it is the sRGB curve with four equal matrices."""
     paper = paper_links(aged)
     if paper is None:
         return None
@@ -241,15 +251,15 @@ def as_matrix(aged: AgedDisplay) -> MatrixLut | None:
 def is_tetrahedral(aged: AgedDisplay) -> bool:
     """Whether the display is exactly a 2 × 2 × 2 tetrahedral table in linear light.
 
-    The paper's is with ``continuous``. With effects it is when they only scale, tint and add light: that is found out
-    on a lattice.
+    The paper's display is such a table with the selection ``continuous``. A display with effects is such a table when
+    the effects only scale, tint and add light. This is tested on a lattice.
     """
     paper = paper_links(aged)
     if paper is not None:
         return paper[0].name == "continuous"
     corners, code = lattice(2, "linear"), lattice(17, "code")
     table = Lut("linear", aged.code_to_linear(corners).reshape(2, 2, 2, 3))
-    # For most displays a few colours already show a difference; a correction with effects would search for all others.
+    # A few colours show the difference of most displays. This saves the search of a correction for all other colours.
     for some in (code[:: len(code) // _TELLING], code):
         away = table.mix_in_space(*tetrahedra(some, "linear", 2)) - aged.code_to_linear(some)
         if np.abs(away).max() > EXACT:

@@ -1,7 +1,7 @@
-"""``manifest.json``: the inputs of a build, and the measured error of each of its files.
+"""``manifest.json``: the inputs of a build, and the measured errors of its files.
 
-It holds the tips themselves, so that ``lutgen check`` can compare the files with the model anywhere, and the hash of
-the measurements they came from, so that it can say when those have changed.
+The manifest holds the colour points (tips), so that ``lutgen check`` can compare the files with the model without the
+measurements. It also holds the hash of the measurements, so that ``lutgen check`` can report changed measurements.
 """
 
 from __future__ import annotations
@@ -37,19 +37,19 @@ MANIFEST = "manifest.json"
 JOURNAL = ".lutgen-build.json"
 SCHEMA = 1
 
-#: A LUT's record takes some two thousand bytes: this is a hundred thousand LUTs.
+#: Maximum size of a manifest. The record of a LUT has some two thousand bytes, so this is a hundred thousand LUTs.
 MAX_BYTES = 256_000_000
 
 
 @dataclass(frozen=True)
 class Recipe:
-    """Everything that decides the bytes of a build: the model and the options."""
+    """The inputs that decide the bytes of a build: the model and the options."""
 
     model: Mapping[str, Any]
     options: Mapping[str, Any]
 
     def as_json(self) -> dict[str, Any]:
-        """Return the recipe as the manifest has it."""
+        """Return the recipe in the form of the manifest."""
         return {"schema": SCHEMA, "generator": f"lutgen {__version__}", "model": self.model, "options": self.options}
 
 
@@ -57,8 +57,8 @@ class Recipe:
 class FileRecord:
     """One file of a build.
 
-    ``kind`` is ``lut`` or ``config``; ``space``, ``size``, ``clipped`` and ``certificate`` are None for a config.
-    ``gpu`` is what ``bake/gpu.py`` found, where it was asked.
+    ``kind`` is ``lut`` or ``config``. ``space``, ``size``, ``clipped`` and ``certificate`` are None for a config.
+    ``gpu`` is the result of ``bake/gpu.py``, or None when the shaders were not run.
     """
 
     path: str
@@ -75,7 +75,7 @@ class FileRecord:
     gpu: Mapping[str, Any] | None = None
 
     def as_json(self) -> dict[str, Any]:
-        """Return the record as the manifest has it; ``gpu`` only where it was measured."""
+        """Return the record in the form of the manifest. The key ``gpu`` is omitted when it was not measured."""
         content = vars(self)
         return content.copy() if self.gpu else {key: value for key, value in content.items() if key != "gpu"}
 
@@ -88,11 +88,11 @@ class Manifest:
     files: tuple[FileRecord, ...]
 
     def as_json(self) -> dict[str, Any]:
-        """Return the content: keys in a fixed order, no dates."""
+        """Return the content with keys in a fixed order and without dates."""
         return {**self.recipe, "files": [record.as_json() for record in self.files]}
 
     def as_bytes(self) -> bytes:
-        """Return the file's bytes: a line for each file."""
+        """Return the bytes of the manifest, with one line for each file."""
         recipe = json.dumps(self.recipe, indent=1, ensure_ascii=False).removesuffix("\n}")
         files = ",\n  ".join(json.dumps(record.as_json(), ensure_ascii=False) for record in self.files)
         return f'{recipe},\n "files": [\n  {files}\n ]\n}}\n'.encode()
@@ -107,20 +107,20 @@ class HeldFile:
 
     @cached_property
     def sha256(self) -> str:
-        """Their hash, as manifests have it."""
+        """The SHA-256 of the bytes, in the form of manifests."""
         return sha256(self.data)
 
 
 def sha256(data: bytes) -> str:
-    """Return the hash as manifests have it."""
+    """Return the SHA-256 of ``data`` in the form of manifests."""
     return hashlib.sha256(data).hexdigest()
 
 
 def model_as_json(model: DisplayModel, output: Path) -> dict[str, Any]:
-    """Describe a model so that :func:`model_from_json` gives it back.
+    """Describe a model as JSON data, from which :func:`model_from_json` rebuilds the model.
 
-    Paths are those from the output folder: to the measurements (None for the display that lutgen brings), to the
-    model's file and to users' own effects, where there are any.
+    The paths of the measurements, of the model's file and of users' own effects are relative to the output folder. The
+    path of the measurements is None for lutgen's built-in display.
     """
     readings = model.measurements
     built_in = Path(readings.file) == default_display()
@@ -142,13 +142,13 @@ def model_as_json(model: DisplayModel, output: Path) -> dict[str, Any]:
 
 
 def _calibrations_as_json(model: DisplayModel) -> dict[str, Any]:
-    """The calibrations in the sessions' files, where the model uses them."""
+    """Return the calibrations from the sessions' files, if the model uses them."""
     known = model.measurements.calibrations if model.known else {}
     return {"calibrations": [[hour, curves.tolist()] for hour, curves in known.items()]} if known else {}
 
 
 def _refinements_as_json(model: DisplayModel, output: Path) -> dict[str, Any]:
-    """The choices of a model beyond the paper's; a key is left out where the model follows the paper."""
+    """Return the choices of a model that differ from the paper. A key is omitted where the model follows the paper."""
     content: dict[str, Any] = {}
     if model.baseline != "colour-points":
         content |= {"baseline": model.baseline, "held": model.held}
@@ -177,7 +177,7 @@ def _refinements_as_json(model: DisplayModel, output: Path) -> dict[str, Any]:
 
 
 def same_model(model: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
-    """Whether two descriptions are of the same display, without regard to paths and viewing conditions."""
+    """Whether two descriptions describe the same display. Paths, conditions and verdict are ignored."""
     return _display_alone(model) == _display_alone(json.loads(json.dumps(other)))
 
 
@@ -187,7 +187,7 @@ def _display_alone(model: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def without_ways(model: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a description without the paths of its files: a folder that was moved holds the same build."""
+    """Return a description without the paths of its files, since a moved folder holds the same build."""
     display, effects = model["display"], model.get("effects", [])
     content = {key: value for key, value in model.items() if key not in {"display", "file", "effects"}}
     content["display"] = {**display, "path": None}
@@ -201,7 +201,7 @@ def _check_law(name: str, table: tuple[tuple[float, float], ...], where: str) ->
 
 
 def model_from_json(content: Mapping[str, Any], *, where: str) -> DisplayModel:
-    """Rebuild the model of a manifest, whose path is ``where``. Raises LutgenError when it is not one."""
+    """Rebuild the model of a manifest. ``where`` is its path. Raises LutgenError when the description is not valid."""
     from lutgen.colorimetry import xyY_to_xyz
 
     try:
@@ -257,15 +257,15 @@ def _refinements_from_json(content: Mapping[str, Any], folder: Path) -> dict[str
 
 
 def read_manifest(path: Path) -> Manifest | None:
-    """Read a manifest or a journal; None where there is none. Raises LutgenError when it cannot be understood."""
+    """Read a manifest or a journal; None when it does not exist. Raises LutgenError when it is not valid."""
     advice = "Was it edited? Build into another folder."
-    if path.is_fifo():  # it would be waited for
+    if path.is_fifo():  # opening a pipe would wait for a writer
         raise LutgenError(f"{path}: is no file. Build into another folder.")
     try:
         content = from_json(bytes_at_most(path, MAX_BYTES, none="manifest", advice=advice))
     except FileNotFoundError:
         return None
-    except LutgenError:  # a ValueError too
+    except LutgenError:  # LutgenError is a ValueError, which a later clause would catch
         raise
     except OSError as error:
         raise LutgenError(f"{path}: cannot be read: {reason_of(error)}.") from None
@@ -297,5 +297,5 @@ def _check_kind(content: Mapping[str, Any], key: str, kind: Any) -> None:
 
 
 def planned(paths: Sequence[str]) -> tuple[FileRecord, ...]:
-    """Return records of files that are still to be made: only their paths have a meaning."""
+    """Return records for the journal of planned files. Only the paths of these records have a meaning."""
     return tuple(FileRecord(path, "planned", None, None, "", 0) for path in paths)

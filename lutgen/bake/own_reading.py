@@ -1,13 +1,13 @@
-"""A .cube in lutgen's own form, parsed strictly here; OpenColorIO reads a sample of it.
+"""Strict parser for a .cube in lutgen's own form. OpenColorIO reads a sample of the file.
 
-OpenColorIO 2.1 needs 28 ms to parse the text of 33³ rows, ten times as long as lutgen needs to bake and write them. So
-this module parses the text: a head in one form, then exactly n³ rows of three numbers with seven decimals. The numbers
-must be those of the baked table to the last digit, so that a fault in any row is reported.
+OpenColorIO 2.1 needs 28 ms to parse the text of 33³ rows, ten times as long as lutgen needs to bake and write them.
+This module therefore parses the text: a head in one form, then exactly n³ rows of three numbers with seven decimals.
+The numbers must equal the baked table to the last digit, so that a fault in any row is reported.
 
-How OpenColorIO reads such a text is tried on a small file: the same head over ``EDGE``³ rows, which the SHA-256 of the
-whole file selects. All rows have one grammar, so a program that reads some rows reads all of them; besides, OpenColorIO
-loads and applies the first file of each kind in a process as a whole. A table has exactly one text that is accepted
-here, so comparing the numbers compares a file with what lutgen would write, without writing it.
+OpenColorIO reads a small file as a test: the same head with ``EDGE``³ rows, which the SHA-256 of the whole file
+selects. All rows have the same grammar, so a program that reads some rows can read all rows. In each process,
+OpenColorIO also loads and applies the complete first file of each kind. For each table this module accepts exactly one
+text. A comparison of the numbers is therefore a comparison with lutgen's own text, without writing that text.
 """
 
 from __future__ import annotations
@@ -33,17 +33,17 @@ if TYPE_CHECKING:
     from lutgen.bake.manifest import HeldFile
     from lutgen.colorimetry import Array
 
-#: Points along an edge of the table that OpenColorIO loads, and colours that go through it.
+#: Points along an edge of the sample table for OpenColorIO, and number of colours that are sent through it.
 EDGE, COLOURS = 5, 100
 
-#: OpenColorIO computes in single precision: code values differ by no more.
+#: Maximum difference of code values, since OpenColorIO computes in single precision.
 SINGLE = 2e-6
 
 _HEAD = re.compile(rb'((?:TITLE "[ !#-~]*"\n)?(?:# [^\r\n]*\n)*LUT_3D_SIZE )(\d{1,3})\n')
 
 _SCALE = 10**DECIMALS
 
-#: Rows that are read together: what is computed of them stays near the processor, in memory that is used again.
+#: Number of rows that are read together, so that intermediate results stay in the processor's cache.
 _ROWS = 8_000
 
 _NO_ROWS = "its rows are not three numbers with seven decimals"
@@ -51,33 +51,33 @@ _OTHER_SIGNS = "its signs are not those that lutgen writes"
 
 
 def is_read_here(lut: Lut, suffix: str) -> bool:
-    """Whether a file of this table is of the form that is read here."""
+    """Whether this module can read a file of this table."""
     return lut.space == "code" and suffix == ".cube"
 
 
-def refuse_other(path: Path, shown: Array, read: Array) -> None:
-    """Raise LutgenError unless OpenColorIO ``shown`` what was ``read`` here, code values of (n, 3) colours."""
+def refuse_difference(path: Path, shown: Array, read: Array) -> None:
+    """Raise LutgenError unless OpenColorIO's code values ``shown`` equal this module's ``read``, (n, 3) each."""
     away = np.abs(shown - read).max()
     if not away <= SINGLE:
         raise LutgenError(
-            f"{path}: OpenColorIO reads it otherwise, by up to {away:.2g} in code values. Build it again."
+            f"{path}: OpenColorIO reads other code values, which differ by up to {away:.2g}. Build it again."
         )
 
 
 def checked_table(file: HeldFile, baked: Lut, folder: Path) -> Lut:
-    """Read a file strictly, and compare it with the table that was baked, and a sample of it with OpenColorIO.
+    """Read a file strictly. Compare its numbers with the baked table, and a sample of it with OpenColorIO's result.
 
-    The sample is written into ``folder``, a private one.
+    The sample is written into the private folder ``folder``.
 
     Raises
     ------
     LutgenError
-        The file has another form, holds another table, or OpenColorIO reads it otherwise.
+        The file has another form, holds another table, or OpenColorIO reads other numbers.
 
     """
     try:
         head, _, rows = _read(file)
-        rows.refuse_other(baked)
+        rows.refuse_difference(baked)
         _sample(file, head, rows, folder / f"{os.getpid()}.cube")
     except ValueError as error:
         raise LutgenError(f"{file.path}: {error}. Build it again.") from None
@@ -85,7 +85,7 @@ def checked_table(file: HeldFile, baked: Lut, folder: Path) -> Lut:
 
 
 def is_text_of(file: HeldFile, head: bytes, baked: Lut) -> bool:
-    """Whether a file is, byte for byte, a head and the rows of a table."""
+    """Whether a file consists, byte for byte, of ``head`` and the rows of the table ``baked``."""
     with suppress(ValueError):
         _, start, rows = _read(file)
         return file.data.startswith(head) and len(head) == start and rows.are(baked)
@@ -93,9 +93,9 @@ def is_text_of(file: HeldFile, head: bytes, baked: Lut) -> bool:
 
 
 class _Rows:
-    """Rows of a table as letters, (n³, k), and as numbers in units of the last decimal, (n³, 3).
+    """Rows of a table as characters, (n³, k), and as numbers in units of the last decimal, (n³, 3).
 
-    Raises ValueError as :func:`whole_steps`.
+    Raises ValueError as :func:`whole_steps` does.
     """
 
     def __init__(self, text: NDArray[np.uint8]) -> None:
@@ -103,7 +103,7 @@ class _Rows:
         self._table: Array | None = None
 
     def are(self, baked: Lut) -> bool:
-        """Whether the numbers are those of a table; one that was found to be so is not compared again."""
+        """Whether the numbers equal those of a table. The last equal table is cached."""
         if self._table is not baked.table:
             table = baked.table.reshape(-1, 3)
             if len(table) != len(self.steps):
@@ -114,19 +114,22 @@ class _Rows:
             self._table = baked.table
         return True
 
-    def refuse_other(self, baked: Lut) -> None:
-        """Raise ValueError unless the numbers are those of a table."""
+    def refuse_difference(self, baked: Lut) -> None:
+        """Raise ValueError unless the numbers equal those of a table."""
         if not self.are(baked):
             raise ValueError("its table is not the one that was baked")
 
 
-#: The rows that this process has read last: ``stable`` has the same in the files of all hours.
+#: The rows that this process has read last. The files of ``stable`` have equal rows at all hours.
 _LAST: list[_Rows] = []
 
 
 @lru_cache(maxsize=1)
 def _read(file: HeldFile) -> tuple[bytes, int, _Rows]:
-    """Return the head up to the size, where rows start, and rows; raises ValueError: a file has another form."""
+    """Return the head before the size, the offset of the rows, and the rows.
+
+    Raises ValueError: the file has another form.
+    """
     match = _HEAD.match(file.data)
     if match is None:
         raise ValueError("its head is not in the form that lutgen writes")
@@ -140,15 +143,18 @@ def _read(file: HeldFile) -> tuple[bytes, int, _Rows]:
 
 
 def whole_steps(text: NDArray[np.uint8]) -> NDArray[np.int32]:
-    """Read rows of letters, (n, k), as numbers in units of the last decimal, (n, 3); raises ValueError.
+    """Read rows of characters, (n, k), as numbers in units of the last decimal, (n, 3).
 
-    Rows have one text: a column for signs only where a number is negative, and no negative zero.
+    Only lutgen's own text is accepted: columns for signs exist only if a number is negative, and there is no negative
+    zero.
+
+    Raises ValueError: the text has another form.
     """
     rows, letters = text.shape
     signed = letters // 3 - DECIMALS - 3
     if letters % 3 or signed not in (0, 1):
         raise ValueError(_NO_ROWS)
-    # Columns are contiguous, as those of a table.
+    # Contiguous columns, as in a table.
     steps = np.empty((rows, 3), np.int32, order="F")
     for top in range(0, rows, _ROWS):
         steps[top : top + _ROWS] = _steps_of(text[top : top + _ROWS], signed)
@@ -170,7 +176,7 @@ def _steps_of(text: NDArray[np.uint8], signed: int) -> NDArray[np.int32]:
         and (not signed or (minus | (columns[0] == ord(" "))).all())
     ):
         raise ValueError(_NO_ROWS)
-    # Eight digits: two by two, as wide as it takes.
+    # Join the eight digits in pairs. Each step uses the smallest sufficient type of integer.
     twos = digits[0::2] * np.uint8(10) + digits[1::2]
     fours = twos[0::2] * np.uint16(100) + twos[1::2]
     steps: NDArray[np.int32] = fours[0] * np.int32(10_000) + fours[1]
@@ -182,7 +188,7 @@ def _steps_of(text: NDArray[np.uint8], signed: int) -> NDArray[np.int32]:
 
 
 def _sample(file: HeldFile, head: bytes, rows: _Rows, part: Path) -> None:
-    """Let OpenColorIO load some rows of a file behind its head; raises ValueError where it gives other colours."""
+    """Let OpenColorIO load a sample of the rows after the head. Raises ValueError when it gives other colours."""
     random = np.random.default_rng(list(bytes.fromhex(file.sha256)))
     chosen = random.integers(0, len(rows.text), EDGE**3)
     code = random.random((COLOURS, 3)).astype(np.float32).astype(np.float64)
@@ -190,4 +196,4 @@ def _sample(file: HeldFile, head: bytes, rows: _Rows, part: Path) -> None:
     part.write_bytes(b"%s%d\n%s" % (head, EDGE, rows.text[chosen].tobytes()))
     away = np.abs(apply_lut(part, code) - table.apply(code)).max()
     if not away <= SINGLE:
-        raise ValueError(f"OpenColorIO reads its numbers otherwise, by up to {away:.2g}")
+        raise ValueError(f"OpenColorIO reads other code values, which differ by up to {away:.2g}")

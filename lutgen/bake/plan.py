@@ -1,4 +1,4 @@
-"""What to bake of a model: the options of ``lutgen build`` that decide its bytes."""
+"""The plan of a build: the options of ``lutgen build`` that decide the bytes of the files."""
 
 from __future__ import annotations
 
@@ -21,27 +21,29 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Plan:
-    """What to bake of a model.
+    """The plan of a build: the LUTs to bake from a model.
 
     Attributes
     ----------
     hours, modes, formats
-        One LUT of each format for each mode and hour. ``stable`` is built only when named: its LUTs are the identity.
+        One LUT of each format is baked for each mode and hour. ``stable`` is baked only when it is named, since its
+        LUTs are the identity.
     cubesize
         Points along an edge of the tables.
     tolerance
-        ΔE2000 that the largest ``smooth`` error may reach; the smallest of ``SIZES`` that keeps it is taken.
+        Limit for the largest ``smooth`` error, in ΔE2000. The smallest of ``SIZES`` that meets the limit is used.
     direction
         One of ``DIRECTIONS``.
     unreachable
         For ``compensate``: one of ``UNREACHABLE``.
     source
-        The picture's own profile, which becomes one with the display: for formats that hold a profile's table.
+        The profile of the picture. It is combined with the display in one profile. Only formats that store a profile's
+        table allow it.
     gpu
-        Run each config's shaders too, and record how far they are from the CPU.
+        Also run each config's shaders, and record their differences from the CPU.
     certify
-        Read every different table back, through OpenColorIO where it can, and compare it with the model; hours that
-        show the same display share a certificate. ``lutgen check`` reads every file.
+        Read every distinct table back, through OpenColorIO if it reads the format, and compare it with the model. Hours
+        with the same display share a certificate. ``lutgen check`` reads every file.
 
     """
 
@@ -80,7 +82,7 @@ class Plan:
                 raise LutgenError(f"--format {name}: describes a display and cannot correct one. Pick from: {able}.")
 
     def as_json(self) -> dict[str, Any]:
-        """Return the options as the manifest has them; direction, ``gpu`` and ``source`` only where they are given."""
+        """Return the options in the form of the manifest. Default direction, ``gpu`` and ``source`` are omitted."""
         content = {
             "hours": list(self.hours),
             "modes": list(self.modes),
@@ -95,13 +97,13 @@ class Plan:
         return content | ({"source_profile": self.source.as_json()} if self.source else {})
 
     def folders(self) -> Iterator[tuple[str, float, str]]:
-        """Give mode, hour and the folder of each display, relative to the output folder."""
+        """Yield the mode, the hour and the folder of each display. Folders are relative to the output folder."""
         for mode in self.modes:
             for hours in self.hours:
                 yield mode, hours, f"{mode}/{hour_name(hours)}"
 
     def display(self, model: DisplayModel, mode: str, hours: float) -> AgedDisplay:
-        """Return what is baked: the aged display, or the correction for it in the form of one."""
+        """Return the aged display to bake, or its correction in the form of an aged display."""
         aged = display_to_bake(model, mode, hours, direction=self.direction, unreachable=self.unreachable)
         return self.source.before(aged) if self.source else aged
 
@@ -109,9 +111,9 @@ class Plan:
 def display_to_bake(
     model: DisplayModel, mode: str, hours: float, *, direction: str, unreachable: str = "clip"
 ) -> AgedDisplay:
-    """Return a mode and hour of a model in a direction: see ``DIRECTIONS`` and ``UNREACHABLE``.
+    """Return the display of a mode and hour in one of ``DIRECTIONS``. ``unreachable`` is one of ``UNREACHABLE``.
 
-    Raises LutgenError: as ``DisplayModel.at`` and ``compensated``.
+    Raises LutgenError: as ``DisplayModel.at`` and ``compensated`` do.
     """
     aged = model.at(mode, hours)
     if direction == "simulate":
@@ -120,5 +122,5 @@ def display_to_bake(
 
 
 def direction_of(manifest: Manifest) -> str:
-    """Return the direction that a manifest's files go."""
+    """Return the direction of a manifest's build."""
     return str(manifest.recipe["options"].get("direction", "simulate"))

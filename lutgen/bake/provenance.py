@@ -1,4 +1,4 @@
-"""The texts in LUTs and configs that describe their origin and error."""
+"""The texts in LUTs and configs that describe their origin and their errors."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _SENDS = "what to send an aged display, for it to show what it showed when it wa
 
 
 def provenance_of(model: DisplayModel, aged: AgedDisplay, lut: Lut | MatrixLut, error: Figures) -> Provenance:
-    """Return the description inside a LUT: its inputs, and its error."""
+    """Return the description inside a LUT: its inputs and its errors."""
     readings, link = model.measurements, compensation_of(aged)
     grid = f"{lut.size}^3 in {lut.space} values, tetrahedral" if lut.size else "one matrix in linear light"
     figures = f"dE2000 of the table mean {error.mean:.4f}, 99 % {error.p99:.4f}, max {error.max:.4f}"
@@ -48,7 +48,7 @@ def provenance_of(model: DisplayModel, aged: AgedDisplay, lut: Lut | MatrixLut, 
 
 
 def _refinements(model: DisplayModel) -> list[str]:
-    """The choices of a model beyond the paper's, one line each; in ASCII, as a .cube requires."""
+    """Return the choices of a model that differ from the paper, one per line, in ASCII as a .cube requires."""
     lines = {
         "colour-points": [],
         "first-hour": ["baseline: white and primaries of hour 0 alone, the effects do the aging"],
@@ -64,20 +64,20 @@ def _refinements(model: DisplayModel) -> list[str]:
 
 
 def _source(aged: AgedDisplay) -> list[str]:
-    """The picture's own profile, where the file begins with it."""
+    """Return a line on the picture's profile, if the file includes it."""
     source = source_profile_in(aged)
     return [f"source profile: {source.name}, SHA-256 {sha256(source.data)}"] if source else []
 
 
 def _unreachable(link: Compensation | None) -> list[str]:
-    """How a correction treats colours out of reach."""
+    """Return a line on the treatment of unreachable colours by a correction; no line for a simulation."""
     if link is None:
         return []
     return [f"light of the un-aged display: times {link.scale:.6f}; drives outside 0..1 are for the display to clip"]
 
 
 def config_of_display(aged: AgedDisplay, lut: str, *, unclipped: bool) -> AgedConfig:
-    """Return the config of one mode and hour, whose LUT keeps numbers outside 0..1 or not."""
+    """Return the config of one mode and hour. ``unclipped``: its LUT keeps numbers outside 0..1."""
     hour, link = hour_name(aged.hours), compensation_of(aged)
     shown = f"mode {aged.mode} ({MODES[aged.mode]}), {hour}."
     if link is None:
@@ -88,7 +88,7 @@ def config_of_display(aged: AgedDisplay, lut: str, *, unclipped: bool) -> AgedCo
 
 
 def config_of_all(plan: Plan, lut: str, *, unclipped: bool) -> AgedConfig:
-    """Return the config of all modes and hours, by context variables."""
+    """Return the common config, which selects modes and hours by context variables."""
     last, correction = max(plan.hours), plan.direction == "compensate"
     mode = "chroma" if "chroma" in plan.modes else plan.modes[0]
     reach = "Other displays show it wrong." if correction else _reach(unclipped=unclipped)

@@ -1,4 +1,4 @@
-"""Reading LUT files back: through OpenColorIO, or, where it reads no such files, as their format says."""
+"""Reading LUT files back: through OpenColorIO, or through the format's own reader when OpenColorIO cannot read it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class TableKind(NamedTuple):
-    """How a file's table is indexed (a key of ``SPACES``) and whether it is clipped; ``size`` 0 is a matrix."""
+    """The space of a file's table (a key of ``SPACES``), its size (0 for a matrix) and whether it is clipped."""
 
     space: str
     size: int
@@ -26,9 +26,9 @@ class TableKind(NamedTuple):
 
 
 def apply_lut(path: Path, code: Array) -> Array:
-    """Send code values (n, 3) through a LUT file, tetrahedrally, as its readers do.
+    """Apply a LUT file to code values (n, 3) as its readers do, with tetrahedral interpolation.
 
-    Raises LutgenError: no file, none of a LUT's size, one that cannot be read, or one that gives NaN or infinity.
+    Raises LutgenError: the file is missing, is larger than any LUT, cannot be read, or gives NaN or infinity.
     """
     reader = _reader(path)
     if reader:
@@ -45,7 +45,7 @@ def apply_lut(path: Path, code: Array) -> Array:
 
 
 def table_kind(path: Path, *, clipped: bool) -> TableKind:
-    """Return how a LUT file's table is indexed. Raises LutgenError as :func:`apply_lut`."""
+    """Return the kind of a LUT file's table. Raises LutgenError as :func:`apply_lut` does."""
     reader = _reader(path)
     if reader:
         refuse_unlikely(path)
@@ -54,7 +54,10 @@ def table_kind(path: Path, *, clipped: bool) -> TableKind:
 
 
 def table_of_ocio(path: Path) -> tuple[str, int]:
-    """Space and size of a table: in code values when the table comes first, shaped when a curve leads to it."""
+    """Return the space and the size of a LUT's table, as OpenColorIO reads the file.
+
+    The space is "code" when the table is the first step, "shaped" after a 1D curve, and otherwise "linear".
+    """
     lib = ocio()
     steps = list(lut_processor(path).createGroupTransform())
     tables = [place for place, step in enumerate(steps) if isinstance(step, lib.Lut3DTransform)]
@@ -62,13 +65,13 @@ def table_of_ocio(path: Path) -> tuple[str, int]:
         return "linear", 0
     size = steps[tables[0]].getGridSize()
     before = steps[: tables[0]]
-    # A curve of two points is the straight line from 0 to 1.
+    # A curve of two points is the identity.
     if all(isinstance(step, lib.Lut1DTransform) and step.getLength() == 2 for step in before):
         return "code", size
     return ("shaped" if isinstance(before[-1], lib.Lut1DTransform) else "linear"), size
 
 
 def _reader(path: Path) -> Reader | None:
-    """The reader of the format with this suffix; None for formats that OpenColorIO reads."""
+    """Return the reader of the format with this suffix; None for formats that OpenColorIO reads."""
     forms = map(format_named, format_names())
     return next((form.reader for form in forms if form.reader and path.suffix.lower() == form.suffix), None)

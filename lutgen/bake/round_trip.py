@@ -1,11 +1,12 @@
-"""Simulate after compensate: what an aged display shows through a correction, against what the new one showed.
+"""Round trip of a correction: the colours of the aged display behind a correction, compared with the new display.
 
-The drives are the file's, clipped to 0..1 as every display clips them. Colours are told apart:
+The drives are the file's values, clipped to 0..1 as by every display. There are four groups of figures:
 
-``reached``         those that the aged display can show: the error that is left is the table's
-``reached_border``  the same, but the table mixes across a jump of the display, or across the end of its drive
-``unreachable``     those that need more than full drive, or less than none: the loss is the display's
-``inverse``         the reached colours by the model's inverse itself, without a file: the inverse's own error
+``reached``         colours that the aged display can show: the error is due to the table
+``reached_border``  colours that it can show, but for which the table mixes across a jump of the display or across the
+                    end of its drive
+``unreachable``     colours that need more than full drive or less than zero drive: the error is due to the display
+``inverse``         the reached colours with the model's inverse instead of a file: the error of the inverse itself
 """
 
 from __future__ import annotations
@@ -28,10 +29,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RoundTrip:
-    """The figures of a correction, and the shares of colours out of reach: of a lattice's, and of the tissue colours.
+    """The figures of a correction, and the shares of unreachable colours in a lattice and in the tissue colours.
 
-    The lattice is uniform in code values. ``scale`` is the factor on the light of the un-aged display that the aged
-    one is compared with.
+    The lattice is uniform in code values. ``scale`` is the factor on the light of the un-aged display before the aged
+    display is compared with it.
     """
 
     reached: Figures
@@ -45,19 +46,19 @@ class RoundTrip:
 
 @dataclass(frozen=True, eq=False)
 class Without:
-    """The part of a round trip that depends on no file: the L*a*b* to be shown, (n, 3), and the inverse's own error."""
+    """The file-independent part of a round trip: the target L*a*b*, (n, 3), and the errors of the inverse."""
 
     link: Compensation
     target: Array
     inverse: Figures
 
     @classmethod
-    def of(cls, link: Compensation, asked: Array, drive: Array, usual: NDArray[np.bool_]) -> Without:
-        """Send code values (n, 3) to the un-aged display, and their unclipped drives (n, 3) to the aged one.
+    def of(cls, link: Compensation, code: Array, drive: Array, usual: NDArray[np.bool_]) -> Without:
+        """Send code values (n, 3) to the un-aged display, and their unclipped drives (n, 3) to the aged display.
 
-        ``usual``, (n,), is for :func:`figures`.
+        ``usual``, (n,), is the argument of :func:`figures`.
         """
-        target = linear_to_lab(xyz_to_linear(link.target(asked)))
+        target = linear_to_lab(xyz_to_linear(link.target(code)))
         reached = ~outside_gamut(drive)
         exact = linear_to_code(np.clip(drive[reached], 0.0, 1.0))
         shown = linear_to_lab(link.aged.code_to_linear(exact))
@@ -74,12 +75,12 @@ def round_trip(
     tissue: slice,
     lattice: Array,
 ) -> RoundTrip:
-    """Send colours through a correction's file and then to the aged display.
+    """Return the figures of colours that pass through a correction's file and then the aged display.
 
-    ``without``: the same without a file. ``drive``: the model's linear drives for the colours, unclipped, (n, 3).
-    ``code``: the file's code values for them, (n, 3). ``border``: whether the file mixes drives from both sides of a
-    jump, or of the end of what it clips to, (n,). ``usual``: which of the colours tell means and quantiles, (n,).
-    ``tissue``: which of the colours are tissue. ``lattice``: the model's linear drives for a lattice, (m, 3).
+    ``without``: the file-independent part. ``drive``: the model's unclipped linear drives for the colours, (n, 3).
+    ``code``: the file's code values for the colours, (n, 3). ``border``: whether the file mixes drives from both sides
+    of a jump or of the clip, (n,). ``usual``: which colours count for means and quantiles, (n,). ``tissue``: which
+    colours are tissue. ``lattice``: the model's linear drives for a lattice, (m, 3).
     """
     aged = without.link.aged
     shown = delta_e_2000(linear_to_lab(aged.code_to_linear(np.clip(code, 0.0, 1.0))), without.target)

@@ -1,10 +1,11 @@
-"""How tables are indexed, and what their numbers mean: each space has two directions.
+"""Spaces of tables: the coordinate that indexes a table, and the meaning of its numbers.
 
-``code``     code values of and by code values
-``linear``   linear light of and by linear light
-``shaped``   code values, by code values behind a curve that looks at black more closely (the shaper of .cube and .csp)
-``lab``      what an ICC profile's table holds, by code values: L*a*b* under D50 in the steps of its 16 bits
-``lab-v2``   the same in a profile of version 2, whose steps are others
+``code``     indexed by code values; holds code values
+``linear``   indexed by linear light; holds linear light
+``shaped``   indexed by code values after a curve with more points near black (the shaper of .cube and .csp); holds code
+             values
+``lab``      indexed by code values; holds L*a*b* under D50 in the 16-bit encoding of an ICC profile's table
+``lab-v2``   as ``lab``, in the encoding of ICC version 2
 """
 
 from __future__ import annotations
@@ -32,8 +33,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-#: Strength of the shaper: its slope falls from 1.44 at black to 0.72 at white. Where black leaks that nearly halves the
-#: largest error; with a steeper one light colours lose more than dark ones gain.
+#: Strength of the shaper: its slope falls from 1.44 at black to 0.72 at white. For a display with a leaking black this
+#: nearly halves the largest error. With a steeper shaper, light colours lose more than dark colours gain.
 _STRETCH = 1.0
 
 #: The profile connection space's white (ICC.1:2001-04, 6.1.3), and the Bradford matrix (same, annex E).
@@ -47,26 +48,26 @@ def _adaptation() -> Array:
     return transform(inverse(_BRADFORD), scaled.T).T
 
 
-#: XYZ under D65 → XYZ under D50, as every sRGB profile has it.
+#: XYZ under D65 → XYZ under D50, as in every sRGB profile.
 D65_TO_D50 = _adaptation()
 _D50_TO_D65 = inverse(D65_TO_D50)
 
-#: What the numbers 0 to 65535 of a profile mean: L* from 0 to 100, a* and b* from -128 to 127 (ICC.1:2010, 6.3.4.2).
+#: Meaning of a profile's numbers 0 to 65535: L* from 0 to 100, a* and b* from -128 to 127 (ICC.1:2010, 6.3.4.2).
 _LAB_SPAN = np.array([100.0, 255.0, 255.0])
 _LAB_START = np.array([0.0, -128.0, -128.0])
 
-#: In version 2 65280 is what 65535 is in version 4: L* to 100.39, a* and b* to 127.996 (ICC.1:2010, 6.3.4.2).
+#: 65280 in version 2 has the meaning of 65535 in version 4: L* to 100.39, a* and b* to 127.996 (ICC.1:2010, 6.3.4.2).
 _LAB_SPAN_V2 = _LAB_SPAN * 65_535 / 65_280
 
 
 @dataclass(frozen=True)
 class Space:
-    """How a table is indexed, and how its numbers become code values and come from linear light."""
+    """The conversions of a space: of its index, of its numbers to code values, and of linear light to its numbers."""
 
-    #: Code value → place along the edge, 0..1, and back. Any shape.
+    #: Code value → place along the edge, 0..1, and its inverse. Any shape.
     index: Callable[[Array], Array]
     code: Callable[[Array], Array]
-    #: What the table holds → code values, and linear light → what it holds. Shape (..., 3).
+    #: Numbers of the table → code values, and linear light → numbers of the table. Shape (..., 3).
     shown: Callable[[Array], Array]
     held: Callable[[Array], Array]
 
@@ -76,7 +77,7 @@ def _same(values: Array) -> Array:
 
 
 def shaped(code: Array) -> Array:
-    """Shaper: code values 0..1 → 0..1, steeper near black, finite everywhere."""
+    """Apply the shaper: code values 0..1 → 0..1. Its slope is steeper near black and finite everywhere."""
     return np.asarray(np.log1p(_STRETCH * np.asarray(code)) / np.log1p(_STRETCH))
 
 
@@ -86,7 +87,7 @@ def unshaped(place: Array) -> Array:
 
 
 def linear_to_xyz_d50(linear: Array) -> Array:
-    """Linear light to XYZ under D50, relative to the un-aged white. Shape (..., 3) → (..., 3)."""
+    """Convert linear light to XYZ under D50, relative to the un-aged white. Shape (..., 3) → (..., 3)."""
     return transform(D65_TO_D50, transform(LINEAR_TO_XYZ, linear))
 
 
@@ -96,13 +97,13 @@ def xyz_d50_to_linear(xyz: Array) -> Array:
 
 
 def linear_to_lab_held(linear: Array, version: int = 4) -> Array:
-    """Linear light to 0..1 as a profile holds L*a*b*; what is brighter is clipped. Shape (..., 3) → (..., 3)."""
+    """Convert linear light to a profile's encoding of L*a*b*, clipped to 0..1. Shape (..., 3) → (..., 3)."""
     lab = xyz_to_lab(linear_to_xyz_d50(linear), D50)
     return np.asarray(np.clip((lab - _LAB_START) / _lab_span(version), 0.0, 1.0))
 
 
 def lab_held_to_xyz_d50(held: Array, version: int = 4) -> Array:
-    """What a profile holds, 0..1, to XYZ under D50 (CIE 15:2018, 8.2.1.2). Shape (..., 3) → (..., 3)."""
+    """Convert a profile's encoding of L*a*b*, 0..1, to XYZ under D50 (CIE 15:2018, 8.2.1.2). (..., 3) → (..., 3)."""
     lightness, a, b = np.moveaxis(held * _lab_span(version) + _LAB_START, -1, 0)
     middle = (lightness + 16.0) / 116.0
     f = np.stack([middle + a / 500.0, middle, middle - b / 200.0], axis=-1)
@@ -127,17 +128,17 @@ SPACES = {
 
 
 def lattice(size: int, space: str) -> Array:
-    """Code values of a lattice uniform in ``space``: shape (size³, 3), red fastest."""
+    """Return the code values of a lattice uniform in ``space``: shape (size³, 3), red fastest."""
     axis = SPACES[space].code(np.linspace(0.0, 1.0, size))
     blue, green, red = np.meshgrid(axis, axis, axis, indexing="ij")
     return np.stack([red, green, blue], axis=-1).reshape(-1, 3)
 
 
 def tetrahedra(code: Array, space: str, size: int) -> tuple[NDArray[np.intp], Array]:
-    """Return the four points of a lattice in ``space`` that tetrahedral interpolation mixes, and their weights.
+    """Return the four lattice points that tetrahedral interpolation mixes for each code value, and their weights.
 
-    Code values (n, 3) → flat indices, red fastest, (n, 4), and weights that sum to 1, (n, 4): from the cell's lower
-    corner along the axis of the largest share first.
+    Code values (n, 3) → flat indices of a lattice in ``space``, red fastest, (n, 4), and weights that sum to 1, (n, 4).
+    The points lead from the cell's lower corner to its upper corner, first along the axis with the largest fraction.
     """
     place = SPACES[space].index(code) * (size - 1)
     corner = np.clip(np.floor(place), 0, size - 2).astype(np.intp)

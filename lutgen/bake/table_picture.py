@@ -1,9 +1,9 @@
-"""A table as a PNG: written without compression, read in any depth, in the two layouts of its pixels that are in use.
+"""A table as a PNG: written without compression, read in any depth, in two common layouts of its pixels.
 
 A Hald image has the table's points row by row, red fastest. OBS Studio's square of 512 pixels has a tile of 64 × 64 for
-each step of blue, eight tiles a row, with red to the right and green downwards (its filter color-grade-filter.c). A
-Hald image of level 8 has as many pixels and as many points, so the pixels must tell: neighbours in a table differ less
-than points that are no neighbours.
+each step of blue, eight tiles per row, with red to the right and green downwards (its filter color-grade-filter.c). A
+Hald image of level 8 has the same numbers of pixels and points. The pixels decide between the two layouts: neighbouring
+points of a table differ less than other points.
 """
 
 from __future__ import annotations
@@ -24,21 +24,21 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-#: Levels of Hald images that make sense: 8 is ImageMagick's, and 12 has 144 points along an edge.
+#: Supported levels of Hald images. ImageMagick's default is 8. Level 12 has 144 points along an edge.
 LEVELS = range(2, 13)
 
-#: Points along an edge of OBS Studio's table, and its tiles a row.
+#: Points along an edge of OBS Studio's table, and its tiles per row.
 POINTS, TILES = 64, 8
 
 
 def png(pixels: Array, depth: int, texts: Mapping[str, str]) -> bytes:
-    """Return a PNG without a colour profile of values 0..1, shape (height, width, 3), in 8 or 16 bits, with texts.
+    """Return a PNG of values 0..1, shape (height, width, 3), with 8 or 16 bits, texts and no colour profile.
 
-    Not compressed: every compressor gives other bytes.
+    The PNG is not compressed, since different compressors give different bytes.
     """
     height, width, _ = pixels.shape
     values = np.rint(pixels * (2**depth - 1)).astype(">u2" if depth == 16 else np.uint8)
-    # Each row begins with its filter: none.
+    # Each row begins with the number of its filter: 0 is no filter.
     rows = np.hstack([np.zeros((height, 1), np.uint8), values.reshape(height, -1).view(np.uint8)]).tobytes()
     chunks = [
         _chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, depth, 2, 0, 0, 0)),
@@ -54,7 +54,7 @@ def _chunk(name: bytes, data: bytes) -> bytes:
 
 
 def _stored(data: bytes) -> bytes:
-    """A zlib stream of stored blocks (RFC 1950, RFC 1951 3.2.4)."""
+    """Return a zlib stream of stored blocks (RFC 1950, RFC 1951 3.2.4)."""
     parts = [data[start : start + 65_535] for start in range(0, len(data), 65_535)]
     last = len(parts) - 1
     blocks = (
@@ -64,7 +64,7 @@ def _stored(data: bytes) -> bytes:
 
 
 def tiles_of(table: Array) -> Array:
-    """Lay the points of a table of 64³, axes blue, green, red, out as OBS Studio reads them: shape (512, 512, 3)."""
+    """Arrange a table of 64³ points, axes blue, green, red, in OBS Studio's layout: shape (512, 512, 3)."""
     side = TILES * POINTS
     return table.reshape(TILES, TILES, POINTS, POINTS, 3).transpose(0, 2, 1, 3, 4).reshape(side, side, 3)
 
@@ -75,9 +75,9 @@ def _table_of_tiles(pixels: Array) -> Array:
 
 
 def read_table(path: Path) -> tuple[Lut, bool]:
-    """Read a table from a PNG of any depth, and say whether its layout is that of OBS Studio.
+    """Read a table from a PNG of any depth. Return the table and whether its layout is that of OBS Studio.
 
-    Raises LutgenError: it cannot be read, or has another number of pixels than tables have.
+    Raises LutgenError: the file cannot be read, or its number of pixels fits no table.
     """
     lib = oiio()
     image = lib.ImageInput.open(str(path))
@@ -91,12 +91,12 @@ def read_table(path: Path) -> tuple[Lut, bool]:
             f"{path}: is no Hald image: {spec.width} × {spec.height} pixels of {spec.nchannels} channels. One of level "
             f"8 has 512 × 512 of 3, and levels from {LEVELS[0]} to {LEVELS[-1]} are read."
         )
-    read = image.read_image(lib.FLOAT)
+    content = image.read_image(lib.FLOAT)
     problem = image.geterror()
     image.close()
-    if read is None or problem:
+    if content is None or problem:
         raise LutgenError(f"{path}: OpenImageIO cannot read all of it: {in_one_line(problem)}")
-    pixels, points = np.asarray(read, np.float64)[..., :3], level * level
+    pixels, points = np.asarray(content, np.float64)[..., :3], level * level
     table = pixels.reshape(points, points, points, 3)
     if points == POINTS:
         tiles = _table_of_tiles(pixels)
@@ -106,16 +106,16 @@ def read_table(path: Path) -> tuple[Lut, bool]:
 
 
 def _roughness(table: Array) -> float:
-    """Sum of the differences of neighbours along the three edges."""
+    """Return the sum of absolute differences between neighbours along the three axes."""
     return float(sum(np.abs(np.diff(table, axis=axis)).sum() for axis in range(3)))
 
 
 def apply_picture(path: Path, code: Array) -> Array:
-    """Send code values (n, 3) through a picture's table. Raises LutgenError as :func:`read_table`."""
+    """Apply a picture's table to code values (n, 3). Raises LutgenError as :func:`read_table` does."""
     return read_table(path)[0].apply(code)
 
 
 def table_of_picture(path: Path) -> tuple[str, int]:
-    """Return the space and the size of a picture's table. Raises LutgenError as :func:`read_table`."""
+    """Return the space and the size of a picture's table. Raises LutgenError as :func:`read_table` does."""
     lut, _ = read_table(path)
     return lut.space, lut.size

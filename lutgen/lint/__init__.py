@@ -1,8 +1,8 @@
-"""``lutgen lint``: what each reader does with a LUT, a profile or a config, whoever made it.
+"""``lutgen lint``: what each reader does with a LUT, a profile or a config of any program.
 
-``formats`` holds one module for each kind of file. A further kind of file is one more module there: it reads the file
-without trusting its header and ends in ``FORMAT``, which names its suffixes, its rules and the function that applies
-them. ``programs`` holds the readers of ``.cube`` that ``--try`` runs and compares with our own reading.
+``formats`` holds one module for each kind of file. To support another kind of file, add a module there. The module
+reads the file without trusting its header, and defines ``FORMAT``: the suffixes, the rules and the lint function.
+``programs`` holds the readers of ``.cube`` that ``--try`` runs and compares with lutgen's own reading.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _BY_SUFFIX = {suffix: form for form in formats() for suffix in form.suffixes}
 
-#: The suffixes that lint reads.
+#: The suffixes of files that lint can read.
 KINDS = tuple(sorted(_BY_SUFFIX))
 
 
@@ -30,12 +30,12 @@ def lint(path: str | Path, *, ask_readers: bool = False) -> Linted:
     Parameters
     ----------
     ask_readers
-        Let the readers that are installed read the file, and say what they did.
+        Also let the installed readers read the file, and report the result.
 
     Raises
     ------
     LutgenError
-        The file is not there, cannot be read, is no text, or is of no kind that is known.
+        The file does not exist, cannot be read, is no text, or is of an unknown kind.
 
     """
     path = Path(path)
@@ -49,7 +49,7 @@ def lint(path: str | Path, *, ask_readers: bool = False) -> Linted:
 
 
 class _Callable(ModuleType):
-    """Keeps ``lutgen.lint(path)`` working: importing this package replaces the function of that name by the package."""
+    """A callable package, for ``lutgen.lint(path)``: the import of this package replaces the function of that name."""
 
     __call__ = staticmethod(lint)
 

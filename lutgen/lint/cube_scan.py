@@ -1,6 +1,6 @@
-"""Scanning a ``.cube`` in one pass: header lines as written, rows as numbers, and irregularities of both.
+"""Scan of a ``.cube`` in one pass: header lines as written, rows as numbers, and irregularities of both.
 
-A scan refuses no file, and allocates no memory for sizes that the header only claims.
+A scan accepts every text file. It allocates no memory for the sizes that the header states.
 """
 
 from __future__ import annotations
@@ -24,26 +24,26 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-#: Header lines that are kept, so that a file of keywords alone does not fill the memory.
+#: Maximum number of stored header lines, so that a file of keywords alone does not fill the memory.
 MAX_ENTRIES = 1000
 
-#: Characters of plain rows of numbers; a block with other characters is read line by line.
+#: Characters of plain rows of numbers. A block with other characters is read line by line.
 _PLAIN = b"0123456789.+-eE \t\n"
 
-#: With such an exponent a number may be smaller than any double, and numpy reads it as 0.
+#: A number with such an exponent may be smaller than any double. numpy reads it as 0.
 _TINY = re.compile(rb"[eE]-\d{3}")
 _NOT_ZERO, _SMALLEST = re.compile(rb"[-+]?[0.]*[1-9]"), 5e-324
 
-#: A 1D part counts as an identity up to this distance from its input: rounding to five decimals.
+#: Maximum distance between an identity 1D part and its input: the rounding to five decimals.
 IDENTITY = 1e-5
 
-#: Smallest number that float32 holds in full precision.
+#: Smallest number with the full precision of float32.
 SMALLEST_NORMAL = float(np.finfo(np.float32).tiny)
 LARGEST = float(np.finfo(np.float32).max)
 
 
 class Entry(NamedTuple):
-    """A line of the header: the keyword as written, the words after it, and the number of rows before it."""
+    """A line of the header: the keyword as written, the words after it, and the number of rows before the line."""
 
     line: int
     keyword: str
@@ -52,21 +52,20 @@ class Entry(NamedTuple):
     rows_before: int
 
     def numbers(self, count: int) -> tuple[float, ...] | None:
-        """The numbers behind the keyword; None where they are not ``count`` numbers."""
-        numbers = [number(word, non_finite=True) for word in self.words]
-        read = tuple(each for each in numbers if each is not None)
-        return read if len(read) == len(numbers) == count else None
+        """Return the numbers after the keyword; None when the words are not exactly ``count`` numbers."""
+        numbers = tuple(value for word in self.words if (value := number(word, non_finite=True)) is not None)
+        return numbers if len(numbers) == len(self.words) == count else None
 
     @property
     def domain(self) -> tuple[float, ...] | None:
-        """The three finite numbers of a DOMAIN line; None where they are not."""
+        """The three finite numbers of a DOMAIN line; None for other words."""
         numbers = self.numbers(3)
         return numbers if numbers and all(map(isfinite, numbers)) else None
 
 
 @dataclass(frozen=True)
 class Oddity:
-    """An irregularity of the rows: its first line, a sample of it, and the number of lines that have it."""
+    """An irregularity of the rows: its first line, a sample of this line, and the number of affected lines."""
 
     line: int
     sample: str
@@ -74,43 +73,43 @@ class Oddity:
 
     @property
     def rows(self) -> str:
-        """The number of rows that have it, in words."""
+        """The number of affected rows, as text."""
         return f"{self.count} row{'s' if self.count != 1 else ''}"
 
 
 @dataclass(frozen=True)
 class CubeScan:
-    """What a scan of a ``.cube`` finds."""
+    """The result of a scan of a ``.cube``."""
 
     path: Path
     bytes: int
-    #: Numbers of the first LUT_3D_SIZE and LUT_1D_SIZE, 0 where they are missing or no numbers.
+    #: The numbers of the first LUT_3D_SIZE and LUT_1D_SIZE; 0 when the line is missing or has no number.
     size: int
     size_1d: int
     #: Whether the file starts with a UTF-8 byte order mark.
     marked: bool
-    #: Its line ends, of "LF", "CRLF", "CR".
+    #: Its kinds of line ends: "LF", "CRLF", "CR".
     ends: frozenset[str]
-    #: The lines of the header, ``MAX_ENTRIES`` at most.
+    #: The lines of the header, at most ``MAX_ENTRIES``.
     entries: tuple[Entry, ...]
-    #: Kind of irregularity → where it is: ``nan``, ``infinite``, ``overflow``, ``subnormal``, ``decimal comma``,
+    #: Kind of irregularity → its position: ``nan``, ``infinite``, ``overflow``, ``subnormal``, ``decimal comma``,
     #: ``comma``, ``comment``, ``columns``, ``text``, ``NUL``, ``tab``, ``not UTF-8``.
     oddities: Mapping[str, Oddity]
-    #: The number of rows of the 1D part, and the rows themselves where the scan keeps them.
+    #: The number of rows of the 1D part, and the rows if the scan stores rows.
     shaper_rows: int
     shaper: Array
-    #: Whether the 1D part is complete and returns its input.
+    #: Whether the 1D part is complete and is the identity.
     shaper_is_identity: bool
     #: The rows of the 3D part.
     table: TableStatistics
 
     def named(self, *keywords: str) -> tuple[Entry, ...]:
-        """The header's lines with one of these keywords, in any case."""
+        """Return the header lines with one of these keywords, in upper or lower case."""
         return tuple(entry for entry in self.entries if entry.keyword.upper() in keywords)
 
     @property
     def domain(self) -> tuple[Array, Array]:
-        """The input that the first and the last row stand for by DOMAIN_MIN and DOMAIN_MAX, each (3,)."""
+        """The input values of the first and the last row, from DOMAIN_MIN and DOMAIN_MAX, each (3,)."""
         ends = []
         for keyword, assumed in (("DOMAIN_MIN", 0.0), ("DOMAIN_MAX", 1.0)):
             stated = [each.domain for each in self.named(keyword) if each.domain is not None]
@@ -119,12 +118,15 @@ class CubeScan:
 
     @property
     def size_line(self) -> int:
-        """The line of the first LUT_3D_SIZE, 0 without one."""
+        """The line number of the first LUT_3D_SIZE; 0 without a LUT_3D_SIZE."""
         return next((entry.line for entry in self.named("LUT_3D_SIZE")), 0)
 
 
 def scan_cube(path: Path, *, keep: bool = False) -> CubeScan:
-    """Scan a ``.cube``; ``keep`` its rows for comparisons. Raises LutgenError: unreadable, or no text."""
+    """Scan a ``.cube``. With ``keep`` store its rows for comparisons.
+
+    Raises LutgenError: the file cannot be read or is no text.
+    """
     scanner = _Scanner(keep=keep)
     for block in blocks(path):
         scanner.take(block)
@@ -147,7 +149,7 @@ def scan_cube(path: Path, *, keep: bool = False) -> CubeScan:
 
 @dataclass
 class _Scanner:
-    """Scans one block after the other: a block of plain rows at once, any other line by line."""
+    """A scanner reads block after block. It reads a block of plain rows at once, and other blocks line by line."""
 
     keep: bool
     marked: bool = False
@@ -157,7 +159,7 @@ class _Scanner:
     oddities: dict[str, Oddity] = field(default_factory=dict)
     shaper: list[Array] = field(default_factory=list)
     shaper_rows: int = 0
-    #: Largest distance of the 1D part from its input.
+    #: Largest distance between the 1D part and its input.
     bend: float = 0.0
     table: Gatherer = field(init=False)
 
@@ -183,7 +185,7 @@ class _Scanner:
         for place, line in enumerate(data.split(b"\n"), block.first):
             row = self._line(place, line, len(pending))
             if isinstance(row, Entry):
-                # A size changes how the rows after it are placed.
+                # A size line changes the positions of the rows after it.
                 self._flush(pending, lines)
                 self._sizes(row)
             elif row is not None:
@@ -224,7 +226,7 @@ class _Scanner:
         text = line.decode("utf-8", errors="replace").strip()
         keyword, *words = text.split()
         before = self.table.rows + self.shaper_rows + pending
-        # Letters of a header line that are kept for messages.
+        # Messages quote at most 100 characters of a header line.
         entry = Entry(place, keyword, tuple(words), text[:100], before)
         if len(self.entries) < MAX_ENTRIES:
             self.entries.append(entry)
@@ -238,7 +240,7 @@ class _Scanner:
             self.size_1d = max(value, 0)
 
     def _repair(self, place: int, line: bytes) -> list[float]:
-        """Note why a line is not three numbers, and return the numbers that its author may have meant."""
+        """Note the fault of a line without three numbers. Return the numbers that its author probably meant."""
         plain, _, comment = line.partition(b"#")
         row = _numbers(plain.split())
         if comment and row is not None:
@@ -278,7 +280,7 @@ class _Scanner:
                 low, high = entry.numbers(2) or (low, high)
         place = np.arange(self.shaper_rows, self.shaper_rows + len(rows)) / max(self.size_1d - 1, 1)
         distance = np.abs(rows - (low + (high - low) * place)[:, np.newaxis]).max()
-        # NaN is no identity either.
+        # A NaN in the 1D part must count as an infinite distance.
         self.bend = max(self.bend, float(np.nan_to_num(distance, nan=np.inf)))
 
     def _note_numbers(self, rows: Array, lines: NDArray[np.intp]) -> None:
@@ -303,8 +305,8 @@ class _Scanner:
 
 
 def _plain_rows(data: bytes) -> Array | None:
-    """Return all rows of a block, (n, 3), or None where a line has not three numbers."""
-    # numpy's parser does not say whether each line has three numbers, so words are counted here.
+    """Return all rows of a block, (n, 3), or None when a line does not have three numbers."""
+    # numpy's parser does not report whether each line has three numbers, so count the words of each line.
     space = np.frombuffer(data, dtype=np.uint8) <= 32
     starts = ~space
     starts[1:] &= space[:-1]
@@ -324,7 +326,7 @@ def _plain_rows(data: bytes) -> Array | None:
 def _numbers(words: list[bytes]) -> list[float] | None:
     numbers = [number(word.decode("ascii", errors="replace"), non_finite=True) for word in words]
     read = [
-        # Smaller than any double, but not 0.
+        # A number that is smaller than any double but not 0 must not be read as 0.
         _SMALLEST if each == 0 and _NOT_ZERO.match(word) else each
         for each, word in zip(numbers, words, strict=True)
         if each is not None

@@ -1,11 +1,11 @@
 """The result of a lint: findings, and what each reader does with the file.
 
-A finding names the readers that it affects and what each of them does. Its level is computed from that, so that no rule
-can call a file harmless that a reader refuses:
+A finding names the affected readers and what each reader does. The level is computed from these outcomes, so that no
+rule can call a file harmless when a reader refuses it:
 
-``error``    at least one reader takes the file and shows something else, or no reader takes it
+``error``    at least one reader accepts the file but shows other colours, or every reader refuses the file
 ``warning``  at least one reader refuses the file with a message
-``note``     every reader shows what the author meant; the finding is only worth knowing
+``note``     every reader shows what the author meant; the finding is only information
 """
 
 from __future__ import annotations
@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 
 READS, REFUSES, WRONG = "reads", "refuses", "silently wrong"
 
-#: Outcomes by weight: where findings differ for a reader, the last of these counts, since a refused file is not shown.
+#: Outcomes in the order of precedence: when findings give a reader several outcomes, the last in this order counts. A
+#: refused file cannot be shown wrong.
 OUTCOMES = (READS, WRONG, REFUSES)
 
 LEVELS = ("error", "warning", "note")
@@ -32,7 +33,7 @@ LCMS_8, LCMS_16 = "LittleCMS, 8 bit", "LittleCMS, 16 bit"
 ARGYLL, CHROMIUM = "Argyll", "Chromium"
 HALDCLUT, OBS = "ffmpeg haldclut", "OBS Studio"
 
-#: A program that checks configs; it shows no pictures.
+#: A program that checks configs. It shows no pictures.
 OCIOCHECK = "ociocheck"
 
 #: The readers of each kind of file. oiiotool, ociobakelut, Blender and Nuke read LUT files through OpenColorIO.
@@ -52,7 +53,7 @@ READERS: Mapping[str, tuple[str, ...]] = {
 
 
 class Fate(NamedTuple):
-    """What one reader does with a file: one of ``OUTCOMES``, and how in a few words."""
+    """What one reader does with a file: one of ``OUTCOMES``, and details in a few words."""
 
     outcome: str
     how: str = ""
@@ -64,29 +65,29 @@ def refused(*readers: str, how: str = "") -> dict[str, Fate]:
 
 
 def wrong(*readers: str, how: str) -> dict[str, Fate]:
-    """Return the fate of readers that give no error and show something else."""
+    """Return the fate of readers that give no error and show other colours."""
     return {reader: Fate(WRONG, how) for reader in readers}
 
 
 @dataclass(frozen=True)
 class LintFinding:
-    """One fact about a file that affects a reader, or that its author should know."""
+    """One fact about a file that affects a reader, or that the file's author should know."""
 
-    #: What the file has (the file is the subject of the sentence), and what to do about it.
+    #: The fact, as a sentence without its subject, which is the file; and what to do about the fact.
     what: str
     remedy: str
-    #: Line number of the first occurrence, from 1; 0 where no line can be named.
+    #: Line number of the first occurrence, from 1; 0 for no line.
     line: int = 0
     #: What the affected readers do. Readers without an entry show what the author meant.
     fates: Mapping[str, Fate] = field(default_factory=dict)
-    #: Whether the fault is in the numbers themselves. Readers show these as they are, so that asking installed readers
-    #: cannot find the fault.
+    #: Whether the fault is in the numbers themselves. Readers show the numbers as stored, so a trial with installed
+    #: readers cannot find the fault.
     in_the_file: bool = False
     #: Name of the rule, set by ``formats.findings``.
     rule: str = ""
 
     def level(self, readers: tuple[str, ...]) -> str:
-        """Return ``error``, ``warning`` or ``note``, among the readers of such a file."""
+        """Return ``error``, ``warning`` or ``note`` for ``readers``, the readers of this kind of file."""
         outcomes = {self.fates.get(reader, Fate(READS)).outcome for reader in readers}
         if WRONG in outcomes or outcomes == {REFUSES}:
             return "error"
@@ -94,7 +95,7 @@ class LintFinding:
 
 
 class Trial(NamedTuple):
-    """What an installed reader did with the file: one of ``OUTCOMES`` ("": not tried), and its message."""
+    """The result of an installed reader: one of ``OUTCOMES`` ("": not tried), and its message."""
 
     reader: str
     version: str
@@ -104,48 +105,48 @@ class Trial(NamedTuple):
 
 @dataclass(frozen=True)
 class Linted:
-    """What a lint found in one file."""
+    """The result of a lint of one file."""
 
     path: Path
     #: A key of ``READERS``.
     kind: str
-    #: Size, version and contents of the file, in words.
+    #: Size, version and contents of the file, as text.
     facts: tuple[str, ...]
-    #: In the order of the rules' names.
+    #: The findings, in the order of the rules' names.
     findings: tuple[LintFinding, ...]
-    #: What installed readers did, when they were asked.
+    #: The results of installed readers, if they were tried.
     trials: tuple[Trial, ...] = ()
 
     @property
     def readers(self) -> tuple[str, ...]:
-        """The readers of such a file."""
+        """The readers of this kind of file."""
         return READERS[self.kind]
 
     @property
     def clean(self) -> bool:
-        """Whether every reader does what is meant, as the rules say and as far as was tried."""
+        """Whether every reader shows what the author meant, by the rules and by the trials."""
         return all(finding.level(self.readers) == "note" for finding in self.findings) and all(
             trial.outcome in {READS, ""} for trial in self.trials
         )
 
     def fate(self, reader: str) -> tuple[Fate, LintFinding | None]:
-        """Return what a reader does with the file, and the finding that says so, None where it shows what is meant."""
+        """Return a reader's fate with the file, and the finding that predicts it; None for a correct reading."""
         return _worst(reader, self.findings)
 
     def disagreements(self) -> tuple[Trial, ...]:
-        """The trials in which a reader did not do what the rules say."""
-        return tuple(trial for trial in self.trials if trial.outcome and not self._foretold(trial))
+        """Return the trials in which a reader did not do what the rules predict."""
+        return tuple(trial for trial in self.trials if trial.outcome and not self._is_predicted(trial))
 
-    def _foretold(self, trial: Trial) -> bool:
+    def _is_predicted(self, trial: Trial) -> bool:
         if trial.reader == OCIOCHECK:
-            # ociocheck refuses less than the OpenColorIO that it is built with: it opens no LUT and shows no picture.
+            # ociocheck refuses fewer files than its OpenColorIO library, since it opens no LUT and shows no picture.
             library = OCIO_21 if trial.version.startswith("2.1.") else OCIO_26
             return trial.outcome == READS or self.fate(library)[0].outcome == REFUSES
         of_readers = [finding for finding in self.findings if not finding.in_the_file]
         return trial.outcome in {_worst(trial.reader, each)[0].outcome for each in (self.findings, of_readers)}
 
     def as_json(self) -> dict[str, Any]:
-        """Return the result for a program to read; see ``schema/lint.json``."""
+        """Return the result as JSON data; see ``schema/lint.json``."""
         return {
             "file": str(self.path),
             "kind": self.kind,
@@ -172,5 +173,5 @@ class Linted:
 
 
 def _worst(reader: str, findings: Sequence[LintFinding]) -> tuple[Fate, LintFinding | None]:
-    struck = [(finding.fates[reader], finding) for finding in findings if reader in finding.fates]
-    return max(struck, key=lambda pair: OUTCOMES.index(pair[0].outcome)) if struck else (Fate(READS), None)
+    fates = [(finding.fates[reader], finding) for finding in findings if reader in finding.fates]
+    return max(fates, key=lambda pair: OUTCOMES.index(pair[0].outcome)) if fates else (Fate(READS), None)

@@ -1,8 +1,8 @@
-"""Readers of ``.cube`` that may be installed, each asked for trilinear interpolation, which all of them have.
+"""Trials of installed readers of ``.cube``. All use trilinear interpolation, which every reader supports.
 
-``PROGRAMS`` lists them; one more reader is one more :class:`Program` there: its name and version, and how code values
-are sent through a file. ``lutgen lint --try`` compares their colours with our own reading, :func:`read_as_meant`.
-:func:`refusal` and :func:`loading` ask OpenColorIO for the other formats too.
+``PROGRAMS`` lists the readers. To add a reader, add a :class:`Program`: its name, its version, and a function that
+applies a file to code values. ``lutgen lint --try`` compares the colours of a reader with lutgen's own reading,
+:func:`read_as_meant`. :func:`refusal` and :func:`loading` try OpenColorIO on the other formats too.
 """
 
 from __future__ import annotations
@@ -35,47 +35,49 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.lint.cube_scan import CubeScan
 
-#: Seconds after which a program counts as hung; each takes less than 2 s for the largest table that is tried.
+#: Seconds after which a program counts as hung. Each program needs less than 2 s for the largest tried table.
 TIMEOUT = 60
 
-#: Number of colours that are sent through a file, 8-bit ones so that each reader gets exactly the same, and their seed.
+#: Number of colours that are sent through a file, and their seed. The colours have 8 bits, so that each reader receives
+#: exactly the same colours.
 COLOURS, SEED = 400, 20250611
 
-#: Larger files are not given to readers: those that trust the header would fill the memory or run for hours.
+#: Maximum size of a file for trials, in bytes. With a larger file, readers that trust its header may fill the memory or
+#: run for hours.
 MAX_BYTES = 200 << 20
 
-#: What colour-science raises over files that it cannot read.
+#: Exceptions of colour-science for files that it cannot read.
 _RAISED = (
     ValueError, IndexError, KeyError, AttributeError, TypeError, NameError, AssertionError, MemoryError, OverflowError,
 )  # fmt: skip
 
 
-class Refusal(Exception):  # noqa: N818 - no error of ours: what a reader answers
-    """The reader does not take the file; the text is the reader's message."""
+class Refusal(Exception):  # noqa: N818 - not an error of lutgen: the answer of a reader
+    """The reader refuses the file. The text is the reader's message."""
 
 
-class Absent(Exception):  # noqa: N818 - no error: a state of this machine
-    """The reader is not installed; the text says how to install it."""
+class Absent(Exception):  # noqa: N818 - not an error: a state of this machine
+    """The reader is not installed. The text says how to install it."""
 
 
 @dataclass(frozen=True)
 class Program:
     """A reader."""
 
-    #: Gives its name among ``finding.READERS``.
+    #: Returns its name in ``finding.READERS``.
     reader: Callable[[], str]
-    #: Gives its version, or raises ``Absent``.
+    #: Returns its version, or raises ``Absent``.
     version: Callable[[], str]
-    #: Sends 8-bit code values (n, 3) through the file, or raises ``Refusal``.
+    #: Applies the file to 8-bit code values (n, 3), or raises ``Refusal``.
     apply: Callable[[Path, NDArray[np.uint8]], Array]
-    #: How far it may be from our own reading, in code values 0..1.
+    #: Maximum difference from lutgen's own reading, in code values 0..1.
     tolerance: float
-    #: Whether it writes integers, which clips values outside 0..1.
+    #: Whether it writes integers and so clips values outside 0..1.
     clips: bool
 
 
 def probe_colours() -> NDArray[np.uint8]:
-    """Return the colours, uint8 (n, 3): the cube's corners, greys and random ones."""
+    """Return the colours of the trials, uint8 (n, 3): the cube's corners, greys and random colours."""
     corners = np.array(np.meshgrid([0, 255], [0, 255], [0, 255])).reshape(3, -1).T
     greys = np.repeat(np.arange(0, 256, 15)[:, np.newaxis], 3, axis=1)
     random = np.random.default_rng(SEED).integers(0, 256, (COLOURS - len(corners) - len(greys), 3))
@@ -90,7 +92,7 @@ def _colour_version() -> str:
 
 
 def _through_colour(path: Path, code: NDArray[np.uint8]) -> Array:
-    """Apply a file by colour-science's ``read_LUT``, in double precision."""
+    """Apply a file with colour-science's ``read_LUT``, in double precision."""
     import colour
 
     trilinear = colour.algebra.table_interpolation_trilinear
@@ -104,7 +106,7 @@ def _through_colour(path: Path, code: NDArray[np.uint8]) -> Array:
                 shown = (
                     part.apply(shown, interpolator=trilinear) if isinstance(part, colour.LUT3D) else part.apply(shown)
                 )
-    # Users of the reader see these errors too, so they count as its refusal.
+    # Users of the reader see these exceptions too, so they count as a refusal.
     except _RAISED as error:
         raise Refusal(f"{type(error).__name__}: {error}") from None
     return np.asarray(shown, dtype=np.float64)
@@ -121,7 +123,10 @@ def _ffmpeg_version() -> str:
 
 
 def _through_ffmpeg(path: Path, code: NDArray[np.uint8]) -> Array:
-    """Apply a file by ffmpeg's filter ``lut3d`` on 16-bit pixels; in its folder, so that its path needs no quotes."""
+    """Apply a file with ffmpeg's filter ``lut3d`` to 16-bit pixels.
+
+    ffmpeg runs in the folder of the file, so that the path needs no quotes.
+    """
     raw = ("-f", "rawvideo", "-pix_fmt", "rgb48le")
     command = [
         "ffmpeg", "-nostdin", "-loglevel", "error", *raw, "-s", f"{len(code)}x1", "-i", "pipe:0",
@@ -142,7 +147,7 @@ def _through_ffmpeg(path: Path, code: NDArray[np.uint8]) -> Array:
 
 
 def opencolorio_reader() -> str:
-    """Return the name of the reader that stands for the installed OpenColorIO."""
+    """Return the name in ``finding.READERS`` of the installed OpenColorIO."""
     return finding.OCIO_21 if _opencolorio_version().startswith("2.1.") else finding.OCIO_26
 
 
@@ -151,11 +156,11 @@ def _opencolorio_version() -> str:
 
 
 def through_opencolorio(path: Path, code: NDArray[np.uint8]) -> Array:
-    """Apply a file by OpenColorIO's CPU renderer, in float32. Raises Refusal where OpenColorIO does not take it."""
+    """Apply a file with OpenColorIO's CPU renderer, in float32. Raises Refusal when OpenColorIO refuses the file."""
     lib = ocio()
     if unclosed_metadata(path):
-        raise Refusal("was not asked, since it would search for the end of the metadata without end")
-    # Caches key on the path: a rewritten file would otherwise be answered from memory.
+        raise Refusal("was not tried, since it would search for the end of the metadata for ever")
+    # The caches of OpenColorIO use the path as their key, and would return the old content of a rewritten file.
     lib.ClearAllCaches()
     transform = lib.FileTransform(src=named_for_ocio(path), interpolation=lib.INTERP_LINEAR)
     with warnings_logged(lib):
@@ -176,10 +181,10 @@ def _pillow_version() -> str:
 
 
 def _through_pillow(path: Path, code: NDArray[np.uint8]) -> Array:
-    """Apply a file by pillow_lut, which fills Pillow's colour table: 8 bit in, 8 bit out."""
+    """Apply a file with pillow_lut and Pillow's colour table: 8 bit in, 8 bit out."""
     try:
         table = import_module("pillow_lut").load_cube_file(str(path))
-    # Users of the reader see these errors too, so they count as its refusal.
+    # Users of the reader see these exceptions too, so they count as a refusal.
     except (ValueError, IndexError, OverflowError, MemoryError) as error:
         raise Refusal(f"{type(error).__name__}: {error}") from None
     shown = import_module("PIL.Image").fromarray(code[np.newaxis]).filter(table)
@@ -191,36 +196,42 @@ FFMPEG_LUT3D = Program(lambda: finding.FFMPEG, _ffmpeg_version, _through_ffmpeg,
 OPENCOLORIO = Program(opencolorio_reader, _opencolorio_version, through_opencolorio, tolerance=1e-5, clips=False)
 PILLOW_LUT = Program(lambda: finding.PILLOW, _pillow_version, _through_pillow, tolerance=1.5 / 255, clips=True)
 
-#: The readers, in the order in which they are asked.
+#: The readers, in the order of the trials.
 PROGRAMS = (COLOUR_SCIENCE, FFMPEG_LUT3D, OPENCOLORIO, PILLOW_LUT)
 
 
 def refusal(path: Path) -> str:
-    """Return why the installed OpenColorIO does not read a file; empty where it does."""
+    """Return the reason why the installed OpenColorIO refuses a file; empty when it reads the file."""
     try:
         through_opencolorio(path, probe_colours())
     except Refusal as error:
         reason = in_one_line(error)
-        return reason.rpartition("failed with: ")[2].replace(str(path), path.name)[:300] or "it says nothing"
+        return reason.rpartition("failed with: ")[2].replace(str(path), path.name)[:300] or "it gives no reason"
     return ""
 
 
 def loading(why: str | None, *readers: str) -> Iterator[finding.LintFinding]:
-    """Yield the finding of a :func:`refusal`, which holds for all ``readers``: OpenColorIO 2.1 and 2.6 agree."""
+    """Yield the finding for ``why``, a result of :func:`refusal`, or None for a file that was not tried.
+
+    The finding holds for all ``readers``, since OpenColorIO 2.1 and 2.6 agree.
+    """
     if why:
-        fates = finding.refused(*readers, how=f"OpenColorIO {_opencolorio_version()} was asked")
+        fates = finding.refused(*readers, how=f"OpenColorIO {_opencolorio_version()} was tried")
         yield finding.LintFinding(f"is not read: {why}", "Export it again.", 0, fates)
     elif why is None:
         fates = finding.refused(*finding.OCIO, how="takes 129 points an axis at most")
         yield finding.LintFinding("is too large to be given to OpenColorIO", "Resample it to 65 or 33.", 0, fates)
 
 
-#: Irregularities with which a table has no defined colours.
+#: Irregularities that leave the colours of a table undefined.
 MEANINGLESS = {"nan", "infinite", "overflow", "columns", "text", "NUL"}
 
 
 def read_as_meant(scan: CubeScan, code: Array) -> Array | None:
-    """Return the colours that a kept file means for code values, (n, 3) both, trilinearly; None: undefined."""
+    """Return the intended colours of a file for code values, (n, 3) both, by trilinear interpolation.
+
+    The scan must have stored the rows. Return None when the file defines no colours.
+    """
     if MEANINGLESS & set(scan.oddities) or len(scan.named("LUT_3D_SIZE")) > 1 or not (scan.size or scan.size_1d):
         return None
     shown: Array | None = code
@@ -249,13 +260,13 @@ def _through_table(scan: CubeScan, code: Array) -> Array | None:
 
 
 def _place(scan: CubeScan, code: Array, keyword: str) -> Array | None:
-    """Return the position of code values in the input range of a part, 0..1; None where the range is empty."""
+    """Return the position of code values in the input range of a part, 0..1; None for an empty range."""
     low, high = _range(scan, keyword)
     return np.clip((code - low) / (high - low), 0, 1) if (high > low).all() else None
 
 
 def trilinear(table: Array, place: Array) -> Array:
-    """Interpolate a table, indexed [blue, green, red], at positions (n, 3) in 0..1, as a sum over eight corners."""
+    """Interpolate a table, indexed [blue, green, red], trilinearly at positions (n, 3) in 0..1."""
     size = len(table)
     scaled = place * (size - 1)
     cell = np.clip(np.floor(scaled).astype(int), 0, max(size - 2, 0))
@@ -269,7 +280,7 @@ def trilinear(table: Array, place: Array) -> Array:
 
 
 def _range(scan: CubeScan, keyword: str) -> tuple[Array, Array]:
-    """Return the input of the first and of the last row of a part, each (3,)."""
+    """Return the input values of the first and of the last row of a part, each (3,)."""
     low, high = np.zeros(3), np.ones(3)
     if keyword == "LUT_3D_INPUT_RANGE" or not scan.size:
         low, high = scan.domain
@@ -281,7 +292,7 @@ def _range(scan: CubeScan, keyword: str) -> tuple[Array, Array]:
 
 
 def try_cube(scan: CubeScan) -> Iterator[finding.Trial]:
-    """Yield what each reader does with a file that was scanned with ``keep``."""
+    """Yield the trial of each reader on a file that was scanned with ``keep``."""
     code = probe_colours()
     meant = read_as_meant(scan, code / 255)
     for program in PROGRAMS:
@@ -309,13 +320,13 @@ def _outcome(program: Program, path: Path, code: NDArray[np.uint8], meant: Array
     if program.clips:
         shown, meant = np.clip(shown, 0, 1), np.clip(meant, 0, 1)
     difference = float(np.abs(shown - meant).max())
-    # NaN fails the comparison too.
+    # With NaN the comparison is false.
     agrees = difference <= program.tolerance * max(1.0, float(np.abs(meant).max()))
     return finding.READS if agrees else finding.WRONG, f"differs from our reading by {difference:.2g} at most"
 
 
 def try_config(path: Path) -> Iterator[finding.Trial]:
-    """Run ``ociocheck``, which loads and validates a config and opens no LUT file."""
+    """Yield the trial of ``ociocheck``, which loads and validates a config but opens no LUT file."""
     program = shutil.which(finding.OCIOCHECK)
     if program is None:
         yield finding.Trial(

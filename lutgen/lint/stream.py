@@ -1,4 +1,4 @@
-"""Text files of any size: blocks of whole lines, and statistics of a 3D table in one pass over its rows."""
+"""Reading text files of any size: blocks of whole lines, and statistics of a 3D table in one pass over its rows."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-#: Bytes that are read at a time.
+#: Number of bytes that are read at once.
 BLOCK = 1 << 20
 
-#: Longest line that is read, in bytes: a file without line ends would otherwise be read into memory whole.
+#: Maximum length of a line in bytes. Without it, a whole file without line ends would be read into memory.
 LONGEST_LINE = 1 << 20
 
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
 class LineBlock(NamedTuple):
-    """Whole lines with LF ends, the number of the first, and the line ends that they had: "LF", "CRLF" or "CR"."""
+    """Whole lines with LF ends, the number of the first line, and the original line ends: "LF", "CRLF" or "CR"."""
 
     first: int
     data: bytes
@@ -35,12 +35,15 @@ class LineBlock(NamedTuple):
 
 
 def blocks(path: Path) -> Iterator[LineBlock]:
-    """Yield a file's lines in blocks. Raises LutgenError: unreadable, or a line longer than ``LONGEST_LINE``."""
+    """Yield a file's lines in blocks.
+
+    Raises LutgenError: the file cannot be read, or a line is longer than ``LONGEST_LINE``.
+    """
     line, rest = 1, b""
     try:
         with path.open("rb") as file:
             while chunk := file.read(BLOCK):
-                # A CR at the end of a chunk may be half of a CRLF: it is kept for the next chunk.
+                # A CR at the end of a chunk may be half of a CRLF. It is read together with the next chunk.
                 data = rest + chunk
                 cut = max(data.rfind(b"\n", 0, len(data)), data.rfind(b"\r", 0, len(data) - 1)) + 1
                 rest = data[cut:]
@@ -57,7 +60,7 @@ def blocks(path: Path) -> Iterator[LineBlock]:
 
 
 def shown(data: bytes) -> str:
-    """Return the start of a line as it can be printed, for messages."""
+    """Return the printable start of a line, for messages."""
     text = data[:60].decode("utf-8", errors="replace").strip()
     return "".join(letter if letter.isprintable() else "\ufffd" for letter in text)
 
@@ -81,32 +84,32 @@ def _no_lines(path: Path, line: int) -> str:
     )
 
 
-#: Points an axis of the largest table that is kept whole for a trial: OpenColorIO takes no larger one.
+#: Maximum number of points along an axis of a table that is stored for a trial. OpenColorIO refuses larger tables.
 MAX_KEPT = 129
 
 
 @dataclass(frozen=True)
 class TableStatistics:
-    """Statistics of a table; ``nan`` where it has no finite rows."""
+    """Statistics of a table; NaN for a table without finite rows."""
 
-    #: Number of rows seen.
+    #: Number of rows.
     rows: int
     #: Smallest and largest finite value of each channel, (3,).
     low: Array
     high: Array
-    #: Of channel (row) with position along the fastest, middle and slowest index (column), (3, 3).
+    #: Correlation of each channel (row) with the position along the fastest, middle and slowest index (column), (3, 3).
     correlation: Array
     #: Channel values of the rows on the neutral axis, (n, 3).
     greys: Array
-    #: Number of rows at the end that are 0 0 0.
+    #: Number of consecutive rows 0 0 0 at the end.
     black_tail: int
-    #: All rows, where they were asked for, (rows, 3).
+    #: All rows, (rows, 3); None when they are not stored.
     table: Array | None
 
 
 @dataclass
 class Gatherer:
-    """Collects the rows of a table of ``size``³, first index fastest; with size 0 it only counts them."""
+    """A collector of the rows of a table of ``size``³, first index fastest. With size 0 it has no positions."""
 
     size: int
     keep: bool = False
@@ -119,7 +122,7 @@ class Gatherer:
     _kept: list[Array] = field(default_factory=list)
 
     def add(self, rows: Array) -> None:
-        """Take the next rows, (n, 3)."""
+        """Add the next rows, (n, 3)."""
         finite = rows[np.isfinite(rows).all(axis=1)]
         if len(finite):
             self.low = np.minimum(self.low, finite.min(axis=0))
@@ -141,18 +144,18 @@ class Gatherer:
         step = size * size + size + 1
         self._greys.append(rows[index % step == 0])
         where = np.stack([index % size, index // size % size, index // (size * size)], axis=1) / (size - 1)
-        # The squares of huge values would overflow; `low` and `high` hold these values.
-        all_of = np.column_stack([np.ones(len(rows)), np.clip(rows, -1e6, 1e6), where])
-        self._moments += all_of.T @ all_of
+        # The squares of huge values would overflow, so the values are clipped here. `low` and `high` are not clipped.
+        columns = np.column_stack([np.ones(len(rows)), np.clip(rows, -1e6, 1e6), where])
+        self._moments += columns.T @ columns
 
     def gathered(self) -> TableStatistics:
-        """Return the statistics of all rows added so far."""
-        none = np.full(3, np.nan)
-        seen = bool(np.isfinite(self.low).all())
+        """Return the statistics of all rows that were added."""
+        nan = np.full(3, np.nan)
+        has_finite = bool(np.isfinite(self.low).all())
         return TableStatistics(
             rows=self.rows,
-            low=self.low if seen else none,
-            high=self.high if seen else none,
+            low=self.low if has_finite else nan,
+            high=self.high if has_finite else nan,
             correlation=self._correlation(),
             greys=np.concatenate(self._greys) if self._greys else np.empty((0, 3)),
             black_tail=self.black_tail,

@@ -1,7 +1,7 @@
-"""``lutgen merge``: aged displays into a user's own OpenColorIO config, which stays as it is for everything else.
+"""``lutgen merge``: adds aged displays to a user's own OpenColorIO config. Other parts of the config do not change.
 
-``merging`` plans, writes and proves a merge, ``additions`` holds the new parts of a config, ``proof`` compares pixels.
-One more file here serves merging alone: what lint needs too is in ``lutgen.bindings``.
+``merging`` plans, writes and proves a merge. ``additions`` creates the new parts. ``proof`` compares pixels.
+Functions that lint also needs are in ``lutgen.bindings``.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ __all__ = ["Merged", "Merging", "merge"]
 
 
 class _MergePackage(ModuleType):
-    """Keeps ``lutgen.merge(…)`` working: importing this package replaces the function of that name by the package."""
+    """A callable package, for ``lutgen.merge(…)``: the import of this package replaces the function of that name."""
 
     __call__ = staticmethod(merge)
 

@@ -1,8 +1,8 @@
-"""What is added to a user's config for an aged display: colour space, views, look and named transform, and their text.
+"""The additions to a user's config for an aged display: colour space, views, look and named transform, and their text.
 
-New parts are inserted into the config's own text, so that its comments, order and digits stay. The text of the parts
-comes from OpenColorIO's own serialisation. Only YAML's block style is understood, which all tools write. The result is
-proved like any other; where the proof fails, the config as OpenColorIO writes it is taken.
+New parts are inserted into the text of the config, so that its comments, order and digits are preserved. OpenColorIO
+serialises the text of the new parts. Only YAML's block style is supported, which all tools write. The result must pass
+the proof. If it fails the proof, OpenColorIO's own text of the whole config is used.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from lutgen.errors import LutgenError, pick_one
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-#: The role that says which colour space is ACES2065-1.
+#: The role of the colour space ACES2065-1.
 INTERCHANGE = "aces_interchange"
 
 
@@ -34,19 +34,19 @@ class AgedNames(NamedTuple):
 
     @classmethod
     def of(cls, prefix: str, mode: str, hours: float) -> AgedNames:
-        """Name them after mode and hour: Aged chroma 10000h."""
+        """Return the names for a mode and an hour, for example "Aged chroma 10000h"."""
         name = f"{prefix} {mode} {hour_name(hours)}"
         return cls(name, name, f"{name} look", f"{name} transform")
 
 
 def space_names(config: Any) -> list[str]:
-    """Return the names of all colour spaces, inactive ones and displays' too."""
+    """Return the names of all colour spaces, including inactive colour spaces and those of displays."""
     lib = ocio()
     return list(config.getColorSpaceNames(lib.SEARCH_REFERENCE_SPACE_ALL, lib.COLORSPACE_ALL))
 
 
 def check_source(config: Any, name: str) -> None:
-    """Raise LutgenError unless a source space exists, holds colours and is scene-referred."""
+    """Raise LutgenError unless the colour space ``name`` exists, is no data space and is scene-referred."""
     lib, space = ocio(), config.getColorSpace(name)
     if space is None:
         raise pick_one(
@@ -61,13 +61,16 @@ def check_source(config: Any, name: str) -> None:
 
 
 def add_source_signal(config: Any, name: str) -> None:
-    """Add the sRGB signal through the role ``aces_interchange``. Raises LutgenError: no role, or a name taken."""
+    """Add a colour space of the sRGB signal, defined by the role ``aces_interchange``.
+
+    Raises LutgenError: the role does not exist, or the name is in use.
+    """
     lib = ocio()
     if config.getMajorVersion() < 2 or not config.hasRole(INTERCHANGE):
         choices = config.getColorSpaceNames(lib.SEARCH_REFERENCE_SPACE_SCENE, lib.COLORSPACE_ALL)
         raise LutgenError(
-            f"this config has no role {INTERCHANGE}, so nothing says which code values are sent to the display. Say "
-            f"--source-space NAME, the one that is sRGB's, of: {', '.join(choices)}."
+            f"this config has no role {INTERCHANGE}, so the code values that are sent to the display are not defined. "
+            f"Give the colour space of sRGB with --source-space NAME, one of: {', '.join(choices)}."
         )
     _free(name, space_names(config), "colour space", "or give it as --source-space where an earlier merge made it")
     aces = config.getColorSpace(INTERCHANGE)
@@ -96,7 +99,10 @@ def add_source_signal(config: Any, name: str) -> None:
 
 
 def add_aged(config: Any, names: AgedNames, *, source: str, onto: Sequence[str], lut: str) -> None:
-    """Add one aged display: space, look, named transform, and views on ``onto``. Raises LutgenError: a name taken."""
+    """Add one aged display: colour space, look, named transform, and a view on each display of ``onto``.
+
+    Raises LutgenError: a name is in use.
+    """
     lib = ocio()
     table = lib.FileTransform(src=lut, interpolation=lib.INTERP_TETRAHEDRAL)
     description = f"The code values of {source} as the aged display shows them, on a viewer that is not aged."
@@ -123,34 +129,40 @@ def add_aged(config: Any, names: AgedNames, *, source: str, onto: Sequence[str],
         _free(names.view, config.getViews(display), f"view of {display}")
         config.addDisplayView(display, names.view, names.space, "")
     active = config.getActiveViews()
-    # A string in 2.1, a list of names in 2.6.
+    # OpenColorIO 2.1 returns a string, and 2.6 a list of names.
     active = [view.strip() for view in active.split(",") if view.strip()] if isinstance(active, str) else list(active)
     if active:
         config.setActiveViews(", ".join([*active, names.view]))
 
 
 def _one_way(lib: Any, space: Any, way: Any, back: Any) -> list[Any]:
-    """Return a colour space's transform, or the inverse of the one for the way back; none where it has neither."""
-    there, again = space.getTransform(way), space.getTransform(back)
-    if there is not None:
-        return [there]
-    return [] if again is None else [lib.GroupTransform([again], lib.TRANSFORM_DIR_INVERSE)]
+    """Return a colour space's transform in one direction, as a list that is empty when it has no transform.
+
+    If only the transform of the opposite direction exists, return its inverse.
+    """
+    forward, opposite = space.getTransform(way), space.getTransform(back)
+    if forward is not None:
+        return [forward]
+    return [] if opposite is None else [lib.GroupTransform([opposite], lib.TRANSFORM_DIR_INVERSE)]
 
 
 def _free(name: str, taken: Sequence[str], what: str, otherwise: str = "") -> None:
-    # OpenColorIO does not distinguish capitals in names.
+    # OpenColorIO does not distinguish upper and lower case in names.
     if name.lower() in {each.lower() for each in taken}:
         raise LutgenError(
             f"the config has a {what} {name!r} already. Choose another --prefix{', ' if otherwise else ''}{otherwise}."
         )
 
 
-#: Sections that hold a list of named parts.
+#: Sections of a config that hold a list of named parts.
 SECTIONS = ("looks", "colorspaces", "named_transforms")
 
 
 def inserted(text: str, written: str, names: Sequence[str], views: Sequence[tuple[str, AgedNames]]) -> str | None:
-    """Return ``text`` with the parts ``names`` of ``written`` and the views (display, names); None on failure."""
+    """Return ``text`` with the parts ``names`` of ``written`` and the views (display, names).
+
+    Return None when a view cannot be inserted into this text.
+    """
     lines = _lines(text)
     for section in SECTIONS:
         parts = [part for part in _parts(_lines(written), section) if _name(part) in names]
@@ -161,24 +173,27 @@ def inserted(text: str, written: str, names: Sequence[str], views: Sequence[tupl
         if with_view is None:
             return None
         lines = with_view
-    listed = _with_active(lines, list(dict.fromkeys(aged.view for _, aged in views)))
-    return None if listed is None else "\n".join(listed) + "\n"
+    with_active = _with_active(lines, list(dict.fromkeys(aged.view for _, aged in views)))
+    return None if with_active is None else "\n".join(with_active) + "\n"
 
 
 def with_search_path(text: str) -> str | None:
-    """Return the text with the search path ``.`` where it has none; None where its line is not found."""
+    """Return the text of a config without a search path with the search path ``.`` added.
+
+    Return None when the line of the profile version is not found.
+    """
     lines = [line for line in _lines(text) if not re.fullmatch(r"search_path:\s*(\"\"|'')?", line)]
     place = next((place for place, line in enumerate(lines) if line.startswith("ocio_profile_version")), None)
     return None if place is None else "\n".join([*lines[: place + 1], "", "search_path: .", *lines[place + 1 :]]) + "\n"
 
 
 def _lines(text: str) -> list[str]:
-    """Split at line feeds only, as YAML does: Unicode's line separators within a sentence do not end a line."""
+    """Split a text at line feeds only, as YAML does. Unicode's line separators do not end a line."""
     return text.removesuffix("\n").split("\n")
 
 
 def _section(lines: Sequence[str], key: str, indent: int = 0) -> tuple[int, int] | None:
-    """Return the index of a key's line and of the first line after its block; None where its value is no block."""
+    """Return the index of a key's line and of the first line after its block; None when its value is no block."""
     pattern = re.compile(rf" {{{indent}}}(['\"]?){re.escape(key)}\1:\s*(#.*)?$")
     start = next((place for place, line in enumerate(lines) if pattern.match(line)), None)
     if start is None:
@@ -195,7 +210,7 @@ def _section(lines: Sequence[str], key: str, indent: int = 0) -> tuple[int, int]
 
 
 def _parts(lines: Sequence[str], section: str) -> list[list[str]]:
-    """Return the parts of a section as OpenColorIO writes it, each as its lines."""
+    """Return the parts of a section in OpenColorIO's own text, each as a list of lines."""
     place = _section(lines, section)
     parts: list[list[str]] = []
     for line in lines[place[0] + 1 : place[1]] if place else ():
@@ -240,7 +255,7 @@ def _with_view(lines: Sequence[str], display: str, aged: AgedNames) -> list[str]
 
 
 def _with_active(lines: Sequence[str], views: Sequence[str]) -> list[str] | None:
-    """Return the lines with views added to active_views; None where the config lists those on several lines."""
+    """Return the lines with views added to active_views; None when active_views extends over several lines."""
     changed = list(lines)
     for place, line in enumerate(lines):
         if line.startswith("active_views:"):

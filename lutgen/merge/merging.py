@@ -1,12 +1,12 @@
-"""``lutgen merge``: aged displays into a user's own OpenColorIO config, which stays as it is for everything else.
+"""``lutgen merge``: adds aged displays to a user's own OpenColorIO config. Other parts of the config do not change.
 
-An aged view sends the code values that a display would get through the LUT of the aged display. The *source space* is
-the user's colour space of these code values. A config with the role ``aces_interchange`` needs no source space: the
-sRGB signal is then defined through ACES2065-1 (:mod:`lutgen.merge.additions`).
+An aged view sends the display's code values through the LUT of the aged display. The *source space* is the user's
+colour space of these code values. A config with the role ``aces_interchange`` needs no source space, since the sRGB
+signal can be defined through ACES2065-1 (:mod:`lutgen.merge.additions`).
 
-OpenColorIO's own ``ConfigMerger`` (2.5) is not used: it joins two whole configs, and would add the build's displays,
-roles and colour spaces. New parts are inserted into the config's text, which keeps its comments and digits
-(:mod:`lutgen.merge.additions`); where that fails, OpenColorIO writes the whole config, which keeps neither.
+OpenColorIO's own ``ConfigMerger`` (2.5) is not used. It joins two whole configs, and would add the build's displays,
+roles and colour spaces. New parts are inserted into the config's text, which preserves its comments and digits
+(:mod:`lutgen.merge.additions`). If that fails, OpenColorIO writes the whole config, and comments and digits are lost.
 """
 
 from __future__ import annotations
@@ -28,21 +28,21 @@ from lutgen.merge.proof import ROUNDING, aged_difference, compare_parts, missing
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-#: The merged config's file, and the folder of the LUTs beside it.
+#: The name of the merged config, and of the folder of the LUTs beside it.
 CONFIG, LUTS = "config.ocio", "lutgen-aged"
 
 
 @dataclass(frozen=True)
 class Merging:
-    """What to add to a config, and under which names."""
+    """The displays to add to a config, and the names of the new parts."""
 
-    #: Modes and hours of the aged displays; the build has a LUT for each.
+    #: Modes and hours of the aged displays. The build must have a LUT for each.
     displays: Sequence[tuple[str, float]]
-    #: What all new names begin with. It has no comma, since OpenColorIO separates active views by commas.
+    #: The prefix of all new names. It has no comma, since OpenColorIO separates active views by commas.
     prefix: str = "Aged"
     #: The user's colour space of the code values that are sent to the display; None to use ``aces_interchange``.
     source_space: str | None = None
-    #: The user's displays that get the views; empty for those with sRGB in their name.
+    #: The user's displays that get the views; empty for all displays with sRGB in their name.
     onto: Sequence[str] = ()
 
 
@@ -53,17 +53,17 @@ class Merged:
     config: Path
     #: Display and name of each new view.
     views: tuple[tuple[str, str], ...]
-    #: The colour space whose code values the new views take.
+    #: The colour space of the code values that the new views use.
     source_space: str
-    #: Number of parts of the user's config that give the same pixels as before.
+    #: Number of parts of the user's config that were compared before and after the merge.
     compared: int
-    #: Largest difference of an aged view from the build's own, in code values.
+    #: Largest difference of an aged view from the build's own view, in code values.
     difference: float
-    #: What the user should know about the merged config.
+    #: Remarks for the user on the merged config.
     remarks: tuple[str, ...]
 
     def as_json(self) -> dict[str, Any]:
-        """Return the result for a program to read; see ``schema/merge.json``."""
+        """Return the result as JSON data; see ``schema/merge.json``."""
         return {
             "schema": 1,
             "config": str(self.config),
@@ -76,13 +76,13 @@ class Merged:
 
 
 def merge(build: str | Path, into: str | Path, output: str | Path, wanted: Merging, *, force: bool = False) -> Merged:
-    """Write a folder that holds the user's config with aged views, its LUT files and those of the aged displays.
+    """Write a folder with the user's config and its new aged views, its LUT files and the LUTs of the aged displays.
 
     Raises
     ------
     LutgenError
-        There is no such build or config, it lacks a display that is wanted, a name is taken, nothing says which code
-        values are sent to the display, the folder exists without ``force``, or the merged config fails its proof.
+        The build or the config does not exist, a wanted display is missing, a name is in use, the code values of the
+        display are not defined, the folder exists without ``force``, or the merged config fails the proof.
 
     """
     lib = bindings.ocio()
@@ -97,13 +97,13 @@ def merge(build: str | Path, into: str | Path, output: str | Path, wanted: Mergi
     luts = {which: _lut(build, *which) for which in wanted.displays}
     with bindings.warnings_logged(lib), NewFolder(output) as partial:
         before = _load(lib, into)
-        plan = _planned(lib, into, wanted, luts)
+        plan = _plan_of(lib, into, wanted, luts)
         remarks = [*plan.remarks, *copy_files(before, into.parent, partial.path)]
         for which, lut in luts.items():
             to = partial.path / folder_of_luts(before) / _place(which, lut)
             to.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(build / lut.path, to)
-        merged, compared, change = _written(plan, before, into, output, partial.path)
+        merged, compared, change = _write(plan, before, into, output, partial.path)
         difference = max(
             aged_difference(build / which[0] / hour_name(which[1]), merged, plan.source, display, names.view)
             for which, names in plan.names.items()
@@ -125,7 +125,7 @@ def merge(build: str | Path, into: str | Path, output: str | Path, wanted: Mergi
 
 @dataclass(frozen=True)
 class _Plan:
-    """The config with all new parts, as OpenColorIO's object, and the names of the new parts."""
+    """OpenColorIO's object of the config with all new parts, and the names of the new parts."""
 
     config: Any
     names: Mapping[tuple[str, float], AgedNames]
@@ -134,7 +134,7 @@ class _Plan:
     remarks: Sequence[str]
 
 
-def _planned(lib: Any, into: Path, wanted: Merging, luts: Mapping[tuple[str, float], FileRecord]) -> _Plan:
+def _plan_of(lib: Any, into: Path, wanted: Merging, luts: Mapping[tuple[str, float], FileRecord]) -> _Plan:
     config = _load(lib, into)
     onto = _displays(config, wanted.onto)
     source = f"{wanted.prefix} source signal" if wanted.source_space is None else wanted.source_space
@@ -146,7 +146,7 @@ def _planned(lib: Any, into: Path, wanted: Merging, luts: Mapping[tuple[str, flo
         for which, lut in luts.items():
             add_aged(config, names[which], source=source, onto=onto, lut=_place(which, lut).as_posix())
     except bindings.ocio_errors() as error:
-        # Each version of OpenColorIO knows more kinds of names that may be taken: roles, aliases, shared views.
+        # Newer versions of OpenColorIO have more kinds of names that may be in use: roles, aliases, shared views.
         raise LutgenError(f"{into}: {in_one_line(error)} Choose another --prefix.") from None
     without = "a config of version 1 has no named transforms: views, looks and colour spaces alone were added"
     return _Plan(config, names, source, onto, [without] if config.getMajorVersion() < 2 else [])
@@ -157,8 +157,12 @@ def _place(which: tuple[str, float], lut: FileRecord) -> Path:
     return Path(LUTS, which[0], hour_name(which[1]), Path(lut.path).name)
 
 
-def _written(plan: _Plan, before: Any, into: Path, output: Path, folder: Path) -> tuple[Any, int, float | None]:
-    """Write the merged config beside ``output`` and load it; return it, parts compared, and their difference."""
+def _write(plan: _Plan, before: Any, into: Path, output: Path, folder: Path) -> tuple[Any, int, float | None]:
+    """Write the merged config into ``folder``, load it and prove it.
+
+    Return the loaded config, the number of compared parts, and their largest difference. The difference is None when
+    the config's own text could be kept.
+    """
     lib = bindings.ocio()
     moved_search_path(plan.config, into.parent, output)
     try:
@@ -195,7 +199,7 @@ def _written(plan: _Plan, before: Any, into: Path, output: Path, folder: Path) -
 
 
 def _lut(build: Path, mode: str, hours: float) -> FileRecord:
-    """Return the LUT of a display in a build, the unclipped one where there is one."""
+    """Return the LUT of a display in a build, an unclipped LUT if one exists."""
     manifest = read_manifest(build / MANIFEST)
     if manifest is None:
         raise LutgenError(f"{build}: has no {MANIFEST}, so it is no folder that `lutgen build` made.")
@@ -241,7 +245,7 @@ def _displays(config: Any, wanted: Sequence[str]) -> list[str]:
 
 
 def located(config: Any, folder: Path, source: str) -> Path | None:
-    """Return the file that a relative source names, searched along the search path; None where there is none."""
+    """Return the file of a relative source, which is searched along the search path; None when it is not found."""
     for entry in [*bindings.search_path(config), ""]:
         path = folder / entry / source
         if path.is_file():
@@ -250,7 +254,7 @@ def located(config: Any, folder: Path, source: str) -> Path | None:
 
 
 def copy_files(config: Any, folder: Path, output: Path) -> list[str]:
-    """Copy the files that a config names from ``folder`` to ``output``; return a remark on each that was not."""
+    """Copy the files of a config from ``folder`` to ``output``. Return a remark for each file that was not copied."""
     remarks = []
     for source in bindings.sources(config):
         if Path(source).is_absolute():
@@ -270,7 +274,7 @@ def copy_files(config: Any, folder: Path, output: Path) -> list[str]:
 
 
 def moved_search_path(config: Any, folder: Path, output: Path) -> None:
-    """Rewrite a config's search path for ``output``: relative entries outside ``folder`` keep their folders."""
+    """Rewrite a config's search path for ``output``. Relative entries outside ``folder`` keep their targets."""
     entries = bindings.search_path(config)
     moved = [
         entry
@@ -286,16 +290,16 @@ def moved_search_path(config: Any, folder: Path, output: Path) -> None:
 
 
 def folder_of_luts(config: Any) -> str:
-    """Return the folder for new LUT files: the first of the search path that lies below the config."""
+    """Return the folder for new LUT files: the first folder of the search path that lies below the config, or "."."""
     for entry in bindings.search_path(config):
         if "$" not in entry and not Path(entry).is_absolute() and not bindings.leads_out(entry):
             return str(Path(entry))
-    # No folder below the config is searched: `moved_search_path` adds the config's own.
+    # The search path has no folder below the config. `moved_search_path` adds the config's own folder to it.
     return "."
 
 
 class NewFolder:
-    """A temporary folder beside ``place``: :meth:`finish` moves it into place, and it is removed without that."""
+    """A temporary folder beside ``place``. :meth:`finish` moves it to ``place``. Otherwise it is removed at the end."""
 
     def __init__(self, place: Path) -> None:
         self.place = place
@@ -311,7 +315,7 @@ class NewFolder:
         return self
 
     def finish(self) -> None:
-        """Move the folder into place; where a folder is there already, move the files one by one into it."""
+        """Move the folder to ``place``. If ``place`` exists already, move the files one by one into it."""
         try:
             if not self.place.exists():
                 self.path.rename(self.place)

@@ -1,4 +1,4 @@
-"""Proof of a merge: the user's config gives the pixels that it gave, and the aged views give the build's."""
+"""Proof of a merge: the user's parts give the same pixels as before, and aged views give the pixels of the build."""
 
 from __future__ import annotations
 
@@ -18,18 +18,19 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-#: Largest difference, in code values 0..1, of a new view from the build's own: OpenColorIO approximates powers, and the
-#: two views take different ones.
+#: Maximum difference, in code values 0..1, of a new view from the build's own view. OpenColorIO approximates power
+#: functions, and the two views use different powers.
 TOLERANCE = 1e-3
 
-#: Largest difference that the rounded numbers of a config written by OpenColorIO may make, relative for values above 1.
+#: Maximum difference due to the rounded numbers of a config that OpenColorIO writes; relative for values above 1.
 ROUNDING = 1e-5
 
+#: Number of colours of the comparison, and their seed.
 COLOURS, SEED = 200, 11
 
 
 class Proof(NamedTuple):
-    """The number of parts compared, the names of those that give other pixels, and the largest difference."""
+    """The number of compared parts, the names of the parts whose pixels have changed, and the largest difference."""
 
     compared: int
     changed: list[str]
@@ -37,7 +38,7 @@ class Proof(NamedTuple):
 
 
 def compare_parts(before: Any, after: Any) -> Proof:
-    """Compare each view, colour space and look of a config with that of the same name in another, pixel by pixel."""
+    """Compare the pixels of each view, colour space and look of a config before and after the merge."""
     compared, changed, largest = 0, [], 0.0
     code = _code()
     for name, transform in all_parts(before):
@@ -55,7 +56,7 @@ def compare_parts(before: Any, after: Any) -> Proof:
 
 
 def missing_parts(planned: Any, merged: Any) -> list[str]:
-    """Return the names of planned parts that the written config lacks; pixels of other parts do not show this."""
+    """Return the names of planned parts that the written config lacks. A comparison of pixels cannot find them."""
     return [part for part in _named_parts(planned) if part not in set(_named_parts(merged))]
 
 
@@ -69,7 +70,7 @@ def _named_parts(config: Any) -> Iterator[str]:
 
 
 def _pixels(config: Any, transform: Any, code: Array) -> NDArray[np.float32] | None:
-    """Return the pixels of a part, in float32; None where it cannot be instantiated."""
+    """Return the pixels of a part, in float32; None when the part cannot be instantiated."""
     try:
         return _through(config, transform, code)
     except ocio_errors():
@@ -77,7 +78,10 @@ def _pixels(config: Any, transform: Any, code: Array) -> NDArray[np.float32] | N
 
 
 def aged_difference(built: Path, merged: Any, source: str, display: str, view: str) -> float:
-    """Return the largest difference, in code values, of a new view from the build's own. Raises LutgenError."""
+    """Return the largest difference, in code values, of a new view from the build's own view.
+
+    Raises LutgenError: the view cannot be shown, or the difference exceeds ``TOLERANCE``.
+    """
     lib, start = ocio(), first_space(merged)
     own = lib.Config.CreateFromFile(str(built / "config.ocio"))
     try:
@@ -89,7 +93,7 @@ def aged_difference(built: Path, merged: Any, source: str, display: str, view: s
             f"view {view} of {display} cannot be shown: {in_one_line(error)}. Nothing was written."
         ) from None
     difference = float(np.abs(np.clip(shown, 0, 1) - np.clip(expected, 0, 1)).max())
-    # NaN fails the comparison too.
+    # `not <=` also finds NaN.
     if not difference <= TOLERANCE:
         raise LutgenError(
             f"view {view} of {display} would differ from the build's own by {difference:.3g} in code values, more than "

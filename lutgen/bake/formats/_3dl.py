@@ -1,7 +1,7 @@
-"""Autodesk's ``.3dl`` for Flame and Lustre: whole numbers of 12 bit, blue fastest, below a line of lattice places.
+"""Autodesk's ``.3dl`` for Flame and Lustre: 12-bit integers, blue fastest, after a line of lattice places.
 
-Readers guess the depth from the largest number in the file, so a display whose brightest channel stays below half of
-the code values cannot be written: it would be shown twice as bright.
+Readers guess the bit depth from the largest number in the file. A display whose brightest channel stays below half of
+the code values would be shown twice as bright. lutgen therefore writes no file for such a display.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from lutgen.errors import LutgenError
 if TYPE_CHECKING:
     from lutgen.display import AgedDisplay
 
-#: Largest number of the table, and of the line of places. The places of 17, 33 and 65 points are then whole numbers in
-#: equal steps: three.js refuses others. OpenColorIO takes 1023 and 1024 alike for 10 bit, and for no curve.
+#: Largest number of the table, and of the line of places. With 1024 the places of 17, 33 and 65 points are integers in
+#: equal steps, as three.js requires. OpenColorIO treats 1023 and 1024 alike, as 10 bit without a curve.
 LARGEST, LARGEST_PLACE = 4095, 1024
 
 
 def candidates(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
-    """Give the table indexed in code values, clipped to sRGB and rounded to 12 bit."""
+    """Return the table indexed by code values, clipped to sRGB and quantised to 12 bit."""
     luts = sampler.candidates(aged, size, "code", clip=True, largest=LARGEST)
     brightest = table_of(luts[0]).max() * LARGEST
     if brightest <= LARGEST // 2:
@@ -47,7 +47,7 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
 FORMAT = Format(
     name="3dl",
     suffix=".3dl",
-    summary="12-bit whole numbers for Autodesk Flame and Lustre; clipped to sRGB",
+    summary="12-bit integers for Autodesk Flame and Lustre; clipped to sRGB",
     unclipped=False,
     write=write,
     candidates=candidates,

@@ -1,8 +1,9 @@
-"""LUT file formats: one module each in this folder, found by its name (``cube.py`` is ``--format cube``).
+"""LUT file formats: each format is a module in this folder (``cube.py`` is ``--format cube``).
 
-A module has ``FORMAT``, a :class:`Format`. Listing the names imports none of them. A module's name cannot begin with a
-digit or have a dash, so an underscore before one is no part of the format's name, and one inside is a dash:
-``_3dl.py`` is ``--format 3dl``, ``icc_matrix.py`` is ``--format icc-matrix``.
+Each module defines ``FORMAT``, a :class:`Format`. Listing the names imports no module. The name of a Python module
+cannot begin with a digit and cannot contain a dash. An underscore at the beginning is therefore no part of the format's
+name, and an underscore inside stands for a dash: ``_3dl.py`` is ``--format 3dl``, ``icc_matrix.py`` is
+``--format icc-matrix``.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Provenance:
-    """What a file says of its origin: a title, an identifier without spaces, and lines of text."""
+    """The origin that a file states: a title, an identifier without spaces, and lines of text."""
 
     title: str
     identifier: str
@@ -34,15 +35,15 @@ class Provenance:
     direction: str = "simulate"
 
     def __post_init__(self) -> None:
-        """Remove line breaks from each text: a display's name or source may hold anything that a user typed."""
+        """Remove line breaks from each text, since a user may type any text as a display's name or source."""
         object.__setattr__(self, "title", _one_line(self.title))
         object.__setattr__(self, "identifier", _one_line(self.identifier))
         object.__setattr__(self, "lines", tuple(_one_line(line) for line in self.lines))
 
     def comments(self, *, title: bool = True) -> bytes:
-        """Return the lines as ``#`` comments, with or without the title before them.
+        """Return the lines as ``#`` comments in UTF-8, with or without the title before them.
 
-        In UTF-8, of which the readers tried skip what follows ``#``: a display's name may be in any script.
+        A display's name may be in any script. All tested readers skip the UTF-8 text after ``#``.
         """
         lines = (self.title, *self.lines) if title else self.lines
         return "".join(f"# {line}\n" for line in lines).encode()
@@ -54,49 +55,49 @@ def _one_line(text: str) -> str:
 
 @dataclass(frozen=True)
 class Reader:
-    """How files that OpenColorIO does not read are read back; both raise LutgenError."""
+    """The functions that read back files that OpenColorIO cannot read. Both raise LutgenError."""
 
-    #: Sends code values (n, 3) through a file, without clipping what the file does not clip.
+    #: Applies a file to code values (n, 3). It clips only where the file clips.
     apply: Callable[[Path, Array], Array]
-    #: Gives the space (a key of ``SPACES``) and the size of a file's table; size 0 is a matrix.
+    #: Returns the space (a key of ``SPACES``) and the size of a file's table; size 0 is a matrix.
     table: Callable[[Path], tuple[str, int]]
 
 
 @dataclass(frozen=True)
 class Format:
-    """How one file format is made."""
+    """The properties of a file format, and the functions that write and read it."""
 
-    #: ``cube``, ``.cube`` and one sentence for the help text.
+    #: For example ``cube``, ``.cube`` and one sentence on its use.
     name: str
     suffix: str
     summary: str
-    #: Whether its files keep aged colours outside sRGB, so that wider viewers can show them.
+    #: Whether its files keep aged colours outside sRGB, so that viewers with a wider gamut can show them.
     unclipped: bool
-    #: Gives the bytes of a file.
+    #: Returns the bytes of a file.
     write: Callable[[Lut | MatrixLut, Provenance], bytes]
-    #: How its table may be indexed, keys of ``SPACES``: the best certified is written.
+    #: The spaces in which its table may be indexed, keys of ``SPACES``. The most faithful table is written.
     spaces: tuple[str, ...] = ("code",)
-    #: The largest of the whole numbers, from 0 on, that its files hold; None: they hold decimals.
+    #: The largest number of an integer format, whose smallest number is 0; None: its files hold decimals.
     largest: int | None = None
-    #: Gives the points along an edge, where they are not those that the user asks for.
+    #: Converts the requested number of points along an edge to the number that the format allows; None: any number.
     points: Callable[[int], int] | None = None
-    #: Gives the candidates for a display and a lattice size, where tables in ``spaces`` are not all of them.
+    #: Returns the candidates for a display and a lattice size; None: one table in each of ``spaces``.
     candidates: Callable[[Sampler, AgedDisplay, int], list[Lut | MatrixLut]] | None = None
-    #: Gives what stands before the table's rows, where a file is that and rows of text alone.
+    #: Returns the text before the table's rows, for formats that consist of this text and rows of text only.
     head: Callable[[Lut | MatrixLut, Provenance], bytes] | None = None
-    #: How a file with this suffix is read back; None: by OpenColorIO, so that configs can use it.
+    #: The reader of files with this suffix; None: OpenColorIO reads them, so that configs can use them.
     reader: Reader | None = None
-    #: Name of the file in its display's folder, without the suffix: formats that share a suffix need their own.
+    #: Name of the file in its display's folder, without the suffix. Formats with the same suffix need different stems.
     stem: str = "aged"
-    #: Whether it can hold the correction for a display; a profile, which describes one, cannot.
+    #: Whether it can hold a correction. A profile describes a display, so it cannot.
     corrects: bool = True
-    #: Whether a finer table follows any display; one that is too simple for that is held to its certificate alone.
+    #: Whether a finer table can follow any display. A format that cannot is compared with its certificate only.
     follows: bool = True
-    #: Whether it can begin with the picture's own profile.
+    #: Whether it can be combined with the picture's own profile.
     takes_source: bool = False
 
     def bake(self, sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
-        """Return the candidates for a display and a lattice size; the best certified is written."""
+        """Return the candidates for a display and a lattice size. The most faithful candidate is written."""
         if self.candidates:
             return self.candidates(sampler, aged, size)
         points = self.points(size) if self.points else size
@@ -104,22 +105,22 @@ class Format:
 
     @property
     def file(self) -> str:
-        """Name of the file in its display's folder."""
+        """The name of the file in its display's folder."""
         return f"{self.stem}{self.suffix}"
 
     def file_in(self, direction: str) -> str:
-        """Name of the file in a direction: aged.cube to ``simulate``, compensate.cube to ``compensate``."""
+        """Return the name of the file: aged.cube for ``simulate``, compensate.cube for ``compensate``."""
         return self.file if direction == "simulate" else self.file.replace("aged", direction, 1)
 
 
 def format_names() -> list[str]:
-    """Names of all formats, in alphabetical order."""
+    """Return the names of all formats, in alphabetical order."""
     return sorted(_modules())
 
 
 @cache
 def format_named(name: str) -> Format:
-    """Return a format. Raises LutgenError that lists the choices."""
+    """Return the format ``name``. Raises LutgenError with a list of the formats for an unknown name."""
     modules = _modules()
     if name not in modules:
         raise pick_one("format", name, sorted(modules))
@@ -129,12 +130,12 @@ def format_named(name: str) -> Format:
 
 @cache
 def lut_suffixes() -> tuple[str, ...]:
-    """Suffixes of the LUT files that OpenColorIO reads, in the order of the formats' names."""
+    """Return the suffixes of the LUT files that OpenColorIO reads, in the order of the formats' names."""
     formats = map(format_named, format_names())
     return tuple(dict.fromkeys(each.suffix for each in formats if each.reader is None))
 
 
 @cache
 def _modules() -> dict[str, str]:
-    """Name of each format → name of its module."""
+    """Return a dictionary: name of a format → name of its module."""
     return {module.name.lstrip("_").replace("_", "-"): module.name for module in iter_modules(__path__)}

@@ -1,12 +1,14 @@
-"""Common LUT Format (Academy S-2014-006, version 3), in its plain form and the most exact the model admits.
+"""Common LUT Format (Academy S-2014-006, version 3), in the most exact form that the model allows.
 
-One matrix between the sRGB curves when the four matrices agree; a 2 × 2 × 2 tetrahedral table in linear light
-for ``continuous``, and with effects that only scale, tint and add light; otherwise a table, indexed in linear light or
-in code values, whichever certifies better.
-Aged colours outside sRGB are kept: code values may leave 0..1, and whoever writes integers clips.
+- When the four matrices are equal: one matrix between the sRGB curves.
+- For ``continuous``, also with effects that only scale, tint and add light: a 2 × 2 × 2 tetrahedral table in linear
+  light.
+- Otherwise: a table indexed by linear light or by code values, the more faithful of the two.
 
-OpenColorIO's own writers give different bytes in different versions, so the few lines of XML are written here
-and read back through OpenColorIO.
+Aged colours outside sRGB are kept: code values may lie outside 0..1. A program that writes integers clips them.
+
+OpenColorIO's own writers give different bytes in different versions. This module therefore writes the XML itself, and
+OpenColorIO reads it back.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def candidates(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:
-    """Give the exact form when there is one, else a table in code values and one in linear light."""
+    """Return the exact form if one exists, else a table in code values and a table in linear light."""
     matrix = as_matrix(aged)
     if matrix is not None:
         return [matrix]
@@ -57,7 +59,7 @@ def _in_linear_light(node: bytes) -> list[bytes]:
 
 
 def _curve(style: str) -> bytes:
-    """The sRGB curve as the CLF's moncurve: exponent 2.4, offset 0.055, straight below its own break point."""
+    """Return the sRGB curve as CLF's moncurve: exponent 2.4, offset 0.055, linear below its own break point."""
     return (
         f'  <Exponent inBitDepth="32f" outBitDepth="32f" style="{style}">\n'
         f'    <ExponentParams exponent="2.4" offset="0.055"/>\n'
@@ -77,7 +79,7 @@ def _table(lut: Lut) -> bytes:
     head = (
         f'  <LUT3D inBitDepth="32f" outBitDepth="32f" interpolation="tetrahedral">\n    <Array dim="{n} {n} {n} 3">\n'
     )
-    # CLF has blue fastest, the table red.
+    # Blue varies fastest in a CLF, and red in the table.
     values = lut.table.transpose(2, 1, 0, 3).reshape(-1, 3)
     return b"".join((head.encode(), rows_of_text(values), b"    </Array>\n  </LUT3D>\n"))
 

@@ -1,6 +1,7 @@
 """Cinespace ``.csp``, version 100: a curve for each channel (the prelut), then the table with red fastest.
 
-The curve is the shaper of ``resolve``, where that certifies better; text stands between BEGIN and END METADATA.
+The curve is the shaper of ``resolve`` if the table is more faithful with it. Comments are put between BEGIN METADATA
+and END METADATA.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from lutgen.bake.digits import rows_of_text
 from lutgen.bake.formats import Format, Provenance
 from lutgen.bake.lut import Lut, MatrixLut, shaper, table_of
 
-#: Points of the prelut, through which OpenColorIO draws a smooth curve.
+#: Points of the prelut. OpenColorIO interpolates them by a smooth curve.
 CURVE_POINTS = 257
 
 
@@ -20,7 +21,7 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     table = table_of(lut)
     code, place = shaper(lut, CURVE_POINTS)
     curve = rows_of_text(np.stack([code, place]))
-    # A line that says END METADATA alone would end it: each begins with #.
+    # A comment line "END METADATA" would end the metadata, so each line begins with #.
     head = b"CSPLUTV100\n3D\n\nBEGIN METADATA\n%sEND METADATA\n\n" % provenance.comments()
     prelut = b"%d\n%s" % (len(code), curve) * 3
     size = b"\n%d %d %d\n" % ((lut.size,) * 3)

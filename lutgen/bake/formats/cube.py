@@ -1,7 +1,7 @@
-"""Iridas/Resolve ``.cube``, in the one form that every reader takes.
+"""Iridas/Resolve ``.cube``, in the one form that every reader accepts.
 
-LF, a quoted TITLE in ASCII, ``#`` comments before ``LUT_3D_SIZE``, seven decimals, red fastest, values in
-0..1, no DOMAIN, no INPUT_RANGE, no 1D part: what other forms do to other readers is in the tests' tables.
+LF, a quoted TITLE in ASCII, ``#`` comments before ``LUT_3D_SIZE``, seven decimals, red fastest, values in 0..1, no
+DOMAIN, no INPUT_RANGE, no 1D part. Tables in the tests list the faults of readers with other forms.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from lutgen.bake.lut import Lut, MatrixLut, table_of
 
 
 def head(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
-    """Return what stands before the table's rows."""
+    """Return the text before the table's rows."""
     title = provenance.title.replace('"', "'")
     first = f'TITLE "{title}"\n'.encode("ascii", errors="replace")
     return b"".join((first, provenance.comments(title=False), b"LUT_3D_SIZE %d\n" % lut.size))

@@ -1,7 +1,7 @@
 """ICC device link from the source signal to the viewer's code values: the table of a .cube in 16 bit.
 
-For programs that convert pictures (LittleCMS' ``jpgicc`` and ``tificc``, Argyll's ``cctiff``, ImageMagick, print
-servers); viewers take a profile, which is ``icc``.
+It is for programs that convert pictures (LittleCMS' ``jpgicc`` and ``tificc``, Argyll's ``cctiff``, ImageMagick, print
+servers). Viewers need a profile instead: the format ``icc``.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Hald image: the table as a picture, for ImageMagick, ffmpeg's ``haldclut``, GIMP, RawTherapee and darktable.
 
-A Hald of level L is a square of L³ pixels a side that holds L² points along each edge of the table, red fastest. PNG of
-16 bit, without a colour profile, and without compression: every compressor gives other bytes.
+A Hald image of level L is a square of L³ pixels per side. It holds a table of L² points along each edge, red fastest.
+The file is a 16-bit PNG without a colour profile. It is not compressed, since different compressors give different
+bytes.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ FORMAT = Format(
     unclipped=False,
     write=write,
     largest=65_535,
-    # 16, 36 or 64: squares, as Hald asks.
+    # 16, 36 or 64: a Hald image requires a square number.
     points=lambda size: round(size**0.5) ** 2,
     reader=Reader(apply_picture, table_of_picture),
     stem="aged-hald",

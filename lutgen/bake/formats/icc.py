@@ -1,18 +1,19 @@
-"""ICC profile of the aged display, for viewers that read nothing else: whole-slide viewers, browsers, office programs.
+"""ICC profile of the aged display, for whole-slide viewers, browsers and office programs that read only profiles.
 
-Give it to a *picture* (assign, embed), not to the screen: a colour-managed viewer then shows what the picture looks
-like on the aged display. Viewers convert relative to the profile's white, and a profile whose white were the aged one
-would be shown without its yellowing. So the white here is the un-aged display's, D50 in ICC's terms, and the table
-holds aged colours relative to it; in absolute terms the conversion is the same. Black point compensation, where a
-viewer has it, hides a black that leaks.
+Assign the profile to a *picture* (or embed it), not to the screen. A colour-managed viewer then shows the picture as on
+the aged display. Viewers convert relative to the profile's white. If the profile's white were the aged white, the
+yellowing would disappear. The profile's white is therefore the white of the un-aged display (D50 in ICC's terms), and
+the table holds aged colours relative to it. The absolute intent gives the same result. Black point compensation, if a
+viewer uses it, hides a leaking black.
 
-The table holds L*a*b* (Chromium shows tables of XYZ half as bright), so aged colours outside sRGB are kept for wider
-screens. The profile is of version 4: Chromium and Firefox read the table of version 2, which ``icc-v2`` has, in the
-steps of version 4, and show it a code or more off.
+The table holds L*a*b*, since Chromium shows tables of XYZ half as bright. Aged colours outside sRGB are kept for wider
+screens. The profile has version 4. Chromium and Firefox decode the table of version 2 (the format ``icc-v2``) with
+version 4's encoding, and show it wrong by a code or more.
 
-Matrix and curves beside the table are for programs that read no tables: the nearest matrix that shows white as the
-table does. Without them LittleCMS takes the black of a profile of version 4 for 0.35 % of white, and shows dark colours
-up to 11 codes darker by the perceptual intent. Chromium takes the matrix for the table where the two hardly differ.
+The matrix and the curves beside the table are for programs that read no tables. They are the nearest matrix with the
+same white as the table. Without them LittleCMS assumes a black of 0.35 % of white for a profile of version 4. It then
+shows dark colours up to 11 codes darker by the perceptual intent. Chromium uses the matrix instead of the table when
+the two hardly differ.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ from lutgen.colorimetry import code_to_linear
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
 
-#: The curve by which the matrix's errors are weighed, and the linear light below which it is straight.
+#: Exponent of the curve that weights the errors of the matrix, and the linear light that limits its slope near black.
 GAMMA, DARK = 2.4, 0.01
 
 
@@ -44,10 +45,10 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
 
 
 def nearest_colorants(xyz: Array) -> Array:
-    """Return the matrix nearest to a table whose white is the table's: XYZ of red, green and blue, one a row, (3, 3).
+    """Return the nearest matrix with the white of a table: XYZ of red, green and blue, one per row, (3, 3).
 
-    ``xyz``: a table as in :class:`Lut`, shape (n, n, n, 3). Least squares in linear sRGB, where the eye's curve weighs
-    the channels; red and green are free, and blue is what they lack of white.
+    ``xyz``: a table as in :class:`Lut`, shape (n, n, n, 3). The fit is by least squares in linear sRGB. The slope of
+    the eye's curve weights the channels. Red and green are free parameters, and blue is white minus red and green.
     """
     red, green, blue = code_to_linear(lattice(len(xyz), "code")).T
     aged = xyz_d50_to_linear(xyz).reshape(-1, 3)

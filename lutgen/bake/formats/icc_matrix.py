@@ -1,11 +1,12 @@
-"""ICC profile of the aged display as matrix and curve: true in pure white where the table of ``icc`` is not.
+"""ICC profile of the aged display as a matrix and curves: correct in pure white, where the table of ``icc`` is wrong.
 
-LittleCMS resamples a profile's table for whole numbers and sets white on white afterwards ("scum dot"), unless it is
-asked in absolute terms: code 255 stays white. A matrix behind curves it computes as such where numbers have 8 bits, as
-pictures do; at 16 bit it is resampled too. Chromium and Argyll compute it at any depth.
+For integer pictures LittleCMS resamples a profile's table and then maps white to white ("scum dot"), except with the
+absolute intent: code 255 stays white. For 8-bit pictures LittleCMS computes curves and a matrix exactly. For 16-bit
+pictures it resamples them too. Chromium and Argyll compute them exactly at any depth.
 
-A matrix cannot follow a display whose white is not the sum of its primaries. The one here shows white as the display
-does and errs least elsewhere; its certificate says how much. Black is black: light that leaks is lost.
+A matrix cannot follow a display whose white is not the sum of its primaries. This matrix shows the display's white
+exactly and has the least error elsewhere. Its certificate states the error. Black becomes pure black: leaking light is
+lost.
 """
 
 from __future__ import annotations
@@ -25,24 +26,24 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay
 
-#: The matrix is fitted to a lattice of so many points an edge, in code values; 9 change no figure by 0.01.
+#: Points along an edge of the lattice, in code values, for the fit of the matrix. With 9 no figure changes by 0.01.
 FITTED_POINTS = 7
 
-#: The sum of squares is at its smallest when a step lowers it by less than this share.
+#: The fit ends when a step lowers the sum of squares by less than this share.
 ENOUGH = 1e-4
 
-#: What s15Fixed16 numbers are multiples of.
+#: Resolution of s15Fixed16 numbers.
 _STEP = 1 / 65_536
 
 
 def candidates(sampler: Sampler, aged: AgedDisplay, _size: int) -> list[Lut | MatrixLut]:
-    """Give the display's own matrix where it is one, else the nearest that shows its white; in the file's steps."""
+    """Return the display's own matrix if it has one, else the nearest matrix with its white, quantised as in a file."""
     own = as_matrix(aged)
     return [MatrixLut(_in_steps(own.matrix if own else nearest_matrix(sampler, aged)))]
 
 
 def nearest_matrix(sampler: Sampler, aged: AgedDisplay) -> Array:
-    """Fit a matrix from linear light to aged linear light, shape (3, 3), whose white is exact, by ΔE2000 in sRGB."""
+    """Fit a matrix from linear light to aged linear light, (3, 3), with an exact white, by ΔE2000 within sRGB."""
     from scipy.optimize import least_squares
 
     red, green, _, white = aged.code_to_linear(np.vstack([np.eye(3), np.ones(3)]))
@@ -64,9 +65,9 @@ def _colorants(matrix: Array) -> Array:
 
 
 def _in_steps(matrix: Array) -> Array:
-    """Round a matrix so that its colorants are what the file can hold."""
-    held = np.rint(_colorants(matrix) / _STEP) * _STEP
-    return xyz_d50_to_linear(held).T
+    """Quantise a matrix so that a file can hold its colorants exactly."""
+    colorants = np.rint(_colorants(matrix) / _STEP) * _STEP
+    return xyz_d50_to_linear(colorants).T
 
 
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
@@ -80,7 +81,7 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
 FORMAT = Format(
     name="icc-matrix",
     suffix=".icc",
-    summary="ICC profile without a table: pure white is right for 8-bit pictures in LittleCMS too; elsewhere less true",
+    summary="ICC profile without a table: exact white for 8-bit pictures in LittleCMS too, less exact elsewhere",
     unclipped=True,
     write=write,
     candidates=candidates,

@@ -1,6 +1,6 @@
-"""The ICC profile of the aged display in version 2, for programs that read no version 4: Argyll.
+"""The ICC profile of the aged display in version 2, for programs that cannot read version 4, such as Argyll.
 
-Otherwise as ``icc``: the same colours in other steps.
+The colours are those of ``icc``, in the encoding of version 2.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
 FORMAT = Format(
     name="icc-v2",
     suffix=".icc",
-    summary="the profile of icc in version 2, for Argyll, which reads no other; browsers show it less true",
+    summary="the profile of icc in version 2, for Argyll, which reads no other; less exact in browsers",
     unclipped=True,
     write=write,
     spaces=("lab-v2",),

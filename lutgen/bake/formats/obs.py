@@ -1,7 +1,7 @@
-"""The picture that OBS Studio's filter *Apply LUT* reads: 64 points an edge in 512 × 512 pixels of 8 bit.
+"""The picture for OBS Studio's filter *Apply LUT*: 64 points along an edge in 512 × 512 pixels of 8 bit.
 
-OBS makes 8 bit of pictures that have more, so a node is up to half a code off; of a .cube it keeps half floats, which
-are finer. The picture is for versions that read no .cube, and for programs that took over the filter.
+OBS converts all pictures to 8 bit, so a node is wrong by up to half a code. From a .cube it keeps half floats, which
+are finer. The picture is for versions of OBS that cannot read .cube, and for programs that have copied the filter.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ FORMAT = Format(
     unclipped=False,
     write=write,
     largest=255,
-    # All that OBS reads.
+    # OBS reads only this size.
     points=lambda _size: POINTS,
     reader=Reader(apply_picture, table_of_picture),
     stem="aged-obs",

@@ -1,7 +1,8 @@
-"""``.ocioz``: a whole OpenColorIO config with its CLF in one archive, which OpenColorIO reads from 2.2 on.
+"""``.ocioz``: a whole OpenColorIO config with its CLF in one archive. OpenColorIO reads archives from version 2.2 on.
 
-An archive is a ZIP with ``config.ocio`` at its root. It is written here, uncompressed and without dates, so that the
-same inputs give the same bytes and OpenColorIO 2.1 can write what it cannot read; 2.1 reads it back unpacked.
+An archive is a ZIP with ``config.ocio`` at its root. This module writes it uncompressed and without dates, so that the
+same inputs give the same bytes, and so that lutgen with OpenColorIO 2.1 can write it too. OpenColorIO 2.1 reads the
+unpacked files back.
 """
 
 from __future__ import annotations
@@ -30,29 +31,29 @@ if TYPE_CHECKING:
 
 CONFIG, TABLE = "config.ocio", "lut.clf"
 
-#: What a file that is no archive, or is broken, raises.
+#: Exceptions for a file that is no archive or is broken.
 _BROKEN = (zipfile.BadZipFile, zlib.error, KeyError, EOFError, NotImplementedError, RuntimeError, OSError)
 
-#: The first moment that a ZIP can name.
+#: The earliest date of a ZIP.
 _DATE = (1980, 1, 1, 0, 0, 0)
 
 
 def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
-    """Return the file's bytes. The config's wording differs with the version of OpenColorIO, its meaning does not."""
+    """Return the file's bytes. The wording of the config depends on OpenColorIO's version, but its meaning does not."""
     text = f"{provenance.title}. {' '.join(provenance.lines)}"
     config = AgedConfig(provenance.identifier, text, TABLE, words=WORDS[provenance.direction])
     archive = BytesIO()
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_STORED) as opened:
         for name, data in ((CONFIG, config_text(config)), (TABLE, clf.write(lut, provenance))):
             entry = zipfile.ZipInfo(name, _DATE)
-            # As on Unix, wherever it was written; and everybody may read it.
+            # The same on every system: created on Unix, readable by everybody.
             entry.create_system, entry.external_attr = 3, 0o644 << 16
             opened.writestr(entry, data)
     return archive.getvalue()
 
 
 def files_of(data: bytes) -> dict[str, bytes]:
-    """Return the files of an archive of ours by their names. Raises LutgenError where it is none."""
+    """Return the files of an archive by name. Raises LutgenError when the data is no archive."""
     try:
         with zipfile.ZipFile(BytesIO(data)) as archive:
             if sum(entry.file_size for entry in archive.infolist()) > LARGEST_LUT:
@@ -63,7 +64,7 @@ def files_of(data: bytes) -> dict[str, bytes]:
 
 
 def _apply(path: Path, code: Array) -> Array:
-    """Send code values (n, 3) through the archive's look, which is not clipped."""
+    """Apply the archive's look, which does not clip, to code values (n, 3)."""
     lib = ocio()
     with _opened(path) as config:
         (name,) = config.getLookNames()
@@ -98,7 +99,7 @@ def _or_refuse(path: Path, call: Any) -> Any:
 
 @contextmanager
 def _unpacked(path: Path) -> Iterator[Path]:
-    """Unpack the two files of an archive of ours; nothing else in it is touched."""
+    """Yield a private folder with the config and the table of an archive. Other files in it are not unpacked."""
     with scratch() as folder:
         try:
             with zipfile.ZipFile(path) as archive:

@@ -1,9 +1,9 @@
-"""DaVinci Resolve's ``.cube`` with a curve before the table, the shaper, which gives dark colours more of the table.
+"""DaVinci Resolve's ``.cube`` with a curve (the shaper) before the table. The curve gives dark colours more points.
 
-Resolve's dialect: ``LUT_1D_SIZE`` and ``LUT_3D_SIZE`` with their input ranges, the curve's rows, then the table's with
-red fastest. No TITLE: OpenColorIO takes a TITLE for Iridas' dialect, which has no curve. Where the plain table
-certifies better there is no curve and no input range: darktable, three.js and OBS read no file with a curve, and take
-the two numbers of an input range for a row.
+Resolve's dialect: ``LUT_1D_SIZE`` and ``LUT_3D_SIZE`` with their input ranges, the curve's rows, then the table's rows
+with red fastest. There is no TITLE: with a TITLE OpenColorIO expects Iridas' dialect, which has no curve. If the table
+without a curve is more faithful, the file has no curve and no input range. darktable, three.js and OBS cannot read a
+file with a curve, and they read the two numbers of an input range as a row.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from lutgen.bake.digits import rows_of_text
 from lutgen.bake.formats import Format, Provenance
 from lutgen.bake.lut import Lut, MatrixLut, shaper, table_of
 
-#: Points of the shaper; between them it errs by 5e-8.
+#: Points of the shaper. Linear interpolation between them has an error of 5e-8.
 CURVE_POINTS = 4096
 
 
 def head(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
-    """Return what stands before the table's rows."""
+    """Return the text before the table's rows."""
     if lut.space == "code":
         return provenance.comments() + b"LUT_3D_SIZE %d\n" % lut.size
     _, curve = shaper(lut, CURVE_POINTS)

@@ -1,7 +1,7 @@
-"""Sony Pictures Imageworks' ``.spi3d``: the table with each row's indices, which every OpenColorIO reads.
+"""Sony Pictures Imageworks' ``.spi3d``: the table with indices in each row. Every version of OpenColorIO reads it.
 
-Rows with blue fastest, as Imageworks writes them; the indices decide. Readers ignore what follows the last row: the
-provenance stands there, since the header has no place for it.
+The rows have blue fastest, as in Imageworks' own files, but readers use the indices. The header has no place for the
+provenance. It follows the last row, where readers ignore it.
 """
 
 from __future__ import annotations

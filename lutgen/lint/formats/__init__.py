@@ -1,7 +1,7 @@
-"""The kinds of file that lint reads: one module each in this folder, found by being there.
+"""The kinds of file that lint reads: each module of this folder is a kind of file.
 
-A module scans a file in one pass, believing nothing that a header claims. Rules read the scan and yield findings: which
-readers refuse the file or silently show something else. The module ends in ``FORMAT``.
+A module scans a file in one pass and does not trust the header. Rules read the scan and yield findings: which readers
+refuse the file, or show other colours without an error. Each module defines ``FORMAT``.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from lutgen.lint.finding import Linted, LintFinding
 if TYPE_CHECKING:
     from pathlib import Path
 
-#: Reads a scan and yields what it finds. Its name, with hyphens, is printed with each finding.
+#: A function that reads a scan and yields findings. Its name, with hyphens, is printed with each finding.
 Rule = Callable[[Any], Iterator[LintFinding]]
 
 
@@ -25,21 +25,21 @@ Rule = Callable[[Any], Iterator[LintFinding]]
 class FileKind:
     """A kind of file."""
 
-    #: What its files end in, in small letters.
+    #: The suffixes of its files, in lower case.
     suffixes: tuple[str, ...]
-    #: Lints a file; with True it also asks the readers that are installed.
+    #: Lints a file. With True it also tries the installed readers.
     lint: Callable[[Path, bool], Linted]
     #: All its rules.
     rules: tuple[Rule, ...]
 
 
 def formats() -> list[FileKind]:
-    """Return all formats, by file name."""
+    """Return all kinds of file, in the order of the modules' names."""
     return [import_module(f"{__name__}.{module.name}").FORMAT for module in iter_modules(__path__)]
 
 
 def findings(rules: Iterable[Rule], scan: object) -> Iterator[LintFinding]:
-    """Yield what rules find in a scan, in the order of the rules' names."""
+    """Yield the findings of all rules for a scan, in the order of the rules' names."""
     for rule in sorted(rules, key=_name):
         for finding in rule(scan):
             yield replace(finding, rule=_name(rule))

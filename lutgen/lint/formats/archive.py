@@ -1,4 +1,4 @@
-"""``.ocioz``: its directory is read first; safe files are unpacked into a temporary folder, where each is linted."""
+"""``.ocioz``: reads its directory first, unpacks safe files into a temporary folder, and lints each of these files."""
 
 from __future__ import annotations
 
@@ -19,38 +19,41 @@ from lutgen.lint.formats import FileKind, clf, config, cube, findings, tables
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-#: Limits: bytes of an archive and of its unpacked files, number of files, bytes of its directory. The largest published
-#: config has 30 MB in 90 files.
+#: Maximum size in bytes of an archive and of its unpacked files, maximum number of files, and maximum size in bytes of
+#: its directory. The largest published config has 30 MB in 90 files.
 LARGEST, MOST_FILES, LARGEST_DIRECTORY = 200 << 20, 2000, 2 << 20
 
 CONFIG = "config.ocio"
 
-#: The record at the end of a ZIP (APPNOTE 4.3.16): its signature, and how far from the end it may begin.
+#: The record at the end of a ZIP (APPNOTE 4.3.16): its signature, and its maximum distance in bytes from the end.
 _END, _FARTHEST = b"PK\x05\x06", 22 + 65_535
 
 _BLOCK = 1 << 16
 
-#: LUT files that a config of an archive may name and that lint reads.
+#: Suffix of LUT files in archives that lint reads → kind of file.
 _LUTS = {suffix: each.FORMAT for each in (cube, clf, tables) for suffix in each.FORMAT.suffixes}
 
 
 @dataclass(frozen=True)
 class ArchiveScan:
-    """What a scan of an archive finds."""
+    """The result of a scan of an archive."""
 
     path: Path
     bytes: int
-    #: Why it cannot be unpacked; empty where it can.
+    #: The reason why it cannot be unpacked; empty when it can be unpacked.
     broken: str
     #: Names of its files, from its directory.
     names: tuple[str, ...]
-    #: Files that are not unpacked, each with the reason: names that lead out of the folder, links, encrypted files.
+    #: Files that are not unpacked, each with the reason: a name that leads out of the folder, a link, encryption.
     unsafe: tuple[tuple[str, str], ...]
 
 
 @contextmanager
 def scan_archive(path: Path) -> Iterator[tuple[ArchiveScan, Path]]:
-    """Read an archive's directory, unpack what is safe into a temporary folder. Raises LutgenError: unreadable."""
+    """Read an archive's directory and unpack its safe files into a temporary folder. Yield the scan and the folder.
+
+    Raises LutgenError: the archive cannot be read.
+    """
     with scratch() as folder:
         try:
             size = path.stat().st_size
@@ -64,7 +67,7 @@ def scan_archive(path: Path) -> Iterator[tuple[ArchiveScan, Path]]:
 
 
 def _too_much(path: Path, size: int) -> str:
-    """Return why the directory is not read; empty where it is."""
+    """Return the reason why the directory must not be read; empty when it may be read."""
     if size > LARGEST:
         return f"has more than {LARGEST >> 20} MiB, which no config has"
     with path.open("rb") as file:
@@ -110,7 +113,7 @@ def _unsafe(entry: zipfile.ZipInfo) -> str:
 
 
 def _write(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, target: Path, left: int) -> int:
-    """Unpack a file and return its size, counted here: the directory may state another."""
+    """Unpack a file and return its size. The size is counted, since the directory may state a wrong size."""
     written = 0
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -126,7 +129,7 @@ def _write(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, target: Path, left:
 
 
 def archive_form(scan: ArchiveScan) -> Iterator[LintFinding]:
-    """Faults of the archive: a program that opens it unpacks it, so that a bad archive can do harm."""
+    """Find faults of the archive. A program that opens an archive unpacks it, so a malicious archive can do harm."""
     fates = refused(OCIO_26, how="opens no such archive")
     if scan.broken:
         yield LintFinding(scan.broken, "Do not unpack it; create it again with ocioarchive.", 0, fates)
@@ -143,7 +146,7 @@ RULES = (archive_form,)
 
 
 def lint_archive(path: Path, _ask_readers: bool) -> Linted:
-    """Lint an archive, its config and its LUTs; raises LutgenError where it cannot be read."""
+    """Lint an archive, its config and its LUTs. Raises LutgenError when the archive cannot be read."""
     with scan_archive(path) as (scan, folder):
         of_luts = [
             finding
@@ -152,9 +155,9 @@ def lint_archive(path: Path, _ask_readers: bool) -> Linted:
             for finding in _inside(folder, name, form)
         ]
         all_findings = [*findings(RULES, scan), *of_luts]
-        # Rules that find a LUT which is too large to be given to OpenColorIO.
+        # These rules report a LUT that is too large for OpenColorIO.
         if any(each.rule in {"loads", "cube-size"} for each in of_luts):
-            # Loading the config loads its LUTs, and a LUT that claims a huge size would fill the memory.
+            # Loading the config loads its LUTs. A LUT that states a huge size would fill the memory.
             all_findings.append(
                 LintFinding(f"{CONFIG} was not loaded, since a LUT may be too large", "Correct that first.")
             )
@@ -164,16 +167,16 @@ def lint_archive(path: Path, _ask_readers: bool) -> Linted:
 
 
 def _inside(folder: Path, name: str, form: FileKind) -> list[LintFinding]:
-    """Lint a file of an archive, and put its name before each finding."""
+    """Lint a file of an archive, and prefix each finding with the file's name."""
     try:
-        of_file = form.lint(folder / name, False).findings  # noqa: FBT003 - no reader is asked
+        of_file = form.lint(folder / name, False).findings  # noqa: FBT003 - no reader is tried
     except LutgenError as error:
         return [LintFinding(_named(str(error), folder), "Create it again.", rule="archive-form")]
     return [replace(each, what=_named(f"{name}: {each.what}", folder)) for each in of_file]
 
 
 def _named(words: str, folder: Path) -> str:
-    """Remove the folder from a message, and letters that cannot be printed: names in an archive may hold any."""
+    """Remove the folder and unprintable characters from a message. Names in an archive may hold any characters."""
     return "".join(letter if letter.isprintable() else " " for letter in words.replace(f"{folder}/", ""))
 
 

@@ -1,6 +1,6 @@
-"""CLF and CTF: their elements and the numbers of their arrays, read in one pass over the XML, and what readers ask.
+"""CLF and CTF: one pass over the XML reads the elements and the numbers of the arrays. Rules apply the readers' limits.
 
-CLF is SMPTE ST 2136-1, before that the Academy's S-2014-006; CTF is Autodesk's format with more operators.
+CLF is SMPTE ST 2136-1, formerly the Academy's S-2014-006. CTF is Autodesk's format with more operators.
 """
 
 from __future__ import annotations
@@ -21,25 +21,28 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
 
-#: Elements that hold words, not numbers.
+#: Elements that hold text instead of numbers.
 WORDS = {"Description", "InputDescriptor", "OutputDescriptor", "Info"}
 
 #: The largest number of float32.
 LARGEST = 3.4028235e38
 
-#: How a word begins that stands for a number.
+#: The beginning of a word that is meant as a number.
 _NUMERAL = re.compile(rf"[-+]?\.?[0-9]|{NON_FINITE}$", re.IGNORECASE)
 
 #: The namespace of SMPTE ST 2136-1.
 SMPTE = "smpte-ra.org/ns/2136-1"
 
-#: Operators that are kept, so that a file of elements alone does not fill the memory.
+#: Maximum number of stored operators, so that a file of elements alone does not fill the memory.
 MAX_NODES = 1000
 
 
 @dataclass(frozen=True)
 class Node:
-    """An operator: line, name, attributes, ``dim`` of its array, its largest finite and first ``odd`` number."""
+    """An operator: line, name, attributes, ``dim`` of its array, largest finite number, and first ``odd`` word.
+
+    An odd word is no finite decimal number of float32.
+    """
 
     line: int
     name: str
@@ -51,7 +54,11 @@ class Node:
 
 @dataclass(frozen=True)
 class ClfScan:
-    """What a scan of a CLF finds: ``broken`` says why it is no XML, ``refusal`` why OpenColorIO does not read it."""
+    """The result of a scan of a CLF.
+
+    ``broken`` is the reason why the file is no XML. ``refusal`` is the reason why OpenColorIO refuses it. It is empty
+    when OpenColorIO reads the file, and None when OpenColorIO was not tried.
+    """
 
     path: Path
     bytes: int
@@ -63,12 +70,12 @@ class ClfScan:
 
     @property
     def of_smpte(self) -> bool:
-        """Whether it is in SMPTE ST 2136-1's namespace, in which a file needs no id."""
+        """Whether the namespace is that of SMPTE ST 2136-1, which requires no id."""
         return SMPTE in self.root.get("xmlns", "")
 
 
 def scan_clf(path: Path) -> ClfScan:
-    """Read a CLF in one pass, then ask the installed OpenColorIO. Raises LutgenError: the file cannot be read."""
+    """Scan a CLF in one pass, then try the installed OpenColorIO. Raises LutgenError: the file cannot be read."""
     reader = _Reader()
     broken, line = "", 0
     try:
@@ -85,8 +92,8 @@ def scan_clf(path: Path) -> ClfScan:
     except _EntityError:
         broken, line = "it declares entities, which can fill any memory", reader.parser.CurrentLineNumber
     size = path.stat().st_size
-    asked = not broken and size <= MAX_BYTES
-    return ClfScan(path, size, reader.root, tuple(reader.nodes), broken, line, refusal(path) if asked else None)
+    reason = refusal(path) if not broken and size <= MAX_BYTES else None
+    return ClfScan(path, size, reader.root, tuple(reader.nodes), broken, line, reason)
 
 
 class _EntityError(Exception):
@@ -119,7 +126,7 @@ class _Reader:
             self.nodes.append(Node(self.parser.CurrentLineNumber, name, attributes))
         elif self.depth > 2 and self.nodes and self.nodes[-1].name not in WORDS and name not in WORDS:
             self._flush()
-            # Parameters stand in attributes, and so do names.
+            # Attributes hold parameters, but also names.
             words = [word for value in attributes.values() for word in value.split() if _NUMERAL.match(word)]
             self._note(0.0, next((shown(word.encode()) for word in words if not _finite(number(word))), ""))
             self._values = _Values(name == "Array", attributes.get("dim", ""), self.nodes[-1].attributes)
@@ -147,16 +154,16 @@ class _Reader:
 
 
 class _Values:
-    """Reads the numbers of an element, whose text comes in pieces that may end inside a number."""
+    """A reader of the numbers of an element. The text comes in pieces, which may end inside a number."""
 
     def __init__(self, array: bool, dim: str, attributes: Mapping[str, str]) -> None:
         self.array, self.dim = array, dim
         self.largest, self.odd = 0.0, ""
         self._count, self._tail = 0, ""
-        #: A 1D table of all half floats has a row for each NaN and infinity too, whose value may be the same.
+        #: A 1D table of all half floats also has rows for NaN and infinity. Their values may be NaN and infinity.
         self._halves = attributes.get("halfDomain", "").lower() == "true"
         self._colours = 3 if dim.split()[-1:] == ["3"] else 1
-        #: Where values are given as the bits of half floats, NaN and infinity are whole numbers.
+        #: Whether the numbers are bits of half floats. NaN and infinity are then integers.
         self._bits = attributes.get("rawHalfs", "").lower() == "true"
 
     def take(self, text: str) -> None:
@@ -177,24 +184,24 @@ class _Values:
 
 
 def _finite(value: float | None) -> bool:
-    """Whether it is a number that float32 holds."""
+    """Whether ``value`` is a number within the range of float32."""
     return value is not None and abs(value) <= LARGEST
 
 
 def _non_finite_half(bits: int) -> bool:
-    """Whether these are the bits of a half float that is NaN or infinity (IEEE 754, binary16)."""
+    """Whether ``bits`` are the half float NaN or infinity (IEEE 754, binary16)."""
     return bits & 0x7C00 == 0x7C00
 
 
 def loads(scan: ClfScan) -> Iterator[LintFinding]:
-    """Whether the installed OpenColorIO, which reads this format strictly, reads the file."""
+    """Find out whether the installed OpenColorIO, which reads this format strictly, reads the file."""
     if not scan.broken:
         without_id = scan.of_smpte and "id" not in scan.root
         yield from loading(scan.refusal, *([OCIO_21] if without_id else OCIO))
 
 
 def clf_form(scan: ClfScan) -> Iterator[LintFinding]:
-    """Faults of form: OpenColorIO refuses most of them with a clear message, but shows a wrong scale."""
+    """Find faults of form. OpenColorIO refuses most of them with a clear message, but accepts a wrong scale."""
     if scan.broken:
         fates = refused(*OCIO, CLF_IO, how="stops at invalid XML")
         yield LintFinding(f"is not valid XML: {scan.broken}", "Export it again.", scan.broken_line, fates)
@@ -213,7 +220,7 @@ def clf_form(scan: ClfScan) -> Iterator[LintFinding]:
         if node.odd:
             fates = wrong(*OCIO, CLF_IO, how="computes with the value, or reads 0")
             if number(node.odd, non_finite=True) is None:
-                # OpenColorIO skips commas and reads hexadecimal numbers; what else it refuses, `loads` says.
+                # OpenColorIO skips commas and reads hexadecimal numbers. The rule `loads` reports its other refusals.
                 hexadecimal = wrong(*OCIO, how="reads a hexadecimal number")
                 fates = refused(CLF_IO, how="finds no number") | (hexadecimal if "0x" in node.odd.lower() else {})
             fact = f"has a value in its {node.name} that is no finite decimal number of float32: {node.odd}"
@@ -230,7 +237,7 @@ RULES = (loads, clf_form)
 
 
 def lint_clf(path: Path, _ask_readers: bool) -> Linted:
-    """Lint a file; raises LutgenError where it cannot be read."""
+    """Lint a CLF or CTF. Raises LutgenError when it cannot be read."""
     scan = scan_clf(path)
     names = ", ".join(node.name for node in scan.nodes if node.dim or node.name == "Exponent") or "no operators"
     return Linted(path, "clf", (f"{names}, {scan.bytes} bytes",), tuple(findings(RULES, scan)))

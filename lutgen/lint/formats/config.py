@@ -1,6 +1,6 @@
-"""OpenColorIO configs: each is loaded, every part of it is instantiated, and rules say what programs do with the parts.
+"""OpenColorIO configs: lint loads a config and instantiates every part. Rules report what programs do with the parts.
 
-``validate()`` alone passes when a LUT file is missing.
+``validate()`` alone is not enough, since it passes when a LUT file is missing.
 """
 
 from __future__ import annotations
@@ -20,14 +20,15 @@ from lutgen.lint.programs import try_config
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-#: Files with a table to interpolate. A .spimtx and a .cc have no table, and a CLF states its own interpolation.
+#: Suffixes of files whose table needs a stated interpolation. A .spimtx and a .cc have no table, and a CLF states its
+#: own interpolation.
 TABLES = (".cube", ".3dl", ".spi3d", ".csp", ".vf", ".lut", ".mga", ".m3d", ".itx")
 
-#: Largest number of views that fit into a menu.
+#: Maximum number of views that fit into a menu.
 MANY = 10
 
-#: Role → what uses it.
-WANTED = {
+#: Role → its use.
+ROLE_USES = {
     "scene_linear": "Blender and Nuke work in it",
     "default": "files without a rule are read as it",
     "color_picking": "Blender's colour picker uses it",
@@ -38,31 +39,31 @@ WANTED = {
     "cie_xyz_d65_interchange": "other configs are connected through it, and later OpenColorIO asks for it",
 }
 
-#: The largest published config has 0.5 MB.
+#: Maximum size of a config in bytes. The largest published config has 0.5 MB.
 MAX_BYTES = 64 << 20
 
 
 @dataclass(frozen=True)
 class ConfigScan:
-    """What a scan of a config finds."""
+    """The result of a scan of a config."""
 
     path: Path
     text: str
-    #: The profile version, (0, 0) where it states none.
+    #: The profile version; (0, 0) when the config states none.
     version: tuple[int, int]
-    #: OpenColorIO's object, None where it does not load or a name is not UTF-8.
+    #: OpenColorIO's object; None when it does not load or a name is not UTF-8.
     config: Any
     #: Whether its names and texts are UTF-8.
     decodes: bool
-    #: Why the installed OpenColorIO does not load or validate it; empty where it does.
+    #: The reason why the installed OpenColorIO does not load or validate it; empty when it is valid.
     refusal: str
-    #: What OpenColorIO logs while loading it.
+    #: The log of OpenColorIO during loading.
     warnings: tuple[str, ...]
-    #: Part → why it cannot be instantiated.
+    #: Parts that cannot be instantiated, each with the reason.
     broken: tuple[tuple[str, str], ...]
 
     def line_of(self, words: str) -> int:
-        """The number of the first line that holds ``words``, 0 for none."""
+        """Return the number of the first line that contains ``words``; 0 for no line."""
         place = self.text.find(words) if words else -1
         return self.text.count("\n", 0, place) + 1 if place >= 0 else 0
 
@@ -73,7 +74,7 @@ class ConfigScan:
 
 
 def scan_config(path: Path) -> ConfigScan:
-    """Load a config and instantiate its parts. Raises LutgenError: unreadable, or larger than any config."""
+    """Load a config and instantiate its parts. Raises LutgenError: it cannot be read, or is larger than any config."""
     try:
         if path.stat().st_size > MAX_BYTES:
             raise LutgenError(f"{path}: has more than {MAX_BYTES >> 20} MiB, which no config has.")
@@ -125,41 +126,40 @@ def _broken(config: Any) -> list[tuple[str, str]]:
                 fails[name] = in_one_line(error)
     except LutgenError as error:
         fails["the whole"] = str(error)
-    # A colour space that converts in one direction only is sound; many for displays do.
+    # A colour space that converts in one direction only is valid. Many colour spaces of displays do so.
     return [(name, why) for name, why in fails.items() if name not in works]
 
 
 def config_version(scan: ConfigScan) -> Iterator[LintFinding]:
-    """OpenColorIO 2.1 refuses version 2.2 and later. Any other refusal of the installed version stands for all."""
+    """Find unsupported versions: OpenColorIO 2.1 refuses version 2.2 and later.
+
+    Any other refusal of the installed OpenColorIO counts for all readers.
+    """
     line = scan.line_of("ocio_profile_version")
     installed = str(bindings.ocio().__version__)
     if scan.version == (0, 0) and not scan.refusal:
         fates = wrong(*OCIO, BLENDER, NUKE, DJV, how="reads it as an empty config")
         yield LintFinding("states no ocio_profile_version, so it is not a config", "Export it again.", 0, fates)
-    elif scan.version > (2, 6):
-        fates = refused(*OCIO, BLENDER, NUKE, DJV, how="does not know this version")
-        yield LintFinding(
-            f"asks for profile version {_said(scan)}", "Write 2.1 where nothing newer is used.", line, fates
-        )
     elif scan.version > (2, 1):
         fates = refused(OCIO_21, how="does not know versions after 2.1")
-        yield LintFinding(
-            f"asks for profile version {_said(scan)}", "Write 2.1 where nothing newer is used.", line, fates
-        )
+        if scan.version > (2, 6):
+            fates = refused(*OCIO, BLENDER, NUKE, DJV, how="does not know this version")
+        fact = f"asks for profile version {_version_text(scan)}"
+        yield LintFinding(fact, "Write 2.1 where nothing newer is used.", line, fates)
     too_new = scan.version > (2, 6) or (scan.version > (2, 1) and installed.startswith("2.1."))
     if scan.refusal and not too_new:
-        fates = refused(*OCIO, BLENDER, NUKE, DJV, how=f"OpenColorIO {installed} was asked")
+        fates = refused(*OCIO, BLENDER, NUKE, DJV, how=f"OpenColorIO {installed} was tried")
         yield LintFinding(
             f"does not load: {scan.refusal[:300]}", "Correct it; `lutgen lint --try` asks ociocheck.", 0, fates
         )
 
 
-def _said(scan: ConfigScan) -> str:
-    return ".".join(str(part) for part in scan.version)
+def _version_text(scan: ConfigScan) -> str:
+    return ".".join(map(str, scan.version))
 
 
 def config_parts(scan: ConfigScan) -> Iterator[LintFinding]:
-    """Parts that cannot be instantiated: a user who chooses one gets an error, and Debian's oiiotool aborts."""
+    """Find parts that cannot be instantiated. A user who chooses one gets an error, and Debian's oiiotool aborts."""
     reasons: dict[str, list[str]] = {}
     for part, reason in scan.broken:
         reasons.setdefault(reason.partition(" The following attempts")[0], []).append(part)
@@ -175,7 +175,10 @@ def config_parts(scan: ConfigScan) -> Iterator[LintFinding]:
 
 
 def config_files(scan: ConfigScan) -> Iterator[LintFinding]:
-    """Paths that work in this folder alone, and tables without an interpolation: notes, since the config works here."""
+    """Find paths that work in this folder only, and tables without an interpolation.
+
+    The findings are notes, since the config works in this folder.
+    """
     if scan.config is None:
         return
     files = [transform.getSrc() for transform in scan.file_transforms]
@@ -190,7 +193,7 @@ def config_files(scan: ConfigScan) -> Iterator[LintFinding]:
     unstated = [
         transform.getSrc()
         for transform in scan.file_transforms
-        if transform.getSrc().lower().endswith(TABLES) and _says_nothing(transform)
+        if transform.getSrc().lower().endswith(TABLES) and _states_no_interpolation(transform)
     ]
     if unstated:
         yield LintFinding(
@@ -201,13 +204,13 @@ def config_files(scan: ConfigScan) -> Iterator[LintFinding]:
         )
 
 
-def _says_nothing(transform: object) -> bool:
-    # The object's text is used: its method gives the same answer for "default" and for no interpolation.
+def _states_no_interpolation(transform: object) -> bool:
+    # Use the text of the object, since its method returns the same value for "default" and for no interpolation.
     return "interpolation=default" in str(transform) or "interpolation" not in str(transform)
 
 
 def config_environment(scan: ConfigScan) -> Iterator[LintFinding]:
-    """A context variable without a default is an error in each program that does not set it."""
+    """Find context variables. A variable without a default is an error in each program that does not set it."""
     if scan.config is None:
         return
     sources = [*(each.getSrc() for each in scan.file_transforms), *scan.config.getSearchPaths()]
@@ -222,7 +225,7 @@ def config_environment(scan: ConfigScan) -> Iterator[LintFinding]:
 
 
 def config_keys(scan: ConfigScan) -> Iterator[LintFinding]:
-    """OpenColorIO skips an unknown key, such as a misspelt one, with a warning."""
+    """Find unknown keys, such as misspelt keys. OpenColorIO skips them with a warning."""
     for warning in scan.warnings:
         quoted = warning.split("'")[1] if warning.count("'") > 1 else ""
         yield LintFinding(
@@ -231,10 +234,10 @@ def config_keys(scan: ConfigScan) -> Iterator[LintFinding]:
 
 
 def config_roles(scan: ConfigScan) -> Iterator[LintFinding]:
-    """Missing roles: notes, since programs then choose another colour space."""
+    """Find missing roles. The findings are notes, since programs then choose another colour space."""
     if scan.config is None:
         return
-    expected = {role: why for role, why in WANTED.items() if scan.version >= (2, 0) or "interchange" not in role}
+    expected = {role: why for role, why in ROLE_USES.items() if scan.version >= (2, 0) or "interchange" not in role}
     missing = {role: why for role, why in expected.items() if not scan.config.hasRole(role)}
     if missing:
         listed = "; ".join(f"{role} ({why})" for role, why in missing.items())
@@ -242,14 +245,14 @@ def config_roles(scan: ConfigScan) -> Iterator[LintFinding]:
     default = scan.config.getColorSpace("default") if scan.config.hasRole("default") else None
     if default is not None and default.isData():
         yield LintFinding(
-            "has a default colour space that holds data: views leave files without a rule unchanged, silently",
+            "has a data space as its default: views show files without a rule unchanged, without an error",
             "Make the role default a colour space with colours.",
             scan.line_of("default:"),
         )
 
 
 def config_views(scan: ConfigScan) -> Iterator[LintFinding]:
-    """Many views, and looks, which DJV leaves out."""
+    """Find too many views, and views with looks, which DJV ignores."""
     if scan.config is None:
         return
     pairs = [(display, view) for display in scan.config.getDisplays() for view in scan.config.getViews(display)]
@@ -271,8 +274,8 @@ def config_views(scan: ConfigScan) -> Iterator[LintFinding]:
 
 
 def config_encoding(scan: ConfigScan) -> Iterator[LintFinding]:
-    """Bytes that are not UTF-8: OpenColorIO takes them, its Python binding fails on names; comments do no harm."""
-    # Bytes that are not UTF-8 were read as this letter.
+    """Find bytes that are not UTF-8. OpenColorIO accepts them, but its Python binding fails on names and texts."""
+    # Decoding has replaced bytes that are not UTF-8 by this character.
     line = scan.line_of("\ufffd")
     if not scan.decodes:
         fates = refused(*OCIO, how="its Python binding raises UnicodeDecodeError")
@@ -288,11 +291,10 @@ RULES = (
 
 
 def lint_config(path: Path, ask_readers: bool) -> Linted:
-    """Lint a file; raises LutgenError where it cannot be read, or is far larger than any config."""
+    """Lint a config. Raises LutgenError when it cannot be read, or is larger than any config."""
     scan = scan_config(path)
     trials = tuple(try_config(path)) if ask_readers else ()
-    version = ".".join(map(str, scan.version))
-    return Linted(path, "config", (f"profile version {version}",), tuple(findings(RULES, scan)), trials)
+    return Linted(path, "config", (f"profile version {_version_text(scan)}",), tuple(findings(RULES, scan)), trials)
 
 
 FORMAT = FileKind((".ocio",), lint_config, RULES)

@@ -1,6 +1,6 @@
 """``.cube``: what OpenColorIO, ffmpeg, pillow_lut and colour do with each variant of the format.
 
-What rules say of these readers was tried, and tests try it again with the readers that are installed.
+The outcomes in the rules were measured with these readers. The tests measure them again with the installed readers.
 """
 
 from __future__ import annotations
@@ -22,38 +22,39 @@ if TYPE_CHECKING:
 
 EVERYONE = (*OCIO, FFMPEG, PILLOW, COLOUR)
 
-#: The largest table that each reader takes, in points an axis.
+#: The largest table that each reader accepts, in points along an axis.
 LARGEST = {PILLOW: 65, **dict.fromkeys(OCIO, 129), FFMPEG: 256}
 
-#: Keywords and the values that readers assume without them.
+#: Keywords → the values that readers assume without them.
 DOMAIN = {"DOMAIN_MIN": 0.0, "DOMAIN_MAX": 1.0}
 RANGES = ("LUT_3D_INPUT_RANGE", "LUT_1D_INPUT_RANGE")
 
-#: Keywords of Adobe's and Iridas' dialect, which OpenColorIO does not take together with DaVinci Resolve's.
+#: Keywords of Adobe's and Iridas' dialect. OpenColorIO refuses them together with keywords of DaVinci Resolve.
 ADOBES = ("TITLE", *DOMAIN)
 KNOWN = {*ADOBES, *RANGES, "LUT_3D_SIZE", "LUT_1D_SIZE"}
 RANGE_FLAGS = {"LUT_IN_VIDEO_RANGE", "LUT_OUT_VIDEO_RANGE", "LUT_IN_FULL_RANGE", "LUT_OUT_FULL_RANGE"}
 
-#: In a table stored blue fastest, red correlates with the slowest index by this much more than with the fastest.
+#: In a table stored blue fastest, the correlation of red with the slowest index is larger than its correlation with the
+#: fastest index by at least this margin.
 MARGIN = 0.3
 
-#: The smallest fall along the neutral axis that is no rounding: one code of 10 bits.
+#: The smallest fall along the neutral axis that is not due to rounding: one 10-bit code.
 FALL = 1 / 1023
 
-#: Tables of 0..1 stay below this value, colours outside the gamut included; a table that reaches it holds integers.
+#: Tables of 0..1 stay below this value, even with colours outside the gamut. A table that reaches it holds integers.
 INTEGERS = 16.0
 
 #: Black and white of video's narrow range, 64 and 940 of 1023, and the tolerance for both.
 NARROW, NEAR = (64 / 1023, 940 / 1023), 0.004
 
-#: Three words that begin as numbers do.
+#: Three words that begin like numbers.
 _NUMBERS = re.compile(r"(?:[-+]?\.?[0-9]\S*\s*){3}$")
 _CUT = "It was cut off or edited by hand; export it again."
 _OWN_LINE = "Give the comment a line of its own, before LUT_3D_SIZE."
 
 
 def byte_order_mark(scan: CubeScan) -> Iterator[LintFinding]:
-    """The mark becomes part of the first word: where that is LUT_3D_SIZE, no reader finds the size."""
+    """Find a byte order mark. It becomes part of the first word. If that is LUT_3D_SIZE, no reader finds the size."""
     if scan.marked:
         fates = refused(COLOUR, how="cannot read the marked line")
         if scan.size_line == 1:
@@ -62,7 +63,7 @@ def byte_order_mark(scan: CubeScan) -> Iterator[LintFinding]:
 
 
 def cube_title(scan: CubeScan) -> Iterator[LintFinding]:
-    """pillow_lut looks for the quotes, and raises an IndexError without them."""
+    """Find a TITLE without quotes. pillow_lut raises an IndexError without the quotes."""
     for entry in scan.named("TITLE"):
         if '"' not in "".join(entry.words):
             fates = refused(PILLOW, how="ends with an IndexError")
@@ -70,7 +71,7 @@ def cube_title(scan: CubeScan) -> Iterator[LintFinding]:
 
 
 def cube_size(scan: CubeScan) -> Iterator[LintFinding]:
-    """LUT_3D_SIZE: missing, odd, given twice or too late, and the largest that each reader takes."""
+    """Find a LUT_3D_SIZE that is missing, malformed, repeated, after the rows, or too large for a reader."""
     sizes = scan.named("LUT_3D_SIZE")
     if not sizes and not scan.named("LUT_1D_SIZE"):
         fact = "is empty" if not scan.bytes else "has no LUT_3D_SIZE"
@@ -104,7 +105,7 @@ def _size(scan: CubeScan, entry: Entry) -> Iterator[LintFinding]:
 
 
 def cube_domain(scan: CubeScan) -> Iterator[LintFinding]:
-    """OpenColorIO and colour use the domain, pillow_lut ignores it, ffmpeg uses a DOMAIN_MAX after LUT_3D_SIZE."""
+    """Find malformed domains and domains other than 0..1: pillow_lut ignores them, and ffmpeg uses them in part."""
     for entry in scan.named(*DOMAIN):
         after_size = 0 < scan.size_line < entry.line
         if entry.domain is None:
@@ -138,7 +139,7 @@ def _narrowed(entry: Entry, *, after_size: bool) -> LintFinding:
 
 
 def cube_input_range(scan: CubeScan) -> Iterator[LintFinding]:
-    """DaVinci Resolve's keywords for a domain; OpenColorIO refuses them together with TITLE or DOMAIN."""
+    """Find DaVinci Resolve's keywords for a domain. OpenColorIO refuses them together with TITLE or DOMAIN."""
     mixed = scan.named(*ADOBES)
     for entry in scan.named(*RANGES):
         ends = entry.numbers(2)
@@ -157,7 +158,7 @@ def cube_input_range(scan: CubeScan) -> Iterator[LintFinding]:
 
 
 def cube_shaper(scan: CubeScan) -> Iterator[LintFinding]:
-    """A 1D part, alone or before the 3D table: ffmpeg's lut3d takes its rows for the first ones of the table."""
+    """Find a 1D part, alone or before the 3D table. ffmpeg's lut3d reads its rows as the first rows of the table."""
     for entry in scan.named("LUT_1D_SIZE")[:1]:
         fates = refused(PILLOW, how="reads no 1D tables")
         if not scan.size_line:
@@ -184,7 +185,7 @@ def cube_shaper(scan: CubeScan) -> Iterator[LintFinding]:
 
 
 def cube_keyword(scan: CubeScan) -> Iterator[LintFinding]:
-    """Most readers skip an unknown word before the size; after the size they expect rows."""
+    """Find unknown, lower-case and late keywords. Most readers skip unknown words, but only before the size."""
     unknown = [entry for entry in scan.entries if entry.keyword.upper() not in KNOWN]
     small = [entry for entry in scan.entries if entry.keyword != entry.keyword.upper() and entry not in unknown]
     late = [entry for entry in scan.named(*KNOWN) if entry.rows_before and 0 < scan.size_line < entry.line]
@@ -221,28 +222,28 @@ def _unknown(scan: CubeScan, entry: Entry) -> LintFinding:
 
 
 def encoding(scan: CubeScan) -> Iterator[LintFinding]:
-    """Readers written in Python decode comments and titles; the others take the bytes as they are."""
+    """Find text that is not UTF-8. Readers in Python decode comments and titles. Other readers accept any bytes."""
     if odd := scan.oddities.get("not UTF-8"):
         fates = refused(PILLOW, COLOUR, how="cannot decode it")
         yield LintFinding("has text that is not UTF-8", "Write comments and TITLE in ASCII.", odd.line, fates)
 
 
 def line_ends(scan: CubeScan) -> Iterator[LintFinding]:
-    """CRLF is read by all; a lone CR ends no line for OpenColorIO and ffmpeg."""
+    """Find line ends of a single CR. All readers accept CRLF, but OpenColorIO and ffmpeg do not accept a single CR."""
     if "CR" in scan.ends:
         fates = refused(*OCIO, FFMPEG, how="reads the whole file as one line")
         yield LintFinding("has line ends of a single CR", "Save it with LF line ends.", 1, fates)
 
 
 def tabs(scan: CubeScan) -> Iterator[LintFinding]:
-    """pillow_lut splits rows at spaces only."""
+    """Find tabs between numbers. pillow_lut splits rows at spaces only."""
     if odd := scan.oddities.get("tab"):
         fates = refused(PILLOW, how="splits rows at spaces only")
         yield LintFinding("has tabs between numbers", "Write spaces.", odd.line, fates)
 
 
 def trailing_comment(scan: CubeScan) -> Iterator[LintFinding]:
-    """Only ffmpeg ignores what follows three numbers; in the header colour ignores it too."""
+    """Find comments at the end of a line. After three numbers only ffmpeg ignores them; in the header colour too."""
     if odd := scan.oddities.get("comment"):
         fates = refused(*OCIO, PILLOW, COLOUR, how="expects three numbers and nothing else")
         yield LintFinding(f"has a comment after a row: {odd.sample}", _OWN_LINE, odd.line, fates)
@@ -253,7 +254,7 @@ def trailing_comment(scan: CubeScan) -> Iterator[LintFinding]:
 
 
 def comma(scan: CubeScan) -> Iterator[LintFinding]:
-    """OpenColorIO reads up to a decimal comma, and skips a comma after a number."""
+    """Find commas. OpenColorIO reads a number up to a decimal comma, and skips a comma after a number."""
     others = refused(FFMPEG, PILLOW, COLOUR, how="finds no number")
     if odd := scan.oddities.get("decimal comma"):
         fates = wrong(*OCIO, how="reads up to the comma: 0,5 is 0") | others
@@ -263,7 +264,7 @@ def comma(scan: CubeScan) -> Iterator[LintFinding]:
 
 
 def cube_rows(scan: CubeScan) -> Iterator[LintFinding]:
-    """Too few rows, too many, or rows that are not three numbers. Only ffmpeg ignores rows after the last it needs."""
+    """Find a wrong number of rows, and rows that are not three numbers. Only ffmpeg ignores surplus rows."""
     strict = refused(*OCIO, PILLOW, COLOUR, how="finds the wrong number of rows")
     rows, expected = scan.table.rows, scan.size**3
     if expected and rows != expected:
@@ -302,7 +303,7 @@ def _curve_rows(scan: CubeScan) -> Iterator[LintFinding]:
 
 
 def not_a_number(scan: CubeScan) -> Iterator[LintFinding]:
-    """NaN becomes 0 in OpenColorIO and ffmpeg; numbers of 3.4e38 and more are refused by OpenColorIO alone."""
+    """Find NaN (0 in OpenColorIO and ffmpeg), infinity, and numbers from 3.4e38 on (only OpenColorIO refuses them)."""
     anew, extremes = "Compute these rows again.", "shows the largest or the smallest value there"
     if odd := scan.oddities.get("nan"):
         fates = wrong(*OCIO, FFMPEG, PILLOW, how="shows black or noise there") | wrong(COLOUR, how="gives NaN")
@@ -317,7 +318,7 @@ def not_a_number(scan: CubeScan) -> Iterator[LintFinding]:
 
 
 def subnormal(scan: CubeScan) -> Iterator[LintFinding]:
-    """Programs that compute curves write such numbers near black; OpenColorIO does not read them."""
+    """Find subnormal numbers. Programs that compute curves write them near black. OpenColorIO cannot read them."""
     if odd := scan.oddities.get("subnormal"):
         fates = refused(*OCIO, how="does not read a number this small")
         fact = f"has numbers below 1.2e-38: {odd.sample}"
@@ -325,20 +326,20 @@ def subnormal(scan: CubeScan) -> Iterator[LintFinding]:
 
 
 def channel_order(scan: CubeScan) -> Iterator[LintFinding]:
-    """CLF and .3dl store blue fastest; a ``.cube`` stored that way swaps red and blue in every reader."""
-    follows = scan.table.correlation
-    red, blue = follows[0, 2] - follows[0, 0], follows[2, 0] - follows[2, 2]
+    """Find tables stored blue fastest, as in CLF and .3dl. With such a ``.cube`` every reader swaps red and blue."""
+    correlation = scan.table.correlation
+    red, blue = correlation[0, 2] - correlation[0, 0], correlation[2, 0] - correlation[2, 2]
     if red > MARGIN and blue > MARGIN:
         fact = (
             "looks written blue fastest: red follows the slowest index "
-            f"(correlation {follows[0, 2]:.2f}, with the fastest {follows[0, 0]:.2f}), blue the fastest"
+            f"(correlation {correlation[0, 2]:.2f}, with the fastest {correlation[0, 0]:.2f}), blue the fastest"
         )
         fates = wrong(*EVERYONE, how="swaps red and blue")
         yield LintFinding(fact, "Reorder the rows so that red changes fastest.", 0, fates, in_the_file=True)
 
 
 def grey_axis(scan: CubeScan) -> Iterator[LintFinding]:
-    """A falling grey axis is meant in some tables and a fault in others; every reader shows it, so this is a note."""
+    """Find a falling grey axis. It is a note: some authors intend it, and every reader shows it as stored."""
     falls = -np.diff(scan.table.greys, axis=0)
     if not len(falls) or falls.max() < FALL:
         return
@@ -349,7 +350,7 @@ def grey_axis(scan: CubeScan) -> Iterator[LintFinding]:
 
 
 def unfinished(scan: CubeScan) -> Iterator[LintFinding]:
-    """The last rows are white and its neighbours; where they are black, the writing program stopped early."""
+    """Find tables of one colour, and tables with black last rows: the program that wrote the file stopped early."""
     table = scan.table
     if scan.size < 2 or table.rows < scan.size**3:
         return
@@ -362,7 +363,7 @@ def unfinished(scan: CubeScan) -> Iterator[LintFinding]:
 
 
 def value_range(scan: CubeScan) -> Iterator[LintFinding]:
-    """Readers clip values outside 0..1 in integer pictures and keep them in float pictures: either may be meant."""
+    """Find integers, narrow-range tables, and values outside 0..1, which readers clip in integer pictures only."""
     table = scan.table
     low, high = float(table.low.min()), float(table.high.max())
     if high >= INTEGERS and "overflow" not in scan.oddities and "infinite" not in scan.oddities:
@@ -386,7 +387,7 @@ RULES = (
 
 
 def lint_cube(path: Path, ask_readers: bool) -> Linted:
-    """Lint a file; raises LutgenError where it cannot be read, or is no text."""
+    """Lint a ``.cube``. Raises LutgenError when it cannot be read or is no text."""
     scan = scan_cube(path, keep=ask_readers)
     trials = tuple(try_cube(scan)) if ask_readers else ()
     part = f", a 1D part of {scan.size_1d}" if scan.size_1d else ""

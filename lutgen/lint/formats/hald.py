@@ -1,6 +1,7 @@
-"""Hald images as PNG: header, names and lengths of chunks, whether all pixels are there, and what ffmpeg does.
+"""Hald images as PNG: header, names and lengths of chunks, completeness of the pixels, and what ffmpeg does.
 
-Pixels are decompressed and counted, and not kept. Those of 512 × 512 are read, to recognise the layout of OBS Studio.
+Pixels are decompressed and counted, but not stored. Only images of 512 × 512 pixels are read completely, to recognise
+the layout of OBS Studio.
 """
 
 from __future__ import annotations
@@ -21,48 +22,48 @@ if TYPE_CHECKING:
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
-#: Width of the largest Hald image that ffmpeg takes, level 16; pixels of wider images are not decompressed.
+#: Width of the largest Hald image that ffmpeg accepts, level 16. Pixels of wider images are not decompressed.
 WIDEST = 16**3
 
-#: Bytes that are decompressed at a time, and bytes that one step may yield.
+#: Number of bytes that are read at once, and maximum number of bytes that one decompression step may yield.
 BLOCK = 1 << 20
 
-#: Numbers of a pixel by colour type of PNG: greys, RGB, a palette, greys with alpha, RGB with alpha.
+#: Colour type of a PNG → numbers per pixel: greys, RGB, a palette, greys with alpha, RGB with alpha.
 _NUMBERS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
 
-#: Levels that ffmpeg takes: a table of 4 to 256 points an edge.
+#: Levels that ffmpeg accepts: tables of 4 to 256 points along an edge.
 LEVELS = range(2, 17)
 
-#: Bits from which a table has no visible steps.
+#: Number of bits from which a table has no visible steps.
 FINE = 16
 
-#: Colour types of PNG with red, green and blue channels.
+#: Colour types of PNG with red, green and blue channels → their names.
 COLOURS = {2: "RGB", 6: "RGB and alpha"}
 
 
 @dataclass(frozen=True)
 class HaldScan:
-    """What a scan of a PNG finds."""
+    """The result of a scan of a PNG."""
 
     path: Path
     bytes: int
-    #: As its header has them, 0 without a header; ``colour`` is PNG's colour type.
+    #: Values of its header, 0 without a header. ``colour`` is PNG's colour type.
     width: int
     height: int
     depth: int
     colour: int
     #: Names of its chunks that state a colour space or gamma: gAMA, cHRM, iCCP, sRGB, cICP.
     chunks: tuple[str, ...]
-    #: Whether it is a PNG that ends in its last chunk.
+    #: Whether it is a PNG and its last chunk is complete.
     whole: bool
-    #: Bytes of pixels that the header asks for and the data lack; 0 where none lack or pixels were not read.
+    #: Number of missing bytes of pixels, compared with the header; 0 when pixels were not read.
     missing: int
-    #: Whether its pixels lie as OBS Studio reads them, in tiles of 64 × 64.
+    #: Whether its pixels have the layout of OBS Studio, in tiles of 64 × 64.
     tiles: bool
 
     @property
     def level(self) -> int:
-        """The Hald level: its cube is the width; 0 where there is none."""
+        """The Hald level, whose cube is the width; 0 when the width is no cube number."""
         level = round(self.width ** (1 / 3))
         return level if level**3 == self.width else 0
 
@@ -71,7 +72,7 @@ _OF_COLOUR = (b"gAMA", b"cHRM", b"iCCP", b"sRGB", b"cICP")
 
 
 def scan_hald(path: Path) -> HaldScan:
-    """Read the chunks, and count the pixels of what may be a table. Raises LutgenError where it cannot be read."""
+    """Read the chunks, and count the pixels if the image may be a table. Raises LutgenError: it cannot be read."""
     try:
         size = path.stat().st_size
         with path.open("rb") as file:
@@ -84,7 +85,7 @@ def scan_hald(path: Path) -> HaldScan:
 
 
 def _in_tiles(path: Path, chunks: _Chunks) -> bool:
-    """Look at the pixels of what may be either layout."""
+    """Whether a PNG has the layout of OBS Studio. The pixels decide when the size fits both layouts."""
     if chunks.missing or chunks.header[:2] != (TILES * POINTS,) * 2:
         return False
     try:
@@ -94,7 +95,7 @@ def _in_tiles(path: Path, chunks: _Chunks) -> bool:
 
 
 class _Chunks:
-    """Reads the chunks of a PNG after its signature."""
+    """A reader of the chunks of a PNG after its signature."""
 
     def __init__(self, file: BinaryIO) -> None:
         self.file = file
@@ -105,9 +106,9 @@ class _Chunks:
         self._unpacker = zlib.decompressobj()
 
     def read(self) -> bool:
-        """Read all chunks, and return whether the last one, IEND, is there."""
-        # Chunks that are read; writers split pixels into chunks of 8 kB or more, so that images of all levels have
-        # fewer.
+        """Read all chunks, and return whether the file has its last chunk, IEND."""
+        # Read at most 100 000 chunks. Writers split pixels into chunks of 8 kB or more, so images of all levels have
+        # fewer chunks.
         for _ in range(100_000):
             head = self.file.read(8)
             if len(head) < 8:
@@ -116,7 +117,7 @@ class _Chunks:
             end = self.file.tell() + length + 4
             if name == b"IHDR" and length == 13:
                 self.header = struct.unpack(">IIBBxxB", self.file.read(13).ljust(13, b"\0"))
-                self.missing = self._wanted()
+                self.missing = self._expected_bytes()
             elif name == b"IDAT":
                 self._unpack(length)
             elif name in _OF_COLOUR and name.decode() not in self.of_colour:
@@ -126,8 +127,8 @@ class _Chunks:
                 return True
         return True
 
-    def _wanted(self) -> int:
-        """Return the bytes of all rows, each with its filter byte; 0 where they are not counted."""
+    def _expected_bytes(self) -> int:
+        """Return the number of bytes of all rows with their filter bytes; 0 when they are not counted."""
         width, height, depth, colour, interlaced = self.header
         if interlaced or colour not in _NUMBERS or max(width, height) > WIDEST:
             return 0
@@ -146,7 +147,7 @@ class _Chunks:
 
 
 def hald_form(scan: HaldScan) -> Iterator[LintFinding]:
-    """A Hald image of level L has L³ pixels a side."""
+    """Find faults of form. A Hald image of level L has L³ pixels per side."""
     if not scan.width:
         fates = refused(HALDCLUT, how="cannot read it")
         yield LintFinding("is empty" if not scan.bytes else "is not a PNG", "Export it again.", 0, fates)
@@ -163,10 +164,10 @@ def hald_form(scan: HaldScan) -> Iterator[LintFinding]:
         yield LintFinding("is cut off: its last chunk is missing", "Copy or export it again.", 0, fates)
     elif scan.missing:
         fates = wrong(HALDCLUT, how="shows missing pixels as black, or refuses the file")
-        fact = f"holds {scan.missing} bytes of pixels fewer than {sides.removeprefix('has ')} of {scan.depth} bits"
+        fact = f"lacks {scan.missing} bytes of pixels for {sides.removeprefix('has ')} of {scan.depth} bits"
         yield LintFinding(fact, "Copy or export it again.", 0, fates)
     if scan.tiles:
-        fates = wrong(HALDCLUT, how="takes the rows of its tiles for rows of a Hald image")
+        fates = wrong(HALDCLUT, how="reads the rows of its tiles as rows of a Hald image")
         fact = "has the layout of OBS Studio, a tile of 64 × 64 pixels for each step of blue"
         yield LintFinding(fact, "Give it to OBS; for other programs take a Hald image (`--format hald`).", 0, fates)
     if scan.colour not in COLOURS:
@@ -186,7 +187,7 @@ RULES = (hald_form,)
 
 
 def lint_hald(path: Path, _ask_readers: bool) -> Linted:
-    """Lint a file; raises LutgenError where it cannot be read."""
+    """Lint a PNG. Raises LutgenError when it cannot be read."""
     scan = scan_hald(path)
     level = f", level {scan.level}: {scan.level**2}³ points" if scan.level else ""
     level = ", of OBS Studio: 64³ points" if scan.tiles else level

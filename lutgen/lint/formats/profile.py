@@ -1,4 +1,4 @@
-"""ICC profiles: header, tag table, heads of tables, the white that LittleCMS shows, and what readers do with faults."""
+"""ICC profiles: header, tag table, heads of tables, LittleCMS' result for white, and what readers do with faults."""
 
 from __future__ import annotations
 
@@ -27,33 +27,37 @@ if TYPE_CHECKING:
 #: Tags of a matrix with curves.
 MATRIX = ("rXYZ", "gXYZ", "bXYZ", "rTRC", "gTRC", "bTRC")
 
-#: Tags that the standard also requires (ICC.1:2001-04, 6.3), and that no reader needs to show pictures.
-ASKED = {"profile": ("desc", "cprt", "wtpt"), "link": ("desc", "cprt", "pseq")}
+#: Further tags that the standard requires (ICC.1:2001-04, 6.3). No reader needs them to show pictures.
+REQUIRED = {"profile": ("desc", "cprt", "wtpt"), "link": ("desc", "cprt", "pseq")}
 
-#: Classes that describe a device or a space, and those that do something else (ICC.1:2022, 7.2.7).
+#: Classes that describe a device or a space, and other classes (ICC.1:2022, 7.2.7).
 DEVICES, OTHERS = ("mntr", "scnr", "prtr", "spac"), ("link", "abst", "nmcl")
 
-#: What Chromium does with every profile that it refuses.
+#: The fate of Chromium with every profile that it refuses.
 IGNORED = wrong(CHROMIUM, how="ignores the profile and shows the picture unchanged")
 
-#: Bytes that may follow a table: padding.
+#: Maximum number of padding bytes after a table.
 PADDING = 3
 
-#: White within this distance of the screen's white counts as that white: one code of 255.
+#: A white within this distance of the screen's white counts as equal: one code of 255.
 SAME = 1 / 255
 
-#: Tags of tables from the device's colours; a device link has the first alone.
+#: Tags of tables from the device's colours. A device link has only the first.
 TABLES = ("A2B0", "A2B1", "A2B2")
 
-#: Bytes of an 8-bit and a 16-bit table before its curves (ICC.1:2022, 10.10 and 10.11), and bytes of a number.
+#: Type of an 8-bit or a 16-bit table → number of bytes before its curves (ICC.1:2022, 10.10 and 10.11), and bytes per
+#: number.
 _HEADS = {b"mft1": (48, 1), b"mft2": (52, 2)}
 
-#: A table of version 4 (ICC.1:2022, 10.12), bytes of its head, and of the head of the numbers that lie inside it.
+#: The table type of version 4 (ICC.1:2022, 10.12), bytes of its head, and bytes of the head of its block of numbers.
 _V4, _V4_HEAD, _V4_NUMBERS = b"mAB ", 32, 20
 
 
 class TableHead(NamedTuple):
-    """The head of a table of type mft1, mft2 or mAB, the least ``points`` of an edge, and the bytes needed."""
+    """The head of a table of type mft1, mft2 or mAB.
+
+    ``points`` is the smallest number of points along an edge. ``needs`` is the number of bytes that the tag needs.
+    """
 
     tag: Tag
     kind: bytes
@@ -65,36 +69,36 @@ class TableHead(NamedTuple):
 
 @dataclass(frozen=True)
 class ProfileScan:
-    """What a scan of a profile finds."""
+    """The result of a scan of a profile."""
 
     path: Path
     #: Size of the file in bytes, and its first 128 bytes.
     length: int
     head: bytes
-    #: Number of tags that the tag table claims, and the tags that are read, ``MOST_TAGS`` at most.
+    #: Number of tags that the tag table states, and the tags that were read, at most ``MOST_TAGS``.
     count: int
     tags: tuple[Tag, ...]
-    #: Heads of the tables of types mft1, mft2 and mAB that lie in the file.
+    #: Heads of the tables of types mft1, mft2 and mAB that begin in the file.
     tables: tuple[TableHead, ...]
-    #: Whether the MD5 in the header is that of the profile; None where the header has none.
+    #: Whether the MD5 in the header equals the MD5 of the profile; None when the header has no MD5.
     identifier: bool | None
-    #: Code values on an sRGB screen that LittleCMS computes for code 1, 1, 1 in floating point; None where it fails.
+    #: LittleCMS' code values on an sRGB screen for code 1, 1, 1, in floating point; None when LittleCMS fails.
     white: Array | None
-    #: Why LittleCMS could not be used; empty where it was.
+    #: The reason why LittleCMS could not be used; empty when it was used.
     unasked: str = ""
 
     @property
     def size(self) -> int:
-        """The size in bytes that its header states."""
+        """The size in bytes, as its header states it."""
         return int.from_bytes(self.head[:4], "big")
 
     @property
     def version(self) -> tuple[int, int]:
-        """Its version, as 2, 4."""
+        """Its version, for example (2, 4)."""
         return (self.head[8], self.head[9] >> 4) if len(self.head) >= 10 else (0, 0)
 
     def word(self, start: int) -> str:
-        """The four letters of the header from byte ``start`` on."""
+        """Return the four letters of the header from byte ``start`` on."""
         return self.head[start : start + 4].decode("latin-1")
 
     @property
@@ -108,7 +112,7 @@ class ProfileScan:
 
 
 def scan_profile(path: Path) -> ProfileScan:
-    """Scan a profile, of a huge one its heads alone. Raises LutgenError: unreadable."""
+    """Scan a profile. Of a huge profile scan only the heads. Raises LutgenError: the profile cannot be read."""
     try:
         with path.open("rb") as file:
             start = file.read(HEADER + 4 + 12 * MOST_TAGS)
@@ -127,7 +131,10 @@ def scan_profile(path: Path) -> ProfileScan:
 
 
 def _identifier(data: bytes) -> bool | None:
-    """Return whether the MD5 is that of the profile with flags, intent and MD5 set to 0 (ICC.1:2022, 7.2.18)."""
+    """Return whether the MD5 in the header is correct; None when the header has no MD5.
+
+    The MD5 is computed with flags, intent and MD5 set to 0 (ICC.1:2022, 7.2.18).
+    """
     if not any(data[84:100]):
         return None
     blank = b"".join((data[:44], bytes(4), data[48:64], bytes(4), data[68:84], bytes(16), data[100:]))
@@ -150,7 +157,7 @@ def _table(tag: Tag, file: BinaryIO) -> TableHead | None:
 
 
 def _table_v4(tag: Tag, head: bytes, file: BinaryIO) -> TableHead | None:
-    """Return the head of a table of version 4; None where it holds curves and a matrix alone."""
+    """Return the head of a table of version 4; None when the tag holds only curves and a matrix."""
     inputs, outputs = head[8:10]
     place = int.from_bytes(head[24:28], "big")
     if not place:
@@ -175,7 +182,7 @@ def _white(path: Path) -> tuple[Array | None, str]:
 
 
 def profile_header(scan: ProfileScan) -> Iterator[LintFinding]:
-    """Browsers ignore a profile that they cannot use, and give no message."""
+    """Find faults of the header. Browsers ignore a profile that they cannot use, without a message."""
     everyone = refused(LCMS_8, LCMS_16, ARGYLL, how="opens no such profile") | IGNORED
     if not is_profile(scan.head):
         fact = "is empty" if not scan.length else "is not an ICC profile: the signature acsp is missing"
@@ -196,7 +203,7 @@ def profile_header(scan: ProfileScan) -> Iterator[LintFinding]:
 
 
 def profile_size(scan: ProfileScan) -> Iterator[LintFinding]:
-    """Readers accept a stated size that is too large, and bytes after the end, as long as all tags are there."""
+    """Find a wrong size in the header. Readers accept a wrong size as long as they find all tags."""
     if scan.length > LARGEST_LUT:
         fact = f"has {scan.length >> 20} MiB, more than any profile"
         yield LintFinding(fact, "Is it the right file?")
@@ -208,7 +215,7 @@ def profile_size(scan: ProfileScan) -> Iterator[LintFinding]:
 
 
 def profile_version(scan: ProfileScan) -> Iterator[LintFinding]:
-    """Every reader takes version 2; Argyll takes nothing newer, Chromium 2 to 4."""
+    """Find unsupported versions. Every reader accepts version 2. Argyll accepts only version 2, Chromium 2 to 4."""
     if not is_profile(scan.head):
         return
     major, minor = scan.version
@@ -217,7 +224,7 @@ def profile_version(scan: ProfileScan) -> Iterator[LintFinding]:
         fates |= refused(ARGYLL, how="reads version 2 only")
     if not 2 <= major <= 4:
         fates |= IGNORED
-    # The newest version that LittleCMS opens.
+    # 5.0 is the newest version that LittleCMS opens.
     if scan.version > (5, 0):
         fates |= refused(LCMS_8, LCMS_16, how="does not know this version")
     if fates:
@@ -225,27 +232,27 @@ def profile_version(scan: ProfileScan) -> Iterator[LintFinding]:
 
 
 def profile_id(scan: ProfileScan) -> Iterator[LintFinding]:
-    """The ID is the MD5 of the profile: no reader compares it, but a wrong ID shows that bytes were changed."""
+    """Find a wrong ID (MD5). No reader checks the ID, but a wrong ID shows that the profile was changed."""
     if scan.identifier is False:
-        yield LintFinding(
-            "has an ID that is not that of its bytes: it was changed after it was made", "Export it again."
-        )
+        yield LintFinding("has a wrong ID: the profile was changed after it was written", "Export it again.")
 
 
 def profile_tags(scan: ProfileScan) -> Iterator[LintFinding]:
-    """The tag table. ``profile-parts`` says what a profile lacks without the tags that lie outside the file."""
+    """Find faults of the tag table. The rule ``profile-parts`` reports the effect of tags outside the file."""
     if not is_profile(scan.head):
         return
-    room = max(0, scan.length - HEADER - 4) // 12
-    if scan.count > min(MOST_TAGS, room):
-        fact = f"claims {scan.count} tags, and {min(MOST_TAGS, room)} are the most that a file of this size may have"
-        fates = refused(LCMS_8, LCMS_16, ARGYLL, how="opens no such profile") | (IGNORED if scan.count > room else {})
+    possible = max(0, scan.length - HEADER - 4) // 12
+    most = min(MOST_TAGS, possible)
+    if scan.count > most:
+        fact = f"claims {scan.count} tags, and {most} are the most that a file of this size may have"
+        ignored = IGNORED if scan.count > possible else {}
+        fates = refused(LCMS_8, LCMS_16, ARGYLL, how="opens no such profile") | ignored
         yield LintFinding(fact, "It was cut off or damaged; export it again.", 0, fates)
-        return  # What follows the real tags is no tag table.
+        return  # the bytes after the real tags are no tag table
     outside = [tag for tag in scan.tags if tag.start + tag.size > scan.length or tag.size < SMALLEST_TAG]
     if outside:
         fact = f"has the tag {outside[0].name!r} outside the file"
-        fates = _left_out(scan, outside) | IGNORED
+        fates = _fates_outside(scan, outside) | IGNORED
         yield LintFinding(fact, "It was cut off or damaged; export it again.", 0, fates)
     names = [tag.name for tag in scan.tags]
     doubled = first_doubled(names)
@@ -254,50 +261,54 @@ def profile_tags(scan: ProfileScan) -> Iterator[LintFinding]:
         if len({tag for tag in scan.tags if tag.name == doubled}) > 1:
             fates |= refused(ARGYLL, how="opens no such profile")
         yield LintFinding(f"has the tag {doubled!r} twice", "Export it again.", 0, fates)
-    across = _across(scan.tags)
+    across = _overlapping(scan.tags)
     if across:
         one, other = across
         fact = f"has the tags {one.name!r} and {other.name!r} sharing some bytes"
         yield LintFinding(fact, "It was edited by hand; export it again.")
 
 
-def _left_out(scan: ProfileScan, outside: list[Tag]) -> dict[str, Fate]:
-    """LittleCMS, and Argyll where only a tag's end lies outside, skip the tag: for a table they use the matrix."""
+def _fates_outside(scan: ProfileScan, outside: list[Tag]) -> dict[str, Fate]:
+    """Return the fates of readers for tags outside the file.
+
+    LittleCMS skips such a tag. Argyll skips it if only the end of the tag lies outside. They then use the matrix
+    instead of a table.
+    """
     far = any(tag.start >= scan.length for tag in outside)
-    going_on = (LCMS_8, LCMS_16) if far else (LCMS_8, LCMS_16, ARGYLL)
-    by_the_matrix = any(tag.name == "A2B0" for tag in outside) and scan.has(*MATRIX)
-    fates = wrong(*going_on, how="uses the matrix without an error") if by_the_matrix else {}
+    readers = (LCMS_8, LCMS_16) if far else (LCMS_8, LCMS_16, ARGYLL)
+    uses_matrix = any(tag.name == "A2B0" for tag in outside) and scan.has(*MATRIX)
+    fates = wrong(*readers, how="uses the matrix without an error") if uses_matrix else {}
     return fates | (refused(ARGYLL, how="opens no such file") if far else {})
 
 
-def _across(tags: tuple[Tag, ...]) -> tuple[Tag, Tag] | None:
-    """Return two tags that share some but not all of their bytes; tags may share all, as curves often do."""
+def _overlapping(tags: tuple[Tag, ...]) -> tuple[Tag, Tag] | None:
+    """Return two tags that share some but not all of their bytes. Tags may share all bytes, as curves often do."""
     ordered = sorted({(tag.start, tag.size): tag for tag in tags}.values(), key=lambda tag: tag.start)
     return next(((one, other) for one, other in pairwise(ordered) if other.start < one.start + one.size), None)
 
 
 def profile_parts(scan: ProfileScan) -> Iterator[LintFinding]:
-    """A display profile needs a table or a matrix with curves, a device link a table."""
+    """Find missing tags. A display profile needs a table or a matrix with curves. A device link needs a table."""
     if scan.word(12) not in (*DEVICES, "link"):
         return
     needed = "a table (A2B0)" if scan.link else f"a table (A2B0) or all of {', '.join(MATRIX)}"
     if not (scan.has("A2B0") or (not scan.link and scan.has(*MATRIX)) or scan.has("D2B0")):
         fates = refused(LCMS_8, LCMS_16, ARGYLL, how="cannot convert with it") | IGNORED
         yield LintFinding(f"lacks {needed}", "Export it again.", 0, fates)
-    missing = [name for name in ASKED["link" if scan.link else "profile"] if not scan.has(name)]
+    missing = [name for name in REQUIRED["link" if scan.link else "profile"] if not scan.has(name)]
     if missing:
         yield LintFinding(f"lacks {', '.join(missing)}, which the standard requires", "Export it again.")
 
 
 def profile_table(scan: ProfileScan) -> Iterator[LintFinding]:
-    """A table of version 2 with more bytes than its head asks for shows nonsense in every reader."""
+    """Find faults of tables. Every reader misreads a table of version 2 with more bytes than its head states."""
     for table in scan.tables:
         shape = f"{table.tag.name} states {table.points} points an edge for {table.inputs} colours"
         lacks = table.needs > table.tag.size
         if table.points < 2 or table.inputs != 3 or table.outputs != 3 or lacks:
             fact = f"{shape} to {table.outputs}"
             fact += f", which is {table.needs} bytes, and it has {table.tag.size}" if lacks else ""
-            yield LintFinding(fact, "Export it again.", 0, _unusable(scan, table))
+            yield LintFinding(fact, "Export it again.", 0, _fates_unusable(scan, table))
         elif table.kind != _V4 and table.needs + PADDING < table.tag.size:
             fates = wrong(LCMS_8, LCMS_16, ARGYLL, CHROMIUM, how="reads the wrong numbers")
             fact = f"{shape}, which is {table.needs} bytes, and it has {table.tag.size}"
@@ -315,8 +326,11 @@ def profile_table(scan: ProfileScan) -> Iterator[LintFinding]:
         )
 
 
-def _unusable(scan: ProfileScan, table: TableHead) -> dict[str, Fate]:
-    """Return which readers use the matrix where there is one; Argyll does not where the table has a single point."""
+def _fates_unusable(scan: ProfileScan, table: TableHead) -> dict[str, Fate]:
+    """Return the fates of readers for an unusable table.
+
+    Some readers use the matrix instead, if the profile has one. Argyll does not when the table has a single point.
+    """
     fates = refused(LCMS_8, LCMS_16, ARGYLL, how="cannot convert with it")
     if table.points >= 2 and scan.has(*MATRIX):
         fates |= wrong(ARGYLL, how="uses the matrix without an error")
@@ -324,7 +338,10 @@ def _unusable(scan: ProfileScan, table: TableHead) -> dict[str, Fate]:
 
 
 def profile_white(scan: ProfileScan) -> Iterator[LintFinding]:
-    """LittleCMS maps white to white where it resamples a profile, but not with the absolute intent."""
+    """Find a white other than the screen's.
+
+    When LittleCMS resamples a profile it maps white to white, except with the absolute intent.
+    """
     if scan.unasked:
         yield LintFinding(f"was not checked for its white: {scan.unasked}", "Install it to check.")
     if scan.white is None or np.abs(np.clip(scan.white, 0, 1) - 1).max() <= SAME:
@@ -346,7 +363,7 @@ RULES = (
 
 
 def lint_profile(path: Path, _ask_readers: bool) -> Linted:
-    """Lint a file; raises LutgenError where it cannot be read."""
+    """Lint a profile. Raises LutgenError when it cannot be read."""
     scan = scan_profile(path)
     version = ".".join(map(str, scan.version))
     tables = "".join(f", {table.tag.name} of {table.points}³ points" for table in scan.tables)

@@ -1,4 +1,4 @@
-"""``.spi3d``, ``.csp`` and ``.3dl``: header, rows and their words, and what OpenColorIO and ffmpeg do with them."""
+"""``.spi3d``, ``.csp`` and ``.3dl``: header and rows, and what OpenColorIO and ffmpeg do with them."""
 
 from __future__ import annotations
 
@@ -21,57 +21,58 @@ if TYPE_CHECKING:
 _NAN = re.compile(rf"(?i)(?:^|\s){NON_FINITE}(?=\s|$)".encode())
 _COMMA = re.compile(rb"\d,\d")
 
-#: A row of each format. Rows of a .spi3d begin with three indices; a .3dl states no size.
+#: Suffix → pattern of a row. Rows of a .spi3d begin with three indices.
 _ROW = {
     ".spi3d": re.compile(rb"\s*\d+\s+\d+\s+\d+\s+\S+\s+\S+\s+\S"),
     ".csp": re.compile(rb"\s*\S+\s+\S+\s+\S+\s*$"),
     ".3dl": re.compile(rb"\s*(\d+)\s+(\d+)\s+(\d+)\s*$"),
 }
-#: The mesh line of a .3dl, which lists its input levels, begins with two numbers.
+#: The beginning of the mesh line of a .3dl, which lists its input levels: two numbers.
 _MESH = re.compile(rb"\s*\d+\s+\d")
 
-#: The line with the table's size. OpenColorIO reads 2x as 2, so that letters after a number do not hide a huge size.
+#: The line with the table's size. OpenColorIO reads 2x as 2. The pattern therefore allows letters after a number, so
+#: that they cannot hide a huge size.
 _SIZE = re.compile(rb"\s*(\d+)\s+(\d+)\s+(\d+)\S*\s*$")
 
-#: Lines of each format that hold numbers and nothing else.
+#: Suffix → pattern of a line that holds only numbers.
 _SOUND = {
     ".spi3d": re.compile(rf"\s*\d+\s+\d+\s+\d+(?:\s+{NUMBER}\s+{NUMBER}\s+{NUMBER})?\s*$".encode()),
     ".csp": re.compile(rf"(?:\s*{NUMBER}(?=\s|$))*\s*$".encode()),
     ".3dl": re.compile(rb"[\s\d]*$"),
 }
 
-#: Rows of the only table that ffmpeg reads from a .3dl, of 17 points an axis.
+#: Number of rows that ffmpeg reads from a .3dl: it reads only tables with 17 points along an axis.
 FFMPEG_ROWS = 17**3
 
-#: The largest numbers of .3dl files of 12 bits, as OpenColorIO guesses them.
+#: The largest numbers of .3dl files that OpenColorIO treats as 12-bit files.
 TWELVE_BITS = range(2048, 4096)
 
 
 @dataclass
 class TableScan:
-    """What a scan of such a file finds; it is filled line by line. Lines count from 1; 0 stands for no line."""
+    """The result of a scan, which is filled line by line. Line numbers start at 1; 0 is no line."""
 
     path: Path
     #: Bytes of the file.
     length: int = 0
-    #: The line that opens metadata which are never closed.
+    #: The line that begins metadata without an end.
     unclosed: int = 0
-    #: Its line ends, of "LF", "CRLF", "CR".
+    #: Its kinds of line ends: "LF", "CRLF", "CR".
     ends: frozenset[str] = frozenset()
-    #: Points along each axis by the header, () without one.
+    #: Points along each axis by the header; () without a header.
     size: tuple[int, ...] = ()
     #: Number of rows after the header.
     rows: int = 0
-    #: The first line of a .3dl that is no comment, and the largest number of its rows.
+    #: The first line that is no comment, and the largest number of a .3dl's rows.
     head: str = ""
     largest: int = 0
-    #: The first line with NaN or infinity, and the first with a decimal comma.
+    #: The first line with NaN or infinity, and the first line with a decimal comma.
     nan: int = 0
     comma: int = 0
-    #: The first other line that holds anything but the numbers that belong there, and its text.
+    #: The first other line with surplus or malformed numbers, and its text.
     odd: int = 0
     sample: str = ""
-    #: Why the installed OpenColorIO does not read the file; empty where it does, None where it was not asked.
+    #: The reason why the installed OpenColorIO refuses the file; empty when it reads the file, None when not tried.
     refusal: str | None = None
 
     def __post_init__(self) -> None:
@@ -79,7 +80,7 @@ class TableScan:
 
     @property
     def suffix(self) -> str:
-        """What its name ends in, in small letters."""
+        """The suffix of the file's name, in lower case."""
         return self.path.suffix.lower()
 
     def take(self, place: int, line: bytes) -> None:
@@ -90,9 +91,9 @@ class TableScan:
             return
         first = not self.head
         if first:
-            # Letters of a first line that are kept.
+            # Store at most 1000 characters of the first line.
             self.head = line[:1000].decode("ascii", errors="replace").strip()
-        # In a .spi3d the first line of three numbers is the size; a .3dl has no such line.
+        # The first line of three numbers is the size, except in a .3dl, which states no size.
         header = _SIZE.match(line) if not self.size and self.suffix != ".3dl" and of_csp in {"", "table"} else None
         row = None
         if header:
@@ -100,7 +101,7 @@ class TableScan:
         elif (self.size or self.suffix == ".3dl") and (row := _ROW[self.suffix].match(line)):
             self.rows += 1
             self.largest = max(self.largest, 0, *(int(word[:9]) for word in row.groups()))
-        # OpenColorIO skips the mesh line of a .3dl where one of its words is no whole number.
+        # OpenColorIO skips the mesh line of a .3dl if one of its words is no integer.
         of_numbers = bool(header or row or of_csp or (first and self.suffix == ".3dl" and _MESH.match(line)))
         self._check(place, line, of_numbers=of_numbers)
 
@@ -116,13 +117,13 @@ class TableScan:
 
 
 class _CspLines:
-    """Tells the lines of a ``.csp`` apart: "words", "curves" (count, inputs, outputs of three), or "table"."""
+    """A classifier of the lines of a ``.csp``: "words", "curves" (count, inputs, outputs, three times) or "table"."""
 
     def __init__(self) -> None:
         self._dimension, self._metadata, self._curves, self._lines = b"", False, 0, 0
 
     def part(self, words: bytes) -> str:
-        """Return the part of the next line, given without blanks around it."""
+        """Return the class of the next line. ``words`` is the line without blanks around it."""
         words = words.upper()
         if words.startswith((b"BEGIN METADATA", b"END METADATA")):
             self._metadata = words.startswith(b"BEGIN")
@@ -143,7 +144,10 @@ class _CspLines:
 
 
 def scan_table(path: Path) -> TableScan:
-    """Read a file in one pass, then ask OpenColorIO, unless its header would take all memory. Raises LutgenError."""
+    """Scan a file in one pass, then try OpenColorIO, unless the file would fill the memory.
+
+    Raises LutgenError: the file cannot be read or is no text.
+    """
     scan = TableScan(path)
     for block in blocks(path):
         scan.ends |= block.ends
@@ -156,13 +160,13 @@ def scan_table(path: Path) -> TableScan:
 
 
 def loads(scan: TableScan) -> Iterator[LintFinding]:
-    """Whether the installed OpenColorIO, which reads these formats strictly, reads the file."""
+    """Find out whether the installed OpenColorIO, which reads these formats strictly, reads the file."""
     if not scan.unclosed:
         yield from loading(scan.refusal, *OCIO)
 
 
 def line_ends(scan: TableScan) -> Iterator[LintFinding]:
-    """CRLF is read by all; a lone CR ends no line for OpenColorIO and ffmpeg."""
+    """Find line ends of a single CR. All readers accept CRLF, but OpenColorIO and ffmpeg do not accept a single CR."""
     if scan.suffix == ".3dl" and "CR" in scan.ends:
         fates = wrong(*OCIO, how="reads all numbers as one curve") | refused(
             FFMPEG, how="reads the whole file as one line"
@@ -171,7 +175,7 @@ def line_ends(scan: TableScan) -> Iterator[LintFinding]:
 
 
 def table_metadata(scan: TableScan) -> Iterator[LintFinding]:
-    """OpenColorIO searches for END METADATA beyond the end of the file, so it is never given such a file."""
+    """Find metadata without an end. OpenColorIO searches for END METADATA for ever, so it must not read such a file."""
     if scan.unclosed:
         yield LintFinding(
             "opens its metadata and never closes them",
@@ -182,7 +186,7 @@ def table_metadata(scan: TableScan) -> Iterator[LintFinding]:
 
 
 def table_numbers(scan: TableScan) -> Iterator[LintFinding]:
-    """OpenColorIO reads NaN as 0, and each other word up to the first letter that belongs to no number."""
+    """Find malformed numbers. OpenColorIO reads NaN as 0, and other words up to the first character of no number."""
     if scan.nan:
         yield LintFinding("has NaN or infinity", "Compute these rows again.", scan.nan, wrong(*OCIO, how="reads 0"))
     if scan.comma:
@@ -204,18 +208,18 @@ def table_numbers(scan: TableScan) -> Iterator[LintFinding]:
 
 
 def table_3dl(scan: TableScan) -> Iterator[LintFinding]:
-    """The lut3d of ffmpeg skips the first line, reads 17³ rows and divides by 4096; it ignores everything else."""
+    """Find .3dl files that ffmpeg misreads. Its lut3d skips the first line, reads 17³ rows and divides by 4096."""
     if scan.suffix != ".3dl":
         return
     mesh = len(scan.head.split()) > 3
-    behind = scan.rows - (not mesh and bool(scan.rows))
+    after_first_line = scan.rows - (not mesh and bool(scan.rows))
     remedy = "Make a .cube for ffmpeg of it: `ociobakelut --lut FILE --format iridas_cube OUT`."
     if scan.head.upper().startswith("3DMESH"):
         yield LintFinding("begins with 3DMESH", remedy, 0, refused(FFMPEG, how="reads its second line as a row"))
-    elif behind < FFMPEG_ROWS:
+    elif after_first_line < FFMPEG_ROWS:
         fates = refused(FFMPEG, how=f"expects {FFMPEG_ROWS} rows after the first line")
         yield LintFinding(f"has {scan.rows} rows" + ("" if mesh else " and no mesh line"), remedy, 0, fates)
-    elif behind > FFMPEG_ROWS:
+    elif after_first_line > FFMPEG_ROWS:
         fates = wrong(FFMPEG, how=f"reads the first {FFMPEG_ROWS} rows as a table of 17³")
         yield LintFinding(f"has {scan.rows} rows, and ffmpeg reads only tables of 17³", remedy, 0, fates)
     elif scan.largest not in TWELVE_BITS:
@@ -227,7 +231,7 @@ RULES = (loads, line_ends, table_metadata, table_numbers, table_3dl)
 
 
 def lint_table(path: Path, _ask_readers: bool) -> Linted:
-    """Lint a file; raises LutgenError where it cannot be read, or is no text."""
+    """Lint a table. Raises LutgenError when it cannot be read or is no text."""
     scan = scan_table(path)
     size = " × ".join(map(str, scan.size)) + f" points, {scan.rows} rows, " if scan.size else ""
     kind = "3dl" if scan.suffix == ".3dl" else "lut"
