@@ -47,7 +47,6 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
 FORMAT = Format(
     name="3dl",
     suffix=".3dl",
-    summary="12-bit integers for Autodesk Flame and Lustre; clipped to sRGB",
     unclipped=False,
     write=write,
     candidates=candidates,

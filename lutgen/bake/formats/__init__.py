@@ -67,10 +67,9 @@ class Reader:
 class Format:
     """The properties of a file format, and the functions that write and read it."""
 
-    #: For example ``cube``, ``.cube`` and one sentence on its use.
+    #: For example ``cube`` and ``.cube``.
     name: str
     suffix: str
-    summary: str
     #: Whether its files keep aged colours outside sRGB, so that viewers with a wider gamut can show them.
     unclipped: bool
     #: Returns the bytes of a file.

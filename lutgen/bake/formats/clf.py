@@ -87,7 +87,6 @@ def _table(lut: Lut) -> bytes:
 FORMAT = Format(
     name="clf",
     suffix=".clf",
-    summary="Common LUT Format: exact for --selection continuous, keeps colours outside sRGB",
     unclipped=True,
     write=write,
     candidates=candidates,

@@ -31,7 +31,6 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
 FORMAT = Format(
     name="csp",
     suffix=".csp",
-    summary="Cinespace 3D table with a shaper, floats, for OpenColorIO 1 and grading tools; keeps colours outside sRGB",
     unclipped=True,
     write=write,
     spaces=("code", "shaped"),

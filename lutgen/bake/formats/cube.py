@@ -26,7 +26,6 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
 FORMAT = Format(
     name="cube",
     suffix=".cube",
-    summary="3D table in code values, read by nearly every viewer and grading tool; clipped to sRGB",
     unclipped=False,
     write=write,
     head=head,

@@ -27,7 +27,6 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
 FORMAT = Format(
     name="devicelink",
     suffix=".icc",
-    summary="ICC device link, for programs that convert pictures by LittleCMS or Argyll; clipped to sRGB",
     unclipped=False,
     write=write,
     largest=icc.LARGEST,

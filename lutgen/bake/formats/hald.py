@@ -22,7 +22,6 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
 FORMAT = Format(
     name="hald",
     suffix=".png",
-    summary="the table as a 16-bit picture, for ImageMagick, ffmpeg, GIMP and RawTherapee; clipped to sRGB",
     unclipped=False,
     write=write,
     largest=65_535,

@@ -66,7 +66,6 @@ def nearest_colorants(xyz: Array) -> Array:
 FORMAT = Format(
     name="icc",
     suffix=".icc",
-    summary="ICC profile to assign to a picture, for QuPath, browsers and system viewers; keeps colours outside sRGB",
     unclipped=True,
     write=write,
     spaces=("lab",),

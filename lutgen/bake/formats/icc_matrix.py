@@ -81,7 +81,6 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
 FORMAT = Format(
     name="icc-matrix",
     suffix=".icc",
-    summary="ICC profile without a table: exact white for 8-bit pictures in LittleCMS too, less exact elsewhere",
     unclipped=True,
     write=write,
     candidates=candidates,

@@ -25,7 +25,6 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
 FORMAT = Format(
     name="icc-v2",
     suffix=".icc",
-    summary="the profile of icc in version 2, for Argyll, which reads no other; less exact in browsers",
     unclipped=True,
     write=write,
     spaces=("lab-v2",),

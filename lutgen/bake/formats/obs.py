@@ -20,7 +20,6 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
 FORMAT = Format(
     name="obs",
     suffix=".png",
-    summary="the table as OBS Studio's picture of 512 × 512 pixels, 8 bit, where it reads no .cube; clipped to sRGB",
     unclipped=False,
     write=write,
     largest=255,

@@ -118,7 +118,6 @@ def _unpacked(path: Path) -> Iterator[Path]:
 FORMAT = Format(
     name="ocioz",
     suffix=".ocioz",
-    summary="a whole OpenColorIO config in one file, for OpenColorIO from 2.2 on; keeps colours outside sRGB",
     unclipped=True,
     write=write,
     candidates=clf.candidates,

@@ -38,7 +38,6 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
 FORMAT = Format(
     name="resolve",
     suffix=".cube",
-    summary=".cube with a shaper as DaVinci Resolve reads it: closer to the model where dark colours bend; clipped",
     unclipped=False,
     write=write,
     spaces=("code", "shaped"),

@@ -27,7 +27,6 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
 FORMAT = Format(
     name="spi3d",
     suffix=".spi3d",
-    summary="Imageworks 3D table, floats, for Nuke, RV and every OpenColorIO since 1.0; keeps colours outside sRGB",
     unclipped=True,
     write=write,
 )
