@@ -28,8 +28,8 @@ SCHEMA = 1
 @click.option("--effects", "files", multiple=True, metavar="FILE.py", help="Add the effects of a Python file.")
 @click.option("--add-expr", "expressions", multiple=True, metavar="EXPR", help="Add an effect in one line.")
 @click.option("--plot", metavar="FILE.png", help="Draw the change that the effect NAME makes at its typical size.")
-@click.option("--force", is_flag=True, help="Replace FILE.png where it exists.")
-@click.option("--check", "checked", metavar="FILE.py", help="Try whether a file's effects keep the contract.")
+@click.option("--force", is_flag=True, help="Replace FILE.png if it exists.")
+@click.option("--check", "checked", metavar="FILE.py", help="Test whether a file's effects keep the contract.")
 @click.option("--data", metavar="DATA", help="With --check: say what these readings can show of the effects.")
 @click.option(
     "--time-limit",
@@ -54,9 +54,8 @@ def command(
 
     Effects are built in, come with installed packages, from Python files (--effects) or from one line (--add-expr):
     `[name:] formula [; parameter=start[low,high]]…`, where the formula changes one of the signals code, linear and xyz.
-    A file is imported as any Python program is: without limits, and with your rights. --check tries a file first: in a
-    process with limits of time and memory, against the contract that fits and LUTs rely on; exit 1 when a clause is
-    broken.
+    A file is imported as any Python program is: without limits, and with your rights. --check tests a file in a process
+    with limits of time and memory, against the contract on which fits and LUTs rely; exit 1 when a clause is broken.
 
     \b
     Example:
@@ -144,7 +143,7 @@ def _explain(effect: Effect, plot: str | None, *, force: bool, as_json: bool) ->
 
 
 def _unwrapped(text: str) -> str:
-    """Join lines that were only broken because the first word of the next one did not fit, for another width."""
+    """Join lines that were broken only because the next word did not fit, so that they can be wrapped again."""
     first, *others = text.split("\n")
     joined = first
     last = first
@@ -157,7 +156,7 @@ def _unwrapped(text: str) -> str:
 
 
 def _size_in_words(effect: Effect, *, must_be_sound: bool) -> str:
-    """Say how large an effect is, or, of anybody's own, that it breaks the contract."""
+    """Return a sentence on the size of an effect, or on the clause that a user's own effect breaks."""
     from lutgen.display.signature import Signature
     from lutgen.effects.contract import check, refuse_broken
 
@@ -225,7 +224,7 @@ def _report(report: Report) -> Page:
 
 
 def _rehearse(file: str, data: str, reports: tuple[Report, ...]) -> dict[str, Any]:
-    """What readings could show of the effects that keep the contract: name → Rehearsal."""
+    """Return what readings could show of the effects that keep the contract: name → Rehearsal."""
     from lutgen.criticism.rehearse import rehearse
     from lutgen.effects.own import everything, load_file
     from lutgen.readings import read_measurements

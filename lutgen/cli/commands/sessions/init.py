@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 def command(*, files: tuple[str, ...], output: str, same_display: bool, force: bool) -> None:
     """Draft a campaign file from the sessions of one display, by date.
 
-    Files are ArgyllCMS .ti3, other CGATS, or CSV. lutgen fills in dates, instruments and what the calibration did, and
-    asks on a terminal for what only you know (hours a day, room light, settings); without a terminal these lines are
-    left open as # TODO. Sessions of clearly different displays are refused and named.
+    Files are ArgyllCMS .ti3, other CGATS, or CSV. lutgen fills in dates, instruments and the effect of the calibration.
+    On a terminal it asks for everything that only you know (hours a day, room light, settings); without a terminal it
+    leaves these lines open as # TODO. lutgen refuses and names sessions of clearly different displays.
 
     \b
     Example:
@@ -62,7 +62,7 @@ def command(*, files: tuple[str, ...], output: str, same_display: bool, force: b
 
 
 def _ask(sessions: Sequence[Session]) -> Answers:
-    """Ask on the terminal; an empty answer leaves the line open."""
+    """Ask questions on the terminal; an empty answer leaves the line open."""
     from lutgen.history.draft import OF_DISPLAY, OF_SESSION, Answers
 
     names = ", ".join(dict.fromkeys(each.display for each in sessions if each.display))
