@@ -91,15 +91,17 @@ def _check(
 
     if Path(path).is_dir():
         if mode or hours is not None:
-            raise click.UsageError("--mode and --hours go with LUT files; a folder's manifest knows its own.")
+            raise click.UsageError("--mode and --hours are for LUT files; a folder's manifest holds its own.")
         if options["at"]:
-            raise click.UsageError("--at goes with LUT files; a folder's manifest knows its own conditions.")
+            raise click.UsageError("--at is for LUT files; a folder's manifest holds its own conditions.")
         model = model_from(**options) if any(options.values()) else None
         return check(path, model=model, budget=budget, gpu=gpu, jobs=jobs, progress=progress)
     if gpu:
-        raise click.UsageError("--gpu goes with folders: it is the views of their configs that are drawn.")
+        raise click.UsageError("--gpu is for folders: lutgen draws the views of their configs.")
     if mode is None or hours is None:
-        raise click.UsageError(f"{path} is no folder; for a LUT file say which display it claims: --mode and --hours.")
+        raise click.UsageError(
+            f"{path} is no folder; for a LUT file give the display that it should show: --mode and --hours."
+        )
     return check_lut(path, model_from(**options).at(mode, hours), budget=budget)
 
 

@@ -61,7 +61,7 @@ def command(
 
     if jobs and scheduler:
         raise click.UsageError(
-            "--jobs are processes of this machine, and --scheduler has its own. Leave one of them out."
+            "--jobs are processes of this machine, and --scheduler uses those of a cluster. Leave one of them out."
         )
     outputs = Outputs(json_to, csv_to, force=force)
     model = model_from(**options)
@@ -81,7 +81,7 @@ def command(
                 progress=progress,
             )
     except KeyboardInterrupt:
-        say(f"Interrupted. {output} keeps the finished slides; the same command goes on from there.", err=True)
+        say(f"Interrupted. {output} keeps the finished slides; the same command continues with the others.", err=True)
         raise
     outputs.write(cohort_page(result), result.as_json, as_csv=result.as_csv)
     if result.broken:

@@ -36,7 +36,9 @@ def command(*, json_to: str | None, fail_above: float | None, plots: str | None,
       lutgen compare examples/display-a.csv --model my-display.toml --fail-above 1.5
     """
     if options["files"] and not options["model"]:
-        raise click.UsageError("--effects helps --model to find effects; compare adds none. Use lutgen diagnose.")
+        raise click.UsageError(
+            "compare needs --effects only to load --model, since it adds no effect. Use lutgen diagnose."
+        )
     from lutgen.criticism.compare import compare
     from lutgen.numerals import times
     from lutgen.report.comparison import compare_page

@@ -74,7 +74,7 @@ def _write_stub(diagnosis: Diagnosis, to: str | None) -> str | None:
     if not to:
         return None
     if diagnosis.verdict.name == "consistent":
-        click.echo(f"{to} is not written: nothing is left that an effect of your own could explain.", err=True)
+        click.echo(f"{to} is not written: no residual is left that an effect of your own could explain.", err=True)
         return None
     from lutgen.files import write_atomically
     from lutgen.report.effect_sketch import sketch

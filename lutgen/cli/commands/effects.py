@@ -66,7 +66,7 @@ def command(
     """
     if checked:
         if name or plot or files or expressions:
-            raise click.UsageError("--check stands alone with its FILE.py, --data and --json: leave the others out.")
+            raise click.UsageError("--check goes only with FILE.py, --data and --json: leave the other options out.")
         _check(checked, data, time_limit, as_json=as_json)
         return
     if data:
@@ -100,13 +100,13 @@ def _list(effects: Mapping[str, Effect]) -> None:
         stage = effect.stage
     print_page(
         [
-            f"{len(effects)} effects{also}, in the order of the light's way:\n",
+            f"{len(effects)} effects{also}, in the order in which they act on the signal:\n",
             Table(heads, rows, words=range(len(heads)), unbroken=True),
             *([""] if own else []),
             *(f"{effect.name} comes from {effect.origin}" for effect in own),
             (
-                "\nbaseline: colour-points effects are seen beside white and primaries measured again at every hour, "
-                "first-hour effects only by a model that starts from hour 0.\n`lutgen effects NAME` explains one."
+                "\nbaseline: colour-points effects show even if white and primaries are measured again at every hour, "
+                "first-hour effects only with a model that starts from hour 0.\n`lutgen effects NAME` explains one."
             ),
         ]
     )
@@ -169,8 +169,8 @@ def _size_in_words(effect: Effect, *, must_be_sound: bool) -> str:
 
 
 _BASELINES = {
-    "colour-points": "colour-points: seen beside white and primaries measured again at every hour",
-    "first-hour": "first-hour: seen only by a model that starts from hour 0 (--baseline first-hour)",
+    "colour-points": "colour-points: shows even if white and primaries are measured again at every hour",
+    "first-hour": "first-hour: shows only with a model that starts from hour 0 (--baseline first-hour)",
 }
 
 
@@ -190,7 +190,7 @@ def _parameters(effect: Effect) -> Page:
     )
     return [
         Table(heads, rows, words=range(len(heads)), unbroken=True),
-        "\nFits free these, the simplest first:",
+        "\nParameters that a fit frees, simplest form first:",
         *forms,
         "",
     ]

@@ -44,7 +44,7 @@ def command(
 
     def opened(address: str) -> None:
         if not (data or model):
-            say("These readings are simulated, with two hidden effects: nobody measured them.")
+            say("These readings are simulated, not measured; the simulated display has two hidden effects.")
         say(f"Ctrl-C ends the page. See it at {address}")
         if not no_browser:
             # webbrowser.open may wait until a browser has started: the server prepares the page in the meantime.

@@ -83,7 +83,9 @@ def command(
     tolerances = check_tolerances(numbers("--tolerance", tolerance))
     check_new_file(output, force=force, suffixes=(".html", ".htm"))
     if instrument and not data:
-        raise click.UsageError("--instrument tells the noise of --data: give READINGS too, or leave it out.")
+        raise click.UsageError(
+            "--instrument states the noise of --data: give --data READINGS too, or leave --instrument out."
+        )
     own = any(options[name] for name in ("display", "model"))
     model = model_from(**({**options, "display": data} if data and not own else options))
     uneven, screen = where.on(model)

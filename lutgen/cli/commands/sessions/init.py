@@ -52,7 +52,7 @@ def command(*, files: tuple[str, ...], output: str, same_display: bool, force: b
     text = draft(sessions, path.parent, answers)
     write_atomically(path, text.encode())
     left = text.count("# TODO ")
-    opened = f"; {left} lines begin with # TODO: only you know" if left else ""
+    opened = f"; complete the {left} lines that begin with # TODO" if left else ""
     several = (
         f" They look like {len(displays_of(sessions))} displays."
         if same_display and len(displays_of(sessions)) > 1
@@ -80,5 +80,5 @@ def _value(key: str, text: str) -> float | str:
     value = number(text)
     most = 24 if key == "hours_per_day" else 200_000
     if value is None or not 0 <= value <= most or (key == "hours_per_day" and value == 0):
-        raise click.UsageError(f"{key}: {text!r} is no number that makes sense. Start again, or leave it empty.")
+        raise click.UsageError(f"{key}: {text!r} is no possible value. Start again, or leave it empty.")
     return value

@@ -49,7 +49,7 @@ def command(*, study: str, reader: str, session: int, override: str | None, port
     def opened(address: str) -> None:
         # A reader whose name was mistyped notices another place, and that all images are left.
         say(f"{now.reader}, place {now.place} of {now.protocol.readers}: {now.left} images left.")
-        say(f"Ctrl-C stops; the same command goes on. Read at {address}")
+        say(f"Ctrl-C stops; the same command continues. Read at {address}")
         if not no_browser:
             webbrowser.open(address)
 

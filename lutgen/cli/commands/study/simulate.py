@@ -75,7 +75,7 @@ def _differences(
     by_condition = dict(_given(text, aged) for text in given)
     missing = [condition for condition in aged if condition not in by_condition]
     if missing:
-        raise LutgenError(f"--difference says nothing of {', '.join(missing)}. Give every aged condition, or none.")
+        raise LutgenError(f"--difference lacks {', '.join(missing)}. Give every aged condition, or none.")
     return {(image.name, name): value for image in protocol.images for name, value in by_condition.items()}
 
 
