@@ -162,7 +162,7 @@ def test_the_schema_refuses_what_is_wrong(run: Callable[..., Done], path: tuple[
         (("in", "--json", "in"), "in: is a folder"),
         (("in", "--scheduler", "tcp://127.0.0.1:9"), "--scheduler tcp://127.0.0.1:9: no Dask scheduler answers there"),
         (("in", "--scheduler", "local"), "is no address of a Dask scheduler"),
-        (("in", "--scheduler", "tcp://127.0.0.1:9", "--jobs", "2"), "--scheduler uses those of a cluster. Leave one of them out."),
+        (("in", "--scheduler", "tcp://127.0.0.1:9", "--jobs", "2"), "--scheduler uses those of a cluster"),
         (("in", "--jobs", "0"), "--jobs"),
     ],
 )
