@@ -162,7 +162,7 @@ def test_the_schema_refuses_what_is_wrong(run: Callable[..., Done], path: tuple[
         (("in", "--json", "in"), "in: is a folder"),
         (("in", "--scheduler", "tcp://127.0.0.1:9"), "--scheduler tcp://127.0.0.1:9: no Dask scheduler answers there"),
         (("in", "--scheduler", "local"), "is no address of a Dask scheduler"),
-        (("in", "--scheduler", "tcp://127.0.0.1:9", "--jobs", "2"), "--scheduler has its own. Leave one of them out."),
+        (("in", "--scheduler", "tcp://127.0.0.1:9", "--jobs", "2"), "--scheduler uses those of a cluster"),
         (("in", "--jobs", "0"), "--jobs"),
     ],
 )
@@ -223,7 +223,7 @@ def test_an_interrupted_run_keeps_what_is_finished_and_goes_on(tmp_path: Path) -
         os.killpg(started.pid, signal.SIGINT)
         out, err = started.communicate(timeout=60)
     assert (started.returncode, out) == (130, "")
-    assert err.splitlines()[0].startswith("Interrupted. run keeps the finished slides; the same command goes on")
+    assert err.splitlines()[0].startswith("Interrupted. run keeps the finished slides; the same command continues")
     assert "Traceback" not in err
     assert len(list(slides.iterdir())) == 3
     assert {file.suffix for file in slides.iterdir()} == {".json"}

@@ -311,7 +311,7 @@ BAD: dict[str, str] = {
     "compare {leak} --instrument good": "instrument noise 'good': give two numbers above 0",
     "compare {leak} --instrument 0.002": "give two numbers above 0",
     "compare {leak} --instrument=-1,0.003": "give two numbers above 0",
-    "compare {leak} --effects own.py": "--effects helps --model",
+    "compare {leak} --effects own.py": "compare needs --effects only",
     "compare {leak} --json taken.json": "taken.json: exists already. Add --force",
     "compare {leak} --json folder": "folder: is a folder",
     "compare {leak} --json notes.txt/numbers.json": "cannot write",

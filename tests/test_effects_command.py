@@ -66,7 +66,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def test_the_list_names_every_effect_with_stage_columns_and_origin(folder: Path) -> None:
     text = run("--effects", "glue.py", "--add-expr", LEAK)
-    assert text.startswith(f"{len(catalogue()) + 2} effects, 2 of them not built in, in the order of the light's way")
+    assert text.startswith(f"{len(catalogue()) + 2} effects, 2 of them not built in, in the order in which they act")
     for effect in catalogue().values():
         assert f"\n{effect.name} " in text
     for word in (*STAGES, "ambient_lx", "first-hour", "glue.py", LEAK[:20], "Glue between panel"):
@@ -188,7 +188,7 @@ def ended(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
         (("black-level", "--plot", "glue.png"), 2, "exists already. Add --force"),
         (("glue-glow", "--effects", "broken.py", "--plot", "b.png"), 2, "breaks the contract, clause 'runs'"),
         (("--data", "x.csv"), 2, "--data belongs to --check"),
-        (("black-level", "--check", "glue.py"), 2, "--check stands alone"),
+        (("black-level", "--check", "glue.py"), 2, "--check goes only with"),
         (("--check", "glue.py"), 0, "glue-glow keeps all 9 clauses"),
         (("--check", "broken.py"), 1, "Raises line 13: AttributeError: 'Scene' object has no attribute 'humidity'"),
         (("--check", "missing.py"), 2, "missing.py: cannot read the effects"),

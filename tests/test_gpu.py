@@ -180,4 +180,4 @@ def test_shaders_are_of_folders_not_of_single_files(built: Path, lutgen: Callabl
     shutil.copyfile(lut, tmp_path / lut.name)
     done = lutgen("check", "--gpu", "--mode", "chroma", "--hours", "10000", str(tmp_path / lut.name))
     assert done.code == 2
-    assert "--gpu goes with folders" in done.err
+    assert "--gpu is for folders" in done.err

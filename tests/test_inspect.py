@@ -86,7 +86,7 @@ def test_gamma_is_the_slope_that_a_twin_finds(tmp_path: Path) -> None:
     found = changed(tmp_path, bent @ (light(np.eye(3)) - LEAK * light(np.ones((1, 3)))) + light()[1])
     for name, gamma in zip(("red", "green", "blue"), (2.0, 2.2, 2.5), strict=True):
         assert found.curves[name].gamma == pytest.approx(gamma, abs=2e-3)
-    assert any("Channels bend apart" in remark for remark in found.remarks)
+    assert any("Channels differ" in remark for remark in found.remarks)
 
 
 def test_what_calibration_holds_back_is_told_from_its_curves(tmp_path: Path) -> None:
@@ -103,8 +103,8 @@ def test_what_calibration_holds_back_is_told_from_its_curves(tmp_path: Path) -> 
         assert native_gamma(found.session, name) == pytest.approx(2.2, abs=1e-2)
     drive, _ = native_ramp(found.session, "blue")
     assert drive[-1] == pytest.approx(0.8)
-    assert any("red at the stop" in remark for remark in found.remarks)
-    assert any("gives away" in remark for remark in found.remarks)
+    assert any("red at the limit" in remark for remark in found.remarks)
+    assert any("The calibration costs" in remark for remark in found.remarks)
     assert any("asked for 180" in remark for remark in found.remarks)
 
 
@@ -113,7 +113,7 @@ def test_a_display_that_brightens_while_it_is_read_is_called_unsteady(tmp_path: 
     found = changed(tmp_path, light() * ramp[:, np.newaxis])
     assert found.steadiness is not None
     assert found.steadiness.drift == pytest.approx(0.2, abs=1e-6)
-    assert found.remarks[0].startswith("Unsteady: a patch that was read again had +20.0%")
+    assert found.remarks[0].startswith("Unsteady: luminance of a repeated patch changed by +20.0%")
     slight = changed(tmp_path, light() * (1.0 + 0.05 * (ramp - 1.0))[:, np.newaxis])
     assert slight.remarks[0].startswith("Drift: luminance changed by +1.0%")
 

@@ -31,7 +31,7 @@ def test_one_session_is_a_page(inspect: Callable[..., Done]) -> None:
     assert (done.code, done.err) == (0, "")
     assert done.lines[0] == "one.ti3"
     assert "0.3127  0.3290        200.0    0.2      1000  2.20" in done.out
-    assert "red at the stop (red 1.000, green 0.900, blue 0.800)" in done.out
+    assert "red at the limit (red 1.000, green 0.900, blue 0.800)" in done.out
     assert "\nMissing: " in done.out
     assert "One place on the screen: no edge fall-off" in done.out
 

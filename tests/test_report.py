@@ -459,7 +459,7 @@ def test_a_table_escapes_its_cells() -> None:
         (("a.png", "-o", "r.html", "--hours", "0..18000:10"), f"at most {MOST} hours"),
         (("a.png", "-o", "r.html", "--build", "folder.html"), "folder.html: holds no manifest.json"),
         (("a.png", "-o", "r.html", "--data", "none.csv"), "none.csv"),
-        (("a.png", "-o", "r.html", "--instrument", "0.002,0.003"), "--instrument tells the noise of --data"),
+        (("a.png", "-o", "r.html", "--instrument", "0.002,0.003"), "--instrument states the noise of --data"),
         (("a.png", "a.png", "-o", "r.html"), "unexpected extra argument"),
     ],
 )

@@ -1,8 +1,8 @@
 """The command line: one module per command in ``lutgen/cli/commands``, found by its name; a folder is a group.
 
-A command only reads options, calls the library and writes the results: files first, sentences after. Modules are
-imported when they are needed, and import what is slow inside the function that uses it: ``lutgen --help`` takes 40 ms.
-One more file here serves several commands.
+A command only reads options, calls the library and writes the results: first files, then sentences. A command's module
+is imported when the command runs, and functions import slow modules themselves: ``lutgen --help`` takes 40 ms. A
+further file in this folder contains code that several commands share.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def main() -> None:
     except KeyboardInterrupt:
         code = INTERRUPTED
     if code == INTERRUPTED:
-        # Where an interrupt passes through a text that Python runs, as dataclasses do while modules load, Python notes
-        # it, and ends by the signal whatever the code. Another text makes it forget.
+        # When KeyboardInterrupt passes through exec(), which dataclasses call while modules load, Python records the
+        # interrupt and later ends by the signal, whatever the exit code. Another exec() clears that record.
         exec("")  # noqa: S102
     sys.exit(code)

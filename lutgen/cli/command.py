@@ -1,4 +1,4 @@
-"""``Command`` and ``CommandFolder``, the group ``lutgen``, and what becomes of errors, signals and exit codes.
+"""``Command``, ``CommandFolder``, the group ``lutgen``, and the handling of errors, signals and exit codes.
 
 A module of a group's folder holds one command, named ``command``; a package of the folder holds a group. The help of
 the group lists the commands by section, and the help of a command lists rarely needed options under "Advanced".
@@ -27,15 +27,15 @@ from lutgen.errors import LutgenError, reason_of
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-#: More letters than any first sentence has: click shortens a longer one with "...".
+#: Largest length of a command's first sentence, in letters: click shortens longer sentences with "...".
 LONGEST = 1000
 
-#: Help is not wider than this, on however wide a terminal.
+#: Largest width of help, in letters.
 WIDEST = 100
 
 
 class Section(Enum):
-    """Heading of a group of commands in ``lutgen --help``; the order here is the order there."""
+    """Headings of the groups of commands in ``lutgen --help``, in the order of the help."""
 
     SIMULATE = "Simulate"
     CRITICISM = "Find what the model misses"
@@ -50,60 +50,61 @@ class Advanced(click.Option):
     """An option that few users need: the help lists it last, under "Advanced"."""
 
 
-def _hidden(text: str) -> str:
-    """Hide hyphens and the spaces in numbers from click, which breaks lines there: --source-space, 18 000."""
+def _unbreakable(text: str) -> str:
+    """Replace hyphens and the spaces in numbers, at which click breaks lines: --source-space, 18 000."""
     return with_fixed_spaces(text).replace("-", "\u2011")
 
 
-def _shown(text: str) -> str:
+def _readable(text: str) -> str:
+    """Undo :func:`_unbreakable`."""
     return with_plain_spaces(text).replace("\u2011", "-")
 
 
 class Formatter(click.HelpFormatter):
-    """Help as wide as the terminal, however narrow the terminal is, wrapped at spaces alone, unlike click's."""
+    """Help as wide as the terminal, up to ``WIDEST``, wrapped only at spaces."""
 
     def __init__(self, **kwargs: Any) -> None:
-        """Ignore click's width and take the terminal's."""
-        # Help is not narrower than this: the name of an option and two short words.
+        """Use the terminal's width instead of click's."""
+        # The smallest width is that of an option's name and two short words.
         width = max(min(get_terminal_size().columns, WIDEST) - 2, 20)
         super().__init__(**{**kwargs, "width": width})
 
     def write(self, string: str) -> None:
         """Write a piece of finished help."""
-        super().write(_shown(string))
+        super().write(_readable(string))
 
     def write_usage(self, prog: str, args: str = "", prefix: str | None = None) -> None:
         """Write the line of usage."""
-        super().write_usage(prog, _hidden(args), prefix)
+        super().write_usage(prog, _unbreakable(args), prefix)
 
     def write_text(self, text: str) -> None:
         """Write paragraphs."""
-        super().write_text(_hidden(text))
+        super().write_text(_unbreakable(text))
 
     def write_dl(self, rows: Iterable[tuple[str, str]], col_max: int = 30, col_spacing: int = 2) -> None:
         """Write names and explanations; names take at most a third of the width."""
-        hidden = [(_hidden(name), _hidden(text)) for name, text in rows]
-        super().write_dl(hidden, min(col_max, self.width // 3), col_spacing)
+        unbreakable = [(_unbreakable(name), _unbreakable(text)) for name, text in rows]
+        super().write_dl(unbreakable, min(col_max, self.width // 3), col_spacing)
 
 
 click.Context.formatter_class = Formatter
 
 
 class Command(click.Command):
-    """A command that says where its group's help lists it: ``section``, and its ``place`` in that section, from 1."""
+    """A command with its place in the help of its group: the ``section``, and the ``place`` in that section, from 1."""
 
     def __init__(self, *args: Any, section: Section = Section.COMMANDS, place: int = 0, **kwargs: Any) -> None:
-        """Keep the section and the place; the rest is click's."""
+        """Store the section and the place; click takes the other arguments."""
         super().__init__(*args, **kwargs)
         self.section = section
         self.place = place
 
     def get_help_option_names(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - click's interface
-        """Return -h and --help, also for a command that no group has called: click takes the names from the group."""
+        """Return -h and --help. click takes these names from the calling group; a command may run without a group."""
         return ["-h", "--help"]
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parse the arguments; click does not say which command an option without its value belongs to."""
+        """Parse the arguments; add the command to an error about an option without its value, which click omits."""
         try:
             return super().parse_args(ctx, args)
         except click.UsageError as error:
@@ -117,7 +118,7 @@ class Command(click.Command):
         return [line.strip() for line in after.splitlines() if line.strip().startswith("lutgen ")]
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """List the options, and below them those that few users need."""
+        """List the options, and then the options that few users need."""
         records: dict[str, list[tuple[str, str]]] = {"Options": [], "Advanced": []}
         for option in self.get_params(ctx):
             record = option.get_help_record(ctx)
@@ -130,30 +131,30 @@ class Command(click.Command):
 
 
 class CommandFolder(Command, click.Group):
-    """A group whose commands are the modules and packages of a folder; each of them has ``command``."""
+    """A group whose commands are the modules and packages of a folder; each module or package defines ``command``."""
 
     def __init__(self, *args: Any, folder: str, **kwargs: Any) -> None:
-        """Take the commands in ``folder``, a package's dotted name; the rest is click's."""
+        """Store ``folder``, the dotted name of the package with the commands; click takes the other arguments."""
         super().__init__(*args, **kwargs)
         self._folder = folder
 
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002 - click's interface
-        """Name the modules of the folder."""
+        """Return the names of the folder's modules."""
         return sorted(module.name for module in iter_modules(import_module(self._folder).__path__))
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> Command | None:
-        """Import one command."""
+        """Import and return one command; None if the folder has no such command."""
         if cmd_name not in self.list_commands(ctx):
             return None
         command: Command = import_module(f"{self._folder}.{cmd_name}").command
         return command
 
     def sections(self, ctx: click.Context) -> dict[Section, list[str]]:
-        """Name the commands of each section, in the order of the help."""
+        """Return the names of the commands of each section, in the order of the help."""
         commands = [(name, command) for name in self.list_commands(ctx) if (command := self.get_command(ctx, name))]
         ordered = sorted(commands, key=lambda pair: (pair[1].place, pair[0]))
-        names = {section: [name for name, command in ordered if command.section is section] for section in Section}
-        return {section: of for section, of in names.items() if of}
+        by_section = {section: [name for name, command in ordered if command.section is section] for section in Section}
+        return {section: names for section, names in by_section.items() if names}
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """List the options and, by section, the commands."""
@@ -161,7 +162,7 @@ class CommandFolder(Command, click.Group):
         self.format_commands(ctx, formatter)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """List the commands of each section, each with its whole first sentence: click would shorten it."""
+        """List the commands of each section, each with its complete first sentence, which click would shorten."""
         for section, names in self.sections(ctx).items():
             commands = [(name, self.get_command(ctx, name)) for name in names]
             with formatter.section(section.value):
@@ -170,20 +171,20 @@ class CommandFolder(Command, click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        """For an unknown command, name the most similar one, or all."""
+        """Resolve a command; the error for an unknown command names the most similar command, or all commands."""
         try:
             return super().resolve_command(ctx, args)
         except click.UsageError:
             from difflib import get_close_matches
 
-            names = [name for of in self.sections(ctx).values() for name in of]
+            names = [name for section in self.sections(ctx).values() for name in section]
             near = get_close_matches(args[0].lower(), names, 1)
             advice = f"Did you mean {near[0]}?" if near else f"Pick one of: {', '.join(names)}."
             raise click.UsageError(f"No such command {args[0]!r}. {advice}", ctx) from None
 
 
 class _TerminatedError(BaseException):
-    """SIGTERM came: half-written files are removed before the process ends, as after Ctrl-C."""
+    """Raised on SIGTERM, so that half-written files are removed before the process ends, as after Ctrl-C."""
 
 
 @click.group(cls=CommandFolder, folder="lutgen.cli.commands", context_settings={"help_option_names": ["-h", "--help"]})
@@ -206,10 +207,10 @@ def group() -> None:
 
 def run() -> int:
     """Run ``lutgen`` and return its exit code; an error becomes one sentence on standard error."""
-    # Fits factorise thousands of small matrices: threads of BLAS would only wait for each other. Before numpy loads.
+    # Fits factorise thousands of small matrices, for which several threads of BLAS are slower. Set before numpy loads.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     tolerate_closed_pipes()
-    # What a terminal's own encoding has no letter for is a question mark there, and nothing worse.
+    # Print "?" for a letter that the terminal's encoding lacks, instead of an error.
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, TextIOWrapper):
             stream.reconfigure(errors="replace")
@@ -237,7 +238,7 @@ def _exit_code() -> int:
         where = f"{error.filename}: " if error.filename else ""
         say(f"lutgen: error: {where}{reason_of(error)}.", err=True)
     except UnicodeEncodeError as error:
-        # Texts are written whole: only names, which may be any bytes, hold what has no code.
+        # Only file names, which may be any bytes, can contain what no encoding has.
         near = error.object[max(error.start - 40, 0) : error.end + 40].split("\n")[0]
         say(f"lutgen: error: {near!r}: holds a name that is no UTF-8, which cannot be written. Rename it.", err=True)
     except _TerminatedError:
@@ -251,7 +252,7 @@ def _exit_code() -> int:
 
 
 def _explain(error: click.UsageError) -> None:
-    """Say how the command is used, with its first example, and what was wrong."""
+    """Print the usage of the command, its first example, and the error."""
     if isinstance(error, getattr(click.exceptions, "NoArgsIsHelpError", ())):  # click has it from 8.2 on
         error.show()
         return

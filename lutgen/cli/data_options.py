@@ -1,4 +1,4 @@
-"""Options of the commands that hold the model against readings: compare, diagnose, refine, plan."""
+"""Options of the commands that compare the model with readings: compare, diagnose, refine, plan."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Question:
-    """Readings, model and effects that the options name."""
+    """Readings, model and effects that the options choose."""
 
-    #: As :func:`lutgen.criticism.diagnose.diagnose` takes them; so are ``terms``.
+    #: Arguments of :func:`lutgen.criticism.diagnose.diagnose`, like ``terms``.
     readings: Measurements
     baseline: str
     selection: str
@@ -36,16 +36,16 @@ class Question:
     terms: tuple[Term, ...]
     #: The model of ``--model``.
     saved: DisplayModel | None
-    #: DATA and options as a shell reads them, for another command on the same readings and model.
+    #: DATA and options, quoted for a shell, for another command on the same readings and model.
     again: str
 
     @property
     def data(self) -> str:
-        """DATA as a shell reads it."""
+        """DATA, quoted for a shell."""
         return shlex.quote(self.readings.file)
 
     @property
-    def asked(self) -> dict[str, Any]:
+    def settings(self) -> dict[str, Any]:
         """Keyword arguments that compare, diagnose, refine and plan have in common."""
         return {"baseline": self.baseline, "selection": self.selection, "instrument": self.instrument}
 
@@ -61,8 +61,8 @@ _MODEL = (
         "--baseline",
         type=click.Choice(BASELINES),
         help="What the model knows: `colour-points`, white and primaries measured again at each hour; `first-hour`, "
-        "hour 0 alone; `native`, as colour-points, from the display's own model of the first session; "
-        "`native-first-hour`, that model alone [default: colour-points].",
+        "only hour 0; `native`, as colour-points, from the display's own model of the first session; "
+        "`native-first-hour`, only that model [default: colour-points].",
     ),
     click.option(
         "--selection",
@@ -86,7 +86,7 @@ _EXPRESSION = click.option(
     help="An effect of your own in one line, such as 'leak: xyz + k*tau*white'.",
 )
 _OUTPUT = (
-    click.option("--json", "json_to", metavar="FILE", help="Write all numbers as JSON; - for standard output alone."),
+    click.option("--json", "json_to", metavar="FILE", help="Write all numbers as JSON; - prints only the JSON."),
     replace_option,
 )
 
@@ -101,7 +101,7 @@ def question_from(
     files: tuple[str, ...],
     expressions: tuple[str, ...] = (),
 ) -> Question:
-    """Read what the options of :func:`data_options` name."""
+    """Read the files that the options of :func:`data_options` name."""
     from lutgen.criticism.refine import terms_of
     from lutgen.effects.contract import refuse_unsound
     from lutgen.effects.expression import parse
@@ -113,7 +113,7 @@ def question_from(
     effects = everything(files, expressions)
     refuse_unsound(files, expressions)
     saved = _saved(model, effects) if model else None
-    # A model file says where its own effects are, so that --effects need not.
+    # A model file names the files of its own effects, so --effects is not needed for these.
     effects |= {each.effect.name: each.effect for each in saved.effects} if saved else {}
     return Question(
         readings,
@@ -131,7 +131,7 @@ def question_from(
 def _saved(model: str, effects: dict[str, Effect]) -> DisplayModel:
     from lutgen.display import load_model
 
-    # What the catalogue has, a model file finds by itself; an own effect may have moved since.
+    # A model file finds built-in effects itself; the file of an own effect may have moved.
     return load_model(model, {name: each for name, each in effects.items() if each.origin != "built-in"})
 
 
@@ -150,5 +150,5 @@ def _again(data: str, files: tuple[str, ...], expressions: tuple[str, ...], **na
 
 
 def split_all(_context: click.Context, _option: click.Parameter, texts: tuple[str, ...]) -> tuple[str, ...]:
-    """Cut the comma-separated parts of an option that may be repeated, in the order given."""
+    """Split the values of a repeatable option at commas, in the order given."""
     return tuple(part.strip() for text in texts for part in text.split(",") if part.strip())

@@ -1,7 +1,7 @@
-"""Options that several commands share, and what the values of these options mean.
+"""Options that several commands share, and functions that read the values of these options.
 
-Numbers are digits 0 to 9, read by :mod:`lutgen.cells`: click's own types also take ``1_000``, full-width digits and
-``nan``, as Python's ``float`` and ``int`` do.
+:mod:`lutgen.cells` reads numbers with digits 0 to 9 only: click's own types also accept ``1_000``, full-width digits
+and ``nan``, as Python's ``float`` and ``int`` do.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from lutgen.readings import Measurements
     from lutgen.readings.campaign import Campaign
 
-#: Whole numbers of options are far smaller.
+#: Largest whole number that an option accepts; every sensible value is far smaller.
 _MOST_WHOLE = 10**15
 
 
@@ -37,13 +37,13 @@ else:
 
 
 class _Digits(_ParamType):
-    """Reads digits 0 to 9 alone; click's own type, the next base of a class, then checks the number."""
+    """Reads a number with digits 0 to 9 only; click's own type, the next base class, then checks the number."""
 
     whole = False
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Read an option."""
-        if isinstance(value, str):  # and not a default, which is a number
+        """Read the value of an option."""
+        if isinstance(value, str):  # a default is a number already
             read = whole(value, least=-_MOST_WHOLE, most=_MOST_WHOLE) if self.whole else number(value)
             if read is None:
                 expected = "a whole number, such as 8" if self.whole else "a finite number, such as 8 or 0.5"
@@ -63,17 +63,17 @@ class _Whole(_Digits, click.types.IntParamType):
 
 
 class WholeFrom(_Digits, click.IntRange):
-    """A whole number from ``min`` on."""
+    """A whole number of at least ``min``."""
 
     whole = True
 
 
 class NumberFrom(_Digits, click.FloatRange):
-    """A finite number from ``min`` on."""
+    """A finite number of at least ``min``."""
 
 
 def stacked(*options: Callable[..., Any]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Return a decorator that adds options to a command, in this order."""
+    """Return a decorator that adds ``options`` to a command, in this order."""
 
     def add(command: Callable[..., Any]) -> Callable[..., Any]:
         for option in reversed(options):
@@ -103,14 +103,14 @@ tolerance_option = click.option(
     "--tolerance", metavar="LIST", default="3,5", show_default=True, help="Tolerated ΔE2000."
 )
 json_option = click.option(
-    "--json", "json_to", metavar="FILE|-", help="Write all numbers as JSON; - prints them alone."
+    "--json", "json_to", metavar="FILE|-", help="Write all numbers as JSON; - prints only the JSON."
 )
 force_option = click.option("--force", is_flag=True, help="Replace files that exist; never the image itself.")
 replace_option = click.option("--force", is_flag=True, help="Replace files that exist.")
 
 
 def check_output(output: str, image: str, *, force: bool, suffixes: Sequence[str] = (".png",)) -> Path:
-    """Return the path that a picture may be written to. Raises LutgenError as :func:`check_new_file`, or the image."""
+    """Return the path of a picture to write. Raises LutgenError as :func:`check_new_file`, or if it is the image."""
     path = check_new_file(output, force=force, suffixes=suffixes)
     if path.exists() and Path(image).exists() and path.samefile(image):
         raise LutgenError(f"{output}: is the image itself, which is never written to. Choose another name with -o.")
@@ -138,28 +138,27 @@ model_options = stacked(
         "--reference",
         cls=Advanced,
         type=click.Choice(REFERENCES),
-        help="Change since hour 0 put on sRGB, or the measured colours themselves [default: relative; absolute "
-        "where there is one session].",
+        help="relative: the measured change since hour 0, applied to sRGB; absolute: the measured colours "
+        "themselves [default: relative; absolute for one session].",
     ),
     click.option(
         "--luminance",
         cls=Advanced,
         metavar="LAW",
-        help="Luminance of chroma-luma: paper, measured, or a .csv of hour,factor from 0,1 on "
-        "[default: measured, or what the file of readings says under luminance_law].",
+        help="Luminance of chroma-luma: paper, measured, or a .csv of hour,factor that begins with 0,1 "
+        "[default: measured, or luminance_law of the file of readings].",
     ),
     click.option(
         "--at",
         cls=Advanced,
         metavar="NAME=VALUE",
         multiple=True,
-        help="Condition under which the display is seen, where effects depend on it, such as ambient_lx=60 or "
-        "u=0.1; several in a list [default: rest of the model's readings, else centre, dark room, warm, 25 °C, "
-        "full screen].",
+        help="Value of a condition on which effects depend, such as ambient_lx=60 or u=0.1; several in a list "
+        "[default: rest of the model's readings, else centre, dark room, warm, 25 °C, full screen].",
     ),
 )
 
-#: Last options of the commands that draw one image; options that say which lifetimes are computed.
+#: Last options of the commands that draw one image; options that choose the lifetimes to compute.
 picture_options = stacked(source_option, force_option, model_options)
 life_options = stacked(tolerance_option, hours_option)
 
@@ -174,7 +173,7 @@ def model_from(
     luminance: str | None,
     at: tuple[str, ...],
 ) -> DisplayModel:
-    """Make the model that the options of :func:`model_options` ask for."""
+    """Return the model that the options of :func:`model_options` choose."""
     from dataclasses import replace
 
     from lutgen.display import DisplayModel, default_display, load_model, parse_at
@@ -202,32 +201,32 @@ def model_from(
 
 
 def say_remarks(readings: Measurements) -> None:
-    """Print to standard error the remarks of the reader: what it had to decide, and what it ignored."""
+    """Print the remarks of the reader to standard error: its decisions, and the parts of the file that it ignored."""
     for remark in readings.remarks:
         say(f"{readings.file}: {remark}", err=True)
 
 
 def say_remarks_on_sessions(campaign: Campaign) -> None:
-    """Print to standard error what the readers of the sessions had to decide, or ignored."""
+    """Print the remarks of the sessions' readers to standard error: decisions, and ignored parts of files."""
     for entry in campaign.entries:
         for remark in entry.session.remarks:
             say(f"{entry.session.file}: {remark}", err=True)
 
 
 def split_list(_context: click.Context, _option: click.Parameter, text: str) -> tuple[str, ...]:
-    """Cut a comma-separated option into its parts, each once, in the order given."""
+    """Split an option at commas into its different parts, in the order given."""
     return tuple(dict.fromkeys(part.strip() for part in text.split(",") if part.strip()))
 
 
 def numbers(option: str, text: str) -> list[float]:
-    """Read an option's list of numbers, such as 3,5. Raises LutgenError where one is none."""
+    """Read an option's list of numbers, such as 3,5. Raises LutgenError if a part is no number."""
     values = number_list(text)
     if values is None:
         raise LutgenError(f"{option} {text}: give numbers above 0 in a list, such as 3,5.")
     return list(values)
 
 
-class AskedPlace(NamedTuple):
+class PlaceOptions(NamedTuple):
     """Values of --on-screen, --place and --uniformity."""
 
     on_screen: bool
@@ -235,7 +234,7 @@ class AskedPlace(NamedTuple):
     uniformity: str | None
 
     def on(self, model: DisplayModel) -> tuple[DisplayModel, OnScreen | None]:
-        """Return the model with its screen's uniformity, and where the picture lies. Raises LutgenError."""
+        """Return the model with the screen's uniformity, and the picture's place on the screen. Raises LutgenError."""
         if not any(self):
             return model, None
         from lutgen.display.on_screen import MeasuredUniformity, OnScreen
@@ -250,13 +249,13 @@ _SCREEN = stacked(
     click.option(
         "--on-screen",
         is_flag=True,
-        help="Age each pixel at its own place on the screen: by the model's effects that know places, such as "
-        "edge-falloff, or by --uniformity.",
+        help="Age each pixel at its own place on the screen: by effects of the model that depend on the place, such "
+        "as edge-falloff, or by --uniformity.",
     ),
     click.option(
         "--place",
         metavar="LEFT,TOP,WIDTH,HEIGHT",
-        help="Where on the screen the picture lies, in shares of the screen; implies --on-screen "
+        help="Place of the picture on the screen, in shares of the screen; implies --on-screen "
         "[default: 0,0,1,1, the whole screen].",
     ),
     click.option(
@@ -268,10 +267,10 @@ _SCREEN = stacked(
 
 
 def screen_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Add --on-screen, --place and --uniformity; the command gets them as ``where``."""
+    """Add --on-screen, --place and --uniformity; the command gets the three values as ``where``."""
 
     @wraps(command)
-    def asked(*, on_screen: bool, place: str | None, uniformity: str | None, **options: Any) -> Any:
-        return command(where=AskedPlace(on_screen, place, uniformity), **options)
+    def with_place(*, on_screen: bool, place: str | None, uniformity: str | None, **options: Any) -> Any:
+        return command(where=PlaceOptions(on_screen, place, uniformity), **options)
 
-    return _SCREEN(asked)
+    return _SCREEN(with_place)

@@ -1,6 +1,6 @@
 """Outputs of a command: JSON, tables and pictures in files, sentences and tables on the terminal, and closed pipes.
 
-A place that cannot be written to is refused before any work is done.
+A command refuses an output path that is not writable before it computes anything.
 """
 
 from __future__ import annotations
@@ -36,12 +36,12 @@ if TYPE_CHECKING:
 #: ``--json`` to standard output.
 STANDARD_OUTPUT = "-"
 
-#: Letters in a line where standard output is no terminal.
+#: Letters in a line if standard output is no terminal.
 WIDTH = 110
 
 
 def check_new_file(path: str, *, force: bool, suffixes: Sequence[str] = ()) -> Path:
-    """Return the path. Raises LutgenError: a folder, another suffix, not writable, or, unforced, there already."""
+    """Return the path. Raises LutgenError: a folder, another suffix, not writable, or, without force, an old file."""
     file = files.check_new_file(path, force=force, suffixes=suffixes)
     place = next(parent for parent in file.absolute().parents if parent.exists())
     if not place.is_dir() or not os.access(place, os.W_OK):
@@ -51,7 +51,7 @@ def check_new_file(path: str, *, force: bool, suffixes: Sequence[str] = ()) -> P
 
 
 def check_pictures(folder: str, names: Iterable[str], *, force: bool) -> Path:
-    """Return the folder when pictures of these names may be written into it; errors as in :func:`check_new_file`."""
+    """Return the folder if it can hold pictures of these names. Raises LutgenError as :func:`check_new_file`."""
     place = Path(folder)
     if place.exists() and not place.is_dir():
         raise LutgenError(f"{folder}: is a file. Give the name of a folder for the pictures.")
@@ -61,7 +61,7 @@ def check_pictures(folder: str, names: Iterable[str], *, force: bool) -> Path:
 
 
 def write_json(content: Any, to: str) -> None:
-    """Write JSON to a file, or to standard output for ``-``; what is not finite becomes null."""
+    """Write JSON to a file, or to standard output for ``-``; numbers that are not finite become null."""
     text = json.dumps(_plain(content), indent=1, ensure_ascii=False, allow_nan=False)
     if to == STANDARD_OUTPUT:
         click.echo(text)
@@ -70,7 +70,7 @@ def write_json(content: Any, to: str) -> None:
 
 
 def print_json(content: Any) -> None:
-    """Print JSON for a program to read; what is not finite becomes null."""
+    """Print JSON to standard output; numbers that are not finite become null."""
     write_json(content, STANDARD_OUTPUT)
 
 
@@ -85,10 +85,10 @@ def _plain(content: Any) -> Any:
 
 
 def print_page(page: Page) -> None:
-    """Print sentences, wrapped at words on a terminal, and tables, of which nothing is cut off."""
+    """Print sentences, wrapped at words on a terminal, and complete tables."""
     for part in page:
         if isinstance(part, str):
-            # Without rich, which looks for emoji in paths and takes long to import.
+            # rich would replace emoji codes in paths, and takes long to import.
             say(part)
         else:
             _print(part)
@@ -120,7 +120,7 @@ class Outputs:
     force: bool = False
 
     def __post_init__(self) -> None:
-        """Raise LutgenError, before any work is done for them, for places that cannot be written to."""
+        """Raise LutgenError for an output that is not writable, before the command computes anything."""
         if self.json_to and not self.alone:
             check_new_file(self.json_to, force=self.force)
         if self.csv_to:
@@ -130,7 +130,7 @@ class Outputs:
 
     @property
     def alone(self) -> bool:
-        """Whether standard output belongs to JSON alone."""
+        """Whether standard output holds only JSON."""
         return self.json_to == STANDARD_OUTPUT
 
     def write(
@@ -141,7 +141,7 @@ class Outputs:
         as_csv: Callable[[], str] = str,
         plot: Callable[[str], Sequence[Path]] = lambda _folder: (),
     ) -> None:
-        """Write the table, the pictures and the JSON that were asked for; then print the page."""
+        """Write the table, the pictures and the JSON that the options choose; then print the page."""
         if self.csv_to:
             files.write_atomically(Path(self.csv_to), as_csv().encode())
         pictures = plot(self.plots) if self.plots else ()
@@ -154,17 +154,17 @@ class Outputs:
 
 
 def say(text: str, *, err: bool = False) -> None:
-    """Print sentences to standard output or standard error; a terminal gets them wrapped at words."""
+    """Print sentences to standard output or standard error; wrap them at words on a terminal."""
     stream = sys.stderr if err else sys.stdout
     click.echo(wrapped(text, get_terminal_size().columns) if stream.isatty() else text, err=err)
 
 
-#: A space in a number, such as 18 000, where no line may break; and what stands in its place while lines are broken.
+#: A space in a number, such as 18 000, at which no line may break, and the letter that replaces it during wrapping.
 _IN_A_NUMBER, _FIXED_SPACE = re.compile(r"(?<=\d) (?=\d{3}(?!\d))"), "\u2007"
 
 
 def with_fixed_spaces(text: str) -> str:
-    """Replace the spaces in numbers, such as 18 000, by spaces at which no line is broken."""
+    """Replace the spaces in numbers, such as 18 000, with spaces at which no line breaks."""
     return _IN_A_NUMBER.sub(_FIXED_SPACE, text)
 
 
@@ -174,7 +174,7 @@ def with_plain_spaces(text: str) -> str:
 
 
 def wrapped(text: str, width: int) -> str:
-    """Wrap each line at words; a continued line is indented as its beginning; long words and commands stay whole."""
+    """Wrap each line at words. Continuation lines keep the indent; long words and commands are not broken."""
     return "\n".join(part for line in text.split("\n") for part in _wrapped_line(line, width))
 
 
@@ -200,7 +200,7 @@ def _wrapped_line(line: str, width: int) -> list[str]:
 
 @contextmanager
 def progress_bar(title: str, *, quiet: bool = False) -> Iterator[Progress]:
-    """Show a bar on standard error while something runs; only when that is a terminal."""
+    """Show a progress bar on standard error, if standard error is a terminal."""
     if quiet or not sys.stderr.isatty():
         yield lambda _done, _total: None
         return
@@ -214,7 +214,7 @@ def progress_bar(title: str, *, quiet: bool = False) -> Iterator[Progress]:
 
 
 class _PipeStream(io.FileIO):
-    """A standard stream that drops what is written after its reader closed the pipe; other faults raise once."""
+    """A standard stream that drops data after its reader closed the pipe; any other error raises once."""
 
     _failed = False
 
@@ -235,12 +235,12 @@ class _PipeStream(io.FileIO):
 def tolerate_closed_pipes() -> None:
     """Let the reader of standard output and standard error close the pipe, as in ``lutgen … | head -1``.
 
-    A stream that was closed before lutgen began, as by ``>&-``, is replaced by one that drops what is written.
+    A stream that was closed before lutgen began, as by ``>&-``, is replaced by a stream that drops all data.
     """
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: PTH123, SIM115 - open to the end
-    # A test or a program that has replaced a stream keeps its own.
+    # A test or a program may have replaced a stream: keep the replacement.
     if sys.stdout is sys.__stdout__ and isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout = _for_a_pipe(sys.stdout)
     if sys.stderr is sys.__stderr__ and isinstance(sys.stderr, io.TextIOWrapper):
@@ -257,15 +257,15 @@ def _for_a_pipe(stream: io.TextIOWrapper) -> io.TextIOWrapper:
     )
 
 
-#: Letters of a cell that is never wrapped: a figure with its unit, a span, an hour, a short name.
+#: A cell of at most so many letters is never wrapped: a figure with its unit, a span, an hour, a short name.
 WHOLE_CELL = 16
-#: Letters of a word that may be folded: a path.
+#: A word of more letters may be broken: a path.
 LONGEST_WORD = 40
 
 
 def fitted(table: TerminalTable, console: Console) -> Console:
     """Narrow the columns to fit the console, or widen the console: rich would cut 0.3127 to 0.312."""
-    # Imported here, since most commands print no table and rich takes long to import.
+    # rich takes long to import, and most commands print no table.
     from rich.cells import cell_len
     from rich.console import Console
     from rich.measure import Measurement

@@ -1,9 +1,9 @@
-"""What sessions of readings say of a display without a model: one session, two sessions, and a display's history.
+"""Results from sessions of readings without a model: one session, two sessions, and a display's history.
 
-``inspect`` puts together what one session says, ``explain`` why two sessions differ (``causes`` holds one file a
-cause), ``trend`` how a display changes over its sessions. One more file here answers one more question about sessions:
-it takes a :class:`~lutgen.readings.session.Session` or a pair, and gives a frozen result, or None where patches are
-missing.
+``inspect`` summarises one session. ``explain`` says why two sessions differ; ``causes`` holds one file for each cause.
+``trend`` says how a display changes over its sessions. A further file in this folder answers another question about
+sessions: it takes a :class:`~lutgen.readings.session.Session` or a pair of sessions, and returns a frozen result, or
+None if patches are missing.
 """
 
 from __future__ import annotations

@@ -1,16 +1,16 @@
-"""White, the primaries and black of a session, what can happen to them until the next one, and the evidence for it.
+"""White, primaries and black of a session, a model of their changes between two sessions, and its evidence.
 
-The light of a pixel is the sum of its channels and of what leaks through black. Settings and aging dim that light, the
-room adds its own, and an instrument, whose correction is a matrix, turns the sum into XYZ::
+The light of a pixel is the sum of its channels and of the light that black leaks. Settings and aging dim this light,
+the room adds light, and an instrument, whose correction is a matrix, converts the sum to XYZ::
 
     XYZ = matrix · (scale · (Σ gain_c · channel_c + leak) + added)
 
-Settings of a channel leave the leak as it is; an aging backlight dims the leak too.
+Settings of a channel do not change the leak; an aging backlight also dims the leak.
 
-:func:`fit` fits the parameters of such a change. Each has a Gaussian prior, whose width is in ``PARAMETERS``. The
+:func:`fit` fits the parameters of a change. Each parameter has a Gaussian prior, whose width is in ``PARAMETERS``. The
 evidence of the change is Laplace's approximation about the best fit (MacKay 2003, Information Theory, Inference, and
-Learning Algorithms, ch. 27). The evidence charges for every number that a cause needs: a matrix of nine numbers does
-not win over one factor only because the matrix can fit more.
+Learning Algorithms, ch. 27). The evidence contains a penalty for every number that a cause needs: a matrix of nine
+numbers does not win over one factor only because the matrix can fit more.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.readings.session import Session
 
-#: The order of the colour points, black among them.
+#: The order of the colour points, including black.
 COLOURS = (*CHANNELS, "white", "black")
 
 #: X and Z of room light over its Y: between tungsten and daylight (CIE 15: A 1.10 and 0.36, D65 0.95 and 1.09).
 ROOM = np.array([1.0, 1.0, 0.7])
 
-#: Parameter → (numbers, width of its prior). Widths are in natural logarithms but for ``added`` and ``tint`` (Y of room
-#: light, and X and Z beside those of ``ROOM``, in cd/m²) and ``matrix`` (shares). Meters agree within some percent;
-#: corrections move a primary by tens of percent. ``yellowed`` is light of short wavelengths of all channels, ``faded``
-#: X and Z of blue alone, beside its Y; ``gamut`` mixes channels.
+#: Parameter → (count of numbers, width of the prior). Widths are natural logarithms, except for ``added`` (Y of room
+#: light, cd/m²), ``tint`` (deviation of X and Z of room light from ``ROOM``, cd/m²) and ``matrix`` (shares). Meters
+#: agree within some percent; corrections move a primary by tens of percent. ``yellowed`` changes short-wavelength light
+#: of all channels; ``faded`` changes X and Z of blue relative to its Y; ``gamut`` mixes channels.
 PARAMETERS: dict[str, tuple[int, float]] = {
     "scale": (1, 0.7),
     "gauge": (1, 0.03),
@@ -52,7 +52,8 @@ PARAMETERS: dict[str, tuple[int, float]] = {
     "gamut": (9, 0.15),
 }
 
-#: Share of Z that is X of short wavelengths: x̄'s smaller peak over z̄'s (CIE 1931, 2°: 0.348 at 442 nm over 1.784).
+#: X of short-wavelength light as a share of its Z: x̄'s smaller peak over z̄'s peak (CIE 1931, 2°: 0.348 at 442 nm over
+#: 1.784).
 SHORT = 0.195
 
 
@@ -64,24 +65,24 @@ class ColourPoints:
     channels: Array
     #: White less black and less the sum of the channels, (3,): 0 for an additive display.
     extra: Array
-    #: Black, (3,); zero where it was not read.
+    #: Black, (3,); zero if black was not read.
     leak: Array
     #: Whether black was read.
     has_black: bool
 
     def xyz(self) -> Array:
-        """XYZ as read of red, green, blue, white and black, (5, 3)."""
+        """Return XYZ, as read, of red, green, blue, white and black, (5, 3)."""
         white = self.channels.sum(axis=0) + self.extra
         return np.vstack([self.channels + self.leak, white + self.leak, self.leak])
 
     def with_gains(self, gains: Array) -> ColourPoints:
-        """Return the colours with each channel's light multiplied; the leak stays."""
+        """Return the colours with each channel's light multiplied by its gain; the leak does not change."""
         share = float((gains * self.channels[:, 1]).sum() / self.channels[:, 1].sum())
         return ColourPoints(self.channels * gains[:, np.newaxis], self.extra * share, self.leak, self.has_black)
 
 
 def colour_points(session: Session, *, black_too: bool = True) -> ColourPoints | None:
-    """Return the colour points of a session; None where white or a primary was not read, or has no light."""
+    """Return the colour points of a session; None if white or a primary was not read, or has no light."""
     tips = [tip(session, name) for name in CHANNELS]
     white, black = mean_xyz(session, "white"), mean_xyz(session, "black") if black_too else None
     read = [each for each in (*tips, white) if each is not None]
@@ -95,7 +96,7 @@ def colour_points(session: Session, *, black_too: bool = True) -> ColourPoints |
 
 
 def changed(before: ColourPoints, values: Mapping[str, Array]) -> Array:
-    """Return XYZ of the colour points after a change, (5, 3). ``values`` are parameters of ``PARAMETERS``; 0: none."""
+    """Return XYZ of the colour points after a change, (5, 3). ``values``: numbers of ``PARAMETERS``; 0: no change."""
     log_scale = sum(float(values[name][0]) for name in ("scale", "gauge", "step") if name in values)
     gains = np.exp(values["gains"]) if "gains" in values else np.ones(3)
     leak = before.leak
@@ -124,12 +125,12 @@ def changed(before: ColourPoints, values: Mapping[str, Array]) -> Array:
 
 
 #: Differences between two sessions of an unchanged display, 1 σ: of all light together (temperature, place of the
-#: meter), of the light of one channel and of each number of a reading, as shares; and of any reading in cd/m². Two real
-#: displays that were read twice on one day differ by as much.
+#: meter), of the light of one channel, and of each number of a reading, as shares; and of each reading in cd/m². Two
+#: real displays that were read twice on one day show differences of this size.
 ALIKE, CHANNEL, READING, FLOOR_CD_M2 = 0.010, 0.006, 0.0025, 0.03
 
-#: A display whose white differs by this share from the sum of its primaries sets its brightness by the content of the
-#: screen. The error of its light is then ``UNCERTAIN`` times that difference.
+#: If white differs by this share from the sum of the primaries, the display adapts its brightness to the screen
+#: content. The error of its light is then ``UNCERTAIN`` times that difference.
 BY_CONTENT, UNCERTAIN = 0.04, 0.6
 
 #: Error of a reading of black, 1 σ, as a share: black is a small number that instruments read badly.
@@ -144,16 +145,19 @@ class ColourFit:
 
     #: Parameter → its numbers.
     values: dict[str, Array]
-    #: Misfit of the readings; there are fifteen numbers, or twelve without black.
+    #: χ² of the readings: fifteen numbers, or twelve without black.
     chi2: float
-    #: Natural logarithm, up to a constant that all fits of a pair share.
+    #: Natural logarithm of the evidence, up to a constant that all fits of a pair share.
     evidence: float
     #: XYZ as read less XYZ of the fit, (5, 3).
     residual: Array
 
 
 def covariance(before: ColourPoints, after: Array, *, noise: float, loose: float = 0.0) -> Array:
-    """Covariance of the fifteen numbers, (5, 3), of an unchanged display, of readings of relative ``noise``."""
+    """Return the (15, 15) covariance of the readings ``after``, (5, 3), of an unchanged display.
+
+    ``noise`` is the relative noise of a reading; ``loose`` is a further relative tolerance of white and primaries.
+    """
     size = np.abs(after)
     share = np.array([READING] * 4 + [BLACK])[:, np.newaxis]
     variance = (share**2 + noise**2) * size**2 + FLOOR_CD_M2**2
@@ -174,14 +178,14 @@ def covariance(before: ColourPoints, after: Array, *, noise: float, loose: float
 
 
 def _by_content(before: ColourPoints, after: Array) -> float:
-    """Share by which white differs from the sum of the primaries; 0 unless it differs in both sessions."""
+    """Return the share by which white differs from the sum of the primaries; 0 unless it differs in both sessions."""
     light = after[:4, 1] - after[4, 1]
     off = abs(float(light[3] / light[:3].sum()) - 1.0), abs(float(before.extra[1] / before.channels[:, 1].sum()))
     return max(off) if min(off) >= BY_CONTENT else 0.0
 
 
 def fit(before: ColourPoints, after: Array, free: Sequence[str], *, noise: float, loose: float = 0.0) -> ColourFit:
-    """Fit the parameters ``free`` by Gauss-Newton steps; a step that makes the misfit larger is halved."""
+    """Fit the parameters ``free`` by Gauss-Newton steps; halve a step that increases the misfit."""
     counts = [PARAMETERS[name][0] for name in free]
     width = np.repeat([PARAMETERS[name][1] for name in free], counts).astype(np.float64)
     ends = np.cumsum(counts)
@@ -193,8 +197,8 @@ def fit(before: ColourPoints, after: Array, free: Sequence[str], *, noise: float
         return {name: theta[place] for name, place in places.items()}
 
     def residual(theta: Array) -> Array:
-        left = whitener @ (after - changed(before, split(theta))).ravel()
-        return np.concatenate([left, theta / width])
+        whitened = whitener @ (after - changed(before, split(theta))).ravel()
+        return np.concatenate([whitened, theta / width])
 
     theta = np.zeros(width.size)
     here = residual(theta)
@@ -211,10 +215,10 @@ def fit(before: ColourPoints, after: Array, free: Sequence[str], *, noise: float
         if float(np.abs(step).max()) < 1e-6:
             break
     chi2 = float(here[:15] @ here[:15])
-    # Occam's factor: the width of the posterior over the width of the prior, of each parameter.
+    # Occam's factor: for each parameter, the width of the posterior over the width of the prior.
     curved = slope[:15] * width
     occam = float(np.linalg.slogdet(np.eye(width.size) + curved.T @ curved)[1])
-    # The determinant of the covariance over that without ``loose``: a wider tolerance lowers the evidence.
+    # Ratio of the covariance's determinants with and without ``loose``: a wider tolerance lowers the evidence.
     plain = np.linalg.slogdet(covariance(before, after, noise=noise))[1]
     evidence = -0.5 * (float(here @ here) + occam + float(np.linalg.slogdet(spread)[1] - plain))
     return ColourFit(split(theta), chi2, evidence, after - changed(before, split(theta)))

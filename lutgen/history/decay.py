@@ -1,9 +1,9 @@
-"""Laws of decay: all of them weighed by their evidence on a history, and draws of its future.
+"""Laws of decay, weighed by their evidence on a history, and draws of the history's future.
 
-Every law is linear in its coefficients once its shape is fixed. Shapes and scatter lie on grids, coefficients have
+Every law is linear in its coefficients when its shape is fixed. Shapes and scatter lie on grids. Coefficients have
 Gaussian priors and are integrated exactly, so that a law's evidence is a sum (Hoeting et al. 1999, Bayesian model
-averaging, doi:10.1214/ss/1009212519). Draws of the future take law, shape, scatter and coefficients together, so that
-they scatter by the uncertainty of each.
+averaging, doi:10.1214/ss/1009212519). Each draw of the future draws law, shape, scatter and coefficients, so that the
+draws include the uncertainty of all four.
 """
 
 from __future__ import annotations
@@ -21,26 +21,26 @@ if TYPE_CHECKING:
     #: An axis of a grid: values of equal ratio, centre and spread (natural logarithm) of a log-normal prior.
     Axis = tuple[Array, float, float]
 
-#: Points of shapes and scatter that stand for each law.
+#: Number of sampled points of shapes and scatter for each law.
 _POINTS_A_LAW = 1000
 
-#: Scatter of the sessions as a multiple of what a reading repeats to, as an axis of the grid.
+#: Axis of the grid: scatter of the sessions as a multiple of the repeatability of a reading.
 _SCATTER: Axis = (np.geomspace(0.3, 5.0, 7), 1.0, 0.4)
 
-#: Prior of a level at the first session and of a change over the span, as shares of the level, 1 σ; and of a settling.
+#: Priors, 1 σ, as shares of the level: of the level at the first session, of the change over the span, of a settling.
 _LEVEL, _CHANGE, _SETTLING = 1.0, 0.5, 0.025
 
 
 @dataclass(frozen=True)
 class Law:
-    """A law."""
+    """A law of decay."""
 
-    #: For people.
+    #: Texts for people.
     name: str
     formula: str
-    #: One for each of its p shapes.
+    #: One axis for each of the p shape parameters.
     axes: tuple[Axis, ...]
-    #: Shapes (s, p) and times as multiples of the span, (n,) → what the coefficients multiply, (s, n, k).
+    #: Shapes, (s, p), and times as multiples of the span, (n,) → design matrices of the coefficients, (s, n, k).
     columns: Callable[[Array, Array], Array]
     #: Priors of the coefficients, 1 σ, as shares of the level, (k,).
     widths: tuple[float, ...]
@@ -50,17 +50,17 @@ def _stacked(*columns: Array) -> Array:
     return np.stack(np.broadcast_arrays(*columns), axis=-1)
 
 
-#: Time constants of a decay and of a settling as multiples of the span, and powers of time: centre and spread are those
-#: of the two that are published, 1 in TM-21 and 1.41, which the paper's luminances at 10 000 and 18 000 h have.
+#: Axes: time constants of a decay and of a settling as multiples of the span, and powers of time. Centre and spread of
+#: the powers come from two published values: 1 in TM-21, and 1.41 from the paper's luminances at 10 000 and 18 000 h.
 _CONSTANTS = (np.geomspace(0.3, 100.0, 80), 3.0, 1.5)
 _SETTLINGS = (np.geomspace(0.03, 0.5, 4), 0.1, 1.0)
 _POWERS = (np.geomspace(0.5, 2.5, 8), 1.19, 0.24)
 
-#: The same for a law of three shapes, coarser.
+#: A coarser axis of time constants, for a law of three shape parameters.
 _FEWER_CONSTANTS = (np.geomspace(0.3, 100.0, 40), 3.0, 1.5)
 
-#: A decay may be linear, exponential, a power or a stretched exponential; each may begin with a settling. All of them
-#: are here: were some left out, the average would lean to the curvature of those that remain.
+#: A decay may be linear, exponential, a power or a stretched exponential; each may begin with a settling. The table
+#: holds all combinations: without some of them, the average would be biased towards the curvature of the others.
 LAWS = (
     Law("constant", "a", (), lambda s, t: np.ones((len(s), t.size, 1)), (_LEVEL,)),
     Law("linear", "a + b t", (), lambda s, t: _stacked(np.ones((len(s), t.size)), t[np.newaxis]), (_LEVEL, _CHANGE)),
@@ -97,13 +97,13 @@ LAWS = (
 
 @dataclass(frozen=True)
 class Decay:
-    """All laws on one history."""
+    """Result of all laws on one history."""
 
-    #: Name of a law → share of the evidence, the largest first.
+    #: Name of a law → share of the evidence, largest first.
     weights: dict[str, float]
-    #: Scatter of the sessions about the laws, as a multiple of what readings repeat to: mean of its posterior.
+    #: Posterior mean of the sessions' scatter about the laws, as a multiple of the repeatability of a reading.
     scatter: float
-    #: Draws of the figure at the times asked for, (d, m).
+    #: Draws of the figure at the requested times, (d, m).
     curves: Array
 
     @property
@@ -114,7 +114,7 @@ class Decay:
 
 @dataclass(frozen=True)
 class _Sample:
-    """Points of a law's shapes and scatter, and the coefficients that each of them leaves."""
+    """Sampled points of a law's shapes and scatter, and the posterior of the coefficients at each point."""
 
     #: Logarithm of a point's share of the evidence, (n,).
     weights: Array
@@ -127,7 +127,10 @@ class _Sample:
 
 
 def decay_of(time: Array, figures: Array, errors: Array, ahead: Array, *, draws: int, seed: list[int]) -> Decay:
-    """Weigh all laws on a history, (n,) each, and draw its future at the times ``ahead``, in spans, (m,)."""
+    """Weigh all laws on a history, (n,) each, and draw its future at the times ``ahead``, (m,).
+
+    Times are multiples of the history's span.
+    """
     level = float(np.abs(figures).max()) or 1.0
     rng = np.random.default_rng(seed)
     samples = [_sample(law, (time, figures / level, errors / level), rng) for law in LAWS]
@@ -149,9 +152,9 @@ def decay_of(time: Array, figures: Array, errors: Array, ahead: Array, *, draws:
 
 
 def _sample(law: Law, history: tuple[Array, Array, Array], rng: np.random.Generator) -> _Sample:
-    """Draw cells of the grid by their evidence, and a point in each: posteriors may be narrower than a cell."""
+    """Draw cells of the grid by their evidence, and a point in each cell: a posterior may be narrower than a cell."""
     axes = (*law.axes, _SCATTER)
-    # Middles of the cells, (s, p + 1).
+    # Centres of the cells, (s, p + 1).
     cells = np.stack(np.meshgrid(*(values for values, _, _ in axes), indexing="ij"), axis=-1).reshape(-1, len(axes))
     prior = _log_prior(axes, cells)
     whole = np.log(np.exp(prior).sum())
@@ -161,13 +164,13 @@ def _sample(law: Law, history: tuple[Array, Array, Array], rng: np.random.Genera
     steps = np.array([np.log(values[1] / values[0]) for values, _, _ in axes])
     points = cells[chosen] * np.exp(steps * rng.uniform(-0.5, 0.5, (chosen.size, len(axes))))
     evidence, mean, precision = _posterior(law, points, history)
-    # What a cell's middle says of the cell is set right by the point that was drawn in it.
+    # Importance weights: replace the evidence at a cell's centre by the evidence at the point drawn in the cell.
     weights = evidence + _log_prior(axes, points) - of_cells[chosen] + np.log(share.sum()) + of_cells.max() - whole
     return _Sample(weights, points[:, :-1], points[:, -1], mean, precision)
 
 
 def _log_prior(axes: Sequence[Axis], points: Array) -> Array:
-    """Logarithm of the prior at points, (s, p), but for a constant; (s,)."""
+    """Return the logarithm of the prior at points, (s, p), up to a constant; (s,)."""
     centres, spreads = np.array([axis[1:] for axis in axes]).T
     return np.asarray(-0.5 * ((np.log(points / centres) / spreads) ** 2).sum(axis=1))
 

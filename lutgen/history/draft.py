@@ -1,4 +1,4 @@
-"""A campaign file drafted from session files, with open lines for what only a person knows."""
+"""Draft a campaign file from session files; lines that only a person can complete stay open."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
     from lutgen.readings.session import Session
 
-#: Δu'v' of a primary between two sessions that no aging explains, but another panel, mode or correction of the meter
-#: does. 18 000 hours move no primary of the paper's display by half as much.
+#: Δu'v' of a primary between two sessions that is too large for aging: another panel, mode or correction of the meter.
+#: In 18 000 hours each primary of the paper's display moves by less than half of this value.
 ANOTHER = 0.02
 
 #: Keys that only a person can fill in, for the display and for a session → question.
@@ -37,27 +37,27 @@ OF_SESSION = {
 class Answers:
     """Answers of a person, for the display and for all sessions; a key without an answer stays open in the draft."""
 
-    #: The display's name; "": the files'.
+    #: The display's name; "": the name in the files.
     name: str = ""
     #: Keys of ``OF_DISPLAY`` and ``OF_SESSION`` with numbers or text.
     values: Mapping[str, float | str] = field(default_factory=dict)
 
 
 def displays_of(sessions: Sequence[Session]) -> list[list[Session]]:
-    """Group sessions by display, in the order given: same name, and primaries no further apart than aging explains."""
+    """Group sessions by display, in the given order: same name, and primaries as close as aging allows."""
     groups: list[list[tuple[Session, dict[str, Array]]]] = []
     for session in sessions:
-        mine = (session, _uv(session))
-        home = next((group for group in groups if all(_alike(mine, each) for each in group)), None)
-        if home is None:
-            groups.append([mine])
+        entry = (session, _uv(session))
+        match = next((group for group in groups if all(_alike(entry, each) for each in group)), None)
+        if match is None:
+            groups.append([entry])
         else:
-            home.append(mine)
+            match.append(entry)
     return [[session for session, _ in group] for group in groups]
 
 
 def check_one_display(sessions: Sequence[Session]) -> None:
-    """Raise LutgenError for sessions of different displays: primaries differ by more than aging, or names do."""
+    """Raise LutgenError for sessions of different displays: primaries differ by more than by aging, or names differ."""
     groups = displays_of(sessions)
     if len(groups) < 2:
         return
@@ -66,14 +66,14 @@ def check_one_display(sessions: Sequence[Session]) -> None:
         for number, group in enumerate(groups, start=1)
     )
     raise LutgenError(
-        f"these sessions are of {len(groups)} displays, or of settings as different (primaries apart by more than "
-        f"Δu'v' {ANOTHER:g}, or other names): {listed}. A campaign is of one: name its files alone, or add "
-        "--same-display if it is one."
+        f"these sessions are of {len(groups)} displays, or of very different settings (primaries differ by more than "
+        f"Δu'v' {ANOTHER:g}, or names differ): {listed}. A campaign holds one display: give only its files, or add "
+        "--same-display if all files are of one display."
     )
 
 
 def draft(sessions: Sequence[Session], beside: Path, answers: Answers | None = None) -> str:
-    """Return a campaign file for the folder ``beside``, sessions by date. Raises LutgenError: a file is there twice."""
+    """Return a campaign file for the folder ``beside``, sessions by date. Raises LutgenError: a file is given twice."""
     answers = answers or Answers()
     twice = {each.sha256: each for each in sessions}
     if len(twice) < len(sessions):
@@ -83,7 +83,7 @@ def draft(sessions: Sequence[Session], beside: Path, answers: Answers | None = N
     names = _names(ordered)
     lines = [
         "# A campaign: the sessions of one display, drafted by lutgen sessions init.",
-        "# What begins with TODO only you know: take the # and TODO away and write it.",
+        "# Only you can complete the lines with TODO: write the value and delete '# TODO'.",
         "schema = 1",
         "",
         "[display]",
@@ -91,7 +91,9 @@ def draft(sessions: Sequence[Session], beside: Path, answers: Answers | None = N
     ]
     if not answers.name and "," in names:
         lines[-1] += "  # TODO the files name several; their primaries agree"
-    lines.append(_answered("hours_per_day", answers, "8.0", "dates are no operating hours; or give hours in each"))
+    lines.append(
+        _answered("hours_per_day", answers, "8.0", "dates are no operating hours; or give hours for each session")
+    )
     for session in ordered:
         lines += ["", *_entry(session, beside, answers)]
     return "\n".join(lines) + "\n"
@@ -109,13 +111,13 @@ def _entry(session: Session, beside: Path, answers: Answers) -> list[str]:
     lines.append(_answered("ambient_lx", answers, "0.0", "light in the room"))
     lines.append(_answered("settings", answers, '"brightness 30 %"', "the display's own"))
     if not session.absolute:
-        lines.append("# TODO white_cd_m2 = 120.0  # luminance of white; its file is relative to white")
-    lines.append("# position = [0.5, 0.5]  # where on the screen, from the left and the top; the centre if not said")
+        lines.append("# TODO white_cd_m2 = 120.0  # luminance of white; the file is relative to white")
+    lines.append("# position = [0.5, 0.5]  # place on the screen, from the left and the top; default: the centre")
     return lines
 
 
 def _answered(key: str, answers: Answers, example: str, why: str) -> str:
-    """Write the line of a key, as a TODO where there is no answer."""
+    """Return the line of a key, as a TODO without an answer."""
     value = answers.values.get(key, "")
     if value == "":
         return f"# TODO {key} = {example}  # {why}"
@@ -123,7 +125,7 @@ def _answered(key: str, answers: Answers, example: str, why: str) -> str:
 
 
 def _summary(session: Session) -> str:
-    """Write a comment on the file: readings, white, calibration."""
+    """Return a comment on the file: readings, white, calibration."""
     parts = [f"{len(session.drive)} readings"]
     white, loop = mean_xyz(session, "white"), calibration(session)
     if white is not None:

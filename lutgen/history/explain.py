@@ -1,9 +1,9 @@
-"""Display, instrument, room or settings: why the sessions of a campaign differ from a reference session.
+"""Say why the sessions of a campaign differ from a reference session: display, instrument, room or settings.
 
-Each session is compared with the reference, without misread readings. Some causes can be proven alone: drift during
-the session, HDR, the name of another display, shifted spectral lines. Otherwise every cause, and every pair of causes,
-is weighed by the evidence of white, primaries and black. A verdict names one cause, or the causes that cannot be told
-apart and the measurement that would separate them.
+Each session is compared with the reference, without misread readings. Some causes have a direct proof: drift during the
+session, HDR, the name of another display, shifted spectral lines. Otherwise every cause, and every pair of causes, is
+weighed by the evidence of white, primaries and black. A verdict names one cause, or several causes that fit equally
+well and the measurements that would separate them.
 """
 
 from __future__ import annotations
@@ -27,22 +27,22 @@ if TYPE_CHECKING:
     from lutgen.progress import Progress
     from lutgen.readings.campaign import Campaign, CampaignEntry
 
-#: Prior of two causes at once against one, in natural logarithms: two changes at once are rarer. A cause on record does
-#: not count.
+#: Prior odds of one cause against two causes at once, as a natural logarithm: two changes at once are rarer. A recorded
+#: cause does not count.
 SECOND = 3.0
 
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """A set of causes and how well it explains white, primaries and black."""
+    """A set of causes, and how well the set explains white, primaries and black."""
 
     #: The causes; none: nothing changed.
     names: tuple[str, ...]
-    #: Their best fit.
+    #: The best fit of the causes.
     fit: ColourFit
     #: Natural logarithm of evidence times prior.
     weight: float
-    #: How many of the causes are not on record.
+    #: Number of causes that are not recorded.
     assumed: int
 
 
@@ -52,7 +52,7 @@ class Explanations:
 
     #: The sessions.
     campaign: Campaign
-    #: Place of the session with which the others are compared.
+    #: Index of the reference session in the campaign.
     reference: int
     #: One for every other session, in the order of the campaign.
     pairs: tuple[SessionPair, ...]
@@ -60,7 +60,10 @@ class Explanations:
 
 
 def explain(campaign: Campaign, *, reference: str | None = None, progress: Progress | None = None) -> Explanations:
-    """Say why sessions differ from the ``reference`` (the first good one). Raises LutgenError: no reference, or one."""
+    """Say why sessions differ from ``reference`` (default: the first sound session).
+
+    Raises LutgenError: a single session, or no session or several sessions of the name ``reference``.
+    """
     if len(campaign.entries) < 2:
         raise LutgenError(f"{campaign.file}: one session; a comparison needs two or more. Add another [[sessions]].")
     place = _reference(campaign, reference)
@@ -79,7 +82,7 @@ def explain(campaign: Campaign, *, reference: str | None = None, progress: Progr
 
 
 def explanations(pair: SessionPair) -> tuple[Hypothesis, ...]:
-    """Weigh no cause, every cause and every pair of causes; best first, empty where white or a primary is missing."""
+    """Weigh no cause, every cause and every pair of causes; best first. Empty if white or a primary is missing."""
     if pair.seen is None:
         return ()
     before, after = pair.seen
@@ -117,11 +120,11 @@ def _reference(campaign: Campaign, named: str | None) -> int:
             names = ", ".join(file.rsplit("/", 1)[-1] for file in files)
             raise LutgenError(f"{campaign.file}: {named!r} names {len(places)} of its sessions. Pick one of: {names}.")
         return places[0]
-    return min(range(len(files)), key=lambda place: (_doubt(campaign.entries[place]), _age(campaign.entries[place])))
+    return min(range(len(files)), key=lambda place: (_penalty(campaign.entries[place]), _age(campaign.entries[place])))
 
 
-def _doubt(entry: CampaignEntry) -> float:
-    """Penalty of a session as the reference: for missing patches, a drift, or light that is not additive."""
+def _penalty(entry: CampaignEntry) -> float:
+    """Return the penalty of a session as the reference: for missing patches, a drift, or light that is not additive."""
     points = colour_points(entry.session)
     if points is None:
         return np.inf
@@ -130,7 +133,7 @@ def _doubt(entry: CampaignEntry) -> float:
 
 
 def _age(entry: CampaignEntry) -> tuple[float, str]:
-    """Sort key: hours where known, else the date, with the time of day where the file has it."""
+    """Return a sort key: hours if known, else the date, with the time of day if the file holds it."""
     if entry.hours is not None:
         return entry.hours, ""
     created = entry.session.created
@@ -139,7 +142,7 @@ def _age(entry: CampaignEntry) -> tuple[float, str]:
 
 
 def _days(campaign: Campaign, before: CampaignEntry, after: CampaignEntry) -> float | None:
-    """Days between two sessions: from operating hours (24 a day unless the campaign says more), else from dates."""
+    """Return days between two sessions: from operating hours (24 a day without ``hours_per_day``), else from dates."""
     if before.hours is not None and after.hours is not None:
         return (after.hours - before.hours) / (campaign.hours_per_day or 24.0)
     if before.date and after.date:
@@ -182,7 +185,7 @@ def _figures(pair: SessionPair) -> dict[str, Any] | None:
     ratio = after.channels[:, 1] / before.channels[:, 1]
     return {
         "light": dict(zip(CHANNELS, ratio.tolist(), strict=True)),
-        "calibration": dict(zip(CHANNELS, pair.held_back.tolist(), strict=True)),
+        "calibration": dict(zip(CHANNELS, pair.calibration_gain.tolist(), strict=True)),
         "shift_uv": dict(zip((*CHANNELS, "white"), (pair.shift**2).sum(axis=1) ** 0.5, strict=True)),
         "black": [float(each.leak[1]) if each.has_black else None for each in (before, after)],
         "additivity": list(pair.additivity),

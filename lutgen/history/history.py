@@ -19,17 +19,17 @@ from lutgen.history.transfer import ContrastResponse, contrast_response
 if TYPE_CHECKING:
     from lutgen.readings.campaign import Campaign
 
-#: Quantity → what it is, with its unit.
+#: Quantity → description with its unit.
 QUANTITIES = {
     "white": "luminance of white, cd/m²",
     "black": "luminance of black, cd/m²",
     "contrast": "contrast: white over black",
     "white-shift": "Δu'v' of white since the first session",
-    "primaries-shift": "largest Δu'v' of a primary since then",
+    "primaries-shift": "largest Δu'v' of a primary since the first session",
     "gamma": "γ of the greys",
     "non-uniformity": "non-uniformity over the screen",
-    "gsdf": "largest deviation from DICOM's",
-    "ambient": "the room's light over that of black",
+    "gsdf": "largest deviation of contrast from DICOM PS3.14",
+    "ambient": "room light over black",
 }
 
 #: Repeatability between sessions, 1 σ: of the colour of white or a primary (Δu'v'), γ, evenness, contrast response.
@@ -42,15 +42,15 @@ class History:
 
     #: The sessions.
     campaign: Campaign
-    #: Places of the sessions in the campaign, by time, (n,).
+    #: Indices of the sessions in the campaign, sorted by time, (n,).
     places: tuple[int, ...]
-    #: Since the earliest session, (n,): "hours" of operation, or "days" where only dates are known.
+    #: Time since the earliest session, (n,), and its unit: "hours" of operation, or "days" if only dates are known.
     time: Array
     unit: str
-    #: Quantity → figures, (n,), NaN where a session lacks the patches; and their repeatability, 1 σ, (n,).
+    #: Quantity → figures, (n,), NaN if a session lacks the patches; and quantity → repeatability, 1 σ, (n,).
     values: dict[str, Array]
     errors: dict[str, Array]
-    #: Contrast response of each session's greys, (n,); None where there are too few.
+    #: Contrast response of each session's greys, (n,); None with too few greys.
     responses: tuple[ContrastResponse | None, ...] = ()
 
 
@@ -59,6 +59,7 @@ def history(campaign: Campaign, ambient_cd_m2: float = 0.0) -> History:
     time, unit = times(campaign)
     order = np.argsort(time, kind="stable")
     for entry in campaign.entries:
+        # Raises LutgenError for a relative session.
         _ = entry.session.xyz_cd_m2
     inspections = [inspect_session(campaign.entries[place].session) for place in order]
     responses = tuple(contrast_response(each.session, ambient_cd_m2) for each in inspections)
@@ -67,7 +68,7 @@ def history(campaign: Campaign, ambient_cd_m2: float = 0.0) -> History:
 
 
 def times(campaign: Campaign) -> tuple[Array, str]:
-    """Return time since the earliest session, (n,), and its unit: hours where they are known, else days."""
+    """Return time since the earliest session, (n,), and its unit: hours if known, else days."""
     dated = [entry.date for entry in campaign.entries if entry.date]
     counted = all(entry.hours is not None for entry in campaign.entries)
     if campaign.hours_per_day is None and not counted and len(dated) == len(campaign.entries):
@@ -124,7 +125,7 @@ def _luminance(inspections: list[Inspection], kind: str) -> Array:
 
 
 def _shift(colours: list[list[Array] | None]) -> Array:
-    """Largest Δu'v' of a list of colours against those of the first session that has them, (n,)."""
+    """Return the largest Δu'v' of each session's colours against the first session that has the colours, (n,)."""
     first = next((each for each in colours if each is not None), None)
     if first is None:
         return np.full(len(colours), np.nan)
@@ -143,7 +144,7 @@ _DIN = "DIN 6868-157"
 _RANZCR = "RANZCR Standards of Practice for Clinical Radiology, appendix D, as a maker of displays quotes it"
 _PS3_14 = "DICOM PS3.14 conformance as AAPM TG18 asks, doi:10.1118/1.1861159"
 
-#: Quantities that are shares themselves: % after their limit is no share of the first session's figure.
+#: Quantities that are shares: for these, % after a limit does not mean a share of the first session's figure.
 SHARES = ("non-uniformity", "gsdf", "ambient")
 
 
@@ -153,27 +154,27 @@ class Limit:
 
     #: One of ``history.QUANTITIES``.
     quantity: str
-    #: In the quantity's unit, or where ``relative`` as a share of the first session's figure.
+    #: In the quantity's unit; if ``relative``, as a share of the first session's figure.
     value: float
-    #: Who published it, or "user".
+    #: The publication, or "user".
     source: str
     #: Whether the figure must stay at or above ``value``; else at or below.
     above: bool = True
     relative: bool = False
-    #: Whether somebody compared the number with its source, or read it where the source is quoted; else it is from
-    #: memory. The reports of AAPM and ACR themselves were not at hand when this table was written: look there before a
-    #: limit decides anything.
+    #: Whether somebody compared the number with its source, or with a quotation of its source; else the number is from
+    #: memory. The reports of AAPM and ACR were not available when this table was written: check them before you rely on
+    #: a limit.
     verified: bool = True
 
     @property
     def text(self) -> str:
-        """The limit as it is typed."""
+        """The limit as users type it."""
         number = f"{100.0 * self.value:.3g}%" if self.relative or self.quantity in SHARES else f"{self.value:g}"
         return f"{self.quantity}{'>=' if self.above else '<='}{number}"
 
 
 def _set(source: str, *, verified: bool = True, **most: float) -> tuple[Limit, ...]:
-    """Limits of one source: white and contrast are kept from below, the others from above."""
+    """Return limits of one source: lower limits of white and contrast, upper limits of the other quantities."""
     return tuple(
         Limit(name.replace("_", "-"), value, source, above=name in {"white", "contrast"}, verified=verified)
         for name, value in most.items()
@@ -181,7 +182,7 @@ def _set(source: str, *, verified: bool = True, **most: float) -> tuple[Limit, .
 
 
 def _conforming(share: float) -> tuple[Limit, ...]:
-    """Limits that TG18 sets beside luminance: contrast response, the screen's evenness, and the room's light."""
+    """Return TG18's limits other than those of luminance: contrast response, uniformity, and room light."""
     return (
         Limit("gsdf", share, _PS3_14, above=False),
         *_set(_TG18, verified=False, non_uniformity=0.3, ambient=2.0 / 3.0),
@@ -189,8 +190,9 @@ def _conforming(share: float) -> tuple[Limit, ...]:
 
 
 #: Name of a set → its limits. Contrast includes the room's light on the screen, which --ambient adds. ``ambient`` is
-#: the room's light over that of black: at most ⅔, better ¼. Nobody publishes limits for a drift over time; the set for
-#: it has usual values: 0.01 is TG18's limit for the colour over one screen, and LED makers call 70 % the end of life.
+#: the light of the room divided by the light of black: at most ⅔, better ¼. No publication gives limits for a drift
+#: over time; the set ``drift`` has usual values: 0.01 is TG18's limit for the colour over one screen, and LED makers
+#: call 70 % the end of life.
 SETS: dict[str, tuple[Limit, ...]] = {
     names.TG18_PRIMARY: (*_set(_TG18, white=170.0, contrast=250.0), *_conforming(0.1)),
     names.TG18_SECONDARY: (*_set(_TG18, white=100.0, contrast=100.0), *_conforming(0.2)),
@@ -210,7 +212,7 @@ SETS: dict[str, tuple[Limit, ...]] = {
 
 
 def limits_of(name: str) -> tuple[Limit, ...]:
-    """Return a published set. Raises LutgenError where there is none of that name."""
+    """Return a published set of limits. Raises LutgenError for an unknown name."""
     refuse_unknown("set of limits", name, SETS)
     return SETS[name]
 

@@ -1,4 +1,4 @@
-"""One session at a glance: what a display engineer asks first, and what is worth a remark."""
+"""Summary of one session: figures of the display, remarks, and missing patches."""
 
 from __future__ import annotations
 
@@ -22,41 +22,41 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Inspection:
-    """What one session says about a display."""
+    """Results of one session."""
 
-    #: The readings, without those that contradict their ramp or their repeats.
+    #: The readings, without misread readings.
     session: Session
-    #: Mean XYZ, (3,), in cd/m² or relative to white as the session; None: not read.
+    #: Mean XYZ, (3,), in the session's unit (cd/m², or relative to white); None: not read.
     white: Array | None
     black: Array | None
-    #: See their modules; None where the session lacks the patches.
+    #: See their modules; None if the session lacks the patches.
     primaries: Primaries | None
-    #: "grey" and the channels → transfer curve; those that were read.
+    #: "grey" and the channels → transfer curve, of the ramps that were read.
     curves: dict[str, transfer.Transfer]
-    #: Y of white over the sum of the primaries', after black; None: a tip is missing.
+    #: Y of white over the sum of the primaries' Y, all less black; None: white or a primary is missing.
     additivity: float | None
-    #: See their modules; None where the session lacks the patches.
+    #: See their modules; None if the session lacks the patches.
     greys: transfer.GreyTracking | None
     steadiness: Steadiness | None
     calibration: transfer.Calibration | None
-    #: Smallest and largest luminance of white over the screen, over that of the middle; None: one place.
+    #: Smallest and largest luminance of white over the screen, relative to the centre; None: one place.
     uniformity: tuple[float, float] | None
     #: Sentences on the readings that were left out.
     misread: tuple[str, ...] = ()
 
     @cached_property
     def remarks(self) -> tuple[str, ...]:
-        """What an engineer would say, each with its figure, the gravest first."""
+        """Remarks on the session, each with its figure, most serious first."""
         return remarks(self)
 
     @cached_property
     def wanting(self) -> tuple[str, ...]:
-        """What is missing for which diagnosis."""
+        """Sentences on missing patches and the diagnoses that need these patches."""
         return missing_patches(self.session)
 
     @property
     def contrast(self) -> float | None:
-        """Y of white over Y of black; None where one was not read, or black has no light."""
+        """Y of white over Y of black; None if white or black was not read, or black has no light."""
         if self.white is None or self.black is None or self.black[1] <= 0:
             return None
         return float(self.white[1] / self.black[1])
@@ -116,7 +116,7 @@ class Inspection:
 
 
 def inspect_session(session: Session) -> Inspection:
-    """Inspect a session without a model. What the session lacks is None, and ``wanting`` names it."""
+    """Inspect a session without a model. A figure is None if the session lacks its patches; ``wanting`` names these."""
     session, misread = left_out(session)
     white, black = mean_xyz(session, "white"), mean_xyz(session, "black")
     ramps = {name: ramp(session, name) for name in ("grey", *CHANNELS)}

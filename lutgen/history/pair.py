@@ -1,4 +1,4 @@
-"""Two sessions of one display side by side: their readings, and what the records say of how these were taken."""
+"""A pair of sessions of one display: differences of their readings, and the records of how they were taken."""
 
 from __future__ import annotations
 
@@ -20,55 +20,56 @@ if TYPE_CHECKING:
     from lutgen.readings.campaign import CampaignEntry
     from lutgen.readings.session import Session
 
-#: Names of instruments and displays that systems write when they do not know the name.
+#: Names that systems write for an unknown instrument or display.
 UNKNOWN = ("", "unknown", "color lcd", "generic pnp monitor", "default monitor", "display")
 
-#: Keywords in which ArgyllCMS' dispread writes the settings of the instrument: another value is another correction.
+#: Keywords for the settings of the instrument in files of ArgyllCMS' dispread: another value means another correction.
 _SETTINGS = ("DISPLAY_TYPE_REFRESH", "DISPLAY_TYPE_BASE_ID", "CCMX_NAME", "CCSS_NAME")
 
-#: Shifts of a spectrum that are tried, and the smallest that counts as one, in nanometres: a spectrometer repeats
-#: within 0.1 to 0.2.
+#: Largest shift of a spectrum that is tried, and smallest shift that counts, in nanometres: the repeatability of a
+#: spectrometer is 0.1 to 0.2.
 REACH, CLEAR_SHIFT = 5.0, 0.3
 
-#: Facts that a cause may move, beside light and black, which the evidence weighs: colour of blue, colour of red or
-#: green, transfer curve, white over the sum of the primaries, and white over black.
+#: Facts that a cause may move: colour of blue, colour of red or green, transfer curve, white over the sum of the
+#: primaries, and white over black. Light and black are not listed, since the evidence weighs them.
 FACTS = ("blue", "colour", "curve", "sum", "contrast")
 
-#: A fact has moved from these changes on: Δu'v', ΔL*, a share, and a factor.
+#: Smallest changes that count as a moved fact: Δu'v', ΔL*, a share, and a factor.
 COLOUR_MOVED, CURVE_MOVED, SUM_MOVED, CONTRAST_MOVED = 0.012, 3.0, 0.04, 1.8
 
-#: Change of a curve at equal drive, in ΔL*, that noise and few levels do not explain; and one as strong as that of HDR.
+#: Change of a curve at equal drive, in ΔL*, that is too large for noise and few levels; and a change as large as by
+#: HDR.
 BENT, STRONGLY_BENT = 2.5, 6.0
 
-#: Change of a channel's light, as a share, that repeating the same calibration may cause.
+#: Change of a channel's light, as a share, that a repeated calibration may cause.
 RECALIBRATED = 0.04
 
 
 @dataclass(frozen=True)
 class SessionPair:
-    """A session beside its reference."""
+    """A session and its reference."""
 
-    #: The reference and the session, with what the campaign says of them.
+    #: The reference and the session, as entries of the campaign.
     before: CampaignEntry
     after: CampaignEntry
-    #: From the reference to the session; None: a date is missing.
+    #: Days from the reference to the session; None: a date is missing.
     days: float | None
-    #: Sentences on readings that were left out of both, one each.
+    #: Sentences on misread readings of both sessions, which are left out.
     misread: tuple[str, ...] = ()
 
     @cached_property
     def seen(self) -> tuple[ColourPoints, ColourPoints] | None:
-        """The colour points of both, the reference's through the session's calibration; None: some are not read."""
+        """Colour points of both sessions, the reference's with the session's calibration; None: some were not read."""
         sessions = self.before.session, self.after.session
         black_too = all(mean_xyz(each, "black") is not None for each in sessions)
         one, other = (colour_points(each, black_too=black_too) for each in sessions)
         if one is None or other is None or not all(each.absolute for each in sessions):
             return None
-        return one.with_gains(self.held_back), other
+        return one.with_gains(self.calibration_gain), other
 
     @cached_property
-    def held_back(self) -> Array:
-        """Factor of each channel's full light by the calibration curves, (3,): 1 where a file has no curves."""
+    def calibration_gain(self) -> Array:
+        """Factor of each channel's full light by the change of calibration curves, (3,): 1 if a file has no curves."""
         return full_light_ratio(self.before.session, self.after.session)
 
     @property
@@ -82,15 +83,15 @@ class SessionPair:
         return bend(self.before.session, self.after.session, native=self.curves_known)
 
     @cached_property
-    def bend_as_seen(self) -> float | None:
-        """Change of the transfer curves with what the calibrations do, in L*; None: too few levels."""
+    def bend_with_calibration(self) -> float | None:
+        """Change of the transfer curves including the calibrations, in L*; None: too few levels."""
         return bend(self.before.session, self.after.session, native=False)
 
     @cached_property
     def drifts(self) -> tuple[SessionDrift, SessionDrift]:
         """Drift within the reference, and within the session."""
         steady = [steadiness(each.session) for each in (self.before, self.after)]
-        # One meter scatters alike in both sessions, so that the noise of either bounds the scatter of the other.
+        # One meter has the same noise in both sessions, so the noise of one session bounds the scatter of the other.
         known = [other.noise if other and not self.other_instrument else None for other in reversed(steady)]
         own = [drift_by_repeats(each, scatter) for each, scatter in zip(steady, known, strict=True)]
         if not own[1].ran_away and not own[0].ran_away:
@@ -99,34 +100,34 @@ class SessionPair:
         return own[0], own[1]
 
     @cached_property
-    def unwatched(self) -> bool:
-        """Whether a drift would go unseen: one session repeats no bright patch, and both share few patches."""
+    def drift_hidden(self) -> bool:
+        """Whether a drift would not show: one session repeats no bright patch, and the sessions share few patches."""
         sessions = self.before.session, self.after.session
         few = shared(sessions[1], sessions[0])[0].size < FEWEST_SHARED
         return few and any(steadiness(each) is None for each in sessions)
 
     @cached_property
     def noise(self) -> float:
-        """Noise of readings of both sessions, 1 σ, as a share, from repeated patches; 0 without such patches."""
+        """Combined relative noise of the readings of both sessions, 1 σ, from repeated patches; 0 without repeats."""
         steady = [steadiness(each.session) for each in (self.before, self.after)]
         one, other = (min(each.noise, 0.02) if each else 0.0 for each in steady)
         return float(np.hypot(one, other))
 
     @cached_property
     def shift(self) -> Array:
-        """Change of u', v' of red, green, blue and white, after black, (4, 2). Only where ``seen``."""
+        """Change of u', v' of red, green, blue and white, less black, (4, 2). Raises LutgenError without ``seen``."""
         one, other = _both(self)
         return np.asarray(_uv(other) - _uv(one))
 
     @cached_property
     def additivity(self) -> tuple[float, float]:
-        """White over the sum of the primaries, both after black, in luminance: before and after."""
+        """Luminance of white over that of the sum of the primaries, both less black: before and after."""
         one, other = (1.0 + float(each.extra[1] / each.channels[:, 1].sum()) for each in _both(self))
         return one, other
 
     @cached_property
     def contrast(self) -> tuple[float, float] | None:
-        """Luminance of white over that of black, before and after; None: a black was not read, or has no light."""
+        """Luminance of white over luminance of black, before and after; None: a black was not read, or has no light."""
         pair = _both(self)
         if not all(each.has_black and each.leak[1] > 0 for each in pair):
             return None
@@ -135,7 +136,7 @@ class SessionPair:
 
     @cached_property
     def moved(self) -> frozenset[str]:
-        """Those of ``FACTS`` that moved; none where white and primaries were not read in both."""
+        """The moved facts, of ``FACTS``; none if white and primaries were not read in both sessions."""
         if self.seen is None:
             return frozenset()
         red, green, blue, _ = np.hypot(*self.shift.T)
@@ -150,8 +151,8 @@ class SessionPair:
         }
         return frozenset(fact for fact in FACTS if moved[fact])
 
-    def told(self, fact: str) -> str:
-        """Say by how much one of the facts in ``moved`` did."""
+    def describe(self, fact: str) -> str:
+        """Return a clause on the change of a fact of ``moved``."""
         if fact == "sum":
             return "white over red + green + blue went from {:.3f} to {:.3f}".format(*self.additivity)
         if fact == "curve":
@@ -165,7 +166,7 @@ class SessionPair:
 
     @cached_property
     def largest_shift(self) -> float:
-        """Largest Δu'v' of a primary. Only where ``seen``."""
+        """Largest Δu'v' of a primary. Raises LutgenError without ``seen``."""
         return float(np.hypot(*self.shift[:3].T).max())
 
     @property
@@ -176,19 +177,19 @@ class SessionPair:
 
     @property
     def bent(self) -> bool:
-        """Whether the display's own curves moved, as far as calibrations are known."""
+        """Whether the display's own curves moved; without known calibrations, whether the measured curves moved."""
         return self.bend is not None and abs(self.bend) >= BENT
 
     @property
     def strongly_bent(self) -> bool:
-        """Whether they moved as HDR moves them."""
+        """Whether these curves moved as much as by HDR."""
         return self.bend is not None and abs(self.bend) >= STRONGLY_BENT
 
     @cached_property
-    def clipped_otherwise(self) -> str:
-        """Sentence on levels that show one light in one session and several in the other; "" without any.
+    def clipping_difference(self) -> str:
+        """Sentence on levels that are clipped in one session and distinct in the other; "" without such levels.
 
-        "" also where the files' calibrations say why: they clip too.
+        "" also if the files' calibrations differ, since calibrations clip too.
         """
         if self.recalibrated:
             return ""
@@ -197,13 +198,14 @@ class SessionPair:
         for here, (mine, theirs) in enumerate((curves, curves[::-1])):
             places: dict[str, list[str]] = {}
             clips = clipping(mine)
-            # A range darkens all channels; one that reads nothing alone is the meter's noise in the dark.
+            # Another range of the signal crushes the dark end of all channels; a single dark channel is noise of the
+            # meter.
             dark = all(name in clips and clips[name].dark is not None for name in mine)
             for name, clip in clips.items():
                 other = theirs.get(name)
-                if clip.bright is not None and other is not None and _tells(other, clip.bright, 1.0 - NEAR):
+                if clip.bright is not None and other is not None and _resolves(other, clip.bright, 1.0 - NEAR):
                     places.setdefault(f"from code {clip.bright:.2f} up", []).append(name)
-                if dark and clip.dark is not None and other is not None and _tells(other, NEAR, clip.dark):
+                if dark and clip.dark is not None and other is not None and _resolves(other, NEAR, clip.dark):
                     places.setdefault(f"up to code {clip.dark:.2f}", []).append(name)
             whose = ("the reference", "the session")
             sentences += [
@@ -215,25 +217,25 @@ class SessionPair:
 
     @property
     def curves_of_files(self) -> bool:
-        """Whether curves moved as they are seen, and the display's own, behind the files' calibrations, did not."""
-        if not self.curves_known or self.bend is None or self.bend_as_seen is None:
+        """Whether the measured curves moved, but the display's own curves, without the files' calibrations, did not."""
+        if not self.curves_known or self.bend is None or self.bend_with_calibration is None:
             return False
-        return abs(self.bend_as_seen) >= BENT > abs(self.bend)
+        return abs(self.bend_with_calibration) >= BENT > abs(self.bend)
 
     @property
     def recalibrated(self) -> bool:
-        """Whether the files' calibrations differ by more than repeating a calibration does, or explain the curves."""
-        gains = self.curves_known and float(np.abs(self.held_back - 1.0).max()) >= RECALIBRATED
+        """Whether the files' calibrations differ by more than a repeated calibration, or explain the moved curves."""
+        gains = self.curves_known and float(np.abs(self.calibration_gain - 1.0).max()) >= RECALIBRATED
         return gains or self.curves_of_files
 
     @cached_property
     def lines(self) -> float | None:
-        """Common shift of the primaries' spectra in nm; None: no spectra."""
+        """Common shift of the primaries' spectra in nm; None: no spectra, or no common shift."""
         return line_shift(self.before.session, self.after.session)
 
     @property
     def other_instrument(self) -> str:
-        """Sentence on another instrument, or another setting of it, from the records; "" without one."""
+        """Clause on another instrument or another setting of the instrument, from the records; "" without a change."""
         one, other = self.before.instrument, self.after.instrument
         if one.lower() not in UNKNOWN and other.lower() not in UNKNOWN and one != other:
             return f"the instrument is {other!r}, it was {one!r}"
@@ -245,7 +247,7 @@ class SessionPair:
 
     @property
     def other_display(self) -> str:
-        """Sentence on another display, from the records; "" without one."""
+        """Clause on another display, from the records; "" without a change."""
         one, other = self.before.session.display, self.after.session.display
         if one.lower() not in UNKNOWN and other.lower() not in UNKNOWN and one != other:
             return f"the file names {other!r}, the reference {one!r}"
@@ -253,25 +255,25 @@ class SessionPair:
 
     @property
     def other_settings(self) -> str:
-        """Sentence on other settings, from the campaign; "" without one."""
+        """Clause on other settings, from the campaign; "" without a change."""
         one, other = self.before.settings, self.after.settings
         return f"the campaign says {other!r}, it was {one!r}" if one and other and one != other else ""
 
     @property
-    def more_room_light(self) -> float | None:
-        """Change of the room's light in lux as the campaign says; None: not said of both."""
+    def room_light_change(self) -> float | None:
+        """Change of the room's light in lux, from the campaign; None if the campaign lacks it for a session."""
         one, other = (each.conditions.get("ambient_lx") for each in (self.before, self.after))
         return None if one is None or other is None else other - one
 
 
 def _curves(session: Session) -> dict[str, Transfer]:
-    """Curves of the channels' ramps by name."""
+    """Return channel → curve of its ramp."""
     curves = {name: transfer(ramp(session, name), black_xyz(session)) for name in CHANNELS}
     return {name: curve for name, curve in curves.items() if curve is not None}
 
 
-def _tells(curve: Transfer, low: float, high: float) -> bool:
-    """Whether a curve has levels in a range of code values, and is clipped at none of them."""
+def _resolves(curve: Transfer, low: float, high: float) -> bool:
+    """Whether a curve has levels in a range of code values, and none of these levels is clipped."""
     inside = (curve.drive >= low - 1e-6) & (curve.drive <= high + 1e-6)
     end = clipping({"": curve}).get("")
     clipped = [] if end is None else [code for code in end if code is not None]
@@ -290,7 +292,7 @@ def _uv(colours: ColourPoints) -> Array:
 
 
 def line_shift(before: Session, after: Session) -> float | None:
-    """Shift in nm that the spectra of all primaries have in common: the instrument's. None: there is none."""
+    """Return the shift in nm that the spectra of all primaries share, an error of the instrument; None: no shift."""
     if before.spectra is None or after.spectra is None or before.wavelengths is None or after.wavelengths is None:
         return None
     shifts = []
@@ -309,7 +311,7 @@ def _tip_spectrum(session: Session, channel: str) -> Array | None:
 
 
 def _spectral_shift(at: Array, one: Array, at_other: Array, other: Array) -> float:
-    """Shift in nm by which the first spectrum, scaled, fits the second best."""
+    """Return the shift in nm with which the first spectrum, scaled, fits the second spectrum best."""
     inner = (at_other >= at[0] + REACH) & (at_other <= at[-1] - REACH)
     shifts = np.arange(-REACH, REACH + 0.05, 0.1)
     misfits = []

@@ -1,4 +1,4 @@
-"""Patches of a session by what they are for: white, black, primaries, and ramps of grey and of each channel."""
+"""Patches of a session by kind: white, black, primaries, and ramps of grey and of each channel."""
 
 from __future__ import annotations
 
@@ -14,49 +14,49 @@ if TYPE_CHECKING:
 
     from lutgen.readings.session import Session
 
-#: The ramp of each channel and its place in drive.
+#: Channel → its index in drive; ramps have the same names.
 CHANNELS = {"red": 0, "green": 1, "blue": 2}
 
-#: Drives that differ by less are one patch: files round at the fifth digit.
+#: Drives that differ by less belong to one patch: files round at the fifth digit.
 _SAME = 1e-4
 
 
 @dataclass(frozen=True)
 class Ramp:
-    """Readings of one ramp, replicates averaged as light."""
+    """Readings of one ramp; XYZ of replicates is averaged."""
 
     #: Rising code values above 0, up to 1, (n,).
     drive: Array
-    #: As in the session, (n, 3).
+    #: XYZ in the session's unit, (n, 3).
     xyz: Array
 
 
 def mean_xyz(session: Session, kind: str) -> Array | None:
-    """Mean XYZ of white or black, (3,); None where it was not read."""
+    """Return mean XYZ of white or black, (3,); None if it was not read."""
     rows = session.rows(kind)
     return session.xyz[rows].mean(axis=0) if rows.size else None
 
 
 def black_xyz(session: Session) -> Array:
-    """Mean XYZ of black, (3,); zeros where black was not read."""
+    """Return mean XYZ of black, (3,); zeros if black was not read."""
     black = mean_xyz(session, "black")
     return np.zeros(3) if black is None else black
 
 
 def tip_rows(session: Session, channel: str) -> NDArray[np.int64]:
-    """Rows of one channel at full drive, the others at none."""
+    """Return the rows of one channel at full drive, the other channels at 0."""
     rows = session.rows(channel)
     return np.asarray(rows[session.drive[rows, CHANNELS[channel]] >= 1.0 - _SAME])
 
 
 def tip(session: Session, channel: str) -> Array | None:
-    """Mean XYZ of one channel at full drive, the others at none, (3,); None where it was not read."""
+    """Return mean XYZ of one channel at full drive, the other channels at 0, (3,); None if it was not read."""
     full = tip_rows(session, channel)
     return session.xyz[full].mean(axis=0) if full.size else None
 
 
 def ramp(session: Session, kind: str) -> Ramp:
-    """Return the ramp of "grey", with white at its end, or of a channel; without black, and perhaps empty."""
+    """Return the ramp of "grey", with white at its end, or of a channel; without black. The ramp may be empty."""
     rows = session.rows("grey", "white") if kind == "grey" else session.rows(kind)
     drive = session.drive[rows].max(axis=1)
     order = np.argsort(drive, kind="stable")
@@ -69,7 +69,7 @@ def ramp(session: Session, kind: str) -> Ramp:
 
 
 def repeats(session: Session) -> list[NDArray[np.int64]]:
-    """Rows of each patch that was read twice or more at one place, in the order read; the first patch first."""
+    """Return the rows of each patch that was read twice or more at one place; rows and patches in the order read."""
     where = session.positions if session.positions is not None else np.zeros((len(session.drive), 2))
     keys = np.round(np.hstack([session.drive, where]) / _SAME).astype(np.int64)
     _, group, counts = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
@@ -93,9 +93,9 @@ class Primaries:
     xyz: dict[str, Array]
     #: Name of a gamut → channel → Δu'v' to its primary.
     shift: dict[str, dict[str, float]]
-    #: The gamut whose primaries are nearest, by the mean Δu'v' of what was read.
+    #: The gamut whose primaries are nearest, by the mean Δu'v' of the primaries that were read.
     nearest: str
-    #: Area of this display's triangle inside sRGB's over that of sRGB's, in u'v'; None unless all three were read.
+    #: Share of sRGB's triangle that this display's triangle covers, in u'v'; None unless all three primaries were read.
     coverage: float | None
 
     @property
@@ -105,7 +105,7 @@ class Primaries:
 
 
 def primaries(session: Session) -> Primaries | None:
-    """Return what was read of red, green and blue at full drive; None where none of them was, or they have no light."""
+    """Return the primaries that were read at full drive; None if none was read, or none has light."""
     tips = {name: each for name in CHANNELS if (each := tip(session, name)) is not None and each[1] > 0}
     if not tips:
         return None
@@ -121,7 +121,10 @@ def primaries(session: Session) -> Primaries | None:
 
 
 def additivity(session: Session) -> float | None:
-    """Y of white over the sum of red's, green's and blue's, all after black if it was read; None: a tip is missing."""
+    """Return Y of white over the sum of Y of red, green and blue, all less black if it was read.
+
+    None if white or a primary is missing.
+    """
     white, dark = mean_xyz(session, "white"), float(black_xyz(session)[1])
     tips = [each for name in CHANNELS if (each := tip(session, name)) is not None]
     if white is None or len(tips) < 3:
@@ -131,7 +134,7 @@ def additivity(session: Session) -> float | None:
 
 
 def _covered(triangle: Array, reference: Array) -> float:
-    """Share of a triangle's area that another covers: cut by each of its sides in turn (Sutherland & Hodgman 1974)."""
+    """Return the share of the triangle ``reference`` that ``triangle`` covers (clipping: Sutherland & Hodgman 1974)."""
     kept = [tuple(corner) for corner in reference]
     if _area(triangle) < 0:
         triangle = triangle[::-1]

@@ -1,4 +1,4 @@
-"""What an engineer would say of a session: sentences, each with its figure, the gravest first."""
+"""Remarks on a session: sentences, each with its figure, most serious first."""
 
 from __future__ import annotations
 
@@ -18,29 +18,31 @@ if TYPE_CHECKING:
     from lutgen.readings.session import Session
     from lutgen.readings.steadiness import Steadiness
 
-#: Change of luminance within a session that is drift, and one that no settled display at fixed settings has: a warm-up
-#: from cold is some percent, automatic brightness and local dimming tens.
+#: Smallest change of luminance within a session that counts as drift, and smallest change that is too large for a
+#: settled display at fixed settings: a warm-up from cold causes some percent, automatic brightness and local dimming
+#: cause tens.
 DRIFT, UNSTEADY = 0.005, 0.03
 
-#: Noise of a contact colorimeter on a bright patch is some 0.1 to 0.3 %.
+#: Smallest noise that gets a remark: a contact colorimeter on a bright patch has some 0.1 to 0.3 %.
 NOISY = 0.005
 
-#: An additive display is within this of 1; dynamic contrast, HDR tone mapping or a fourth sub-pixel is not.
+#: Largest deviation of an additive display from 1; dynamic contrast, HDR tone mapping or a fourth sub-pixel causes
+#: more.
 ADDITIVE = 0.03
 
-#: ΔL* from sRGB that makes another curve: a plain γ of 2.2 is up to 3.4 off, at code 0.1.
+#: Smallest ΔL* from sRGB that counts as another curve: a plain γ of 2.2 differs by up to 3.4, at code 0.1.
 LIGHTNESS = 4.0
 
-#: A grey's cast that is seen beside white.
+#: Smallest ΔE2000 of a grey's cast that is visible beside white.
 CAST = 3.0
 
-#: Δu'v' of white or a primary that is more than the meters disagree on.
+#: Δu'v' of white or a primary that is larger than the disagreement of meters.
 COLOUR = 0.01
 
-#: Share of white's luminance that a calibration may cost before it is news.
+#: Smallest share of white's luminance lost by a calibration that gets a remark.
 COST = 0.1
 
-#: Fading or brightening from the middle of the screen that is common in good displays.
+#: Deviation of luminance from the middle of the screen up to which a good display is even.
 UNEVEN = 0.1
 
 
@@ -69,8 +71,8 @@ def _steadiness(steady: Steadiness | None) -> Iterator[str]:
     change = f"{steady.drift:+.1%}"
     if abs(steady.drift) >= UNSTEADY:
         yield (
-            f"Unsteady: a patch that was read again had {change} luminance within the session: automatic brightness, "
-            "local dimming or warm-up. All readings are uncertain by as much."
+            f"Unsteady: luminance of a repeated patch changed by {change} within the session: automatic brightness, "
+            "local dimming or warm-up. All readings are uncertain by this amount."
         )
     elif abs(steady.drift) >= DRIFT:
         yield f"Drift: luminance changed by {change} within the session, as in warm-up."
@@ -82,7 +84,7 @@ def _black(session: Session, white: Array | None, black: Array | None) -> Iterat
     if black is None or white is None:
         return
     if black[1] <= 0:
-        yield f"Black reads {black[1]:.4f}: below what the meter can tell; contrast is unknown."
+        yield f"Black reads {black[1]:.4f}: below the sensitivity of the meter; contrast is unknown."
     elif black[1] > white[1] / 200.0:
         unit = " cd/m²" if session.absolute else " of white"
         yield f"Contrast is only {white[1] / black[1]:.0f}: black of {black[1]:.3g}{unit}, or room light on the screen."
@@ -90,7 +92,7 @@ def _black(session: Session, white: Array | None, black: Array | None) -> Iterat
 
 def _additivity(additivity: float | None, black: Array | None) -> Iterator[str]:
     if additivity is not None and abs(additivity - 1.0) >= ADDITIVE:
-        after = "after black" if black is not None else "black not taken off"
+        after = "less black" if black is not None else "black not subtracted"
         yield (
             f"Not additive: white is {additivity:.3f} times the sum of red, green and blue ({after}). HDR tone "
             "mapping, dynamic contrast, power limits or a drift; the model's matrices do not hold."
@@ -103,15 +105,15 @@ def _calibration(loop: Calibration | None) -> Iterator[str]:
     ends = ", ".join(f"{name} {end:.3f}" for name, end in zip(CHANNELS, loop.ends, strict=True))
     if loop.at_stop and len(loop.at_stop) < 3:
         yield (
-            f"Calibration: {' and '.join(loop.at_stop)} at the stop ({ends}): white is held by lowering the others, "
-            "and nothing is left to raise it by."
+            f"Calibration: {' and '.join(loop.at_stop)} at the limit ({ends}): the calibration sets white by lowering "
+            "the other channels, and cannot raise its luminance."
         )
     elif not loop.at_stop:
-        yield f"Calibration ends at {ends}: no channel is at its stop."
+        yield f"Calibration ends at {ends}: no channel is at its limit."
     if loop.cost is not None and loop.cost >= COST:
-        yield f"The calibration gives away {loop.cost:.0%} of white's luminance."
+        yield f"The calibration costs {loop.cost:.0%} of white's luminance."
     if not loop.monotonic:
-        yield "A calibration curve falls somewhere: steps will invert there."
+        yield "A calibration curve falls in a part of its range: brightness steps invert there."
     if loop.starts.max() > 1e-3:
         yield f"The calibration raises black (to {loop.starts.max():.3f} of drive)."
 
@@ -122,8 +124,8 @@ def _clipped(curves: dict[str, Transfer]) -> Iterator[str]:
     dark = [f"{name} up to code {each.dark:.2f}" for name, each in clipped.items() if each.dark is not None]
     if bright:
         yield (
-            f"Clipped: the same light for {', '.join(bright)}: contrast set too high, a calibration at its stop, or a "
-            "signal of limited range. Nothing brighter is told apart."
+            f"Clipped: the same light for {', '.join(bright)}: contrast set too high, a calibration at its limit, or a "
+            "signal of limited range. Brighter levels look alike."
         )
     if dark:
         yield f"Crushed: no light for {', '.join(dark)}: a signal of limited range, or brightness set too low."
@@ -139,9 +141,9 @@ def _white(session: Session, white: Array | None, loop: Calibration | None) -> I
     shift = float(np.hypot(*(xy_to_uv(xy) - xy_to_uv(target))))
     if shift >= (COLOUR / 2 if aimed else COLOUR):
         yield f"White ({xy[0]:.4f}, {xy[1]:.4f}) is Δu'v' {shift:.4f} off {name}."
-    wanted = loop.target.get("Y") if loop is not None else None
-    if wanted and session.absolute and abs(white[1] / wanted - 1.0) >= 0.05:
-        yield f"White has {white[1]:.0f} cd/m², the calibration asked for {wanted:.0f}."
+    luminance = loop.target.get("Y") if loop is not None else None
+    if luminance and session.absolute and abs(white[1] / luminance - 1.0) >= 0.05:
+        yield f"White has {white[1]:.0f} cd/m², the calibration asked for {luminance:.0f}."
 
 
 def _primaries(tips: Primaries | None) -> Iterator[str]:
@@ -165,7 +167,7 @@ def _curve(curves: dict[str, Transfer]) -> Iterator[str]:
         yield f"Transfer: γ {grey.gamma:.2f}, not sRGB: ΔL* {off:+.1f} at code {at:.2f}."
     gammas = {name: curve.gamma for name, curve in curves.items() if name != "grey" and curve.gamma is not None}
     if len(gammas) == 3 and max(gammas.values()) - min(gammas.values()) >= 0.15:
-        yield f"Channels bend apart: γ {', '.join(f'{name} {gamma:.2f}' for name, gamma in gammas.items())}."
+        yield f"Channels differ: γ {', '.join(f'{name} {gamma:.2f}' for name, gamma in gammas.items())}."
 
 
 def _greys(greys: GreyTracking | None) -> Iterator[str]:
@@ -187,15 +189,15 @@ def _uniformity(extremes: tuple[float, float] | None) -> Iterator[str]:
         yield f"{word}: over the screen white has {low:.0%} to {high:.0%} of the middle's luminance."
 
 
-#: Levels between black and full drive that a curve takes.
+#: Smallest number of levels between black and full drive for a curve.
 FEWEST_LEVELS = 5
 
-#: Mixtures of the channels that crosstalk and loading take.
+#: Smallest number of mixtures for crosstalk and loading.
 FEWEST_MIXTURES = 8
 
 
 def missing_patches(session: Session) -> tuple[str, ...]:
-    """Say what is missing for which diagnosis, a sentence each, the gravest first."""
+    """Return a sentence for each kind of missing patch on the diagnoses that need it, most serious first."""
     return tuple(sentence for missing, sentence in (*_patches(session), *_circumstances(session)) if missing)
 
 
@@ -209,14 +211,14 @@ def _patches(session: Session) -> list[tuple[bool, str]]:
         (bool(tips), f"No {' or '.join(tips)} at full drive: no model of the display, no gamut, no additivity."),
         (
             mean_xyz(session, "black") is None,
-            "No black: no contrast, no black-level or ambient light, and γ is fitted without taking black off.",
+            "No black: no contrast, no black-level or ambient light, and γ is fitted without subtracting black.",
         ),
         (once, "No patch was read twice: no noise, no drift within the session (warm-up, automatic brightness)."),
         (
             ramp(session, "grey").drive.size <= FEWEST_LEVELS,
             f"Fewer than {FEWEST_LEVELS} greys below white: a coarse transfer curve, no drift of γ.",
         ),
-        (bool(short), f"No ramp of {', '.join(short)}: a channel's own γ cannot be told from that of all."),
+        (bool(short), f"No ramp of {', '.join(short)}: no γ of these channels alone."),
         (
             session.kinds.count("mixture") < FEWEST_MIXTURES,
             "Hardly any mixtures: no crosstalk, no loading, and no check of the model where it is used.",
@@ -232,13 +234,13 @@ def _circumstances(session: Session) -> list[tuple[bool, str]]:
         ),
         (
             session.calibration is None,
-            "No calibration curves: what the panel did and what the calibration did cannot be told apart.",
+            "No calibration curves: changes of the panel and of the calibration cannot be separated.",
         ),
         (
             session.positions is None or not np.ptp(session.positions, axis=0).any(),
             "One place on the screen: no edge fall-off, no uniformity.",
         ),
-        (session.spectra is None, "No spectra: yellowing, phosphor wear and backlight decay are told by colour alone."),
-        (session.created is None, "No date: say it in the campaign file."),
+        (session.spectra is None, "No spectra: yellowing, phosphor wear and backlight decay show by colour only."),
+        (session.created is None, "No date: give it in the campaign file."),
         (not session.instrument, "No instrument named: a change of meter could pass for aging."),
     ]

@@ -1,9 +1,9 @@
-"""Whether the readings of one session can be trusted: misread patches, noise, and drift during the session.
+"""Quality of the readings of one session: misread patches, noise, and drift during the session.
 
-A reading is misread where it contradicts its own ramp or its own repeats: a window popped up, or the instrument
-slipped. Warm-up, automatic brightness and dimming show best in patches that were read again. Where hardly any patch was
-read again, and the order of reading is known, the patches that two sessions share are compared: a ratio of their light
-that changes with the order of reading, beside what changes with the colour of the patches, is a drift.
+A reading is misread if it contradicts its own ramp or its own repeats, for example because a window covered the patch
+or the instrument slipped. Warm-up, automatic brightness and dimming show best in repeated patches. If hardly any patch
+was repeated and the order of reading is known, lutgen compares the patches that two sessions share. A fit of the ratio
+of their light has terms for the colour of the patches and for the order of reading; a slope over the order is a drift.
 """
 
 from __future__ import annotations
@@ -23,23 +23,23 @@ if TYPE_CHECKING:
     from lutgen.readings.session import Session
     from lutgen.readings.steadiness import Steadiness
 
-#: A reading is misread where its L* differs by ``FAR`` from the value that its neighbours or repeats give, and by
-#: ``CLEARLY`` times the largest such difference of the other readings.
+#: A reading is misread if its L* differs by ``FAR`` from the value of its neighbours or repeats, and by ``CLEARLY``
+#: times the largest difference of this kind among the other readings.
 FAR, CLEARLY = 10.0, 4.0
 
-#: Fewest levels of a ramp, and readings of a patch, by which a wrong one can be told from the others.
+#: Fewest levels of a ramp, and fewest readings of a patch, with which a misread reading can be identified.
 FEWEST_LEVELS, FEWEST_REPEATS = 6, 3
 
 
 def misread(session: Session) -> NDArray[np.int64]:
-    """Places of readings that contradict their ramp or their repeats: at most one level a ramp, one reading a patch."""
+    """Return rows of misread readings: at most one level of each ramp, and one reading of each repeated patch."""
     rows = [_off_its_ramp(session, kind) for kind in ("grey", *CHANNELS)]
     rows += [_off_its_repeats(session, group) for group in repeats(session)]
     return np.unique(np.concatenate(rows))
 
 
 def left_out(session: Session) -> tuple[Session, tuple[str, ...]]:
-    """Return the session without its misread readings, and a sentence on each of these."""
+    """Return the session without its misread readings, and a sentence on each misread reading."""
     rows = misread(session)
     if not rows.size:
         return session, ()
@@ -52,7 +52,7 @@ def left_out(session: Session) -> tuple[Session, tuple[str, ...]]:
 
 
 def _off_its_ramp(session: Session, kind: str) -> NDArray[np.int64]:
-    """Rows of the one level that lies far from the line between its neighbours, in L*, where no other does."""
+    """Return the rows of the only level that is far from the line between its neighbours, in L*; empty without one."""
     levels = ramp(session, kind)
     none = np.empty(0, dtype=np.int64)
     if levels.drive.size < FEWEST_LEVELS:
@@ -71,13 +71,16 @@ def _off_its_ramp(session: Session, kind: str) -> NDArray[np.int64]:
 
 
 def _from_neighbours(drive: Array, level: Array) -> Array:
-    """Inner levels less the line between their neighbours, (n - 2,)."""
+    """Return the inner levels less the line between their neighbours, (n - 2,)."""
     share = (drive[1:-1] - drive[:-2]) / (drive[2:] - drive[:-2])
     return np.asarray(level[1:-1] - (level[:-2] + share * (level[2:] - level[:-2])))
 
 
 def _off_its_repeats(session: Session, rows: NDArray[np.int64]) -> NDArray[np.int64]:
-    """The one reading of a patch that lies far from all others of the patch, in L* of the session's brightest."""
+    """Return the row of the only reading that is far from the patch's other readings; empty without one.
+
+    L* is relative to the session's brightest reading.
+    """
     none = np.empty(0, dtype=np.int64)
     if rows.size < FEWEST_REPEATS or session.xyz[:, 1].max() <= 0:
         return none
@@ -88,23 +91,23 @@ def _off_its_repeats(session: Session, rows: NDArray[np.int64]) -> NDArray[np.in
 
 
 def steadiness(session: Session) -> Steadiness | None:
-    """Return what the session's repeated patches say; None where no bright patch was repeated."""
+    """Return noise and drift from the session's repeated patches; None if no bright patch was repeated."""
     place = np.arange(len(session.drive)) if session.order is None else np.argsort(np.argsort(session.order))
     return steadiness_of(session.xyz, place, repeats(session))
 
 
-#: Fewest patches that two sessions must share before their ratio is used.
+#: Fewest shared patches of two sessions for a drift from their ratio.
 FEWEST_SHARED = 40
 
 #: If the colours explain this share of the variance of the order, the patches were read sorted by code.
 SORTED = 0.5
 
-#: Patches below this share of white are left out: their ratio is mostly noise of the meter.
+#: Patches below this share of the brightest patch are left out: their ratio is mostly noise of the meter.
 _DARK = 0.03
 
 
 def drift_by_order(session: Session, other: Session) -> SessionDrift | None:
-    """Return the drift of a session from patches that both sessions read; None: none is clear."""
+    """Return the drift of a session from patches that both sessions read; None: no clear drift."""
     mine, theirs = shared(session, other)
     if mine.size < FEWEST_SHARED or session.order is None:
         return None
@@ -116,7 +119,7 @@ def drift_by_order(session: Session, other: Session) -> SessionDrift | None:
     level = there[kept] / there.max()
     order = np.argsort(np.argsort(session.order))[mine[kept]] / max(len(session.drive) - 1, 1)
     colour = np.column_stack([np.ones(len(drive)), drive, drive**2, np.log(level), level])
-    if _goes_with(colour, order):
+    if _is_sorted(colour, order):
         return None
     ratio = np.log(here[kept] / there[kept])
     change, error = _trend(colour, order, ratio)
@@ -126,7 +129,7 @@ def drift_by_order(session: Session, other: Session) -> SessionDrift | None:
 
 
 def shared(one: Session, other: Session) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Rows of the patches that both sessions read, each patch once: rows in ``one`` and rows in ``other``."""
+    """Return the rows of the patches that both sessions read, each patch once: rows in ``one``, rows in ``other``."""
     keys = {tuple(row): place for place, row in enumerate(np.round(other.drive, 3).tolist())}
     places: dict[tuple[float, ...], tuple[int, int]] = {}
     for place, row in enumerate(np.round(one.drive, 3).tolist()):
@@ -136,17 +139,17 @@ def shared(one: Session, other: Session) -> tuple[NDArray[np.int64], NDArray[np.
     return pairs[:, 0], pairs[:, 1]
 
 
-def _goes_with(colour: Array, order: Array) -> bool:
-    """Whether the order of reading follows the colours, as in a list sorted by code; a drift cannot be seen then."""
+def _is_sorted(colour: Array, order: Array) -> bool:
+    """Whether the order of reading follows the colours, as in a list sorted by code; a drift does not show then."""
     coefficients = np.linalg.lstsq(colour, order, rcond=None)[0]
     return bool(np.var(order - colour @ coefficients) < (1.0 - SORTED) * np.var(order))
 
 
 def _trend(colour: Array, order: Array, ratio: Array) -> tuple[float, float]:
-    """Slope of a ratio over the order (0 to 1), fitted together with the colours, and its standard error."""
+    """Return the slope of a ratio over the order (0 to 1), fitted together with the colours, and its standard error."""
     design = np.column_stack([order, colour])
     coefficients, _, rank, _ = np.linalg.lstsq(design, ratio, rcond=None)
-    left = ratio - design @ coefficients
-    variance = float(left @ left) / max(len(ratio) - int(rank), 1)
+    residual = ratio - design @ coefficients
+    variance = float(residual @ residual) / max(len(ratio) - int(rank), 1)
     spread = float(np.linalg.pinv(design.T @ design)[0, 0])
     return float(coefficients[0]), float(np.sqrt(variance * spread))

@@ -1,16 +1,17 @@
 """Tone curves: luminance against drive, γ and clipping, the colour of greys, DICOM's function, and calibration.
 
-A contrast that is set too high, or a calibration that reaches full drive, clips the bright end. A display that takes a
-signal of limited range (16..235 of 255) for a full one, or the other way round, crushes the dark end or clips both.
+A contrast that is set too high, or a calibration that reaches full drive, clips the bright end. A display that
+interprets a signal of limited range (16..235 of 255) as a signal of full range, or the other way round, crushes the
+dark end or clips both ends.
 
 DICOM PS3.14, 7.1 (Grayscale Standard Display Function) gives luminance by index of just-noticeable difference (JND);
-colour-science has the function. Contrast response is TG18's (Samei et al. 2005, doi:10.1118/1.1861159, 4.3): the change
-of luminance between neighbouring greys over their mean luminance, by JND, against what the standard has there.
+colour-science implements the function. Contrast response is defined by TG18 (Samei et al. 2005, doi:10.1118/1.1861159,
+4.3): the change of luminance between neighbouring greys over their mean luminance, per JND, compared with the standard.
 
-The signal goes through the calibration curves of the graphics card before it reaches the display. The readings of a
-channel against the *output* of its curve are therefore the native curve of the display, and the output at full input
-says how much of the channel the calibration uses for white. Where the calibrations of two sessions are known, the
-native curves are compared.
+The signal passes the calibration curves of the graphics card before it reaches the display. The readings of a channel
+against the *output* of its curve are therefore the native curve of the display, and the output at full input is the
+share of the channel's drive that the calibration uses for white. If the calibrations of two sessions are known, lutgen
+compares the native curves.
 """
 
 from __future__ import annotations
@@ -33,33 +34,34 @@ if TYPE_CHECKING:
 #: meet.
 FITTED = (0.1, 0.9)
 
-#: Fewest levels between them for a γ.
+#: Fewest levels between these code values for a γ.
 FEWEST_LEVELS = 3
 
 
 @dataclass(frozen=True)
 class Transfer:
-    """A ramp as a curve."""
+    """The transfer curve of a ramp."""
 
-    #: Code values, (n,), and luminance after black over that of full drive, (n,).
+    #: Code values, (n,), and luminance relative to full drive, both less black, (n,).
     drive: Array
     linear: Array
     #: Slope of log ``linear`` against log ``drive`` by least squares through full drive, between 10 and 90 %; None:
-    #: fewer than three levels there.
+    #: fewer than three levels in that range.
     gamma: float | None
-    #: Root mean square of the relative difference between the luminance and that power; None with ``gamma``.
+    #: Root mean square of the relative difference between ``linear`` and the power law of ``gamma``; None if ``gamma``
+    #: is.
     residual: float | None
     #: L* of the curve less L* of sRGB at each drive, (n,): above 0 the display is lighter (CIE 15:2018, 8.2.1).
     lightness: Array
 
     @property
     def worst(self) -> int:
-        """Place of the level that is farthest from sRGB."""
+        """Index of the level that is farthest from sRGB."""
         return int(np.argmax(np.abs(self.lightness)))
 
 
 def transfer(ramp: Ramp, black: Array | None) -> Transfer | None:
-    """Return the curve of a ramp after black, if any; None where full drive was not read, or has no light."""
+    """Return the curve of a ramp less black, if given; None if full drive was not read, or has no light."""
     if not ramp.drive.size or ramp.drive[-1] < 1.0 - 1e-4:
         return None
     light = ramp.xyz[:, 1] - (0.0 if black is None else black[1])
@@ -76,29 +78,29 @@ def transfer(ramp: Ramp, black: Array | None) -> Transfer | None:
 
 
 def lightness(ratio: Array) -> Array:
-    """L* of Y over white's (CIE 15:2018, 8.2.1); noise below 0 goes on in the straight piece. Any shape."""
+    """Return L* of Y over Y of white (CIE 15:2018, 8.2.1); the linear part also covers values below 0. Any shape."""
     return np.where(ratio > (6 / 29) ** 3, 116.0 * np.cbrt(ratio) - 16.0, ratio * (29 / 3) ** 3)
 
 
 #: Changes of a curve are ignored below this L*: black and noise are too large a part of the light there.
 DARKEST = 20.0
 
-#: Differences from full light, and from no light, that the eye does not see, as shares of full light: ΔL* ⅓.
+#: Invisible differences from full light and from no light, as shares of full light: ΔL* ⅓.
 ALIKE, DARK = 0.005, 2e-4
 
-#: Code values nearer to 0 or 1 than this look alike on any display.
+#: Code values closer to 0 or 1 than this look alike on any display.
 NEAR = 0.06
 
 
 class Clipping(NamedTuple):
-    """The code value from which light no longer rises, and up to which there is no light; None: no such code value."""
+    """The code value above which light no longer rises, and below which there is no light; None: no such code value."""
 
     bright: float | None
     dark: float | None
 
 
 def clipping(curves: Mapping[str, Transfer]) -> dict[str, Clipping]:
-    """Return name → clipping of those curves that clip at an end."""
+    """Return name → clipping, for the curves that are clipped at an end."""
     clipped = {}
     for name, curve in curves.items():
         still = curve.drive[np.abs(curve.linear - 1.0) <= ALIKE]
@@ -116,18 +118,18 @@ LOWEST = 0.1
 
 @dataclass(frozen=True)
 class GreyTracking:
-    """Colour of the greys, as seen, black included."""
+    """Colour of the greys, with black not subtracted."""
 
-    #: Code values from 0.1 up to white's, (n,).
+    #: Code values from 0.1 to below white, (n,).
     drive: Array
-    #: u', v' of each less white's, (n, 2).
+    #: u', v' of each grey less u', v' of white, (n, 2).
     shift: Array
-    #: ΔE2000 to a grey of the same luminance in white's colour, under white, (n,).
+    #: ΔE2000 to a grey of the same luminance and the chromaticity of white, relative to white, (n,).
     delta_e: Array
 
 
 def grey_tracking(ramp: Ramp, white: Array | None) -> GreyTracking | None:
-    """Return the colour of a grey ramp against white, (3,); None where there are no greys, or no white."""
+    """Return the colour of a grey ramp relative to ``white``, (3,); None without greys or without white."""
     if white is None or white[1] <= 0:
         return None
     kept = (ramp.drive >= LOWEST) & (ramp.drive < 1.0 - 1e-4) & (ramp.xyz[:, 1] > 0)
@@ -147,20 +149,20 @@ _LAST = 1023.0
 #: Luminances that the function covers, cd/m².
 GSDF_RANGE = (0.05, 3993.404)
 
-#: Greys, black and white among them, that a contrast response takes at least, and of more those nearest to even steps:
-#: TG18 reads 18.
+#: Fewest greys for a contrast response, including black and white; and number of even steps: of more greys, those
+#: nearest to the steps are used. TG18 reads 18 greys.
 FEWEST_GREYS, LEVELS = 8, 18
 
 
 def luminance_of(index: Array) -> Array:
-    """Luminance in cd/m² of indices of just-noticeable difference, 1 to 1023. Any shape."""
+    """Return luminance in cd/m² of indices of just-noticeable difference, 1 to 1023. Any shape."""
     from colour.models import eotf_DICOMGSDF
 
     return np.asarray(eotf_DICOMGSDF(index / _LAST))
 
 
 def index_of(luminance: Array) -> Array:
-    """Index of just-noticeable difference of luminances within ``GSDF_RANGE``, cd/m². Any shape."""
+    """Return the index of just-noticeable difference of luminances within ``GSDF_RANGE``, cd/m². Any shape."""
     from colour.models import eotf_inverse_DICOMGSDF
 
     return np.asarray(eotf_inverse_DICOMGSDF(luminance) * _LAST)
@@ -170,31 +172,31 @@ def index_of(luminance: Array) -> Array:
 class ContrastResponse:
     """Contrast between neighbouring greys."""
 
-    #: Middle of each two code values, (n,).
+    #: Mean of two neighbouring code values, (n,).
     drive: Array
-    #: ΔL over mean L by JND, as read and as the standard has it between the same ends, (n,).
+    #: ΔL over mean L per JND, as read, and by the standard between the same ends, (n,).
     contrast: Array
     standard: Array
 
     @property
     def deviation(self) -> Array:
-        """Share by which the contrast differs from the standard's, (n,)."""
+        """Relative difference of the contrast from the standard, (n,)."""
         return np.asarray(self.contrast / self.standard - 1.0)
 
     @property
     def worst(self) -> float:
-        """The largest of them."""
+        """Largest absolute deviation."""
         return float(np.abs(self.deviation).max())
 
 
 def contrast_response(session: Session, ambient_cd_m2: float = 0.0) -> ContrastResponse | None:
-    """Return the response of a session's greys in the room's light; None: too few, relative, or out of range."""
+    """Return the contrast response of a session's greys with room light; None: too few, relative, or out of range."""
     greys, black = ramp(session, "grey"), mean_xyz(session, "black")
     if not session.absolute or black is None or greys.drive.size < FEWEST_GREYS - 1 or greys.drive[-1] < 1.0 - 1e-4:
         return None
     drive = np.concatenate([[0.0], greys.drive])
     light = np.concatenate([[black[1]], greys.xyz[:, 1]]) + ambient_cd_m2
-    # Between greys that are nearer to each other, noise and steps of 8 bits are larger than the contrast.
+    # Between closer greys, noise and steps of 8 bits are larger than the contrast.
     read = np.unique(np.abs(drive - np.linspace(0.0, 1.0, LEVELS)[:, np.newaxis]).argmin(axis=1))
     drive, light = drive[read], light[read]
     if not (GSDF_RANGE[0] <= light.min() and light.max() <= GSDF_RANGE[1]):
@@ -209,7 +211,7 @@ def _by_jnd(light: Array, index: Array) -> Array:
     return np.asarray(2.0 * np.diff(light) / (light[1:] + light[:-1]) / np.diff(index))
 
 
-#: A channel whose curve ends above this is at its stop: its light can be raised by less than half a percent.
+#: A channel whose curve ends above this value is at its limit: its light can rise by less than half a percent.
 STOP = 0.998
 
 #: Native γ of a channel whose ramp was not read.
@@ -218,7 +220,7 @@ USUAL_GAMMA = 2.2
 
 @dataclass(frozen=True)
 class Calibration:
-    """Calibration curves in a few numbers."""
+    """Summary of calibration curves."""
 
     #: Output of the red, green and blue curve at full input, (3,).
     ends: Array
@@ -227,18 +229,18 @@ class Calibration:
     #: Channels whose curve ends at 1.
     at_stop: tuple[str, ...]
     #: Share of the luminance of white that is lost because channels are lowered, from the primaries and the native γ of
-    #: each channel; None where a primary is missing.
+    #: each channel; None if a primary is missing.
     cost: float | None
     #: Whether all curves rise.
     monotonic: bool
     #: Largest distance of a curve from the straight line between the curve's ends.
     bend: float
-    #: Target of the calibration, where the file says it: white's x, y and Y in cd/m².
+    #: Target of the calibration, if the file states it: white's x, y and Y in cd/m².
     target: dict[str, float]
 
 
 def calibration(session: Session) -> Calibration | None:
-    """Return what the session's calibration does; None where the file holds none."""
+    """Return a summary of the session's calibration; None if the file holds no calibration."""
     curves = session.calibration
     if curves is None:
         return None
@@ -256,7 +258,7 @@ def calibration(session: Session) -> Calibration | None:
 
 
 def native_ramp(session: Session, channel: str) -> tuple[Array, Array]:
-    """Return a channel's drive after the calibration, if any, (n,), and XYZ less black, if read, (n, 3)."""
+    """Return a channel's drive after the calibration, if known, (n,), and XYZ less black, if read, (n, 3)."""
     levels = ramp(session, channel)
     drive = levels.drive
     if session.calibration is not None:
@@ -274,7 +276,7 @@ def native_gamma(session: Session, channel: str) -> float | None:
 
 
 def full_light_ratio(before: Session, after: Session) -> Array:
-    """Factor by which the later calibration changes the full light of each channel, (3,); 1 without curves in both."""
+    """Return the factor by which the later calibration changes each channel's full light, (3,); 1 without curves."""
     loops = calibration(before), calibration(after)
     if loops[0] is None or loops[1] is None or min(loops[0].ends.min(), loops[1].ends.min()) <= 0:
         return np.ones(3)
@@ -286,7 +288,10 @@ def full_light_ratio(before: Session, after: Session) -> Array:
 
 
 def _light_kept(session: Session, channel: str, share: float) -> float:
-    """Share of its light that a channel has at a share of its highest drive, by powers between levels, or its γ."""
+    """Return a channel's light at a share of its highest drive, relative to full light.
+
+    Between levels the light is interpolated as a power; without enough levels the channel's γ is used.
+    """
     drive, xyz = native_ramp(session, channel)
     lit = (drive > 0) & (xyz[:, 1] > 0)
     drive, light = drive[lit], xyz[lit, 1]
@@ -315,7 +320,7 @@ def _target(arguments: str) -> dict[str, float]:
     return target
 
 
-#: Fewest levels of a ramp that is compared with another.
+#: Fewest levels of a ramp for a comparison with another ramp.
 FEWEST = 4
 
 
@@ -327,7 +332,7 @@ def bend(before: Session, after: Session, *, native: bool) -> float | None:
 
 
 def _curve(session: Session, name: str, native: bool) -> tuple[Array, Array]:
-    """Drive, and luminance less black."""
+    """Return drive, (n,), and luminance less black, (n,)."""
     if native:
         drive, xyz = native_ramp(session, name)
         return drive, xyz[:, 1]
@@ -339,7 +344,7 @@ def _between(one: tuple[Array, Array], other: tuple[Array, Array]) -> float | No
     if min(one[0].size, other[0].size) < FEWEST:
         return None
     top = min(one[0][-1], other[0][-1])
-    # The cube root of a curve is nearly straight, so that straight lines may join its few levels.
+    # The cube root of a curve is nearly straight, so linear interpolation between few levels is accurate.
     roots = [np.cbrt(np.maximum(light / np.interp(top, drive, light), 0.0)) for drive, light in (one, other)]
     at = other[0][(other[0] <= top) & (other[0] >= one[0][0])]
     first, second = (

@@ -1,7 +1,8 @@
-"""The trend of a display: which law its figures follow, and when each limit will be passed.
+"""The trend of a display: which law of decay its figures follow, and when each limit will be passed.
 
 Sessions in which something other than the display changed (see ``explain``) are left out: a changed setting would look
-like aging. All laws of ``decay`` count by their evidence: a few sessions fit several.
+like aging. The trend is an average over all laws of ``decay``, weighted by evidence, since a few sessions fit several
+laws.
 """
 
 from __future__ import annotations
@@ -27,19 +28,19 @@ if TYPE_CHECKING:
     from lutgen.progress import Progress
     from lutgen.readings.campaign import Campaign
 
-#: Draws of the future, their seed, and the share of them that an interval holds.
+#: Number of draws of the future, their seed, and the share of the draws that an interval holds.
 DRAWS, SEED, INTERVAL = 1000, 270, 0.9
 
-#: How far ahead a law is asked, as a multiple of the span that was measured.
+#: Length of the extrapolation, as a multiple of the measured span.
 HORIZON = 5.0
 
-#: Points of time at which a law is asked.
+#: Number of times at which laws are evaluated.
 _POINTS = 1001
 
-#: Share of the evidence from which a law is named beside the likeliest.
+#: Smallest share of the evidence with which a law is named beside the likeliest law.
 NAMED = 0.1
 
-#: Fewest sessions that give a time, and that give an interval which depends more on them than on the laws' priors.
+#: Fewest sessions for a time, and fewest sessions for an interval that depends more on the sessions than on the priors.
 FEWEST, ENOUGH = 4, 8
 
 
@@ -50,10 +51,11 @@ class Passing:
     #: The limit, and its value in the quantity's unit.
     limit: Limit
     bound: float
-    #: "passed", "ahead" (the law gets there within the horizon), "kept" (it does not), or "cannot-tell".
+    #: "passed", "ahead" (the limit is passed within the horizon), "kept" (not within the horizon), or "cannot-tell".
     status: str
-    #: Median, and ends of the interval, since the earliest session; None: not within the horizon. For ``passed``:
-    #: ``time`` is that of the first session beyond the limit, and ``low`` that of the session before, if any.
+    #: Median, and ends of the interval, as time since the earliest session; None: not within the horizon. For
+    #: ``passed``, ``time`` is the time of the first session beyond the limit, and ``low`` that of the session before,
+    #: if any.
     time: float | None = None
     low: float | None = None
     high: float | None = None
@@ -67,7 +69,7 @@ class Followed:
 
     #: One of ``history.QUANTITIES``.
     quantity: str
-    #: The laws by evidence; None where fewer than two sessions have the figure.
+    #: The laws by evidence; None if fewer than two sessions have the figure.
     decay: Decay | None
     #: Median of the draws at ``Trend.ahead``, (m,), and their interval.
     curve: Array
@@ -76,7 +78,7 @@ class Followed:
 
     @property
     def as_good(self) -> tuple[str, ...]:
-        """Names of the laws beside the likeliest that the sessions leave open."""
+        """Names of the laws, without the likeliest law, whose weight is at least ``NAMED``."""
         weights = self.decay.weights if self.decay else {}
         return tuple(name for name, weight in [*weights.items()][1:] if weight >= NAMED)
 
@@ -87,13 +89,13 @@ class Trend:
 
     #: Figures of all sessions.
     history: History
-    #: Which of them the laws are fitted to, (n,).
+    #: Whether the laws are fitted to each session, (n,).
     kept: Array
-    #: Place in the history → why a session is left out.
+    #: Index in the history → why a session is left out.
     why: dict[int, str]
-    #: Times at which laws are drawn, (m,), up to the horizon.
+    #: Times at which laws are evaluated, (m,), up to the horizon.
     ahead: Array
-    #: By quantity, and by limit.
+    #: Quantity → its course; and one result for each limit.
     courses: dict[str, Followed]
     passings: tuple[Passing, ...]
 
@@ -123,7 +125,7 @@ def trend(
 
 
 def _left_out(seen: History, progress: Progress | None) -> dict[int, str]:
-    """Say which sessions differ by something other than the display's own aging, and by what."""
+    """Return index → causes, for the sessions that differ by something other than the display's own aging."""
     explained = explain(seen.campaign, progress=progress)
     others = [place for place in range(len(seen.places)) if place != explained.reference]
     verdict_of = dict(zip(others, explained.verdicts, strict=True))
@@ -139,7 +141,7 @@ def _left_out(seen: History, progress: Progress | None) -> dict[int, str]:
 
 
 def _course(seen: History, name: str, kept: Array, ahead: Array) -> tuple[Followed, Array]:
-    """Weigh the laws; return the course and the curve of every draw, (draws, m)."""
+    """Weigh the laws; return the course of a quantity and the curve of every draw, (draws, m)."""
     values, errors = seen.values[name], seen.errors[name]
     used = kept & np.isfinite(values) & np.isfinite(errors) & (errors > 0)
     none = np.full(ahead.size, np.nan)
@@ -167,7 +169,8 @@ def _passing(seen: History, limit: Limit, kept: Array, drawn: tuple[Followed, Ar
         return Passing(limit, bound, "passed", float(seen.time[first]), float(before[-1]) if before.size else None)
     if np.count_nonzero(read) < FEWEST:
         return Passing(limit, bound, "cannot-tell")
-    # A relative limit is a share of each draw's own figure at the first session: the reading of that session scatters.
+    # A relative limit is a share of the first session's figure in each draw, since the reading of that session is
+    # noisy.
     bounds = limit.value * curves[:, :1] if limit.relative else np.full((len(curves), 1), bound)
     times = first_beyond(curves, bounds, ahead, above=limit.above)
     middle = np.percentile(times, 50.0, method="nearest")
@@ -179,17 +182,17 @@ def _passing(seen: History, limit: Limit, kept: Array, drawn: tuple[Followed, Ar
 
 
 def first_beyond(curves: Array, bounds: Array, ahead: Array, *, above: bool) -> Array:
-    """Time at which each curve, (d, m), first lies beyond its bound, (d,); infinite where it never does."""
+    """Return the time at which each curve, (d, m), is first beyond its bound, (d,); infinite if never."""
     beyond = (curves < bounds) if above else (curves > bounds)
     return np.where(beyond.any(axis=1), ahead[np.argmax(beyond, axis=1)], np.inf)
 
 
 def shortest(times: Array, share: float, end: float) -> tuple[float, float]:
-    """Ends of the shortest interval that holds a share of times, (d,).
+    """Return the ends of the shortest interval that holds a share of times, (d,). An infinite time counts as ``end``.
 
-    Times have a long tail towards late ones: between two percentiles of one size an interval would reach far into it,
-    hold more than its share where the law is a usual one, and begin after the earliest times, which matter most. An
-    infinite time counts as ``end``.
+    The distribution of times has a long tail of late times. An interval between two equal-tailed percentiles would
+    reach far into the tail, hold more than its share for usual laws, and begin after the earliest times, which matter
+    most.
     """
     ordered = np.sort(times)
     held = int(np.ceil(share * ordered.size))
@@ -199,12 +202,12 @@ def shortest(times: Array, share: float, end: float) -> tuple[float, float]:
 
 
 def name_of(seen: History, here: int) -> str:
-    """Name of a session's file by its place in the history."""
+    """Return the name of a session's file by the session's index in the history."""
     return Path(seen.campaign.entries[seen.places[here]].session.file).name
 
 
 def trend_as_json(trend: Trend) -> dict[str, Any]:
-    """Return the content of the file."""
+    """Return the content of ``trend --json``."""
     seen = trend.history
     campaign = seen.campaign
     return {

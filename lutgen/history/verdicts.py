@@ -1,8 +1,8 @@
-"""The verdict on two sessions: one cause, causes that nothing tells apart, several causes at once, or none.
+"""The verdict on two sessions: one cause, several causes that fit equally well, several causes at once, or no cause.
 
-This module names no cause: it knows of a cause what the cause's file in ``causes`` declares. :func:`in_succession`
-revises a verdict by the other sessions of the campaign. Aging did not take light that came back later, nor light that
-was lost at once after a long time without loss; and a steady loss over many sessions is not a changed setting.
+This module names no cause: it uses the declarations in the files of ``causes``. :func:`in_succession` revises a verdict
+by the other sessions of the campaign: a loss of light is no aging if the light came back later, or if the loss was
+sudden after a long time without loss; a steady loss over many sessions is no changed setting.
 """
 
 from __future__ import annotations
@@ -25,21 +25,21 @@ if TYPE_CHECKING:
 
 #: Verdict → what it means.
 KINDS = {
-    "same": "nothing beyond what two sessions of an unchanged display differ by",
+    "same": "no difference larger than between two sessions of an unchanged display",
     "named": "one cause",
-    "one-of": "several causes that these sessions cannot tell apart",
+    "one-of": "several causes that these sessions cannot distinguish",
     "several": "more than one cause at once",
-    "unclear": "something changed that no known cause explains, or what would tell was not read",
+    "unclear": "a change that no known cause explains, or the patches that would show the cause were not read",
 }
 
-#: Two explanations are rivals where their weights differ by less than this, in natural logarithms: odds below 20 to 1.
+#: Two explanations are rivals if their weights differ by less than this, in natural logarithms: odds below 20 to 1.
 RIVAL = 3.0
 
-#: The best explanation is no explanation from this χ² on, of fifteen numbers less the fitted parameters.
+#: If the best explanation has a larger χ² (of fifteen numbers less the fitted parameters), it is rejected.
 MISFIT = 45.0
 
-#: A change of white over the sum of the primaries is reported from this size on.
-SUM_TOLD = 0.02
+#: Smallest change of white over the sum of the primaries that is reported.
+SUM_REPORTED = 0.02
 
 _NOT_READ = "white or a primary at full drive was not read in both, or not in cd/m²"
 
@@ -52,11 +52,11 @@ class SessionVerdict:
     kind: str
     #: The named causes; the likeliest first for ``one-of``, none for ``same``.
     names: tuple[str, ...]
-    #: The finding in plain words.
+    #: The verdict as a sentence.
     sentence: str
-    #: The facts behind the verdict, each a sentence or a clause.
+    #: The facts that support the verdict, each a sentence or a clause.
     evidence: tuple[str, ...]
-    #: Measurements that would decide between the named causes, one for each.
+    #: Measurements that would decide between the named causes, one for each cause.
     tests: tuple[str, ...]
     #: Whether the display itself has changed: "unchanged" (no sign of a change), "changed" or "cannot tell".
     display: str
@@ -65,18 +65,18 @@ class SessionVerdict:
 
 
 def without(verdict: SessionVerdict, name: str, why: str) -> SessionVerdict:
-    """Return the verdict without a cause; ``why`` says what refutes that cause."""
-    left = tuple(each for each in verdict.names if each != name)
-    return _verdict("one-of" if len(left) > 1 else "named", left, (*verdict.evidence, why), verdict.sure)
+    """Return the verdict without the cause ``name``; ``why`` is the evidence against that cause."""
+    others = tuple(each for each in verdict.names if each != name)
+    return _verdict("one-of" if len(others) > 1 else "named", others, (*verdict.evidence, why), verdict.sure)
 
 
 def only(verdict: SessionVerdict, name: str, why: str) -> SessionVerdict:
-    """Return the verdict with one cause alone; ``why`` says what proves that cause."""
+    """Return the verdict with the single cause ``name``; ``why`` is the evidence for that cause."""
     return _verdict("named", (name,), (*verdict.evidence, why))
 
 
 def pronounce(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVerdict:
-    """Return the verdict from proofs, else from ``hypotheses``, the explanations of the pair, best first."""
+    """Return the verdict on a pair: from proofs if any, else from ``hypotheses`` (best first), else from signs."""
     verdict = _proven(pair) or (_weighed(pair, hypotheses) if hypotheses else _by_signs(pair))
     for name, cause in causes().items():
         if happened := cause.beside(pair):
@@ -85,7 +85,7 @@ def pronounce(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVer
 
 
 def _proven(pair: SessionPair) -> SessionVerdict | None:
-    """Return the verdict where a cause is proven, with other causes that could have made the same changes."""
+    """Return the verdict if a cause is proven, with other causes that could make the same changes; else None."""
     proofs = {name: proof for name, cause in causes().items() if (proof := cause.proof(pair))}
     if not proofs:
         return None
@@ -95,13 +95,13 @@ def _proven(pair: SessionPair) -> SessionVerdict | None:
 
 
 def _able(pair: SessionPair) -> list[str]:
-    """Causes that can move all facts that moved, and that the records do not exclude."""
+    """Return the causes that can move all moved facts, and that the records do not exclude."""
     known = causes().items() if pair.moved else ()
     return [name for name, cause in known if cause.moves >= pair.moved and cause.possible(pair)]
 
 
 def _by_signs(pair: SessionPair) -> SessionVerdict:
-    """Return the verdict from signs alone, for sessions in which white and primaries were not read."""
+    """Return the verdict from signs alone, for a pair of sessions without white and primaries."""
     signs = _signs(pair)
     return _verdict("named" if len(signs) == 1 else "unclear", tuple(signs), tuple(signs.values()) or (_NOT_READ,))
 
@@ -140,13 +140,13 @@ def _weighed(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVerd
 
 
 def _unweighed(pair: SessionPair) -> list[str]:
-    """Causes without a pattern of white, primaries and black, where all with one misfit: they bend curves as these."""
+    """Return the causes without parameters that can move all moved facts and bend the curves, if no fit is good."""
     known = causes().items()
     return [name for name, cause in known if not cause.ways and cause.moves >= pair.moved and cause.bends(pair)]
 
 
 def _mistaken(pair: SessionPair, rivals: Sequence[Hypothesis], names: tuple[str, ...]) -> dict[str, str]:
-    """Causes that the hypotheses do not name, but that can make the same change → the parameter of that change."""
+    """Return unnamed causes that can make the same change as a hypothesis → the parameter of that change."""
     mistaken = {}
     for name, cause in causes().items():
         parameters = [cause.rival(each.names, each.fit.values, pair) for each in rivals]
@@ -164,7 +164,7 @@ def _one_of(names: tuple[str, ...], evidence: tuple[str, ...]) -> SessionVerdict
 
 
 def _with(verdict: SessionVerdict, name: str, happened: str) -> SessionVerdict:
-    """Return the verdict with one more cause, which happened for certain."""
+    """Return the verdict with one more cause, which is certain; ``happened`` is its evidence."""
     evidence = (happened, *verdict.evidence)
     if verdict.kind == "same":
         return _verdict("named", (name,), evidence)
@@ -177,7 +177,7 @@ def _with(verdict: SessionVerdict, name: str, happened: str) -> SessionVerdict:
 
 
 def _joined(names: tuple[str, ...], curves: tuple[str, ...], facts: tuple[str, ...]) -> SessionVerdict:
-    """Combine the causes that white, primaries and black name with those that bent the curves."""
+    """Return the verdict from ``names``, causes of changed colour points, and ``curves``, causes of bent curves."""
     if not names and not curves:
         return _verdict("same", (), facts)
     both = tuple(name for name in names if name in curves)
@@ -192,14 +192,14 @@ def _verdict(
     known = causes()
     meanings = [known[name].meaning for name in names]
     if kind == "same":
-        sentence = "Nothing changed beyond what two sessions of an unchanged display differ by."
+        sentence = "The sessions differ by no more than two sessions of an unchanged display."
     elif kind == "unclear":
-        sentence = "Something changed that no known cause explains, or what would tell was not read."
+        sentence = "No known cause explains the change, or the patches that would show the cause were not read."
     elif kind == "several":
         sentence = f"More than one thing at once: {' and '.join(meanings)}."
     elif sure and len(sure) < len(names):
         certain, rest = meanings[: len(sure)], meanings[len(sure) :]
-        sentence = f"It looks as if {' and '.join(certain)}; and besides, {' or '.join(rest)}."
+        sentence = f"It looks as if {' and '.join(certain)}; and in addition, {' or '.join(rest)}."
     else:
         sentence = f"It looks as if {' or '.join(meanings)}."
     tests = tuple(known[name].test for name in names) if kind in {"one-of", "several"} or len(names) == 1 else ()
@@ -207,11 +207,11 @@ def _verdict(
 
 
 def _display(kind: str, names: tuple[str, ...], sure: tuple[str, ...]) -> str:
-    """Whether the display itself has changed: it has where one cause that is certain says so."""
-    meant = {name: cause.display for name, cause in causes().items()}
-    if "changed" in {meant[name] for name in (names if kind in {"named", "several"} else sure)}:
+    """Return whether the display itself has changed: "changed" if a certain cause changes the display."""
+    state = {name: cause.display for name, cause in causes().items()}
+    if "changed" in {state[name] for name in (names if kind in {"named", "several"} else sure)}:
         return "changed"
-    unchanged = kind != "unclear" and all(meant[name] == "unchanged" for name in names)
+    unchanged = kind != "unclear" and all(state[name] == "unchanged" for name in names)
     return "unchanged" if unchanged else "cannot tell"
 
 
@@ -229,17 +229,19 @@ def _facts(pair: SessionPair) -> tuple[str, ...]:
         whose = "the display's own curves" if pair.curves_known else "curves"
         facts.append(f"{whose} within ΔL* {abs(pair.bend):.1f} above L* {DARKEST:g}")
     if pair.curves_of_files:
-        facts.append(f"with the calibrations in the files, which differ, curves moved by ΔL* {pair.bend_as_seen:+.1f}")
-    if abs(pair.additivity[1] - pair.additivity[0]) >= SUM_TOLD:
+        facts.append(
+            f"with the calibrations in the files, which differ, curves moved by ΔL* {pair.bend_with_calibration:+.1f}"
+        )
+    if abs(pair.additivity[1] - pair.additivity[0]) >= SUM_REPORTED:
         facts.append(f"white over red + green + blue {pair.additivity[0]:.3f} → {pair.additivity[1]:.3f}")
-    if pair.curves_known and np.abs(pair.held_back - 1.0).max() >= 0.002:
-        held = ", ".join(f"{name} ×{value:.3f}" for name, value in zip(CHANNELS, pair.held_back, strict=True))
-        facts.append(f"the calibration curves in the files differ ({held}); what they do is taken off")
+    if pair.curves_known and np.abs(pair.calibration_gain - 1.0).max() >= 0.002:
+        held = ", ".join(f"{name} ×{value:.3f}" for name, value in zip(CHANNELS, pair.calibration_gain, strict=True))
+        facts.append(f"the calibration curves in the files differ ({held}); their effect is removed")
     return tuple(facts)
 
 
 def _records(pair: SessionPair) -> tuple[str, ...]:
-    light = pair.more_room_light
+    light = pair.room_light_change
     room_light = f"the campaign says {light:+g} lx" if light else ""
     return tuple(part for part in (pair.other_instrument, pair.other_settings, room_light) if part)
 
@@ -247,46 +249,46 @@ def _records(pair: SessionPair) -> tuple[str, ...]:
 #: If a later session has this much more light (natural logarithm), the loss in an earlier session was no aging.
 CAME_BACK = 0.05
 
-#: An earlier session with less than this share of the loss that a steady decay gives shows that the loss came late.
+#: If an earlier session has less than this share of the loss that a steady decay predicts, the loss was sudden.
 LATE = 0.25
 
-#: A steady loss needs this many sessions beside the reference; its largest distance from a straight line in time, and
-#: the least loss at its end, are natural logarithms.
+#: Fewest sessions for a steady loss, without the reference; largest residual from a straight line in time, and smallest
+#: loss at its end, as natural logarithms.
 FEWEST_SESSIONS, STEADY, LEAST = 3, 0.02, 0.05
 
 
 def in_succession(pairs: Sequence[SessionPair], verdicts: Sequence[SessionVerdict]) -> tuple[SessionVerdict, ...]:
-    """Return the verdicts; those that name aging are revised by the later sessions and by how steady the loss is."""
+    """Revise verdicts that name a steady cause: whether light came back later, and whether the loss was steady."""
     revised = list(verdicts)
     still = [pair for pair, each in zip(pairs, verdicts, strict=True) if each.kind == "same"]
     for place, pair in enumerate(pairs):
-        for name in _going("steady", revised[place]):
+        for name in _with_course("steady", revised[place]):
             if len(revised[place].names) > 1 and (later := _brighter_later(pair, pairs)):
                 revised[place] = without(revised[place], name, f"light came back by {later:+.0%} in a later session")
-            elif _going("step", revised[place]) and (days := _lost_within(pair, still)):
+            elif _with_course("step", revised[place]) and (days := _lost_within(pair, still)):
                 revised[place] = without(
-                    revised[place], name, f"hardly any of that was lost until {days:.0f} days before"
+                    revised[place], name, f"hardly any of this light was lost until {days:.0f} days before"
                 )
-    steady = [place for place, each in enumerate(revised) if {*each.sure} <= {*_going("steady", each)} != set()]
+    steady = [place for place, each in enumerate(revised) if {*each.sure} <= {*_with_course("steady", each)} != set()]
     calm = [place for place, each in enumerate(revised) if each.kind == "same" and pairs[place].days is not None]
     if (
         len(steady) + len(calm) >= FEWEST_SESSIONS
         and len(steady) > 1
         and _is_steady([pairs[place] for place in steady + calm])
     ):
-        why = f"light was lost steadily over {len(steady) + len(calm) + 1} sessions, as no turned setting does"
+        why = f"light was lost steadily over {len(steady) + len(calm) + 1} sessions, which no changed setting does"
         for place in steady:
-            revised[place] = only(revised[place], _going("steady", revised[place])[0], why)
+            revised[place] = only(revised[place], _with_course("steady", revised[place])[0], why)
     return tuple(revised)
 
 
-def _going(way: str, verdict: SessionVerdict) -> tuple[str, ...]:
-    """Named causes whose ``over_time`` is ``way``."""
+def _with_course(way: str, verdict: SessionVerdict) -> tuple[str, ...]:
+    """Return the named causes whose ``over_time`` is ``way``."""
     return tuple(name for name in verdict.names if causes()[name].over_time == way)
 
 
 def _light(pair: SessionPair) -> Array | None:
-    """Logarithm of each channel's light over the reference's, (3,)."""
+    """Return the logarithm of each channel's light over the reference's light, (3,); None without colour points."""
     if pair.seen is None:
         return None
     before, after = pair.seen
@@ -294,19 +296,20 @@ def _light(pair: SessionPair) -> Array | None:
 
 
 def _brighter_later(pair: SessionPair, pairs: Sequence[SessionPair]) -> float:
-    """Share of light that came back after a session; 0 where none did, or where dates are missing."""
+    """Return the share of light that came back after a session; 0 if none came back, or if dates are missing."""
     mine = _light(pair)
     if mine is None or pair.days is None:
         return 0.0
     later = [_light(each) for each in pairs if each.days is not None and each.days > pair.days]
-    # Sessions brighter than the reference were turned up. Of the others some may be too: the median counts.
+    # In sessions brighter than the reference, brightness was raised. It may be raised in other sessions too: use the
+    # median.
     gains = [float((each - mine).min()) for each in later if each is not None and each.max() <= CAME_BACK]
     gain = float(np.median(gains)) if gains else 0.0
     return float(np.expm1(gain)) if gain >= CAME_BACK else 0.0
 
 
 def _lost_within(pair: SessionPair, still: Sequence[SessionPair]) -> float:
-    """Days within which most of the loss came, if an unchanged session lies nearer in time than the reference."""
+    """Return the days within which most of the loss came; 0 without an unchanged session in the later half."""
     mine = _light(pair)
     if mine is None or pair.days is None or pair.days <= 0:
         return 0.0
@@ -320,12 +323,12 @@ def _lost_within(pair: SessionPair, still: Sequence[SessionPair]) -> float:
 
 
 def _is_steady(pairs: Sequence[SessionPair]) -> bool:
-    """Whether the logarithm of every channel's light falls on a straight line in time through the reference."""
+    """Whether the logarithm of every channel's light falls along a straight line in time through the reference."""
     days = np.array([pair.days if pair.days is not None else np.nan for pair in pairs])
     light = [_light(pair) for pair in pairs]
     if not np.isfinite(days).all() or np.ptp(np.append(days, 0.0)) <= 0 or any(each is None for each in light):
         return False
     loss = np.array(light)
     slope = days @ loss / (days @ days)
-    left = loss - days[:, np.newaxis] * slope
-    return bool(np.sqrt((left**2).mean(axis=0)).max() <= STEADY and (slope * np.abs(days).max()).mean() <= -LEAST)
+    residual = loss - days[:, np.newaxis] * slope
+    return bool(np.sqrt((residual**2).mean(axis=0)).max() <= STEADY and (slope * np.abs(days).max()).mean() <= -LEAST)

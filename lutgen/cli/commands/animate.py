@@ -11,7 +11,7 @@ from lutgen.cli.options import NUMBER, WHOLE, check_output, image_argument, mode
 from lutgen.cli.outputs import progress_bar, say
 from lutgen.names import AGING_MODES, ANIMATION_SUFFIXES
 
-#: Seconds of the animation and pixels of its longest side, unless an option says otherwise.
+#: Defaults: seconds of the animation, and pixels of its longest side.
 SECONDS, SIZE = 8.0, 640
 
 
@@ -21,12 +21,12 @@ SECONDS, SIZE = 8.0, 640
 @click.option(
     "--hours",
     metavar="HOURS",
-    help="0..18000: every measured time in the span; 0..18000:500: a step; 0,5000,10000: a list. A frame each hour "
-    "[default: all measured times].",
+    help="0..18000: every measured time in the span; 0..18000:500: a step; 0,5000,10000: a list. One frame for each "
+    "hour [default: all measured times].",
 )
 @click.option("--seconds", type=NUMBER, default=SECONDS, show_default=True, help="Duration of the whole animation.")
 @click.option(
-    "--size", type=WHOLE, default=SIZE, show_default=True, help="Pixels of the picture's longest side, at most."
+    "--size", type=WHOLE, default=SIZE, show_default=True, help="Maximum pixels of the picture's longest side."
 )
 @click.option(
     "-o", "--output", required=True, metavar="FILE", help="An animated PNG (.png, .apng), or .mp4 through ffmpeg."

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import NUMBER, AskedPlace, model_from, model_options, screen_options, source_option
+from lutgen.cli.options import NUMBER, PlaceOptions, model_from, model_options, screen_options, source_option
 from lutgen.cli.outputs import print_json, progress_bar, say
 from lutgen.errors import LutgenError
 from lutgen.names import MODES
@@ -49,7 +49,7 @@ def command(
     force: bool,
     as_json: bool,
     output: str,
-    where: AskedPlace,
+    where: PlaceOptions,
     **options: Any,
 ) -> None:
     """Write the appearance of images on an aged display.
@@ -57,8 +57,9 @@ def command(
     Reads PNG, JPEG, TIFF and EXR: RGB with or without alpha, 8 or 16 bits, half or float. The suffix of the output
     chooses the format: .png, .jpg (quality 95, colour at full resolution), .tif, .exr. lutgen keeps depth, alpha,
     metadata and ICC profile, and does not apply the profile: the numbers are those that are sent to the display. An EXR
-    file holds linear light; values outside 0..1, which no display can show, are clipped. Of a file with several images
-    lutgen takes the first. With --on-screen each pixel is aged at its own place on the screen, which no LUT can do.
+    file holds linear light; values outside 0..1, which no display can show, are clipped. If a file holds several
+    images, lutgen takes the first image. With --on-screen lutgen ages each pixel at its own place on the screen, which
+    no LUT can do.
 
     \b
     Example:
@@ -92,9 +93,9 @@ def _aging(
     build: str | None,
     *,
     options: dict[str, Any],
-    where: AskedPlace,
+    where: PlaceOptions,
 ) -> tuple[AgedDisplay | Path, OnScreen | None, list[str]]:
-    """Return the display or LUT to apply, where on the screen, and remarks on the model's conditions."""
+    """Return the display or LUT to apply, the place on the screen, and remarks on the model's conditions."""
     from lutgen.display import what_pictures_carry
 
     model_given = any(options.values())
@@ -122,7 +123,7 @@ def _built_lut(folder: Path, mode: str, hours: float) -> Path:
     from lutgen.display import hour_name
     from lutgen.files import is_file
 
-    # The most accurate format first; pictures go through a format that OpenColorIO reads.
+    # The most accurate format comes first. OpenColorIO must read the format, since it applies the LUT to the picture.
     for name in ("clf", "cube", *format_names()):
         form = format_named(name)
         path = folder / mode / hour_name(hours) / form.file
@@ -133,13 +134,13 @@ def _built_lut(folder: Path, mode: str, hours: float) -> Path:
     for lut in folder.glob("*/*h/aged.*"):
         if hour.fullmatch(lut.parent.name):
             built.setdefault(lut.parts[-3], set()).add(lut.parent.name)
-    has = "; ".join(
-        f"{of}: {', '.join(sorted(hours_of, key=lambda name: float(name[:-1])))}"
-        for of, hours_of in sorted(built.items(), key=lambda each: (each[0] != mode, each[0]))
-        if mode not in built or of == mode
+    content = "; ".join(
+        f"{built_mode}: {', '.join(sorted(names, key=lambda name: float(name[:-1])))}"
+        for built_mode, names in sorted(built.items(), key=lambda each: (each[0] != mode, each[0]))
+        if mode not in built or built_mode == mode
     )
     raise LutgenError(
-        f"{folder}: no LUT for {mode} at {hour_name(hours)[:-1]} h; it has {has or 'nothing'}. Build it, or leave "
+        f"{folder}: no LUT for {mode} at {hour_name(hours)[:-1]} h; it has {content or 'nothing'}. Build it, or leave "
         "--build out."
     )
 

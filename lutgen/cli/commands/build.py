@@ -53,10 +53,10 @@ def _modes(context: click.Context, option: click.Parameter, text: str) -> tuple[
     cls=Advanced,
     type=click.Path(),
     metavar="FILE",
-    help="With --format icc: the scanner's own ICC profile, which becomes one with the aged display.",
+    help="With --format icc: the scanner's ICC profile, which lutgen combines with the aged display in one profile.",
 )
 @click.option("-o", "--output", default="aged", show_default=True, metavar="DIR", help="Folder to build into.")
-@click.option("--force", is_flag=True, help="Replace another build of lutgen's in the folder.")
+@click.option("--force", is_flag=True, help="Replace another build of lutgen in the folder.")
 @click.option(
     "--direction",
     type=click.Choice(DIRECTIONS),
@@ -69,7 +69,7 @@ def _modes(context: click.Context, option: click.Parameter, text: str) -> tuple[
     cls=Advanced,
     type=click.Choice(UNREACHABLE),
     help="With compensate, for colours that the display cannot show any more: clip each channel of the drive, or scale "
-    "everything to be dimmer [default: clip].",
+    "all colours down to a dimmer picture [default: clip].",
 )
 @click.option(
     "--cubesize", cls=Advanced, type=WHOLE, default=33, show_default=True, help="Points along an edge: 17, 33 or 65."
@@ -85,7 +85,7 @@ def _modes(context: click.Context, option: click.Parameter, text: str) -> tuple[
     "--no-certificates", cls=Advanced, is_flag=True, help="Do not read the files back and compare them with the model."
 )
 @click.option(
-    "--gpu", cls=Advanced, is_flag=True, help="Run the configs' shaders too, and record their difference from the CPU."
+    "--gpu", cls=Advanced, is_flag=True, help="Run the configs' shaders too, and record the difference from the CPU."
 )
 @click.option("--verbose", is_flag=True, help="Print the errors of each mode, format and group of colours.")
 @click.option("--jobs", cls=Advanced, type=WholeFrom(min=1), help="Processes [default: one per core].")

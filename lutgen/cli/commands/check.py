@@ -21,13 +21,15 @@ if TYPE_CHECKING:
 
 @click.command(cls=Command, section=Section.SIMULATE, place=2)
 @click.argument("paths", nargs=-1, required=True, metavar="DIR|LUT…")
-@click.option("--mode", type=click.Choice(MODES), help="For LUT files: the display they claim to be.")
-@click.option("--hours", type=NUMBER, metavar="HOUR", help="For LUT files: the hour that they claim.")
+@click.option("--mode", type=click.Choice(MODES), help="For LUT files: the aging mode that they should show.")
+@click.option("--hours", type=NUMBER, metavar="HOUR", help="For LUT files: the hour that they should show.")
 @click.option(
-    "--max-delta-e", type=NUMBER, help="Largest smooth ΔE2000 allowed [default: 1, or what a file was certified with]."
+    "--max-delta-e", type=NUMBER, help="Largest smooth ΔE2000 allowed [default: 1, or the file's own certificate]."
 )
 @click.option(
-    "--p99", type=NUMBER, help="Largest 99 % quantile of smooth ΔE2000 allowed [default: 0.2, or as certified]."
+    "--p99",
+    type=NUMBER,
+    help="Largest 99 % quantile of smooth ΔE2000 allowed [default: 0.2, or the file's own certificate].",
 )
 @click.option("--gpu", is_flag=True, help="Run the shaders of the folder's configs too, and compare with the CPU.")
 @click.option("--jobs", type=WholeFrom(min=1), help="Processes [default: one per core].")
@@ -47,10 +49,10 @@ def command(
 ) -> None:
     """Check that built files still agree with the model; exit 1 when one does not.
 
-    A folder is checked against the model of its manifest, or against the model that the options give. lutgen reads
-    every LUT again through OpenColorIO, instantiates everything in every config, and sends pixels through. For LUT
-    files that other programs made, say which display they claim to be: --mode and --hours. With --gpu lutgen also runs
-    the shaders with which viewers draw, through EGL: on a graphics card, or on Mesa where there is none.
+    lutgen compares a folder with the model of its manifest, or with the model that the options choose. It reads every
+    LUT again through OpenColorIO, instantiates every part of every config, and sends pixels through these parts. For
+    LUT files of other programs, say which display they should show: --mode and --hours. With --gpu lutgen also runs the
+    shaders with which viewers draw, through EGL: on a graphics card or, without one, on Mesa.
 
     \b
     Example:
@@ -89,15 +91,17 @@ def _check(
 
     if Path(path).is_dir():
         if mode or hours is not None:
-            raise click.UsageError("--mode and --hours go with LUT files; a folder's manifest knows its own.")
+            raise click.UsageError("--mode and --hours are for LUT files; a folder's manifest holds its own.")
         if options["at"]:
-            raise click.UsageError("--at goes with LUT files; a folder's manifest knows its own conditions.")
+            raise click.UsageError("--at is for LUT files; a folder's manifest holds its own conditions.")
         model = model_from(**options) if any(options.values()) else None
         return check(path, model=model, budget=budget, gpu=gpu, jobs=jobs, progress=progress)
     if gpu:
-        raise click.UsageError("--gpu goes with folders: it is the views of their configs that are drawn.")
+        raise click.UsageError("--gpu is for folders: lutgen draws the views of their configs.")
     if mode is None or hours is None:
-        raise click.UsageError(f"{path} is no folder; for a LUT file say which display it claims: --mode and --hours.")
+        raise click.UsageError(
+            f"{path} is no folder; for a LUT file give the display that it should show: --mode and --hours."
+        )
     return check_lut(path, model_from(**options).at(mode, hours), budget=budget)
 
 

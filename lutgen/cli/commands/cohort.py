@@ -43,12 +43,12 @@ def command(
 ) -> None:
     """Show how long a display may be used, over many slides: lifetime of each, median and 95 % interval over all.
 
-    Give slides as files, folders (with the folders below), or lists (.txt) with a path per line. lutgen writes each
-    result into DIR as soon as it is known: after an interruption the same command continues, and does the slides that
-    are new or have changed. A slide that cannot be read is named and left out; the other slides are finished. A slide
-    that never reaches a tolerance counts as the longest. Slides are shared between processes of this machine or, with
-    --scheduler (and lutgen[cluster]), between the workers of a Dask cluster, which must see the slides under the same
-    paths; results are written here. Ends with 1 when a slide cannot be read.
+    Give slides as files, folders (with their subfolders), or lists (.txt) with a path per line. lutgen writes each
+    result into DIR as soon as the result is known. After an interruption the same command continues, and computes the
+    slides that are new or have changed. lutgen names a slide that it cannot read, and finishes the other slides. A
+    slide that never reaches a tolerance counts as the longest lifetime. lutgen distributes the slides to processes of
+    this machine or, with --scheduler (and lutgen[cluster]), to the workers of a Dask cluster, which must see the slides
+    under the same paths; results are written on this machine. Ends with 1 when a slide cannot be read.
 
     \b
     Example:
@@ -61,7 +61,7 @@ def command(
 
     if jobs and scheduler:
         raise click.UsageError(
-            "--jobs are processes of this machine, and --scheduler has its own. Leave one of them out."
+            "--jobs are processes of this machine, and --scheduler uses those of a cluster. Leave one of them out."
         )
     outputs = Outputs(json_to, csv_to, force=force)
     model = model_from(**options)
@@ -81,7 +81,7 @@ def command(
                 progress=progress,
             )
     except KeyboardInterrupt:
-        say(f"Interrupted. {output} keeps the finished slides; the same command goes on from there.", err=True)
+        say(f"Interrupted. {output} keeps the finished slides; the same command continues with the others.", err=True)
         raise
     outputs.write(cohort_page(result), result.as_json, as_csv=result.as_csv)
     if result.broken:

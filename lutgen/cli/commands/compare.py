@@ -19,7 +19,7 @@ from lutgen.cli.outputs import Outputs
     "--fail-above",
     type=NumberFrom(min=0.0, min_open=True),
     metavar="RATIO",
-    help="Exit with 1 where the error is more than RATIO times the noise, such as 1.5.",
+    help="Exit with 1 if the error is more than RATIO times the noise, such as 1.5.",
 )
 @click.option("--plots", metavar="DIR", help="Draw the residuals into this folder.")
 def command(*, json_to: str | None, fail_above: float | None, plots: str | None, force: bool, **options: Any) -> None:
@@ -27,7 +27,7 @@ def command(*, json_to: str | None, fail_above: float | None, plots: str | None,
 
     DATA is a table of readings (.csv) with more than white, red, green and blue: greys, ramps, mixtures, positions,
     room light, … The report gives the error by hour, level, colour and condition, beside the error that noise alone
-    would cause; the noise comes from the replicates in DATA. Ends with 0 whatever the result is, but for --fail-above.
+    would cause; the noise comes from the replicates in DATA. Without --fail-above the exit code is 0 for any result.
 
     \b
     Example:
@@ -36,7 +36,9 @@ def command(*, json_to: str | None, fail_above: float | None, plots: str | None,
       lutgen compare examples/display-a.csv --model my-display.toml --fail-above 1.5
     """
     if options["files"] and not options["model"]:
-        raise click.UsageError("--effects helps --model to find effects; compare adds none. Use lutgen diagnose.")
+        raise click.UsageError(
+            "compare needs --effects only to load --model, since it adds no effect. Use lutgen diagnose."
+        )
     from lutgen.criticism.compare.comparison import compare
     from lutgen.numerals import times
     from lutgen.report.comparison import compare_page
@@ -44,7 +46,7 @@ def command(*, json_to: str | None, fail_above: float | None, plots: str | None,
 
     outputs = Outputs(json_to, plots=plots, pictures=lambda: OF_COMPARE, force=force)
     question = question_from(**options)
-    comparison = compare(question.readings, **question.asked, terms=question.terms)
+    comparison = compare(question.readings, **question.settings, terms=question.terms)
     outputs.write(
         compare_page(comparison, question.again),
         comparison.as_json,

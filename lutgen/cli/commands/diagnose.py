@@ -20,8 +20,8 @@ if TYPE_CHECKING:
 @click.option(
     "--without", multiple=True, metavar="NAME", callback=split_all, help="Leave out these effects, separated by commas."
 )
-@click.option("--stub", metavar="FILE.py", help="Write a sketch of your own effect, from the error that is left.")
-@click.option("--verbose", is_flag=True, help="Print also how each effect does alone.")
+@click.option("--stub", metavar="FILE.py", help="Write a draft of your own effect, derived from the residual.")
+@click.option("--verbose", is_flag=True, help="Also print the fit of each effect alone.")
 @click.option("--plots", metavar="DIR", help="Draw residuals, steps, fit and visibility into this folder.")
 def command(
     *,
@@ -36,9 +36,9 @@ def command(
     """Find out which physical effect the model lacks on these measurements.
 
     The first line is the verdict (consistent, named, form, one-of, several, unexplained or measurement-problem) in one
-    sentence. Then come the error before and after, the command to run next, the parameters, the rivals and what would
-    separate them, what would refute the verdict, and what the readings can show at all. Ends with 0 whatever the
-    result is.
+    sentence. Then come the error before and after, the command to run next, the parameters, the rivals, the
+    measurements that would separate the rivals or refute the verdict, and the smallest size of each effect that these
+    readings can show. The exit code is 0 for any result.
 
     \b
     Example:
@@ -56,7 +56,7 @@ def command(
     with progress_bar("trying effects", quiet=outputs.alone) as progress:
         diagnosis = diagnose(
             question.readings,
-            **question.asked,
+            **question.settings,
             effects=question.effects,
             without=without,
             terms=question.terms,
@@ -74,7 +74,7 @@ def _write_stub(diagnosis: Diagnosis, to: str | None) -> str | None:
     if not to:
         return None
     if diagnosis.verdict.name == "consistent":
-        click.echo(f"{to} is not written: nothing is left that an effect of your own could explain.", err=True)
+        click.echo(f"{to} is not written: no residual is left that an effect of your own could explain.", err=True)
         return None
     from lutgen.files import write_atomically
     from lutgen.report.effect_sketch import sketch

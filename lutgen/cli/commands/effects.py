@@ -28,8 +28,8 @@ SCHEMA = 1
 @click.option("--effects", "files", multiple=True, metavar="FILE.py", help="Add the effects of a Python file.")
 @click.option("--add-expr", "expressions", multiple=True, metavar="EXPR", help="Add an effect in one line.")
 @click.option("--plot", metavar="FILE.png", help="Draw the change that the effect NAME makes at its typical size.")
-@click.option("--force", is_flag=True, help="Replace FILE.png where it exists.")
-@click.option("--check", "checked", metavar="FILE.py", help="Try whether a file's effects keep the contract.")
+@click.option("--force", is_flag=True, help="Replace FILE.png if it exists.")
+@click.option("--check", "checked", metavar="FILE.py", help="Test whether a file's effects keep the contract.")
 @click.option("--data", metavar="DATA", help="With --check: say what these readings can show of the effects.")
 @click.option(
     "--time-limit",
@@ -54,9 +54,8 @@ def command(
 
     Effects are built in, come with installed packages, from Python files (--effects) or from one line (--add-expr):
     `[name:] formula [; parameter=start[low,high]]…`, where the formula changes one of the signals code, linear and xyz.
-    A file is imported as any Python program is: without limits, and with your rights. --check tries a file first: in a
-    process with limits of time and memory, against the contract that fits and LUTs rely on; exit 1 when a clause is
-    broken.
+    A file is imported as any Python program is: without limits, and with your rights. --check tests a file in a process
+    with limits of time and memory, against the contract on which fits and LUTs rely; exit 1 when a clause is broken.
 
     \b
     Example:
@@ -67,7 +66,7 @@ def command(
     """
     if checked:
         if name or plot or files or expressions:
-            raise click.UsageError("--check stands alone with its FILE.py, --data and --json: leave the others out.")
+            raise click.UsageError("--check goes only with FILE.py, --data and --json: leave the other options out.")
         _check(checked, data, time_limit, as_json=as_json)
         return
     if data:
@@ -101,13 +100,13 @@ def _list(effects: Mapping[str, Effect]) -> None:
         stage = effect.stage
     print_page(
         [
-            f"{len(effects)} effects{also}, in the order of the light's way:\n",
+            f"{len(effects)} effects{also}, in the order in which they act on the signal:\n",
             Table(heads, rows, words=range(len(heads)), unbroken=True),
             *([""] if own else []),
             *(f"{effect.name} comes from {effect.origin}" for effect in own),
             (
-                "\nbaseline: colour-points effects are seen beside white and primaries measured again at every hour, "
-                "first-hour effects only by a model that starts from hour 0.\n`lutgen effects NAME` explains one."
+                "\nbaseline: colour-points effects show even if white and primaries are measured again at every hour, "
+                "first-hour effects only with a model that starts from hour 0.\n`lutgen effects NAME` explains one."
             ),
         ]
     )
@@ -144,7 +143,7 @@ def _explain(effect: Effect, plot: str | None, *, force: bool, as_json: bool) ->
 
 
 def _unwrapped(text: str) -> str:
-    """Join lines that were only broken because the first word of the next one did not fit, for another width."""
+    """Join lines that were broken only because the next word did not fit, so that they can be wrapped again."""
     first, *others = text.split("\n")
     joined = first
     last = first
@@ -157,7 +156,7 @@ def _unwrapped(text: str) -> str:
 
 
 def _size_in_words(effect: Effect, *, must_be_sound: bool) -> str:
-    """Say how large an effect is, or, of anybody's own, that it breaks the contract."""
+    """Return a sentence on the size of an effect, or on the clause that a user's own effect breaks."""
     from lutgen.display.signature import Signature
     from lutgen.effects.contract import check, refuse_broken
 
@@ -170,8 +169,8 @@ def _size_in_words(effect: Effect, *, must_be_sound: bool) -> str:
 
 
 _BASELINES = {
-    "colour-points": "colour-points: seen beside white and primaries measured again at every hour",
-    "first-hour": "first-hour: seen only by a model that starts from hour 0 (--baseline first-hour)",
+    "colour-points": "colour-points: shows even if white and primaries are measured again at every hour",
+    "first-hour": "first-hour: shows only with a model that starts from hour 0 (--baseline first-hour)",
 }
 
 
@@ -191,7 +190,7 @@ def _parameters(effect: Effect) -> Page:
     )
     return [
         Table(heads, rows, words=range(len(heads)), unbroken=True),
-        "\nFits free these, the simplest first:",
+        "\nParameters that a fit frees, simplest form first:",
         *forms,
         "",
     ]
@@ -225,7 +224,7 @@ def _report(report: Report) -> Page:
 
 
 def _rehearse(file: str, data: str, reports: tuple[Report, ...]) -> dict[str, Any]:
-    """What readings could show of the effects that keep the contract: name → Rehearsal."""
+    """Return what readings could show of the effects that keep the contract: name → Rehearsal."""
     from lutgen.criticism.rehearse import rehearse
     from lutgen.effects.own import everything, load_file
     from lutgen.readings import read_measurements

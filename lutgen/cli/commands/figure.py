@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import AskedPlace, check_output, image_argument, model_from, picture_options, screen_options
+from lutgen.cli.options import PlaceOptions, check_output, image_argument, model_from, picture_options, screen_options
 from lutgen.cli.outputs import progress_bar, say
 from lutgen.names import FIGURES
 
@@ -19,7 +19,7 @@ from lutgen.names import FIGURES
 @picture_options
 @screen_options
 def command(
-    *, number: str, image: str, output: str, source: str, force: bool, where: AskedPlace, **options: Any
+    *, number: str, image: str, output: str, source: str, force: bool, where: PlaceOptions, **options: Any
 ) -> None:
     """Redraw a figure of the paper from your own image; the images of the paper were never published.
 

@@ -26,9 +26,9 @@ def command(*, files: tuple[str, ...], json_to: str | None, plots: str | None, f
     """Show what sessions of real displays contain: white, black, curves, drift, calibration, and what is missing.
 
     DATA is the output of a measuring program: ArgyllCMS or DisplayCAL .ti3, an ICC profile that carries a .ti3, other
-    CGATS, a CSV of patches, DisplayCAL's uniformity table; or what holds several sessions: a campaign file (.toml), a
-    table of readings (.csv) with hours, a folder. No model is needed. γ is the least-squares slope of log luminance,
-    with black subtracted, between 10 and 90 % of code. Ends with 0 whatever the result is.
+    CGATS, a CSV of patches, DisplayCAL's uniformity table. DATA may also hold several sessions: a campaign file
+    (.toml), a table of readings (.csv) with hours, a folder. No model is needed. γ is the least-squares slope of log
+    luminance, with black subtracted, between 10 and 90 % of code. The exit code is 0 for any result.
 
     \b
     Example:
@@ -44,7 +44,7 @@ def command(*, files: tuple[str, ...], json_to: str | None, plots: str | None, f
         for number, session in enumerate(_sessions(files)):
             progress(number, len(files))
             inspections.append(inspect_session(session))
-    # Only now: the pictures are named after the sessions.
+    # Checked only now, since the pictures have the names of the sessions.
     names = picture_names([each.session.file for each in inspections]) if plots else []
     outputs = Outputs(json_to, plots=plots, pictures=lambda: names, force=force)
 
@@ -64,7 +64,7 @@ def command(*, files: tuple[str, ...], json_to: str | None, plots: str | None, f
 
 
 def _sessions(files: tuple[str, ...]) -> Iterator[Session]:
-    """Read the files, one after the other; a campaign, a folder and a table with hours give all their sessions."""
+    """Read the files one by one; yield all sessions of a campaign, a folder or a table with hours."""
     from lutgen.readings import read_campaign
 
     for file in files:

@@ -28,7 +28,7 @@ from lutgen.cli.outputs import Outputs, progress_bar
     "--hours-per-day",
     type=NumberFrom(0, 24, min_open=True),
     metavar="H",
-    help="Give lifetimes in months of use too: how long the display is on each day.",
+    help="Hours a day that the display is on: lifetimes are then printed in months of use too.",
 )
 @source_option
 @json_option
@@ -55,8 +55,8 @@ def command(
     Gives ΔE2000 between the un-aged and the aged display, over all pixels of each image and for every hour, with the
     luminance of white held (chroma) and not held (chroma-luma); and the hours at which the mean (Avg) and mean + 2 SD
     (Max, as in the paper's Table 1) reach each tolerance. JSON and CSV hold quantiles and the maximum too. lutgen reads
-    an image once and counts its distinct colours; after that, hours and modes cost the same for a thumbnail and for a
-    slide (.svs, .ndpi, .mrxs, with lutgen[slides]). Ends with 0 whatever the result is.
+    an image once and counts its distinct colours; each hour and mode then takes the same time for a thumbnail and a
+    slide (.svs, .ndpi, .mrxs, with lutgen[slides]). The exit code is 0 for any result.
 
     \b
     Example:

@@ -12,7 +12,7 @@ from lutgen.cli.outputs import Outputs, progress_bar
 
 @click.command(cls=Command, section=Section.OTHERS_FILES, place=1)
 @click.argument("files", nargs=-1, required=True, metavar="FILE…")
-@click.option("--try", "ask_readers", is_flag=True, help="Let installed readers read the file, and compare.")
+@click.option("--try", "ask_readers", is_flag=True, help="Read the file with the installed readers, and compare.")
 @click.option("--json", "json_to", metavar="FILE", help="Write the result as JSON; - is standard output.")
 @click.option("--force", is_flag=True, help="Replace the JSON file if it exists.")
 def command(*, files: tuple[str, ...], ask_readers: bool, json_to: str | None, force: bool) -> None:
@@ -20,8 +20,8 @@ def command(*, files: tuple[str, ...], ask_readers: bool, json_to: str | None, f
 
     Reads .cube, .clf, .ctf, .3dl, .spi3d, .csp, .ocio, .ocioz, ICC profiles, device links and Hald PNG of any size, and
     says which programs read the file, refuse it, or silently show something else, why, and what to do: OpenColorIO (and
-    so oiiotool, Blender and Nuke), ffmpeg, pillow_lut, colour, LittleCMS, Argyll and Chromium. --try runs the installed
-    readers of .cube and configs, and compares.
+    therefore oiiotool, Blender and Nuke), ffmpeg, pillow_lut, colour, LittleCMS, Argyll and Chromium. --try runs the
+    installed readers of .cube and configs, and compares their results.
 
     \b
     error    a program silently shows something else, or no program reads the file   exit 1

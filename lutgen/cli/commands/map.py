@@ -10,7 +10,7 @@ from lutgen.cells import first_doubled, number_list
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import (
     NUMBER,
-    AskedPlace,
+    PlaceOptions,
     check_output,
     image_argument,
     model_from,
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     help="A picture (.png), or ΔE2000 of every pixel in single floats (.exr, .tif); may be repeated.",
 )
 @click.option("--range", "ends", metavar="LOW,HIGH", default="0,12", show_default=True, help="Scale of the picture.")
-@click.option("--json", "json_to", metavar="FILE|-", help="Write statistics and histogram; - prints them alone.")
+@click.option("--json", "json_to", metavar="FILE|-", help="Write statistics and histogram; - prints only the JSON.")
 @picture_options
 @screen_options
 def command(
@@ -52,15 +52,15 @@ def command(
     json_to: str | None,
     source: str,
     force: bool,
-    where: AskedPlace,
+    where: PlaceOptions,
     **options: Any,
 ) -> None:
     """Map how much aging changes each pixel of an image: ΔE2000, as in the paper's Figure 6.
 
     ΔE2000 is between the un-aged and the aged display, both seen on an un-aged viewer. The picture has a scale and a
     histogram beside it. The scale is the same for all maps unless --range changes it, so that maps can be compared;
-    pixels above the scale are magenta. A large image is drawn smaller, by means over squares; .exr and .tif hold every
-    pixel, NaN where alpha is 0.
+    pixels above the scale are magenta. The picture of a large image is reduced by means over squares; .exr and .tif
+    hold every pixel, with NaN where alpha is 0.
 
     \b
     Example:

@@ -12,13 +12,13 @@ from lutgen.names import MODES
 
 @click.command(cls=Command, section=Section.OTHERS_FILES, place=2)
 @click.argument("build", metavar="BUILD_DIR")
-@click.option("--into", required=True, metavar="CONFIG", help="Your config; not changed, unless -o is its own folder.")
+@click.option("--into", required=True, metavar="CONFIG", help="Your config; unchanged, unless -o is its own folder.")
 @click.option("-o", "--output", required=True, metavar="DIR", help="Folder for the merged config and its LUT files.")
 @click.option("--mode", type=click.Choice(MODES), default="chroma", show_default=True, help="The aging mode.")
-@click.option("--hours", required=True, metavar="LIST", help="Hours in a list, of those in the build.")
+@click.option("--hours", required=True, metavar="LIST", help="Hours of the build, in a list.")
 @click.option("--source-space", metavar="NAME", help="Your colour space whose code values are sent to the display.")
-@click.option("--onto", multiple=True, metavar="DISPLAY", help="Display that gets the views [default: those of sRGB].")
-@click.option("--prefix", default="Aged", show_default=True, help="What new names begin with.")
+@click.option("--onto", multiple=True, metavar="DISPLAY", help="Display that gets the views [default: sRGB displays].")
+@click.option("--prefix", default="Aged", show_default=True, help="Prefix of the new names.")
 @click.option("--json", "json_to", metavar="FILE", help="Write the result as JSON; - is standard output.")
 @replace_option
 def command(
@@ -42,8 +42,8 @@ def command(
     otherwise OpenColorIO writes the whole config, and lutgen says so.
 
     --source-space names the space of the values that reach the display: --source-space "Filmic sRGB" ages the pictures
-    of that view. Without --source-space the sRGB signal is defined through the role aces_interchange, where the config
-    has that role.
+    of that view. Without --source-space the sRGB signal is defined through the role aces_interchange, if the config has
+    that role.
 
     \b
     Example:

@@ -27,10 +27,10 @@ from lutgen.names import STAINS
 @click.option(
     "--stain",
     type=click.Choice(("auto", *STAINS)),
-    help="H&E, or haematoxylin and DAB (immunohistochemistry); auto: H-DAB where there is brown [default: auto].",
+    help="H&E, or haematoxylin and DAB (immunohistochemistry); auto: H-DAB if the image has brown [default: auto].",
 )
 @click.option(
-    "--mask", metavar="FILE", help="Nuclei as PNG or TIFF instead: one label for each nucleus, or white on black."
+    "--mask", metavar="FILE", help="Your own nuclei as PNG or TIFF: one label for each nucleus, or white on black."
 )
 @hours_option
 @click.option(
@@ -50,7 +50,7 @@ from lutgen.names import STAINS
     "--csv", "csv_to", metavar="FILE", help="Write a line for each nucleus: place, size, ΔE2000 at each hour."
 )
 @click.option(
-    "--labels", metavar="FILE", help="Write the nuclei as PNG, 16 bit: 0 for the ground, 1, 2, … as in the table."
+    "--labels", metavar="FILE", help="Write the nuclei as 16-bit PNG: 0 for the background, 1, 2, … as in the table."
 )
 @click.option("--plots", metavar="DIR", help="Draw ΔE2000 against hours, and the outlines, into this folder.")
 @replace_option
@@ -79,7 +79,7 @@ def command(
     (chroma-luma). The ring begins a tenth of a typical nucleus's width away (at least 1 pixel) and is a third of that
     width wide (at least 2). Lab is relative to the white of the un-aged display, also for the aged one. This is a
     contrast of mean colours, without texture and without a reader: look at the outlines (--plots) before you trust it.
-    At most 4096 × 4096 pixels. Ends with 0 whatever the result is.
+    At most 4096 × 4096 pixels. The exit code is 0 for any result.
 
     \b
     Example:

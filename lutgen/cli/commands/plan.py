@@ -30,7 +30,7 @@ def command(
 ) -> None:
     """List what to measure next, to separate two effects or to see one.
 
-    Without --between and --effect the list makes as many as possible of the effects visible that DATA cannot show.
+    Without --between and --effect the list shows as many as possible of the effects that DATA cannot show.
 
     \b
     Example:
@@ -49,7 +49,9 @@ def command(
     for path, suffix in outputs_of_plan.items():
         check_new_file(path, force=force, suffixes=(suffix,))
     question = question_from(**options)
-    measurement_plan = plan(question.readings, between=pair, effect=effect, **question.asked, effects=question.effects)
+    measurement_plan = plan(
+        question.readings, between=pair, effect=effect, **question.settings, effects=question.effects
+    )
     from lutgen.files import write_atomically
 
     for path, suffix in outputs_of_plan.items():

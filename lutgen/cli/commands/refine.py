@@ -25,12 +25,12 @@ from lutgen.cli.outputs import Outputs, check_new_file, progress_bar
 @click.option(
     "--luminance",
     metavar="LAW",
-    help="Luminance of chroma-luma in the model: paper, measured, or a .csv of hour,factor [default: measured, or what "
-    "the file of readings says under luminance_law].",
+    help="Luminance of chroma-luma in the model: paper, measured, or a .csv of hour,factor [default: measured, or "
+    "luminance_law of the file of readings].",
 )
 @click.option("--plots", metavar="DIR", help="Draw residuals, steps and fit into this folder.")
 @click.option("-o", "--output", metavar="MODEL.toml", help="Write the refined model here.")
-@click.option("--keep", is_flag=True, help="Write the model even where the error does not fall or nothing is added.")
+@click.option("--keep", is_flag=True, help="Write the model even if the error does not fall or nothing is added.")
 def command(
     *,
     add: tuple[str, ...],
@@ -47,8 +47,8 @@ def command(
 
     Adds built-in effects, effects of a file (--effects FILE --add NAME) or a formula (--add-expr), each in the form
     that the readings support. The model file holds parameters, errors and provenance; use it with lutgen build --model.
-    Where the error or that of withheld readings does not fall, or --auto finds nothing to add, nothing is written and
-    the exit code is 1, unless you --keep the model.
+    If the error, or the error of held-out readings, does not fall, or if --auto finds nothing to add, nothing is
+    written and the exit code is 1. --keep writes the model in these cases too.
 
     \b
     Example:
@@ -73,7 +73,7 @@ def command(
             question.readings,
             (*add, *question.own),
             auto=auto,
-            **question.asked,
+            **question.settings,
             effects=question.effects,
             terms=question.terms,
             progress=progress,

@@ -9,7 +9,7 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import (
-    AskedPlace,
+    PlaceOptions,
     model_from,
     model_options,
     numbers,
@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 @click.option(
     "--hours",
     metavar="HOURS",
-    help="Hours at which the slider has tables: 0..18000:2000, a step; 0,5000,10000, a list; it ends at the last "
-    "[default: up to 13 measured times].",
+    help="Hours at which the slider has tables: 0..18000:2000, a step; 0,5000,10000, a list. The slider ends at the "
+    "last hour [default: up to 13 measured times].",
 )
 @source_option
 @click.option(
@@ -58,17 +58,17 @@ def command(
     instrument: str | None,
     force: bool,
     output: str,
-    where: AskedPlace,
+    where: PlaceOptions,
     **options: Any,
 ) -> None:
     """Write one page for a browser: pictures, lifetimes, diagnosis, certificates.
 
     The page shows IMAGE as the display ages, with a slider over all hours and a wiper between un-aged and aged; the map
-    of ΔE2000; curves; the paper's Table 1; and the source of everything. --data adds what readings say about the model;
-    without --display or --model the pictures are then those of the display that was read. --on-screen adds the picture
-    as it lies on the screen at the last hour: the slider's tables, as LUTs, know no places. The page is one HTML file
-    that fetches nothing, so that you can mail and print it. The numbers are those of lutgen lifetime: of all pixels,
-    also where a large image is shown smaller.
+    of ΔE2000; curves; the paper's Table 1; and the source of every number. --data adds the results of compare, diagnose
+    and refine; without --display or --model the pictures are then those of the measured display. --on-screen adds the
+    picture at its place on the screen at the last hour: the slider's tables are LUTs, which cannot depend on the place.
+    The page is one HTML file that loads nothing from a network, so you can mail and print it. The numbers are those of
+    lutgen lifetime for all pixels, even if the page shows a smaller copy of a large image.
 
     \b
     Example:
@@ -83,7 +83,9 @@ def command(
     tolerances = check_tolerances(numbers("--tolerance", tolerance))
     check_new_file(output, force=force, suffixes=(".html", ".htm"))
     if instrument and not data:
-        raise click.UsageError("--instrument tells the noise of --data: give READINGS too, or leave it out.")
+        raise click.UsageError(
+            "--instrument states the noise of --data: give --data READINGS too, or leave --instrument out."
+        )
     own = any(options[name] for name in ("display", "model"))
     model = model_from(**({**options, "display": data} if data and not own else options))
     uneven, screen = where.on(model)
@@ -113,7 +115,7 @@ def _evidence(data: str, model: DisplayModel, options: dict[str, Any], instrumen
         refinement = refine(
             question.readings,
             auto=True,
-            **question.asked,
+            **question.settings,
             effects=question.effects,
             terms=question.terms,
             progress=progress,

@@ -7,11 +7,11 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import AskedPlace, check_output, image_argument, model_from, picture_options, screen_options
+from lutgen.cli.options import PlaceOptions, check_output, image_argument, model_from, picture_options, screen_options
 from lutgen.cli.outputs import progress_bar, say
 from lutgen.names import AGING_MODES
 
-#: Columns where --hours does not choose them.
+#: Number of columns without --hours.
 _COLUMNS = 4
 
 
@@ -28,7 +28,7 @@ _COLUMNS = 4
     "modes",
     type=click.Choice(AGING_MODES),
     multiple=True,
-    help="A mode, which gets a row; may be repeated [default: both].",
+    help="A mode to draw as a row; may be repeated [default: both].",
 )
 @click.option("-o", "--output", required=True, metavar="FILE.png", help="Picture to write.")
 @picture_options
@@ -41,14 +41,13 @@ def command(
     output: str,
     source: str,
     force: bool,
-    where: AskedPlace,
+    where: PlaceOptions,
     **options: Any,
 ) -> None:
     """Lay out an image as it ages: a row for each mode, a column for each hour, on neutral grey.
 
-    The mean ΔE2000 against the un-aged display, over all pixels, stands under each picture. Pictures that fit are
-    copied pixel by pixel; larger ones are first made smaller and then aged, as in a viewer that shows a whole large
-    image.
+    The mean ΔE2000 against the un-aged display, over all pixels, is under each picture. Pictures that fit are copied
+    pixel by pixel. Larger pictures are first reduced and then aged, as in a viewer that shows a whole large image.
 
     \b
     Example:

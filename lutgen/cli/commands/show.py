@@ -13,7 +13,7 @@ from lutgen.cli.outputs import print_json, print_page
 if TYPE_CHECKING:
     from lutgen.display.aging import Shown
 
-#: Rows of the table when --hours does not choose them.
+#: Number of rows without --hours.
 _ROWS = 8
 
 
@@ -25,7 +25,7 @@ _ROWS = 8
     f"[default: {_ROWS} of the measured times; --json: all of them].",
 )
 @click.option("--plot", metavar="FILE.png", help="Draw chromaticity, luminance and non-additivity against hours.")
-@click.option("--force", is_flag=True, help="Replace FILE.png where it exists.")
+@click.option("--force", is_flag=True, help="Replace FILE.png if it exists.")
 @click.option("--json", "as_json", is_flag=True, help="Print all numbers as JSON.")
 @model_options
 def command(*, hours: str | None, plot: str | None, force: bool, as_json: bool, **options: Any) -> None:

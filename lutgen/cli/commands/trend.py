@@ -10,7 +10,7 @@ from lutgen.cli.outputs import Outputs, check_new_file, progress_bar
 from lutgen.errors import LutgenError
 from lutgen.names import DRIFT, LIMIT_SETS, TG18_SECONDARY
 
-#: A screen that reflects more shows no image.
+#: Largest luminance of room light on the screen, cd/m²: with more light no image is visible.
 MOST_AMBIENT = 1000.0
 
 
@@ -24,17 +24,17 @@ MOST_AMBIENT = 1000.0
     help="A published set; may be repeated [default: tg18-secondary and drift].",
 )
 @click.option(
-    "--limit", "own", metavar="TEXT", multiple=True, help="Your own, such as white>=200, white>=80%, contrast>=300."
+    "--limit", "own", metavar="TEXT", multiple=True, help="Your own limit: white>=200, white>=80%, contrast>=300, …"
 )
 @click.option(
     "--ambient",
     type=float,
     default=0.0,
     metavar="CD_M2",
-    help="Luminance that the room adds to the screen, where sessions were read without it: for contrast, the DICOM "
-    "curve, and the room's light over black [default: 0].",
+    help="Luminance that the room adds to the screen, for sessions that were read without room light: for contrast, "
+    "the DICOM curve, and the ratio of room light to black [default: 0].",
 )
-@click.option("--all-sessions", is_flag=True, help="Use all sessions, also those in which a setting changed.")
+@click.option("--all-sessions", is_flag=True, help="Use all sessions, even if a setting or the instrument changed.")
 @click.option("--plot", metavar="FILE", help="Draw figures, laws and limits (.png).")
 @json_option
 @replace_option
@@ -51,11 +51,10 @@ def command(
 ) -> None:
     """Follow a display over its sessions, and say when it will pass each limit.
 
-    DATA is a campaign file (lutgen sessions init), sessions of any format with their dates, a folder of them, or a
-    table of readings (.csv) with hours. The report follows white, black, contrast, primaries and γ, and
-    weighs all laws of decay by their evidence. A time after the last session is an extrapolation and marked as one;
-    intervals are 90 %. Sessions in which a setting or the instrument changed are left out. Ends with 0 whatever the
-    result is.
+    DATA is a campaign file (lutgen sessions init), sessions of any format with their dates, a folder of sessions, or a
+    table of readings (.csv) with hours. The report follows white, black, contrast, primaries and γ, and weighs all laws
+    of decay by their evidence. A time after the last session is marked as an extrapolation; intervals are 90 %.
+    Sessions in which a setting or the instrument changed are left out. The exit code is 0 for any result.
 
     \b
     Example:

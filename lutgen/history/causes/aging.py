@@ -1,6 +1,7 @@
-"""True aging: light falls over months, short wavelengths most; black falls with it, or leaks, and curves may drift.
+"""True aging: light falls over months, short wavelengths most. Black falls too, or leaks, and curves may drift.
 
-What yellows lies before all channels, a sheet or a lens, or in blue's own light: its filter, its prism, its emitter.
+Yellowing happens in a part before all channels, such as a sheet or a lens, or in the blue channel: filter, prism,
+emitter.
 """
 
 from __future__ import annotations
@@ -15,21 +16,21 @@ if TYPE_CHECKING:
     from lutgen.history.causes import Values
     from lutgen.history.pair import SessionPair
 
-#: Days within which a colorimeter sees no aging, and from which on it may.
+#: Days: below the first number a colorimeter measures no aging, from the second number on it may.
 _TOO_SHORT, LONG = 7.0, 60.0
 
-#: Loss that no display exceeds, in nepers: at once, and per year. Backlights lose half in 10 000 to 50 000 hours.
+#: Largest possible losses, in nepers: at once, and per year. Backlights lose half in 10 000 to 50 000 hours.
 _SUDDEN, _FASTEST = 0.1, 1.2
 
-#: Loss of the channel that loses least, as a share of that of the channel that loses most: channels share a backlight,
-#: and red and green organic emitters last a few times as long as blue ones.
+#: Smallest ratio of the smallest to the largest loss of the channels: channels share a backlight, and red and green
+#: organic emitters last a few times as long as blue emitters.
 _TOGETHER = 0.15
 
-#: Up to this loss per year, in nepers, a display that dims without a change of colour may have aged as well as been
-#: turned down: half in 10 000 hours of continuous operation.
+#: Largest loss per year, in nepers, of a display that dims without a change of colour and may have aged: half in 10 000
+#: hours of continuous operation. A larger loss is a changed setting.
 _USUAL = 0.6
 
-#: Δu'v' by which aging moves red or green at most: twice that of the paper's display.
+#: Largest Δu'v' of red or green by aging: twice that of the paper's display.
 _COLOUR = 0.01
 
 
@@ -38,7 +39,7 @@ def _long(pair: SessionPair) -> bool:
 
 
 def _may_have_dimmed(change: float, pair: SessionPair) -> bool:
-    """Whether a change of all light by one factor, its natural logarithm, may be age: slow, and over months."""
+    """Whether one factor of all light (natural logarithm ``change``) may be aging: a slow loss over months."""
     if pair.days is None:
         return change < 0
     lost = -change if pair.days > 0 else change
@@ -57,13 +58,13 @@ def _sound(values: Values, pair: SessionPair) -> bool:
     way = -1.0 if pair.days is not None and pair.days < 0 else 1.0
     aged, yellowed = way * values["aged"], way * float(values.get("yellowed", np.zeros(1))[0])
     slow = pair.days is None or -float(aged.mean()) <= _SUDDEN + _FASTEST * abs(pair.days) / 365.25
-    # Blue's own filter or emitter fades alone; a backlight does not.
+    # A filter or emitter of blue may fade alone; a backlight dims all channels.
     together = aged.max() <= 0.02 + (0.0 if "faded" in values else _TOGETHER * aged.min())
     return bool(slow and together and aged[2] <= min(aged[0], aged[1]) + 0.02 and yellowed <= 0.01)
 
 
 def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
-    """A loss that was explained by one factor, by a meter, or by a matrix beside another cause, may be aging."""
+    """Return the parameter of another explanation (a factor, a meter's gain or a matrix) that may be aging; else ""."""
     if "aged" in values:
         return ""
     if "scale" in values and "gains" not in values:
@@ -74,7 +75,7 @@ def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
         lost = change < 0 if pair.days is None or pair.days > 0 else change > 0
         return "gauge" if lost and _long(pair) else ""
     red, green, blue = np.hypot(*pair.shift[:3].T)
-    # A matrix that leaves red and green where they were, and moves blue, does what years do.
+    # A matrix that moves only blue makes the same change as years of aging.
     alone = len(names) == 1 and "blue" in pair.moved and not pair.other_instrument
     likely = max(red, green) < _COLOUR and (alone or (len(names) > 1 and blue < _COLOUR))
     return "matrix" if "matrix" in values and likely and _long(pair) else ""

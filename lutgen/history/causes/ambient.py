@@ -1,4 +1,4 @@
-"""Room light on the screen: the same XYZ on every patch, black above all."""
+"""Room light on the screen: adds the same XYZ to every patch, which shows most in black."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ if TYPE_CHECKING:
     from lutgen.history.causes import Values
     from lutgen.history.pair import SessionPair
 
-#: A difference of the room's light counts from this many lux on.
+#: Smallest recorded difference of the room's light that counts, in lux.
 _LUX = 5.0
 
-#: Least light in cd/m² that differs from a meter's dark reading.
+#: Smallest added light, in cd/m², that differs from a meter's dark reading.
 _LEAST = 0.05
 
 
 def _prior(pair: SessionPair) -> float:
-    change = pair.more_room_light
+    change = pair.room_light_change
     if change is None:
         return 0.0
     return 2.0 if abs(change) >= _LUX else -2.0

@@ -1,4 +1,4 @@
-"""A session of another display in the campaign: its primaries differ, red and green too."""
+"""A session of another display in the campaign: its primaries differ, including red and green."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ if TYPE_CHECKING:
     from lutgen.history.causes import Values
     from lutgen.history.pair import SessionPair
 
-#: ΔL* between native curves of two panels.
+#: Smallest ΔL* between native curves that suggests two panels.
 _BEND = 2.0
 
-#: Change of all light, in natural logarithms, that a wrong correction alone hardly makes.
+#: Change of all light, as a natural logarithm, that is too large for a wrong correction.
 _LEAP = 0.15
 
 
@@ -26,7 +26,7 @@ def _proof(pair: SessionPair) -> str:
 
 
 def _sign(pair: SessionPair) -> str:
-    """Red or green moved, as no aging moves them, or blue and the curve, and the records do not name one display."""
+    """Return a clause if red or green, or blue and the curve, moved, unless the records name one display; else ""."""
     other_curve = pair.bend is not None and abs(pair.bend) >= _BEND
     moved = "colour" in pair.moved or ("blue" in pair.moved and other_curve)
     if not moved or pair.named_alike or (pair.other_instrument and not other_curve):
@@ -35,7 +35,7 @@ def _sign(pair: SessionPair) -> str:
 
 
 def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
-    """Another matrix, of the instrument's or the channels', may be another panel's primaries."""
+    """Return the parameter of another explanation, a matrix or a step, that another panel may cause; else ""."""
     changed = next((name for name in ("matrix", "gamut") if name in values), "")
     if changed and (_sign(pair) or (len(names) > 1 and not pair.named_alike)):
         return changed

@@ -1,6 +1,6 @@
-"""Brightness: all light by one factor, black too; a preset may set the channels' gains and the curve besides.
+"""Brightness: one factor of all light, including black; a preset may also set the channels' gains and the curve.
 
-A lamp that is dimmed to a small part of its light is colder, and its own colour moves a little, primaries with it.
+A lamp that is dimmed to a small part of its light is colder, which changes its colour and the primaries a little.
 """
 
 from __future__ import annotations
@@ -16,11 +16,10 @@ if TYPE_CHECKING:
     from lutgen.history.causes import Values
     from lutgen.history.pair import SessionPair
 
-#: Change of all light, in natural logarithms, that a wrong correction alone hardly makes.
+#: Change of all light, as a natural logarithm, that is too large for a wrong correction.
 _LEAP = 0.15
 
-
-#: Factor of all light, as a natural logarithm, from which on a lamp's own colour moves with it.
+#: Smallest change of all light, as a natural logarithm, with which a lamp's own colour changes.
 _FAR = np.log(2.0)
 
 
@@ -32,7 +31,7 @@ def _sound(values: Values, pair: SessionPair) -> bool:
 
 
 def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
-    """A change of all light that the instrument explains may be a setting instead."""
+    """Return the parameter of another explanation, a gain of the instrument, that a setting may cause; else ""."""
     if pair.other_instrument or len(names) > 1:
         return ""
     if "step" in values:

@@ -1,4 +1,4 @@
-"""Calibration: the channels' gains and curves in the graphics card; black keeps its light, primaries their colour."""
+"""Calibration: gains and curves of the channels in the graphics card; black and the colours of primaries stay."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ CAUSE = Cause(
     display="unchanged",
     moves=frozenset({"curve"}),
     ways=(("gains",),),
-    # Where both files hold their curves, the comparison is made behind these curves already.
+    # If both files hold their curves, the comparison has removed the effect of these curves already.
     prior=lambda pair: -8.0 if pair.curves_known else 0.0,
     loose=0.006,
     bends=lambda pair: pair.recalibrated or (pair.bent and not pair.curves_known),

@@ -1,4 +1,4 @@
-"""Warm-up or automatic brightness: the light drifted while the session was read."""
+"""Warm-up or automatic brightness: the light drifted during the session."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ CAUSE = Cause(
     test="switch automatic brightness off, let it warm up for half an hour, and read white every ten patches",
     display="cannot tell",
     moves=frozenset({"sum"}),
-    possible=lambda pair: pair.unwatched,
+    possible=lambda pair: pair.drift_hidden,
     proof=_proof,
     rank=1,
 )

@@ -1,4 +1,4 @@
-"""Another gamut mode (sRGB, Adobe RGB, native): each primary is mixed from the panel's; black and the sum stay."""
+"""Another gamut mode (sRGB, Adobe RGB, native): primaries are mixtures of the panel's; black and additivity stay."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from lutgen.history.causes import Values
     from lutgen.history.pair import SessionPair
 
-#: Δu'v' by which two primaries move at least: modes of one gamut differ by less, and aging moves blue alone.
+#: Smallest Δu'v' of the second most moved primary: modes of one gamut differ by less, and aging moves only blue.
 _TWO_MOVE = 0.006
 
 
@@ -26,8 +26,8 @@ def _prior(pair: SessionPair) -> float:
         return -np.inf
     if pair.other_settings:
         return 2.0
-    told = pair.before.settings and pair.after.settings
-    return -2.0 if told else 0.0
+    recorded = pair.before.settings and pair.after.settings
+    return -2.0 if recorded else 0.0
 
 
 CAUSE = Cause(

@@ -1,4 +1,4 @@
-"""HDR tone mapping or dynamic contrast: curve, contrast and additivity change together, as no fixed setting does."""
+"""HDR tone mapping or dynamic contrast: curve, contrast and additivity change together; no fixed setting does this."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from lutgen.history.causes import Cause
 if TYPE_CHECKING:
     from lutgen.history.pair import SessionPair
 
-#: Change of white over the sum of the primaries that shows it without another sign.
+#: Change of white over the sum of the primaries that proves HDR without a second moved fact.
 _NOT_ADDITIVE = 0.06
 
 
 def _proof(pair: SessionPair) -> str:
-    """Additivity changed, together with another fact or by much; or curve and contrast changed together."""
+    """Return a sentence if additivity changed with another fact or by much, or curve and contrast together; else ""."""
     moved = pair.moved
     if pair.seen is None or not {"sum", "curve"} & moved:
         return ""
@@ -22,7 +22,7 @@ def _proof(pair: SessionPair) -> str:
     much = len(moved) > 1 or abs(after - before) >= _NOT_ADDITIVE
     if not ("sum" in moved and much) and not {"curve", "contrast"} <= moved:
         return ""
-    return ", ".join(pair.told(fact) for fact in ("sum", "curve", "colour", "blue", "contrast") if fact in moved)
+    return ", ".join(pair.describe(fact) for fact in ("sum", "curve", "colour", "blue", "contrast") if fact in moved)
 
 
 CAUSE = Cause(

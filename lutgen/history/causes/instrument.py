@@ -1,4 +1,4 @@
-"""The instrument or its correction: everything it reads, black included, through another matrix."""
+"""The instrument or its correction: another matrix applies to all readings, including black."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ if TYPE_CHECKING:
     from lutgen.history.causes import Values
     from lutgen.history.pair import SessionPair
 
-#: By how much two meters in good order disagree about luminance, at most, in natural logarithms.
+#: Largest disagreement of two good meters about luminance, as a natural logarithm.
 _GAUGE = 0.06
 
-#: Δu'v' by which a wrong correction of one instrument moves a primary, at most: the shared U2718Q's moved red by 0.030.
+#: Largest Δu'v' of a primary by a wrong correction of one instrument: that of the shared U2718Q moved red by 0.030.
 _COLOUR = 0.04
 
 
@@ -41,7 +41,7 @@ def _sound(values: Values, pair: SessionPair) -> bool:
 
 CAUSE = Cause(
     name="instrument",
-    meaning="the instrument or its correction was another",
+    meaning="another instrument or another correction was used",
     test="read white, the primaries and black once more with a second instrument, or without a correction matrix",
     display="unchanged",
     moves=frozenset({"blue", "colour", "contrast"}),

@@ -1,4 +1,4 @@
-"""One patch misread: a window popped up, the instrument slipped. The reading is left out, and named."""
+"""A misread patch: a window covered the patch, or the instrument slipped. The reading is named and left out."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""The signal's range or the contrast: levels at an end of a ramp show one light in one session, several in another.
+"""The range of the signal, or contrast: levels at an end of a ramp are clipped in one session and distinct in another.
 
-A cable that carries 16 to 235 to an input that takes 0 to 255 for full range crushes nothing; the other way round both
-ends are clipped. A contrast, or a channel's gain, that is set too high clips the bright end.
+A signal of 16 to 235 on an input that expects 0 to 255 clips nothing; a signal of 0 to 255 on an input that expects 16
+to 235 clips both ends. A contrast, or a channel's gain, that is set too high clips the bright end.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ CAUSE = Cause(
     "white and black again",
     display="cannot tell",
     moves=frozenset({"curve", "contrast"}),
-    possible=lambda pair: bool(pair.clipped_otherwise),
-    proof=lambda pair: pair.clipped_otherwise,
+    possible=lambda pair: bool(pair.clipping_difference),
+    proof=lambda pair: pair.clipping_difference,
     rank=5,
 )

@@ -11,21 +11,19 @@ from lutgen.cli.outputs import Outputs, progress_bar
 
 @click.command(cls=Command)
 @click.argument("files", nargs=-1, required=True, metavar="DATA...")
-@click.option(
-    "--reference", metavar="FILE", help="The session to compare the others with [default: the first without a fault]."
-)
+@click.option("--reference", metavar="FILE", help="The reference session [default: the first session without a fault].")
 @json_option
 @replace_option
 def command(*, files: tuple[str, ...], reference: str | None, json_to: str | None, force: bool) -> None:
     """Explain why sessions of one display differ: display, settings, room, or instrument.
 
-    DATA is a campaign file (.toml), which knows dates, instruments and settings, or sessions of any format, a folder of
-    them, or a table of readings (.csv) with hours.
+    DATA is a campaign file (.toml), which holds dates, instruments and settings, or sessions of any format, a folder of
+    sessions, or a table of readings (.csv) with hours.
 
-    Each session is compared with a reference session. The possible causes are brightness or preset, gamut mode,
-    calibration, HDR or dynamic contrast, levels that are clipped, room light, the instrument or its correction, drift
-    during the readings, a misread patch, another display, and true aging. Where several causes fit equally well, the
-    report names all of them, and the measurement that would separate them. Ends with 0 whatever the result is.
+    lutgen compares each session with a reference session. The possible causes are brightness or preset, gamut mode,
+    calibration, HDR or dynamic contrast, clipped levels, room light, the instrument or its correction, drift during the
+    session, a misread patch, another display, and true aging. If several causes fit equally well, the report names all
+    of them, and the measurement that would separate them. The exit code is 0 for any result.
 
     \b
     Example:

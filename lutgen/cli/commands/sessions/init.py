@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 def command(*, files: tuple[str, ...], output: str, same_display: bool, force: bool) -> None:
     """Draft a campaign file from the sessions of one display, by date.
 
-    Files are ArgyllCMS .ti3, other CGATS, or CSV. lutgen fills in dates, instruments and what the calibration did, and
-    asks on a terminal for what only you know (hours a day, room light, settings); without a terminal these lines are
-    left open as # TODO. Sessions of clearly different displays are refused and named.
+    Files are ArgyllCMS .ti3, other CGATS, or CSV. lutgen fills in dates, instruments and the effect of the calibration.
+    On a terminal it asks for everything that only you know (hours a day, room light, settings); without a terminal it
+    leaves these lines open as # TODO. lutgen refuses and names sessions of clearly different displays.
 
     \b
     Example:
@@ -52,7 +52,7 @@ def command(*, files: tuple[str, ...], output: str, same_display: bool, force: b
     text = draft(sessions, path.parent, answers)
     write_atomically(path, text.encode())
     left = text.count("# TODO ")
-    opened = f"; {left} lines begin with # TODO: only you know" if left else ""
+    opened = f"; complete the {left} lines that begin with # TODO" if left else ""
     several = (
         f" They look like {len(displays_of(sessions))} displays."
         if same_display and len(displays_of(sessions)) > 1
@@ -62,7 +62,7 @@ def command(*, files: tuple[str, ...], output: str, same_display: bool, force: b
 
 
 def _ask(sessions: Sequence[Session]) -> Answers:
-    """Ask on the terminal; an empty answer leaves the line open."""
+    """Ask questions on the terminal; an empty answer leaves the line open."""
     from lutgen.history.draft import OF_DISPLAY, OF_SESSION, Answers
 
     names = ", ".join(dict.fromkeys(each.display for each in sessions if each.display))
@@ -80,5 +80,5 @@ def _value(key: str, text: str) -> float | str:
     value = number(text)
     most = 24 if key == "hours_per_day" else 200_000
     if value is None or not 0 <= value <= most or (key == "hours_per_day" and value == 0):
-        raise click.UsageError(f"{key}: {text!r} is no number that makes sense. Start again, or leave it empty.")
+        raise click.UsageError(f"{key}: {text!r} is no possible value. Start again, or leave it empty.")
     return value

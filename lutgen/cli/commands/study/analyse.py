@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 @click.command(cls=Command)
 @click.argument("study", required=False, metavar="[STUDY]")
-@click.option("--answers", metavar="FILE", help="A table of answers instead (.csv), such as study simulate writes.")
-@click.option("--counts", metavar="FILE", help="Figures instead: a .csv of condition,agreed,disagreed.")
-@click.option("--summary", metavar="FILE", help="Figures instead: a .csv of condition,measure,n,mean,ci95.")
+@click.option("--answers", metavar="FILE", help="Analyse a table of answers (.csv), such as study simulate writes.")
+@click.option("--counts", metavar="FILE", help="Analyse printed figures: a .csv of condition,agreed,disagreed.")
+@click.option("--summary", metavar="FILE", help="Analyse printed figures: a .csv of condition,measure,n,mean,ci95.")
 @click.option(
     "--ci",
     type=click.Choice(INTERVALS),
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     help="Intervals of means, read and written: ± 1.96 SD/√n as the paper's, or ± t SD/√n.",
 )
 @json_option
-@click.option("--csv", "csv_to", metavar="DIR", help="Write every table into this folder, a .csv each.")
+@click.option("--csv", "csv_to", metavar="DIR", help="Write each table as a .csv into this folder.")
 @click.option("--plots", metavar="DIR", help="Draw time, ease and agreement by condition into this folder.")
 @replace_option
 def command(
@@ -48,10 +48,10 @@ def command(
     """Show the results of a reader study: the paper's Tables 2 to 4, and more.
 
     As in the paper: time to score and ease of reading with their t-tests; agreement with the reader's own un-aged
-    reading, with Wilson's intervals and one-tailed t-tests. Beside these: Welch, rank, exact and paired tests, Cohen's
+    reading, with Wilson's intervals and one-tailed t-tests. In addition: Welch, rank, exact and paired tests, Cohen's
     κ, mixed models over readers and images (with lutgen[study]), effect sizes, Holm's correction, and what a study of
-    this design can and cannot show. STUDY is a folder of lutgen study plan; --counts and --summary take the figures
-    that a paper prints, alone or together. Ends with 0 whatever the result is.
+    this design can and cannot show. STUDY is a folder of lutgen study plan; --counts and --summary take figures that a
+    paper prints, alone or together. The exit code is 0 for any result.
 
     \b
     Example:
@@ -77,7 +77,7 @@ def command(
 
 
 def _write_tables(analysis: Analysis, folder: str) -> None:
-    """Write the tables; remove those of an earlier analysis that this one does not have."""
+    """Write the tables; remove tables of an earlier analysis that the new analysis lacks."""
     from lutgen.files import write_atomically
     from lutgen.study.tables import TABLE_FILES, tables_csv
 
@@ -126,6 +126,6 @@ def _of_study(study: str, ci: str) -> Analysis:
 
 
 def _source(file: str, remark: str) -> str:
-    """Say where figures come from; what a file says of itself in its first line comes first."""
+    """Return a sentence on the source of figures; ``remark`` is the file's own first line."""
     name = Path(file).name
     return f"{remark.rstrip('.')}. File: {name}." if remark else f"File: {name}, which does not say where it is from."

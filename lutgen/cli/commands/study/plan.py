@@ -22,18 +22,25 @@ if TYPE_CHECKING:
 @click.option(
     "--conditions",
     metavar="LIST",
-    help="Of session 1: none (un-aged) and modes at an hour [default: none,chroma@18000,chroma-luma@18000].",
+    help="Conditions of session 1: none (un-aged) and modes at an hour [default: none,chroma@18000,chroma-luma@18000].",
 )
 @click.option(
     "--per-condition", type=WHOLE, metavar="N", help="Images that a reader reads under each condition [default: 40]."
 )
 @click.option("--readers", type=WHOLE, metavar="R", help="How many readers [default: 1].")
-@click.option("--sessions", type=WHOLE, metavar="S", help="Sessions of each; all after the first un-aged [default: 2].")
+@click.option("--sessions", type=WHOLE, metavar="S", help="Sessions of each reader; un-aged from 2 on [default: 2].")
 @click.option(
-    "--design", metavar="FILE", help="Any other design: a .csv of session,image,condition, if wanted reader, position."
+    "--design",
+    metavar="FILE",
+    help="Any other design: a .csv of session,image,condition and, if needed, reader and position.",
 )
 @click.option(
-    "--washout-days", type=NUMBER, default=24.0, show_default=True, metavar="DAYS", help="Least days between sessions."
+    "--washout-days",
+    type=NUMBER,
+    default=24.0,
+    show_default=True,
+    metavar="DAYS",
+    help="Minimum days between sessions.",
 )
 @click.option(
     "--practice",
@@ -46,10 +53,8 @@ if TYPE_CHECKING:
     "--positive", default="2+,3+", show_default=True, metavar="LIST", help="Diagnoses that count as positive."
 )
 @click.option("--ease", default="1..10", show_default=True, metavar="RANGE", help="Ease of reading, hard to easy.")
-@click.option(
-    "--seed", type=WHOLE, default=1, show_default=True, metavar="S", help="Seed of everything that is drawn at random."
-)
-@click.option("--title", default="Reader study", show_default=True, metavar="TEXT", help="Title that people see.")
+@click.option("--seed", type=WHOLE, default=1, show_default=True, metavar="S", help="Seed of all random draws.")
+@click.option("--title", default="Reader study", show_default=True, metavar="TEXT", help="Title of the study.")
 @json_option
 @click.option("--force", is_flag=True, help="Replace a study that has no answers yet, and files that exist.")
 @click.option("-o", "--output", required=True, metavar="STUDY", help="The folder to make.")

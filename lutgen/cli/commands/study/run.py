@@ -13,15 +13,17 @@ from lutgen.cli.outputs import progress_bar, say
 
 @click.command(cls=Command)
 @click.argument("study", metavar="STUDY")
-@click.option("--reader", required=True, metavar="NAME", help="Who reads; a new name takes the next free place.")
-@click.option("--session", type=WHOLE, required=True, metavar="N", help="Which session, from 1.")
+@click.option(
+    "--reader", required=True, metavar="NAME", help="Name of the reader; a new name takes the next free place."
+)
+@click.option("--session", type=WHOLE, required=True, metavar="N", help="Number of the session, from 1.")
 @click.option("--override", metavar="REASON", help="Begin before the washout is over, or with a clock set back.")
 @click.option("--port", type=WHOLE, default=0, metavar="PORT", help="Port on this computer [default: any free one].")
-@click.option("--no-browser", is_flag=True, help="Print the address only.")
+@click.option("--no-browser", is_flag=True, help="Only print the address.")
 def command(*, study: str, reader: str, session: int, override: str | None, port: int, no_browser: bool) -> None:
     """Read a session in the browser: one image at a time, pixel by pixel on neutral grey, names hidden.
 
-    Serves a page on this computer alone (127.0.0.1) until the session is complete or Ctrl-C. Practice images come
+    Serves a page to this computer only (127.0.0.1) until the session is complete or Ctrl-C. Practice images come
     first. For each image the page records the diagnosis, the ease of reading, and the time from the first paint of the
     image to the diagnosis. An answer is on disk (STUDY/answers, one file for each reader) before the page shows the
     next image. The same command continues a session that was stopped; an image that was shown without an answer is
@@ -45,16 +47,16 @@ def command(*, study: str, reader: str, session: int, override: str | None, port
     from lutgen.study.server import serve
 
     def opened(address: str) -> None:
-        # Print the place and the images left: a reader whose name was mistyped has another place and all images left.
+        # A reader whose name was mistyped notices another place, and that all images are left.
         say(f"{now.reader}, place {now.place} of {now.protocol.readers}: {now.left} images left.")
-        say(f"Ctrl-C stops; the same command goes on. Read at {address}")
+        say(f"Ctrl-C stops; the same command continues. Read at {address}")
         if not no_browser:
             webbrowser.open(address)
 
     # Treat SIGTERM as Ctrl-C. A shell starts background jobs with SIGINT ignored: handle it again.
     for each in (signal.SIGTERM, signal.SIGINT):
         signal.signal(each, signal.default_int_handler)
-    # Before the reader takes a place: a port that is busy takes none.
+    # The port comes first: if the port is busy, the reader takes no place.
     with port_taken(port) as listening, progress_bar("checking the images") as progress:
         begun = begin_reading(Path(study), reader=reader, session=session, override=override, progress=progress)
         with begun as now:

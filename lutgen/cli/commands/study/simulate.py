@@ -33,11 +33,11 @@ if TYPE_CHECKING:
 def command(*, study: str, seed: int, given: tuple[str, ...], output: str, force: bool) -> None:
     """Answer a planned study with simulated readers, to rehearse its analysis before anybody reads.
 
-    Readers slow down, find reading harder and change their diagnosis with what aging does to the colours of nuclei:
-    ΔE2000 measured at the nuclei of every image (with lutgen[nuclei]), or given for every aged condition. Their
-    defaults have effects of the size of the paper's Tables 2 and 3, at 18 000 h; these hours are lutgen's assumption,
-    the paper states none. The table says in its first line that it is simulated; the study's own answers are not
-    touched. --difference chroma@18000=0 shows what is found where there is nothing.
+    Simulated readers slow down, find reading harder and change their diagnosis with the colour difference at nuclei:
+    ΔE2000 measured at the nuclei of every image (with lutgen[nuclei]), or given for every aged condition. Their default
+    effects have the size of the paper's Tables 2 and 3, at 18 000 h; these hours are lutgen's assumption, the paper
+    states none. The first line of the table says that it is simulated; the study's own answers stay unchanged.
+    --difference chroma@18000=0 shows what the analysis finds without a true difference.
 
     \b
     Example:
@@ -75,7 +75,7 @@ def _differences(
     by_condition = dict(_given(text, aged) for text in given)
     missing = [condition for condition in aged if condition not in by_condition]
     if missing:
-        raise LutgenError(f"--difference says nothing of {', '.join(missing)}. Give every aged condition, or none.")
+        raise LutgenError(f"--difference lacks {', '.join(missing)}. Give every aged condition, or none.")
     return {(image.name, name): value for image in protocol.images for name, value in by_condition.items()}
 
 
