@@ -1,12 +1,12 @@
 """Somebody recalibrated: from one hour on the display answers code values differently.
 
-d → (1 + g)·d^(1 + Γ) for hours ≥ t*, with one Γ for all channels, one for each, or one free at five levels. A fit tries
-the date in every gap between two sessions. White and primaries that are measured again contain a step of the gain, so
-that only Γ is left to be seen.
+d' = (1 + g)·d^(1 + Γ) for hours t ≥ t*. Γ is one number for all channels, one for each channel, or free at five levels.
+A fit tries one date t* in every gap between two sessions. White and primaries that are measured again contain a step of
+the gain g, so that only Γ is visible there.
 
-Meaning of 0 and 1: g and Γ 0 are a calibration that changed nothing; g 1 would double the drive, Γ 1 double the
-exponent.
-Valid for one event in a campaign; two need two of these effects.
+Meaning of 0 and 1: g = 0 and Γ = 0 are a calibration that changed nothing. g = 1 would double the drive. Γ = 1 would
+double the exponent.
+Valid for one event in a campaign. Two events need two recalibrations.
 Assumption: the form and the size.
 """
 
@@ -68,7 +68,7 @@ def recalibration(
     level_75: float,
     level_100: float,
 ) -> Array:
-    """Bend and scale the code values from that hour on."""
+    """Apply the change of exponent and gain to the code values from ``hour`` on."""
     since = (scene.hours >= hour).astype(np.float64)
     change = np.array([gamma + red, gamma + green, gamma + blue])
     knots = (level_00, level_25, level_50, level_75, level_100)
