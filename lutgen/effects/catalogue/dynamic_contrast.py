@@ -2,9 +2,9 @@
 
 P' = P·B(m)/B(d)^h for white and all primaries, with B(m) = 1 − a·(1 − m)^p, the backlight behind a screen of mean code
 value m. m is the mean over patch and surround; d is the mean of the patch alone. A curve measured on patches that fill
-the screen contains their dimming: h = 1. A curve that is assumed, such as sRGB's, does not: h = 0. Dynamic contrast dims
-the whole backlight. Local dimming dims zone by zone; the model describes local dimming where a patch and its surround
-share a zone.
+the screen contains their dimming: h = 1. A curve that is assumed, such as sRGB's, does not: h = 0. Dynamic contrast
+dims the whole backlight. Local dimming dims zone by zone; the model describes local dimming where a patch and its
+surround share a zone.
 
 Meaning of 0 and 1: a = 0 is a steady backlight. a = 1 switches the backlight off behind a black screen. Behind a white
 screen the backlight is full.

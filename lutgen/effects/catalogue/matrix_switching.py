@@ -2,8 +2,8 @@
 
 This effect is not physics of the display. At the borders between colour points the model jumps by a third of the
 difference between white and the sum of its primaries. The remedy: each colour receives a share of this difference
-that equals the grey in the colour. The grey is the smallest channel, which is the paper's ``continuous`` selection. With
-``softness`` s the grey is the power mean (⅓ Σ l^(−1/s))^(−s) of the channels.
+that equals the grey in the colour. The grey is the smallest channel, which is the paper's ``continuous`` selection.
+With ``softness`` s the grey is the power mean (⅓ Σ l^(−1/s))^(−s) of the channels.
 
 Meaning of 0 and 1: s = 0 is the smallest channel. s = 1 is the harmonic mean of the three channels. The effect has no
 amplitude: it is present or absent.
@@ -40,7 +40,8 @@ def matrix_switching(linear: Array, scene: Scene, *, softness: float) -> Array: 
     least = np.maximum(linear.min(axis=-1, keepdims=True), 0.0)
     if softness:
         share = least / np.where(linear > 0.0, linear, 1.0)
-        # The smallest channel's own share is 1, so the mean is at least 1/3. Black's shares are 0: it needs the maximum.
+        # The smallest channel's own share is 1, so the mean is at least 1/3. Black's shares are 0: it needs the
+        # maximum.
         mean = np.maximum((share ** (1.0 / softness)).mean(axis=-1, keepdims=True), 1.0 / 3.0)
         least = least * mean**-softness
     return np.broadcast_to(least, linear.shape)

@@ -1,18 +1,18 @@
 """The meter's filters move along the wavelengths, and its 3 × 3 mismatch changes.
 
 XYZ' = M·XYZ. The matrix M (3 × 3, as in ASTM E1455, for displays of one kind) follows from the XYZ that
-x̄(λ − s), ȳ(λ − s) and z̄(λ − s) give for the spectra of the display's primaries. The shift s = Δ·τ^p has one free number,
-Δ.
+x̄(λ − s), ȳ(λ − s) and z̄(λ − s) give for the spectra of the display's primaries. The shift s = Δ·τ^p has one free
+number, Δ.
 
 Light is additive, so white, primaries and mixtures pass through the same matrix. Where white and primaries are measured
-again in every session, the readings cannot show the mismatch. The mismatch of the first session belongs to the display's
-tips. Only the change of the mismatch is visible, and only where the first session predicts the later sessions. A free
-matrix could describe almost every change of white and primaries by aging. A shift of the filters has a pattern of its
-own: red and blue lie on opposite flanks of ȳ, so one gains luminance and the other loses luminance; green hardly
-changes.
+again in every session, the readings cannot show the mismatch. The mismatch of the first session belongs to the
+display's tips. Only the change of the mismatch is visible, and only where the first session predicts the later
+sessions. A free matrix could describe almost every change of white and primaries by aging. A shift of the filters has a
+pattern of its own: red and blue lie on opposite flanks of ȳ, so one gains luminance and the other loses luminance;
+green hardly changes.
 
-Meaning of 0 and 1: ``shift`` 0 are filters that do not move. ``shift`` 1 are filters that have moved by 1 nm towards red
-at 18 000 h.
+Meaning of 0 and 1: ``shift`` 0 are filters that do not move. ``shift`` 1 are filters that have moved by 1 nm towards
+red at 18 000 h.
 Valid for three filters that move alike, or for the wavelength scale of a spectroradiometer, of one meter over the whole
 campaign. The accuracy is that of the display's spectra. Room light and stray light count as light of the display.
 Never baked: a meter adds no light to the display.

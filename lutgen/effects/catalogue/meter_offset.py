@@ -1,8 +1,8 @@
 """The meter reports light that is not there: its dark signal is added to every reading, also with the lens capped.
 
-XYZ' = XYZ + o. In the simple form o has the colour of D65; the refined forms free X and Z. The dark current of a silicon
-diode grows with its temperature T by e^(κ(T − 25 °C)), which doubles in about 10 K. The dark current may grow with age
-by 1 + g·τ.
+XYZ' = XYZ + o. In the simple form o has the colour of D65; the refined forms free X and Z. The dark current of a
+silicon diode grows with its temperature T by e^(κ(T − 25 °C)), which doubles in about 10 K. The dark current may grow
+with age by 1 + g·τ.
 
 Meaning of 0 and 1: ``offset`` 0 is a meter that reads nothing in the dark. ``offset`` 1 would add 1 cd/m² to every
 reading. ``grown`` 1 is a dark signal that has doubled at 18 000 h.

@@ -1,9 +1,9 @@
 """A primary changes colour as it darkens: dark greys of TN and IPS panels are bluish.
 
-P_c(d) = P_c(1) + (1 − d_c^b)^e·k_c. k_c adds X and Z in units of the primary's X + Y + Z and leaves Y unchanged: a shift
-of the chromaticity at constant luminance. The simple forms have b = e = 1; the refined forms free them. The retardation
-of a liquid-crystal cell depends on the wavelength, so the spectrum of its transmittance changes with the voltage. White
-shifts by the sum of its primaries' shifts.
+P_c(d) = P_c(1) + (1 − d_c^b)^e·k_c. k_c adds X and Z in units of the primary's X + Y + Z and leaves Y unchanged: a
+shift of the chromaticity at constant luminance. The simple forms have b = e = 1; the refined forms free them. The
+retardation of a liquid-crystal cell depends on the wavelength, so the spectrum of its transmittance changes with the
+voltage. White shifts by the sum of its primaries' shifts.
 
 Meaning of 0 and 1: k = 0 is a primary with one chromaticity at all levels. k = 1 would add as much X (or Z) near black
 as the full primary has X, Y and Z together.

@@ -1,8 +1,9 @@
 """Code values are rounded to n bits somewhere on their way: the curve has steps, the same at every hour.
 
 d' = round(d·(2ⁿ − 1))/(2ⁿ − 1). Where a calibration table comes first, the rounding acts on d^g instead of d. Where the
-panel's own code is rounded, the rounding acts on (light)^(1/γ), with γ the gamma of the panel. Hardware rounds by adding
-a part of a step and truncating. A panel may use a part of its codes: ``bits`` is log2 of their number, whole or not.
+panel's own code is rounded, the rounding acts on (light)^(1/γ), with γ the gamma of the panel. Hardware rounds by
+adding a part of a step and truncating. A panel may use a part of its codes: ``bits`` is log2 of their number, whole or
+not.
 
 A cable, driver or mode with fewer bits may be installed later. A display's own model contains the rounding of the first
 session, so with this model the rounding begins after the first session.
@@ -31,7 +32,8 @@ if TYPE_CHECKING:
     from lutgen.effects.scene import Scene
 
 
-#: Numbers of steps to try after a table or a panel's gamma: all numbers up to 10 bits, and the numbers of 11 and 12 bits.
+#: Numbers of steps to try after a table or a panel's gamma: all numbers up to 10 bits, and the numbers of 11 and 12
+#: bits.
 STEPS = np.array([*range(15, 1024), 2047, 4095], dtype=np.uint32)
 
 #: Powers of a table to try, gammas of a panel to try, and the parts of a step that hardware adds. From one power to the
@@ -45,8 +47,8 @@ TURN = 2.0**32
 #: best number of each part.
 ALL_STEPS, PARTS = np.arange(15.0, 4096.0), 2 ** np.arange(6, 12) - 15 + 1
 
-#: Number of neighbouring powers of which the search keeps the best; number of these best powers that the search refines;
-#: offsets of the refining powers, in units of the spacing of the powers.
+#: Number of neighbouring powers of which the search keeps the best; number of these best powers that the search
+#: refines; offsets of the refining powers, in units of the spacing of the powers.
 ALIKE, FEW, NEARBY = 20, 60, np.linspace(-1.0, 1.0, 17)
 
 #: Step of a code value for a numerical derivative.

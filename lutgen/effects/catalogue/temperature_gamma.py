@@ -1,7 +1,7 @@
 """A warmer liquid crystal answers its drive otherwise: the transfer curve bends with the temperature.
 
-l' = l^(1 + c·(T − T₀)), with T₀ = 25 °C. Mid-tones change; black and white stay, as in ``eotf-drift``. The change depends
-on the temperature, not on the hours. The refined form gives each channel its own coefficient.
+l' = l^(1 + c·(T − T₀)), with T₀ = 25 °C. Mid-tones change; black and white stay, as in ``eotf-drift``. The change
+depends on the temperature, not on the hours. The refined form gives each channel its own coefficient.
 
 Meaning of 0 and 1: c = 0 is a curve that does not depend on the temperature. c = 0.01/K adds 0.01 to the factor of the
 exponent for each kelvin.

@@ -1,8 +1,8 @@
 """Light scatters within the screen's glass and the meter's lens: a share of the mean light lies over every patch.
 
-XYZ' = XYZ + g·(mean XYZ of the whole screen, patch and surround). On patches that fill the screen the glare is a factor,
-which the measured white and primaries already contain. A black patch in a white surround shows the glare. Light that dust
-on the screen scatters belongs to this effect. Light that dust absorbs belongs to ``backlight-decay``.
+XYZ' = XYZ + g·(mean XYZ of the whole screen, patch and surround). On patches that fill the screen the glare is a
+factor, which the measured white and primaries already contain. A black patch in a white surround shows the glare. Light
+that dust on the screen scatters belongs to this effect. Light that dust absorbs belongs to ``backlight-decay``.
 
 Meaning of 0 and 1: g = 0 scatters nothing. g = 1 would add the whole mean light of the screen to every patch.
 Valid for light that spreads evenly over the screen. A halo near a bright edge is not modelled.

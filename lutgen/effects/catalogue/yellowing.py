@@ -1,11 +1,11 @@
 """Optics yellow: films, glue and light guide absorb more and more of the short wavelengths.
 
-Transmittance exp(−a·g(τ)·e^(−(λ−400 nm)/λ₀)), applied to the display's spectra. The spectra are estimated from the class
-of the display. g is a power of time. The depth a is never negative: optics do not become clear again.
+Transmittance exp(−a·g(τ)·e^(−(λ−400 nm)/λ₀)), applied to the display's spectra. The spectra are estimated from the
+class of the display. g is a power of time. The depth a is never negative: optics do not become clear again.
 
 Meaning of 0 and 1: ``depth`` 0 is clear optics. ``depth`` 1 transmits 1/e, 37 %, of the light at 400 nm at 18 000 h.
-Valid as far as the spectra are. With an estimated spectrum the size is an estimate too. The LUT is correct in both cases,
-because it is fitted to XYZ.
+Valid as far as the spectra are. With an estimated spectrum the size is an estimate too. The LUT is correct in both
+cases, because it is fitted to XYZ.
 Source: all colour LCDs of a radiology practice yellowed over three years, and did so together: J. Digit. Imaging 24,
 828 (2011), doi:10.1007/s10278-010-9346-x.
 Assumption: the exponential in wavelength, and the size.
