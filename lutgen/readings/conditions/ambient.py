@@ -1,10 +1,10 @@
-"""The room's light that falls on the screen."""
+"""The illuminance of the room's light on the screen."""
 
 from __future__ import annotations
 
 from lutgen.readings.conditions.declare import Array, Column, Condition, Values, greys, joined
 
-#: Room light that differs by less, in lux or as a share, is the same: a lux meter repeats to about this.
+#: Tolerance for equal room light, in lux and as a share: about the repeatability of a lux meter.
 TOLERANCE_LX, TOLERANCE_SHARE = 0.5, 0.05
 
 

@@ -1,4 +1,4 @@
-"""Where on the screen a patch is read."""
+"""Position of a patch on the screen."""
 
 from __future__ import annotations
 

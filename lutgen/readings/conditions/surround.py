@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def _matters(values: Values) -> NDArray[np.bool_]:
-    """A patch that fills the screen has nothing around it."""
+    """Return whether each patch has a surround, (n,): the patch does not fill the screen."""
     return np.asarray(values["window"] < 1.0) if "window" in values else np.zeros(values["surround"].size, dtype=bool)
 
 

@@ -9,7 +9,7 @@ from lutgen.readings.conditions.declare import Array, Column, Condition, Values,
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-#: White, the primaries, and secondaries of two levels.
+#: White, the primaries, and the secondaries at two levels.
 _COLOURS = (
     (1.0, 1.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0),
     (1.0, 1.0, 0.0), (0.6, 0.6, 0.0), (1.0, 0.0, 1.0), (0.6, 0.0, 0.6), (0.0, 1.0, 1.0), (0.0, 0.6, 0.6),
@@ -17,7 +17,7 @@ _COLOURS = (
 
 
 def told(at: Mapping[str, float]) -> str:
-    """Say how large the patch is and what surrounds it."""
+    """Return the size of the patch and its surround in words."""
     if at["window"] == 1.0:
         return "full screen"
     return f"a window of {100 * at['window']:g} % in a surround of code value {at['surround']:g}"
