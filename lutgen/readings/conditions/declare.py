@@ -94,7 +94,7 @@ class Condition:
     depends: str
     #: Values by column → the condition in words. The conditions window and surround give the same words, because both
     #: describe one picture.
-    told: Callable[[Mapping[str, float]], str]
+    in_words: Callable[[Mapping[str, float]], str]
     #: Value → label in a table; a condition with several columns takes one value for each column, in order.
     label: Callable[..., str]
     #: Phrase around a label in a sentence: "in a room of {}".

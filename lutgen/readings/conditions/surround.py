@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.readings.conditions.declare import Array, Column, Condition, Values, greys, joined, within
-from lutgen.readings.conditions.window import told
+from lutgen.readings.conditions.window import in_words
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -44,7 +44,7 @@ CONDITION = Condition(
     cell="surround",
     span=within(0.02),
     depends="the rest of the picture",
-    told=told,
+    in_words=in_words,
     label="{:g}".format,
     sentence="in a surround of {}",
     heading="",

@@ -16,7 +16,7 @@ _COLOURS = (
 )  # fmt: skip
 
 
-def told(at: Mapping[str, float]) -> str:
+def in_words(at: Mapping[str, float]) -> str:
     """Return the size of the patch and its surround in words."""
     if at["window"] == 1.0:
         return "full screen"
@@ -49,7 +49,7 @@ CONDITION = Condition(
     cell="window",
     span=within(0.02),
     depends="the rest of the picture",
-    told=told,
+    in_words=in_words,
     label="{:g}".format,
     sentence="in windows of {}",
     heading="window",
