@@ -124,7 +124,7 @@ def model_text(model: DisplayModel, folder: Path, own_file: str = "") -> bytes:
     if model.verdict or model.fit:
         parts.append(table_lines("[fit]", {"verdict": model.verdict, **model.fit}))
     if model.native is not None:
-        comments = {
+        notes = {
             "source": "the readings of the first session that the curves were made of",
             "black": "X, Y, Z of code 0 as shares of white's",
             **dict.fromkeys(CHANNELS, "code value, linear light relative to that at code 1"),
@@ -132,7 +132,7 @@ def model_text(model: DisplayModel, folder: Path, own_file: str = "") -> bytes:
         }
         own = model.native.own
         own_entries = {"own": own_file, "own_sha256": own.sha256} if own else {}
-        parts.append(table_lines("[native]", model.native.as_record() | own_entries, comments))
+        parts.append(table_lines("[native]", model.native.as_record() | own_entries, notes))
     for each in model.effects:
         parts += _effect_lines(each, folder)
     if model.latent is not None:
@@ -140,14 +140,11 @@ def model_text(model: DisplayModel, folder: Path, own_file: str = "") -> bytes:
             "hours": [float(hour) for hour in model.latent.hours],
             "xyz_cd_m2": [[[float(v) for v in tip] for tip in tips] for tips in model.latent.xyz_cd_m2],
         }
-        comments = {
-            "hours": "of the display before its effects",
-            "xyz_cd_m2": "X, Y, Z of white, red, green, blue; cd/m²",
-        }
-        parts.append(table_lines("[tips]", tips, comments))
+        notes = {"hours": "of the display before its effects", "xyz_cd_m2": "X, Y, Z of white, red, green, blue; cd/m²"}
+        parts.append(table_lines("[tips]", tips, notes))
     if model.covariance is not None:
-        comments = {"of": "and of [tips] behind them, in their order", "rows": "each up to its diagonal"}
-        parts.append(table_lines("[covariance]", model.covariance.as_record(), comments))
+        notes = {"of": "and of [tips] behind them, in their order", "rows": "each up to its diagonal"}
+        parts.append(table_lines("[covariance]", model.covariance.as_record(), notes))
     return document(parts)
 
 
@@ -157,11 +154,11 @@ def _display_lines(readings: Measurements, folder: Path) -> list[str]:
         raise LutgenError(message)
     built_in = Path(readings.file) == default_display()
     file = None if built_in else Path(os.path.relpath(Path(readings.file).resolve(), folder.resolve())).as_posix()
-    comments = {
+    notes = {
         "file": "the readings, as seen from this file",
         "sha256": "of the readings that the model was made from",
     }
-    return table_lines("[display]", {"file": file, "sha256": readings.sha256}, comments)
+    return table_lines("[display]", {"file": file, "sha256": readings.sha256}, notes)
 
 
 def _model_lines(model: DisplayModel) -> list[str]:
@@ -175,8 +172,8 @@ def _model_lines(model: DisplayModel) -> list[str]:
         "luminance": law.name,
         "luminance_table": [list(row) for row in law.table] if own_law else None,
     }
-    comments = {"luminance_table": "hour, white's luminance relative to hour 0"}
-    return table_lines("[model]", values, comments)
+    notes = {"luminance_table": "hour, white's luminance relative to hour 0"}
+    return table_lines("[model]", values, notes)
 
 
 def _effect_lines(each: AppliedEffect, folder: Path) -> list[list[str]]:
