@@ -305,8 +305,8 @@ def found_by(name: str, record: Mapping[str, str], folder: Path) -> Effect:
     now, was = _sha256(file, name), record.get("sha256", "")
     if was and now != was:
         raise LutgenError(
-            f"effect {name!r}: its file {file} has changed (SHA-256 {now[:12]}…, was {was[:12]}…), so it need not be "
-            f"the same effect any more. Restore the file, or make the model anew with it (lutgen refine)."
+            f"effect {name!r}: its file {file} has changed (SHA-256 {now[:12]}…, was {was[:12]}…), so the effect "
+            f"may differ. Restore the file, or make the model again with the new file (lutgen refine)."
         )
     refuse_unsound([file])
     return recall(name, str(file))

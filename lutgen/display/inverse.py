@@ -204,11 +204,11 @@ def _lattice_drives(link: Compensation) -> _LatticeDrives:
     return coarser
 
 
-def drive_of(aged: AgedDisplay, xyz: Array, asked: Array, start: Start | None = None) -> Array:
+def drive_of(aged: AgedDisplay, xyz: Array, requested: Array, start: Start | None = None) -> Array:
     """Return the linear drives with which ``aged`` shows ``xyz``, both (n, 3); outside 0..1 for colours out of reach.
 
-    ``asked``: linear light of the requested colours, (n, 3). Of two drives that show the same colour, the result is the
-    drive nearer to ``asked``. ``start``: see :func:`searched`.
+    ``requested``: linear light of the requested colours, (n, 3). Of two drives that show the same colour, the result is
+    the drive nearer to ``requested``. ``start``: see :func:`searched`.
     """
     paper = paper_links(aged)
     if paper is None:
@@ -217,7 +217,7 @@ def drive_of(aged: AgedDisplay, xyz: Array, asked: Array, start: Start | None = 
     split = _Split.of(emission, selection.name)
     if selection.name == "continuous":
         return split.continuous(xyz)
-    return _nearest(aged, split, xyz, asked)
+    return _nearest(aged, split, xyz, requested)
 
 
 @dataclass(frozen=True)
@@ -269,10 +269,10 @@ def _smaller_two(linear: Array) -> Array:
     return np.asarray(linear.sum(axis=1) - linear.max(axis=1))
 
 
-def _nearest(aged: AgedDisplay, split: _Split, xyz: Array, asked: Array) -> Array:
+def _nearest(aged: AgedDisplay, split: _Split, xyz: Array, requested: Array) -> Array:
     white, primary = split.near_white(xyz), split.near_primary(xyz)
     is_white, is_primary = _smaller_two(white) > 1.0, _smaller_two(primary) <= 1.0
-    away = [np.square(drive - asked).sum(axis=1) for drive in (white, primary)]
+    away = [np.square(drive - requested).sum(axis=1) for drive in (white, primary)]
     take_white = np.where(is_white & is_primary, away[0] < away[1], is_white)
     drive = np.where(take_white[:, np.newaxis], white, primary)
     gap = ~is_white & ~is_primary

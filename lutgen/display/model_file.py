@@ -128,7 +128,7 @@ def model_text(model: DisplayModel, folder: Path, own_file: str = "") -> bytes:
             "source": "the readings of the first session that the curves were made of",
             "black": "X, Y, Z of code 0 as shares of white's",
             **dict.fromkeys(CHANNELS, "code value, linear light relative to that at code 1"),
-            "own": "the display's own model, beside this file",
+            "own": "the display's own model, in the same folder",
         }
         own = model.native.own
         own_entries = {"own": own_file, "own_sha256": own.sha256} if own else {}
@@ -143,7 +143,7 @@ def model_text(model: DisplayModel, folder: Path, own_file: str = "") -> bytes:
         notes = {"hours": "of the display before its effects", "xyz_cd_m2": "X, Y, Z of white, red, green, blue; cd/m²"}
         parts.append(table_lines("[tips]", tips, notes))
     if model.covariance is not None:
-        notes = {"of": "and of [tips] behind them, in their order", "rows": "each up to its diagonal"}
+        notes = {"of": "then the numbers of [tips], in their order", "rows": "lower triangle"}
         parts.append(table_lines("[covariance]", model.covariance.as_record(), notes))
     return document(parts)
 
@@ -268,7 +268,7 @@ def _readings(display: _Table, folder: Path) -> Measurements:
     if made_from and readings.sha256 != made_from:
         raise LutgenError(
             f"the readings {file} have changed since the model was made from them (SHA-256 {readings.sha256[:12]}…, "
-            f"was {made_from[:12]}…). Restore them, or make the model anew: lutgen refine {file}."
+            f"was {made_from[:12]}…). Restore them, or make the model again: lutgen refine {file}."
         )
     return readings
 
@@ -281,7 +281,7 @@ def _own(native: _Table, folder: Path) -> StoredModel | None:
     file = folder / name
     if Path(name).name != name:
         raise LutgenError(f"[native]: own is {name!r}; it must be the name of a file beside the model file.")
-    advice = "It lies beside the model file: put it back, or make the model again with lutgen refine."
+    advice = "It belongs in the folder of the model file: put it back, or make the model again with lutgen refine."
     content = read_at_most(file, OWN_MAX_BYTES, what="the display's own model", none="own model", advice=advice)
     try:
         own = StoredModel(content)
@@ -290,7 +290,7 @@ def _own(native: _Table, folder: Path) -> StoredModel | None:
     if own.sha256 != native.text("own_sha256", ""):
         raise LutgenError(
             f"the display's own model {file} is not the one that this model file was written with (SHA-256 "
-            f"{own.sha256[:12]}…, was {native.text('own_sha256', '')[:12] or 'not said'}…). Put that back, or make the "
+            f"{own.sha256[:12]}…, was {native.text('own_sha256', '')[:12] or 'unknown'}…). Put that back, or make the "
             f"model again with lutgen refine."
         )
     return own

@@ -93,8 +93,8 @@ def _neutral(effect: Effect) -> str:
                     f"At its neutral values ({neutral or 'it has none'}) it changes {_which(reading, worst)} by "
                     f"{change[worst].max():.3g}{_with(values, others)}. There it must return the signal as it came."
                 )
-    beside = ", whatever the other parameters are" if others else ""
-    return f"Changes nothing at its neutral values ({neutral}){beside}."
+    suffix = ", for all values of the other parameters" if others else ""
+    return f"Changes nothing at its neutral values ({neutral}){suffix}."
 
 
 def _finite(effect: Effect) -> str:
@@ -159,7 +159,9 @@ def _columns(effect: Effect) -> str:
     reacts = [column for column in COLUMNS if _reacts(effect, column, at_rest=False)]
     idle = [column for column in effect.needs if column not in reacts]
     if idle:
-        raise Broken(f"Names {_and(idle)} in `needs`, which change nothing. Leave out what it does not read.")
+        raise Broken(
+            f"Names {_and(idle)} in `needs`, which change nothing. Leave out the columns that it does not read."
+        )
     visible_at_rest = any(
         not probe.same(_apply(effect, reading, values), reading.signal)
         for reading in (probe.readings(effect.stage, at_rest=True),)

@@ -135,7 +135,7 @@ class Effect:
     parameters
         Name → :class:`Parameter`, in the function's order.
     neutral
-        Amplitude → the value at which the effect does nothing, whatever the other parameters are.
+        Amplitude → the value at which the effect does nothing, for all values of the other parameters.
     forms
         Sets of parameters that a fit frees, simplest first. The other parameters keep their neutral value, or their
         typical value if they have no neutral value. Forms from index ``refined`` on are refinements: the same physics

@@ -154,7 +154,7 @@ def _amplitudes(formula: Formula, given: Mapping[str, _Given]) -> tuple[str, ...
             return max(fitting, key=lambda some: _is_linear(formula, some, draws))
     return refuse(
         formula.text,
-        f"is not {formula.signal} itself when its parameters are 0. Write a change beside the signal, as in "
+        f"is not {formula.signal} itself when its parameters are 0. Add a change to the signal, as in "
         f"`xyz + k*tau*white`, `xyz*(1 - k*tau)` or `linear**(1 + k)`, with 0 inside the bounds of k. "
         f"Read here as quantities: {', '.join(formula.quantities) or 'none'}; as parameters: "
         f"{', '.join(formula.parameters) or 'none'}"

@@ -128,14 +128,14 @@ class Session:
         """Return the readings as a table at hour 0. Raises LutgenError as :meth:`Campaign.measurements`."""
         return self.campaign().measurements()
 
-    def with_white(self, cd_m2: float, said: str) -> Session:
-        """Return a relative session in cd/m²; white has ``cd_m2``. ``said`` names the source, for messages.
+    def with_white(self, cd_m2: float, source: str) -> Session:
+        """Return a relative session in cd/m²; white has ``cd_m2``. ``source``: origin of ``cd_m2``, for messages.
 
         Raises LutgenError: the session is already in cd/m².
         """
         if self.absolute:
-            raise LutgenError(f"{self.file}: is in cd/m², and white_cd_m2 is stated, {said}. Delete white_cd_m2.")
-        remark = f"White is {cd_m2:g} cd/m², {said}; all other light is relative to it."
+            raise LutgenError(f"{self.file}: is in cd/m², and white_cd_m2 is stated, {source}. Delete white_cd_m2.")
+        remark = f"White is {cd_m2:g} cd/m², {source}; all other light is relative to it."
         return replace(self, xyz=self.xyz * cd_m2, absolute=True, remedy="", remarks=(*self.remarks, remark))
 
     @property

@@ -47,8 +47,8 @@ if TYPE_CHECKING:
     early_h=Parameter(600.0, (20.0, 15_000.0), "h", "time constant of the quick loss (63 %)"),
     beta=Parameter(1.0, (0.3, 3.0), "1", "shape of the quick loss: 1 exponential, below 1 stretched"),
     loss=Parameter(0.3, (-0.3, 6.0), "1", "nepers that the rest has lost by 18 000 h"),
-    red=Parameter(0.0, (-0.8, 0.8), "1", "share of red that is lost quickly, less that of green"),
-    blue=Parameter(0.0, (-0.8, 0.8), "1", "share of blue that is lost quickly, less that of green"),
+    red=Parameter(0.0, (-0.8, 0.8), "1", "red's quickly lost share less green's"),
+    blue=Parameter(0.0, (-0.8, 0.8), "1", "blue's quickly lost share less green's"),
 )
 def burn_in_decay(
     tips: Array, scene: Scene, *, share: float, early_h: float, beta: float, loss: float, red: float, blue: float

@@ -54,8 +54,8 @@ if TYPE_CHECKING:
     stretch=Parameter(0.0, (-0.95, 0.95), "1", "excess of the horizontal loss: above 0 the sides lose more"),
     slope_u=Parameter(0.0, (-2.0, 2.0), "1", "slope from left to right, relative to the loss in the corners"),
     slope_v=Parameter(0.0, (-2.0, 2.0), "1", "slope from top to bottom, relative to the loss in the corners"),
-    tint_x=Parameter(0.0, (-1.0, 1.0), "1", "loss of X relative to that of Y, less 1"),
-    tint_z=Parameter(0.0, (-1.0, 2.0), "1", "loss of Z relative to that of Y, less 1"),
+    tint_x=Parameter(0.0, (-1.0, 1.0), "1", "loss of X over loss of Y, less 1"),
+    tint_z=Parameter(0.0, (-1.0, 2.0), "1", "loss of Z over loss of Y, less 1"),
 )
 def edge_falloff(
     xyz: Array,

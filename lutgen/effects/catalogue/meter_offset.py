@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     offset=Parameter(0.01, (-0.5, 0.5), "cd/m²", "luminance that is added, with X and Z in the ratio of D65"),
     offset_x=Parameter(0.0, (-0.5, 0.5), "cd/m²", "X that is added in addition"),
     offset_z=Parameter(0.0, (-0.5, 0.5), "cd/m²", "Z that is added in addition"),
-    grown=Parameter(0.0, (-0.9, 5.0), "1", "growth of the dark signal by 18 000 h, relative to that of hour 0"),
+    grown=Parameter(0.0, (-0.9, 5.0), "1", "growth of the dark signal by 18 000 h, relative to hour 0"),
     per_kelvin=Parameter(0.0, (0.0, 0.15), "1/K", "growth in nepers per kelvin; 0.069 doubles the dark signal in 10 K"),
 )
 def meter_offset(

@@ -48,8 +48,8 @@ if TYPE_CHECKING:
     red=Parameter(0.0, (-0.06, 0.06), "1/K", "relative change of red per kelvin, in addition to slope"),
     green=Parameter(0.0, (-0.06, 0.06), "1/K", "relative change of green per kelvin, in addition to slope"),
     blue=Parameter(0.0, (-0.06, 0.06), "1/K", "relative change of blue per kelvin, in addition to slope"),
-    tint_x=Parameter(0.0, (-3.0, 3.0), "1", "change of X relative to that of Y, less 1"),
-    tint_z=Parameter(0.0, (-3.0, 3.0), "1", "change of Z relative to that of Y, less 1"),
+    tint_x=Parameter(0.0, (-3.0, 3.0), "1", "change of X over change of Y, less 1"),
+    tint_z=Parameter(0.0, (-3.0, 3.0), "1", "change of Z over change of Y, less 1"),
 )
 def temperature(
     tips: Array,

@@ -50,8 +50,8 @@ LEAST_TAIL = 1e-7
     minutes=Parameter(30.0, (1.0, 300.0), "min", "time constant (63 %)"),
     tail=Parameter(0.0, (0.0, 3.0), "1", "length of the tail: 0 exponential, 1 rational"),
     stretch=Parameter(1.0, (0.4, 2.5), "1", "power of the time: above 1 the warm-up starts slowly"),
-    tint_x=Parameter(0.0, (-2.0, 2.0), "1", "missing share of X relative to that of Y, less 1"),
-    tint_z=Parameter(0.0, (-2.0, 2.0), "1", "missing share of Z relative to that of Y, less 1"),
+    tint_x=Parameter(0.0, (-2.0, 2.0), "1", "missing share of X over missing share of Y, less 1"),
+    tint_z=Parameter(0.0, (-2.0, 2.0), "1", "missing share of Z over missing share of Y, less 1"),
 )
 def warm_up(
     tips: Array,
