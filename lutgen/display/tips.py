@@ -64,7 +64,7 @@ class Tips:
             if self.hours.size == 1:
                 raise LutgenError(
                     f"{self.source}: white and primaries were measured at one time only (hour 0), and hour "
-                    f"{hours:.12g} is wanted. Aging is a change: add the white, red, green and blue of a later hour, "
+                    f"{hours:.12g} is asked. Aging is a change: add the white, red, green and blue of a later hour, "
                     f"or take hour 0."
                 )
             raise LutgenError(
