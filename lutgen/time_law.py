@@ -1,7 +1,7 @@
 """White and primaries between two measured hours: a straight line in time, and the error of that line.
 
-The display model (white and primaries at any hour) and the criticism (hours without white and primaries) use this law.
-Another law, such as a spline, would be written here.
+The display model uses this law for white and primaries at any hour. The criticism uses the law for hours without white
+and primaries.
 """
 
 from __future__ import annotations
@@ -13,21 +13,22 @@ import numpy as np
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
 
-#: A straight line between three equidistant points of a parabola misses it by ⅛ of the second difference.
+#: Error of a straight line halfway between two points of a parabola, as a share of the second difference at the spacing
+#: of the two points.
 CURVATURE = 1 / 8
 
-#: A value between two measured times is known no better than this share of itself.
+#: Smallest relative error (1 σ) of a value between two measured times.
 LEAST_ERROR = 2e-4
 
-#: Nor better than this, in the unit of the values: values may be 0.
+#: Smallest absolute error (1 σ), in the unit of the values, for values near 0.
 LEAST = 1e-6
 
 
 def between(times: Array, values: Array, when: float) -> Array:
-    """Values at one time, on the straight line between the two measured times around it.
+    """Interpolate values linearly between the two measured times around ``when``.
 
-    ``times``: measured times, increasing, shape (n,), n ≥ 2. ``values``: what was measured, shape (n, ...). ``when``: a
-    time from the first to the last measured one; at a measured time its value is returned to the last bit.
+    ``times``: measured times, increasing, shape (n,), n ≥ 2. ``values``: the measured values, shape (n, ...). ``when``:
+    a time between the first and the last measured time. At a measured time the result is the measured value, exactly.
     """
     after = _after(times, when)
     start, end = times[after - 1], times[after]
@@ -36,7 +37,7 @@ def between(times: Array, values: Array, when: float) -> Array:
 
 
 def error_between(times: Array, values: Array, when: float) -> Array:
-    """Error of :func:`between` at a time without measurement, 1 σ, from the bends at the two measured times around it.
+    """Return the error (1 σ) of :func:`between`, from the curvature at the two measured times around ``when``.
 
     Parameters as :func:`between`. Returns the shape of one value.
     """
@@ -54,5 +55,5 @@ def error_between(times: Array, values: Array, when: float) -> Array:
 
 
 def _after(times: Array, when: float) -> int:
-    """Index of the measured time that ends the piece in which ``when`` lies."""
+    """Return the index of the measured time at the end of the segment that contains ``when``."""
     return int(np.clip(np.searchsorted(times, when), 1, times.size - 1))

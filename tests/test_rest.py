@@ -142,7 +142,7 @@ def test_every_condition_says_what_a_table_a_sentence_and_a_plan_need() -> None:
         values = [column.shown for column in condition.columns]
         label = condition.label(*values)
         assert label in condition.sentence.format(label)
-        assert isinstance(condition.told(usual), str)
+        assert isinstance(condition.in_words(usual), str)
         assert condition.variations
         for column in condition.columns:
             assert column.tried[0] == column.usual

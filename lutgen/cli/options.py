@@ -177,7 +177,7 @@ def model_from(
     from dataclasses import replace
 
     from lutgen.display import DisplayModel, default_display, load_model, parse_at
-    from lutgen.display.tips import UNSAID, luminance_law
+    from lutgen.display.tips import UNSTATED, luminance_law
     from lutgen.readings import read_measurements
 
     if model:
@@ -195,7 +195,7 @@ def model_from(
         baseline=baseline or "colour-points",
         selection=selection or "nearest",
         reference=reference or "",
-        luminance=luminance_law(luminance) if luminance else UNSAID,
+        luminance=luminance_law(luminance) if luminance else UNSTATED,
         conditions=parse_at(at),
     )
 

@@ -1,8 +1,8 @@
-"""The display: its white and primaries over time, aging modes, the paper's matrices, and the chain from code to light.
+"""The display: white and primaries over time, aging modes, the paper's matrices, the chain from code value to light.
 
-A model (``model``) gives for each mode and hour an aged display (``chain``), which turns code values into XYZ;
-``inverse`` and ``search`` go back. One more file here holds one more part of that chain, or one more thing that a model
-file keeps.
+A ``DisplayModel`` (``model``) returns an ``AgedDisplay`` (``chain``) for each mode and hour, which converts code values
+to XYZ. ``inverse`` and ``search`` compute the inverse. Each further file is a part of the chain or a part of a model
+file.
 """
 
 from lutgen.display.chain import STAGES, AgedDisplay, Link

@@ -1,4 +1,4 @@
-"""How far a measured display has aged, in the numbers that display engineers use: what ``lutgen show`` prints.
+"""The aging of a measured display in the quantities that display engineers use: the output of ``lutgen show``.
 
 Chromaticity differences are Euclidean in the CIE 1976 UCS diagram (CIE 15:2018, 8.1). Correlated colour temperature
 (CCT) and D_uv, the distance from the Planckian locus, follow Ohno 2013, doi:10.1080/15502724.2014.839020.
@@ -24,51 +24,50 @@ if TYPE_CHECKING:
     from lutgen.display import AppliedEffect, DisplayModel
     from lutgen.readings import Measurements
 
-#: CIE 15:2018, 9.5: farther from the Planckian locus than this, no temperature correlates with a colour.
+#: Largest distance from the Planckian locus at which a correlated colour temperature is defined (CIE 15:2018, 9.5).
 MAX_DUV = 0.05
 
-#: Δu'v' below which no direction of a shift is given: a good meter repeats to about this.
+#: Smallest Δu'v' of a shift with a direction: about the repeatability of a good meter.
 UNMOVED = 0.001
 
-#: White within this share of its first luminance counts as held: sensors of medical displays hold it to 1 to 2 %.
+#: Tolerance for a held luminance of white, as a share. Sensors of medical displays hold white within 1 to 2 %.
 HELD = 0.02
 
 
 @dataclass(frozen=True)
 class Shown:
-    """A display's aging at n hours. Second axes run over white, red, green, blue."""
+    """The aging of a display at n hours. Second axes are white, red, green, blue."""
 
     measurements: Measurements
-    #: Shape (n,), increasing.
+    #: Hours, increasing, (n,).
     hours: Array
-    #: As measured, Y in cd/m², piecewise linear between measured times; with effects as the model shows them. Shape
-    #: (n, 4, 3).
+    #: xyY with Y in cd/m², (n, 4, 3): interpolated linearly between measured times; with effects the model's xyY.
     xyY: Array  # noqa: N815 - the CIE's own spelling
-    #: CIE 1976 u', v', shape (n, 4, 2).
+    #: CIE 1976 u', v', (n, 4, 2).
     uv: Array
-    #: Of white: kelvin (NaN where white is too far from the Planckian locus), and D_uv, positive above it. Shape (n,).
+    #: CCT of white in kelvin (NaN: too far from the Planckian locus), and D_uv, positive above the locus, (n,) each.
     cct: Array
     duv: Array
-    #: CCT at hour 0, kelvin.
+    #: CCT of white at hour 0, in kelvin.
     cct_new: float
     #: Δu'v' since hour 0, shape (n, 4).
     shift: Array
-    #: Which way white has gone since hour 0: the nearest of the six hues of sRGB, or "" where it has not moved.
+    #: Direction of white's shift since hour 0: the nearest of the six hues of sRGB, or "" without a shift, n texts.
     direction: tuple[str, ...]
     #: Y relative to hour 0, shape (n, 4).
     luminance: Array
     #: (Y_r + Y_g + Y_b − Y_w) / Y_w, shape (n,).
     non_additivity: Array
-    #: Of the model, in the order of the light's way.
+    #: Effects of the model, in chain order.
     effects: tuple[AppliedEffect, ...] = ()
-    #: The conditions that a LUT fixes, and the effects that no LUT of the model can carry.
+    #: Sentences on conditions that a LUT fixes, and on effects that no LUT of the model can carry.
     remarks: tuple[str, ...] = ()
-    #: How the model was found.
+    #: Verdict of the fit.
     verdict: str = ""
 
     @property
     def provenance(self) -> str:
-        """Where the readings come from, in one sentence."""
+        """The source of the readings, in one sentence."""
         return self.measurements.provenance
 
     def sentence(self) -> str:
@@ -77,7 +76,7 @@ class Shown:
         return "; ".join(part for part in parts if part) + "."
 
     def as_json(self) -> dict[str, Any]:
-        """Return everything for a program: schema, display, and one object an hour."""
+        """Return JSON: schema, display, and one object for each hour."""
         readings = self.measurements
         return {
             "schema": 1,
@@ -92,7 +91,7 @@ class Shown:
         }
 
     def effects_in_words(self) -> list[str]:
-        """List for each effect its fitted parameters and those that differ from rest, one line an effect."""
+        """Return one line for each effect: its fitted parameters, and its other parameters that differ from rest."""
         return [f"{each.effect.name}: {', '.join(_values_in_words(each)) or 'on'}" for each in self.effects]
 
     def _model_as_json(self) -> dict[str, Any]:
@@ -125,7 +124,7 @@ class Shown:
         return f"its luminance has {'fallen' if white[-1] < 1 else 'risen'} to {100 * white[-1]:.0f} %"
 
     def _primary(self) -> str:
-        """Name the primary whose share of the light has changed most."""
+        """Return a clause on the primary whose luminance relative to white has changed most, or ""."""
         against_white = self.luminance[-1, 1:] / self.luminance[-1, 0] - 1.0
         worst = int(np.argmax(np.abs(against_white)))
         change = against_white[worst]
@@ -157,12 +156,12 @@ class Shown:
 
 
 def show(model: DisplayModel, hours: Sequence[float] | None = None) -> Shown:
-    """Describe how the display of ``model`` has aged.
+    """Return the aging of the display of ``model``.
 
     Parameters
     ----------
     hours
-        Increasing; default: every measured time.
+        Hours, increasing; default: every measured time.
 
     Raises
     ------
@@ -203,7 +202,7 @@ def _values_in_words(each: AppliedEffect) -> list[str]:
 
 
 def cct_and_duv(uv: Array) -> tuple[Array, Array]:
-    """CIE 1976 u', v' (n, 2) → CCT in kelvin and D_uv, each (n,); both NaN beyond ``MAX_DUV``."""
+    """Convert CIE 1976 u', v' (n, 2) to CCT in kelvin and D_uv, (n,) each; both are NaN beyond ``MAX_DUV``."""
     from colour.temperature import uv_to_CCT_Ohno2013
 
     cct, duv = np.moveaxis(np.asarray(uv_to_CCT_Ohno2013(uv * (1.0, 2.0 / 3.0)), dtype=np.float64), -1, 0)
@@ -212,14 +211,14 @@ def cct_and_duv(uv: Array) -> tuple[Array, Array]:
 
 
 def toward(moved: Array) -> str:
-    """Name the hue that a shift in u'v', shape (2,), points to; "" when it is shorter than ``UNMOVED``."""
+    """Return the hue in the direction of a shift in u'v', (2,); "" for a shift shorter than ``UNMOVED``."""
     if np.hypot(*moved) < UNMOVED:
         return ""
     return max(_HUES, key=lambda name: float(_HUES[name] @ moved))
 
 
 def _hues() -> dict[str, Array]:
-    """Directions in u'v' from sRGB's white to its primaries and their pairs, of length 1."""
+    """Return unit vectors in u'v' from sRGB's white to its primaries and secondaries, by name."""
     drives = {"red": "100", "yellow": "110", "green": "010", "cyan": "011", "blue": "001", "magenta": "101"}
     white = xy_to_uv(xyz_to_xyY(LINEAR_TO_XYZ.sum(axis=1))[:2])
     shifts = {

@@ -1,12 +1,12 @@
 """The display as a chain of links from code value to the light that reaches the eye.
 
-A link is a pure function of a signal, at one stage of the display. What the signal is between stages:
+A link is a pure function of a signal, at one stage of the display. The signals between the stages are:
 
 ``drive`` code values · ``transfer`` → linear light per channel · ``mixing`` linear light per channel ·
 ``emission`` → XYZ · ``optics`` XYZ · ``viewing`` XYZ · ``instrument`` XYZ as a meter reports it.
 
-Links that are the same at every hour come first and form the *head* of the chain. Its result for a set of
-colours can then be computed once and used for every hour and mode.
+Links that are the same at every hour come first and form the *head* of the chain. The head's result for a set of
+colours is computed once and used for every hour and mode.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-#: As effects name them, in the order of the light's way.
+#: Stages of the chain, with the names that effects use, in order.
 STAGES = tuple(stage for stage in effects.STAGES if stage != "selection")
 
 
 class Link(Protocol):
-    """One step of the chain: a frozen dataclass, equal to another exactly when it computes the same."""
+    """One step of the chain: a frozen dataclass. Two links are equal exactly when they compute the same."""
 
     @property
     def stage(self) -> str:
@@ -40,22 +40,22 @@ class Link(Protocol):
         ...
 
     def __call__(self, signal: Array) -> Array:
-        """Send a signal of shape (n, k) through this link."""
+        """Return the signal after this link, for a signal of shape (n, k)."""
         ...
 
 
 class MatrixLink:
-    """A link to XYZ that is a matrix: with what follows it is one multiplication."""
+    """A link to XYZ that is a matrix: the conversion to linear sRGB can be merged into the matrix."""
 
     @property
     def to_linear(self) -> Array:
-        """The matrix from its signal to linear sRGB, shape (3, k)."""
+        """The matrix from the link's signal to linear sRGB, (3, k)."""
         raise NotImplementedError
 
 
 @dataclass(frozen=True)
 class SrgbTransfer:
-    """Code values to linear light by the sRGB curve, which in the paper does not age."""
+    """Code values to linear light by the sRGB curve, which does not age in the paper."""
 
     stage: str = "transfer"
 
@@ -66,58 +66,58 @@ class SrgbTransfer:
 
 @dataclass(frozen=True)
 class AgedDisplay:
-    """A display of one mode at one hour: the chain from code value to XYZ, and back to a viewer's code value."""
+    """A display in one mode at one hour: the chain from code value to XYZ, and to a viewer's code value."""
 
-    #: What this display is.
+    #: Mode and hour of the display.
     mode: str
     hours: float
-    #: Links that do not depend on mode or hour; two aged displays with equal heads share their head signal.
+    #: Links that do not depend on mode or hour. Aged displays with equal heads share their head signal.
     head: tuple[Link, ...]
-    #: Links that do.
+    #: Links that depend on mode or hour.
     tail: tuple[Link, ...]
 
     def head_signal(self, code: Array) -> Array:
-        """Code values (n, 3) → the signal behind the head, (n, k). The same for every display with this head."""
+        """Return the signal after the head, (n, k), for code values (n, 3); equal for all displays with this head."""
         return _pass(self.head, code)
 
     def xyz(self, head_signal: Array) -> Array:
-        """Signal behind the head (n, k) → XYZ (n, 3), relative to the un-aged white."""
+        """Return XYZ (n, 3), relative to the un-aged white, for the signal after the head (n, k)."""
         return _pass(self.tail, head_signal)
 
     def linear(self, head_signal: Array) -> Array:
-        """Signal behind the head (n, k) → linear sRGB of the aged colour (n, 3), not clipped to the viewer's gamut."""
+        """Return linear sRGB of the aged colour (n, 3), unclipped, for the signal after the head (n, k)."""
         last = self.tail[-1] if self.tail else None
         if isinstance(last, MatrixLink):
             return transform(last.to_linear, _pass(self.tail[:-1], head_signal))
         return xyz_to_linear(self.xyz(head_signal))
 
     def code_to_xyz(self, code: Array) -> Array:
-        """Code values (..., 3) → XYZ of the aged display (..., 3), in chunks, in double precision."""
+        """Convert code values (..., 3) to XYZ of the aged display (..., 3), in chunks, in double precision."""
         return _of_triplets(lambda part: self.xyz(self.head_signal(part)), code)
 
     def code_to_linear(self, code: Array) -> Array:
-        """Code values (..., 3) → linear sRGB of the aged colour (..., 3), not clipped to the viewer's gamut."""
+        """Convert code values (..., 3) to linear sRGB of the aged colour (..., 3), without clipping."""
         return _of_triplets(lambda part: self.linear(self.head_signal(part)), code)
 
     def code_to_code(self, code: Array) -> Array:
-        """Code values (..., 3) → code values with which an un-aged sRGB viewer shows the aged colour.
+        """Convert code values (..., 3) to code values with which an un-aged sRGB viewer shows the aged colour.
 
         Step 6 of the paper: XYZ → linear sRGB → clip to 0..1 → OETF.
         """
         return _of_triplets(lambda part: viewer_code(self.linear(self.head_signal(part))), code)
 
     def clipped_share(self, code: Array) -> float:
-        """Share of ``code`` (..., 3) whose aged colour lies outside the viewer's gamut by more than 1e-6 of white."""
+        """Return the share of ``code`` (..., 3) with aged colours outside the viewer's gamut, by more than 1e-6."""
         return float(np.mean(outside_gamut(self.code_to_linear(code))))
 
 
 def viewer_code(linear: Array) -> Array:
-    """Linear sRGB to the code values of an un-aged sRGB viewer, which clips to its gamut."""
+    """Convert linear sRGB to code values of an un-aged sRGB viewer; clip to its gamut."""
     return linear_to_code(np.clip(linear, 0.0, 1.0))
 
 
 def outside_gamut(linear: Array) -> NDArray[np.bool_]:
-    """Whether aged colours (..., 3) lie outside the viewer's gamut by more than 1e-6 of white, shape (...)."""
+    """Return whether aged colours (..., 3) lie outside the viewer's gamut by more than 1e-6 of white, (...)."""
     red, green, blue = np.moveaxis((linear < -1e-6) | (linear > 1 + 1e-6), -1, 0)
     return np.asarray(red | green | blue)
 

@@ -1,4 +1,4 @@
-"""The conditions under which a display is baked or shown (``--at``), and what a LUT or a picture cannot carry of it."""
+"""The conditions of a bake or a picture (``--at``), and sentences on what a LUT or a picture cannot carry."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
     from lutgen.display.model import DisplayModel
     from lutgen.display.on_screen import OnScreen
 
-#: What people call the power-on time of a display that is warm.
+#: Text for infinite minutes since power-on.
 WARM = "warm"
 
-#: The conditions that say where on the screen something is.
+#: The conditions of the position on the screen.
 PLACE = ("u", "v")
 
-#: One field a column of a condition, at its usual value unless given.
+#: One field for each column of conditions; the default is the usual value.
 _Columns: Any = make_dataclass(
     "_Columns",
     [(name, float, field(default=column.usual)) for name, column in COLUMNS.items()],
@@ -36,16 +36,17 @@ _Columns: Any = make_dataclass(
 
 
 @dataclass(frozen=True)
-class Conditions(_Columns):  # type: ignore[misc] # its fields are the columns that the registry has
-    """Where, when and in which surroundings the display is seen: a number for each column of a condition.
+class Conditions(_Columns):  # type: ignore[misc] # the registry defines the fields
+    """The conditions under which the display is seen: one number for each column of conditions.
 
-    These are ``u`` and ``v``, position from the top left, 0..1; ``ambient_lx``, room light on the screen;
-    ``warmup_min``, minutes since power-on, infinity when warm; ``temperature_c`` of the panel; ``window``, share of the
-    screen that a colour covers; ``surround``, code value of the grey around it; and what other conditions declare.
+    The fields are ``u`` and ``v``, position from the top left, 0..1; ``ambient_lx``, room light on the screen;
+    ``warmup_min``, minutes since power-on, infinite when warm; ``temperature_c`` of the panel; ``window``, share of the
+    screen that a colour covers; ``surround``, code value of the grey around the colour; and columns of further
+    conditions.
     """
 
     def __post_init__(self) -> None:
-        """Refuse values outside their ranges."""
+        """Raise LutgenError for a value outside its range."""
         for name, value in self.as_dict().items():
             column = COLUMNS[name]
             allowed = isfinite(value) and column.low <= value <= column.high
@@ -55,11 +56,11 @@ class Conditions(_Columns):  # type: ignore[misc] # its fields are the columns t
                 )
 
     def as_dict(self) -> dict[str, float]:
-        """Every condition by name."""
+        """Return all conditions by name."""
         return {each.name: float(getattr(self, each.name)) for each in fields(self)}
 
     def stated(self) -> dict[str, float]:
-        """Return the conditions that are not the usual ones, by name."""
+        """Return the conditions that differ from the usual values, by name."""
         usual = REFERENCE.as_dict()
         return {name: value for name, value in self.as_dict().items() if value != usual[name]}
 
@@ -69,14 +70,14 @@ REFERENCE = Conditions()
 
 
 def conditions_of(values: Mapping[str, float]) -> Conditions:
-    """Return the usual conditions with some others. Raises LutgenError for a name or a value that is not allowed."""
+    """Return the usual conditions with some values replaced. Raises LutgenError: unknown name or invalid value."""
     return replace(REFERENCE, **_known(values))
 
 
 def parse_at(texts: Iterable[str], usual: Conditions = REFERENCE) -> Conditions:
-    """Read ``--at``: NAME=VALUE, repeated or as a comma list.
+    """Parse ``--at``: NAME=VALUE, repeated or as a comma list.
 
-    Raises LutgenError: not of that form, an unknown name, one given twice, or a value that is not allowed.
+    Raises LutgenError: another form, an unknown name, a repeated name, or an invalid value.
     """
     values: dict[str, float] = {}
     for part in (part for text in texts for part in text.split(",")):
@@ -105,13 +106,13 @@ def _known(values: Mapping[str, float]) -> Mapping[str, float]:
 
 
 def in_words(conditions: Conditions, names: Iterable[str]) -> str:
-    """Say some conditions in words: ``centre, dark room, warm``."""
+    """Return the conditions of these names in words: ``centre, dark room, warm``."""
     named, values = set(names), conditions.as_dict()
-    asked = [each for each in CONDITIONS if named & {column.name for column in each.columns}]
-    return ", ".join(dict.fromkeys(each.told(values) for each in asked))
+    chosen = [each for each in CONDITIONS if named & {column.name for column in each.columns}]
+    return ", ".join(dict.fromkeys(each.in_words(values) for each in chosen))
 
 
-#: Column → what effects that need the column depend on.
+#: Column → words for effects that need the column.
 _DEPENDS = {column.name: condition.depends for condition in CONDITIONS for column in condition.columns}
 
 
@@ -127,14 +128,14 @@ def what_luts_carry(model: DisplayModel) -> list[str]:
 def what_pictures_carry(model: DisplayModel, on_screen: OnScreen | None = None) -> list[str]:
     """Return a sentence on each condition that is fixed when ``model`` is applied to a picture.
 
-    ``on_screen``: where on the screen the picture lies, so that each pixel has its own place.
+    ``on_screen``: position of the picture on the screen, which gives each pixel its own position.
     """
     fixed = _fixed(model, "Shown at", "which is taken as the same in all of the picture", PLACE if on_screen else ())
     return [*on_screen.sentences(), *fixed] if on_screen else fixed
 
 
 def seen_on(model: DisplayModel, on_screen: OnScreen | None = None) -> dict[str, Any]:
-    """Return what every command on pictures says of the display in its JSON: display, model, remarks, place."""
+    """Return the entries on the display in the JSON of commands on pictures: display, model, remarks, on_screen."""
     return {
         "display": {"file": model.measurements.file, "sha256": model.measurements.sha256},
         "model": model.file or None,
@@ -145,13 +146,13 @@ def seen_on(model: DisplayModel, on_screen: OnScreen | None = None) -> dict[str,
 
 def _fixed(model: DisplayModel, verb: str, but: str, free: tuple[str, ...] = ()) -> list[str]:
     stated = model.conditions.stated()
-    asks = {
+    columns = {
         each.effect.name: tuple(name for name in reacts_to(each.effect) if name not in free) for each in model.baked
     }
-    needs = {name for names in asks.values() for name in names} | set(stated)
+    needs = {name for names in columns.values() for name in names} | set(stated)
     lines = [f"{verb}: {in_words(model.conditions, needs)}."] if needs else []
     for each in model.baked:
-        if names := asks[each.effect.name]:
+        if names := columns[each.effect.name]:
             on = " and ".join(dict.fromkeys(_DEPENDS[name] for name in names))
             lines.append(f"{each.effect.name} depends on {on}, {but}.")
     lines += [f"Nothing in this model depends on {name}." for name in stated if not _matters(model, name)]
@@ -163,7 +164,7 @@ def _fixed(model: DisplayModel, verb: str, but: str, free: tuple[str, ...] = ())
 
 
 def _matters(model: DisplayModel, name: str) -> bool:
-    """Whether any of some colours looks otherwise under the usual value of a condition, at the first or last hour."""
+    """Whether the usual value of a condition changes a test colour at the first or the last hour."""
     usual = replace(model, conditions=replace(model.conditions, **{name: getattr(REFERENCE, name)}))
     code = np.array(list(product((0.0, 0.25, 0.5, 1.0), repeat=3)))
     ends = (float(model.tips.hours[0]), float(model.tips.hours[-1]))

@@ -1,10 +1,11 @@
-"""The chain of a display with effects, as links: what of it is the same at every hour, and what ages.
+"""The chain of a display with effects, as links that separate the hour-independent part from the aging part.
 
-Two links: :class:`PanelLink` takes code values to each tip's share of the light, :class:`LightLink` takes those to
-XYZ. Effects know luminance in cd/m²; what comes out is relative to the white of the un-aged display, as everywhere.
+There are two links. :class:`PanelLink` converts code values to the share of each tip in the light. :class:`LightLink`
+converts these shares to XYZ. Effects use luminance in cd/m²; the result of the chain is relative to the white of the
+un-aged display.
 
-White's luminance, where a mode holds it, is that under the reference conditions, at which a display's sensor is
-calibrated: a corner stays darker than the centre, and a cold display dimmer than a warm one.
+In a mode that holds white's luminance, the held luminance is the luminance under the reference conditions, at which a
+display's sensor is calibrated. So a corner stays darker than the centre, and a cold display dimmer than a warm display.
 """
 
 from __future__ import annotations
@@ -31,53 +32,53 @@ if TYPE_CHECKING:
     from lutgen.display.native import NativeDisplay
     from lutgen.display.trace import Applied
 
-#: Stages whose effects act before the tips come in.
+#: Stages before the emission, whose effects do not depend on the tips.
 PANEL_STAGES = ("drive", "transfer", "mixing")
 
 #: White as code values.
 _WHITE = np.ones((1, 3))
 
-#: Steps of a curve are looked for on a ramp of this many code values: four times as fine as 12 bits.
+#: Number of code values of the ramp that reveals steps of a curve: four times as fine as 12 bits.
 _RAMP = 2**14
 
-#: Colours on which ``nearest`` and ``continuous`` differ, if they differ at all.
+#: Colours that show a difference between ``nearest`` and ``continuous``, if there is one.
 _GREYS_AND_MORE = np.array(list(product((0.3, 0.6, 1.0), repeat=3)))
 
-#: Linear light that differs by less is the same: float32 cannot tell.
+#: Tolerance for equal linear light: smaller than the resolution of float32.
 _NO_JUMP = 1e-8
 
-#: White's luminance is brought to the wanted one within this share of it, which is rounding alone.
+#: Relative tolerance of white's luminance in the secant search: of the size of rounding errors.
 _HELD = 1e-13
 
-#: XYZ of white, red, green, blue, as tuples, so that links can be compared and sent to workers.
+#: XYZ of white, red, green, blue, as tuples, so that links can be compared and pickled for workers.
 FourTips = tuple[tuple[float, ...], ...]
 
 
 def four_tips(xyz_cd_m2: Array) -> FourTips:
-    """Freeze tips of shape (4, 3)."""
+    """Return tips (4, 3) as nested tuples."""
     return tuple(tuple(float(value) for value in tip) for tip in xyz_cd_m2)
 
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What effects may know besides the signal."""
+    """The inputs of effects besides the signal, for one hour."""
 
     hours: float
-    #: White, red, green, blue before any effect, now and at hour 0, in cd/m².
+    #: XYZ in cd/m² of white, red, green, blue before any effect, at this hour and at hour 0.
     tips: FourTips
     fresh: FourTips
-    #: What the readings say of the display's kind, for a spectral estimate.
+    #: Description of the display in the readings, for the estimate of its spectra.
     display_class: str
-    #: Where and when it is seen.
+    #: Conditions under which the display is seen.
     conditions: Conditions = REFERENCE
 
     def scene(self, code: Array) -> Scene:
-        """Return what surrounds the code values (n, 3)."""
+        """Return the scene of code values (n, 3)."""
         return Scene(code=code, **self._around)
 
     @cached_property
     def _around(self) -> dict[str, Any]:
-        """What is the same for all code values, by field: a search asks for it thousands of times."""
+        """Fields of the scene that do not depend on code values; cached, because a search uses them often."""
         return {
             "hours": np.full((1, 1), self.hours),
             "white": np.array(self.tips[:1]),
@@ -90,16 +91,17 @@ class Surroundings:
 
 @cache
 def _spectral_display(display_class: str, fresh: FourTips) -> SpectralDisplay:
-    """Estimate the display's spectra from its class: less than a millisecond, once for all hours."""
+    """Return the estimated spectra of the display's class; cached for all hours."""
     return SpectralDisplay.of(class_of(display_class), np.array(fresh))
 
 
 @dataclass(frozen=True)
 class PanelLink:
-    """Code values (n, 3) → each tip's share of the light and the code values again, (n, 7): drive, transfer, mixing.
+    """Code values (n, 3) → share of each tip in the light, and the code values, (n, 7): drive, transfer, mixing.
 
-    ``surroundings`` is None where no effect asks for them: the link is then the same at every hour. ``native`` is the
-    fresh display; None: the paper's. The gain of its own model follows in three more columns where it has one.
+    ``surroundings`` is None if no effect needs them; the link is then the same at every hour. ``native`` is the fresh
+    display; None: the paper's fresh display. If the fresh display has its own model, the result has three more columns
+    with the model's gain.
     """
 
     applied: tuple[Applied, ...]
@@ -109,36 +111,36 @@ class PanelLink:
     stage: str = "mixing"
 
     def __call__(self, signal: Array) -> Array:
-        """(n, 3) code → (n, 7)."""
-        scene = self.surroundings.scene(signal) if self.surroundings else _nowhere(signal)
+        """Convert code values (n, 3) to (n, 7) or (n, 10)."""
+        scene = self.surroundings.scene(signal) if self.surroundings else _empty_scene(signal)
         panel = trace.panel(self.applied, scene, self.selection, native=self.native)
         shares = _finite(panel.shares, self.applied)
         gain = () if panel.gain is None else (panel.gain,)
         return np.column_stack([np.broadcast_to(shares, (len(signal), 4)), signal, *gain])
 
 
-def _nowhere(code: Array) -> Scene:
+def _empty_scene(code: Array) -> Scene:
     return Scene(np.zeros((1, 1)), code, np.ones((1, 3)), np.ones((1, 3)))
 
 
 @dataclass(frozen=True)
 class Fresh:
-    """The display that effects act on."""
+    """The fresh display on which effects act."""
 
-    #: The paper's choice of matrix.
+    #: Selection of the paper's matrix.
     selection: str
-    #: The fresh display; None: the paper's.
+    #: The native fresh display; None: the paper's fresh display.
     native: NativeDisplay | None = None
-    #: Whether the readings of the first session contain the effects already, so that only what effects change after it
-    #: counts; else effects show at hour 0 too.
-    told: bool = False
+    #: Whether the readings of the first session already contain the effects. Then only the effects' change since hour 0
+    #: is applied; otherwise the effects show at hour 0 too.
+    contains_effects: bool = False
 
     def panel(self, signal: Array, applied: tuple[Applied, ...], surroundings: Surroundings) -> trace.Panel:
-        """Return each tip's share of the light from the signal of a :class:`PanelLink`, (n, 7 or 10)."""
+        """Return the panel from the signal of a :class:`PanelLink`, (n, 7 or 10)."""
         gain = signal[:, 7:] if signal.shape[1] > 7 else None
         black = self.native.black if self.native else None
         before = trace.Panel(signal[:, :4], black, gain)
-        if not (self.told and applied):
+        if not (self.contains_effects and applied):
             return before
         fresh = surroundings.fresh
         now = Surroundings(0.0, fresh, fresh, surroundings.display_class)
@@ -149,9 +151,9 @@ class Fresh:
 
 @dataclass(frozen=True)
 class LightLink:
-    """Shares of the tips (n, 7) → XYZ (n, 3): emission, optics, viewing; the tips are those of the surroundings.
+    """Shares of the tips (n, 7 or 10) → XYZ (n, 3): emission, optics, viewing, with the tips of ``surroundings``.
 
-    ``scale`` takes cd/m² to what is relative to the un-aged white; ``fresh`` is the display that effects act on.
+    ``scale`` converts cd/m² to XYZ relative to the un-aged white. ``fresh`` is the display on which effects act.
     """
 
     applied: tuple[Applied, ...]
@@ -161,7 +163,7 @@ class LightLink:
     stage: str = "emission"
 
     def __call__(self, signal: Array) -> Array:
-        """(n, 7 or 10) → XYZ (n, 3)."""
+        """Convert the signal (n, 7 or 10) to XYZ (n, 3)."""
         scene = self.surroundings.scene(signal[:, 4:7])
         before = self.fresh.panel(signal, self.applied, self.surroundings)
         xyz = trace.emitted(self.applied, before, np.array([self.surroundings.tips]), scene)
@@ -179,7 +181,7 @@ def _finite(signal: Array, applied: tuple[Applied, ...]) -> Array:
 
 @cache
 def makes_steps(each: Applied, surroundings: Surroundings) -> bool:
-    """Whether an effect turns a ramp into stairs: most of its rises stand alone between repeated values."""
+    """Whether an effect turns a ramp into a staircase: most rises have no rise directly before and after them."""
     if each.effect.stage not in PANEL_STAGES:
         return False
     ramp = np.repeat(np.linspace(0.0, 1.0, _RAMP + 1)[:, np.newaxis], 3, axis=1)
@@ -190,19 +192,19 @@ def makes_steps(each: Applied, surroundings: Surroundings) -> bool:
 
 
 def jumps(aged: AgedDisplay) -> bool:
-    """Whether a display with effects jumps at white's border: by ``nearest``, unless its tips add up."""
+    """Whether a display with effects jumps at white's border: it uses ``nearest``, and its tips are not additive."""
     panel = next((link for link in (*aged.head, *aged.tail) if isinstance(link, PanelLink)), None)
     if panel is None or panel.selection != "nearest":
         return False
     continuous = replace(panel, selection="continuous")
     head, tail = (tuple(continuous if link is panel else link for link in part) for part in (aged.head, aged.tail))
     other = replace(aged, head=head, tail=tail)
-    away = aged.code_to_linear(_GREYS_AND_MORE) - other.code_to_linear(_GREYS_AND_MORE)
-    return bool(np.abs(away).max() > _NO_JUMP)
+    gap = aged.code_to_linear(_GREYS_AND_MORE) - other.code_to_linear(_GREYS_AND_MORE)
+    return bool(np.abs(gap).max() > _NO_JUMP)
 
 
 def without_steps(aged: AgedDisplay) -> AgedDisplay | None:
-    """Return the display without the effects that make steps, which no table can follow; None where there are none."""
+    """Return the display without the effects that make steps, which no table represents; None: no such effects."""
     for link in aged.tail:
         if isinstance(link, PanelLink) and link.surroundings:
             smooth = tuple(each for each in link.applied if not makes_steps(each, link.surroundings))
@@ -214,7 +216,7 @@ def without_steps(aged: AgedDisplay) -> AgedDisplay | None:
 
 @dataclass(frozen=True)
 class EffectChain:
-    """A display's effects, without an hour: what :class:`~lutgen.display.model.DisplayModel` makes displays of."""
+    """A display's effects and conditions, without an hour; :meth:`at` returns the display at an hour."""
 
     applied: tuple[Applied, ...]
     conditions: Conditions
@@ -223,10 +225,10 @@ class EffectChain:
     def at(self, mode: str, hours: float, now: Surroundings, luminance: Callable[[float], float]) -> AgedDisplay:
         """Return the display of ``mode`` at ``hours``.
 
-        ``now``: hour and tips, under the reference conditions. ``luminance``: white's luminance by the effects alone,
-        relative to hour 0 → the luminance that the mode gives white.
+        ``now``: hour and tips, under the reference conditions. ``luminance``: a function from white's luminance with
+        the effects alone to white's luminance in the mode, both relative to hour 0.
 
-        Raises LutgenError: white's luminance cannot be brought there, or the effects give NaN or infinity.
+        Raises LutgenError: no gain gives white this luminance, or the effects give NaN or infinity.
         """
         new, aged = self._whites(now)
         target = luminance(aged / new) * new
@@ -238,16 +240,16 @@ class EffectChain:
         return AgedDisplay(mode, hours, (), (panel, light))
 
     def dimming(self, now: Surroundings) -> float:
-        """White's emitted luminance relative to hour 0, under the reference conditions."""
+        """Return white's emitted luminance relative to hour 0, under the reference conditions."""
         new, aged = self._whites(now)
         return aged / new
 
     def _whites(self, now: Surroundings) -> tuple[float, float]:
-        """Luminance of white in cd/m² at hour 0 and now."""
+        """Return the luminance of white in cd/m² at hour 0 and at the hour of ``now``."""
         return self._white(replace(now, hours=0.0, tips=now.fresh), 1.0), self._white(now, 1.0)
 
     def tips(self, now: Surroundings) -> Array:
-        """XYZ in cd/m² of white, red, green and blue as they leave the display and are seen, shape (4, 3)."""
+        """Return XYZ in cd/m² of white, red, green and blue under the model's conditions, (4, 3)."""
         now = replace(now, conditions=self.conditions)
         code = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
         return LightLink(self.applied, now, 1.0, self.fresh)(self._panel(now)(code))
@@ -257,14 +259,14 @@ class EffectChain:
         return PanelLink(acting, self.fresh.selection, now if acting else None, self.fresh.native)
 
     def _white(self, now: Surroundings, gain: float) -> float:
-        """Luminance of white in cd/m² as it leaves the display, under the reference conditions."""
+        """Return white's emitted luminance in cd/m², under the reference conditions, with all tips times ``gain``."""
         lit = _scaled(now, gain)
         before = self.fresh.panel(self._panel(now)(_WHITE), self.applied, lit)
         white = trace.emitted(self.applied, before, np.array([lit.tips]), lit.scene(_WHITE))
         return float(_finite(np.asarray(white), self.applied)[..., 1].squeeze())
 
     def _gain(self, now: Surroundings, aged: float, target: float) -> float:
-        """Find the factor on all tips that brings white to the luminance ``wanted``, by secants."""
+        """Return the factor on all tips that gives white the luminance ``target``, by the secant method."""
         last, was, gain = 1.0, aged, target / aged if aged > 0 else np.nan
         for _ in range(50):
             if not 0 < gain < np.inf:

@@ -1,6 +1,6 @@
-"""What a fit gives a display model: effects with their estimates, the tips before the effects, and their covariance.
+"""The results of a fit in a display model: effects with estimates, the tips before the effects, and their covariance.
 
-:func:`record_of` says how a file names an effect, and :func:`found_by` finds that effect again.
+:func:`record_of` returns the entry of an effect in a file, and :func:`found_by` returns the effect of such an entry.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Estimate:
-    """A parameter's value in its own unit, ± ``stderr`` (None where it was not fitted, or the data say nothing)."""
+    """A parameter's value and standard error in its own unit; ``stderr`` None: not fitted, or not determined."""
 
     value: float
     stderr: float | None = None
     at_bound: bool = False
 
     def __post_init__(self) -> None:
-        """Take numpy's numbers as Python's, so that files print them alike."""
+        """Convert NumPy's numbers to Python's, so that files contain the same text."""
         known = self.stderr is not None and isfinite(self.stderr)
         object.__setattr__(self, "value", float(self.value))
         object.__setattr__(self, "stderr", float(self.stderr) if self.stderr is not None and known else None)
@@ -46,18 +46,18 @@ class Estimate:
 
 @dataclass(frozen=True, eq=False)
 class AppliedEffect:
-    """An effect and what is known of its parameters.
+    """An effect with estimates of its parameters.
 
-    Equal to another exactly when both say the same of the same function.
+    Two applied effects are equal exactly when function, estimates and fitted parameters are equal.
 
     Attributes
     ----------
     effect
         The effect.
     estimates
-        Parameter → estimate: all of the effect's parameters, in its order.
+        Parameter → estimate, for all parameters, in the effect's order.
     free
-        Names of those that were fitted.
+        Names of the fitted parameters.
 
     Raises
     ------
@@ -72,7 +72,7 @@ class AppliedEffect:
 
     @classmethod
     def of(cls, effect: Effect, values: Mapping[str, float]) -> AppliedEffect:
-        """Apply an effect with some values; its other parameters stay at rest."""
+        """Return an effect with some values; the other parameters are at rest."""
         return cls(effect, {name: Estimate(value) for name, value in (effect.rest() | dict(values)).items()})
 
     def __post_init__(self) -> None:
@@ -96,7 +96,7 @@ class AppliedEffect:
 
     @cached_property
     def values(self) -> dict[str, float]:
-        """Every parameter's value."""
+        """Value of every parameter."""
         return {name: estimate.value for name, estimate in self.estimates.items()}
 
     @property
@@ -119,14 +119,15 @@ def _check_names(effect: Effect, names: Mapping[str, Any] | tuple[str, ...]) -> 
 
 @dataclass(frozen=True)
 class LatentTips:
-    """White and primaries of the display before its effects, as a fit found them.
+    """Fitted white and primaries of the display before its effects.
 
-    Raises LutgenError: shapes do not fit, hours do not increase from 0, or a tip is not finite or gives no light.
+    Raises LutgenError: inconsistent shapes, hours that do not increase from 0, or a tip that is not finite or has no
+    light.
     """
 
-    #: Increasing from 0, shape (N,).
+    #: Hours, increasing from 0, (N,).
     hours: Array
-    #: XYZ in cd/m² of white, red, green, blue, shape (N, 4, 3).
+    #: XYZ in cd/m² of white, red, green, blue, (N, 4, 3).
     xyz_cd_m2: Array
 
     def __post_init__(self) -> None:
@@ -147,33 +148,34 @@ class LatentTips:
             raise LutgenError("latent tips: Y of white and primaries must be above 0 cd/m².")
 
     def over_time(self, source: str) -> Tips:
-        """Return the tips over time. Raises LutgenError where primaries lie on a line."""
+        """Return the tips over time. Raises LutgenError: the primaries lie on a line."""
         return Tips(self.hours, xyz_to_xyY(self.xyz_cd_m2), source=f"latent tips of {source}")
 
 
 def constant_tips(hours: Array, xyY: Array, source: str) -> Tips:
-    """Return tips that are xyY, shape (4, 3), at every one of the hours (N,)."""
+    """Return tips with the same xyY, (4, 3), at all hours (N,)."""
     return Tips(hours, np.repeat(xyY[np.newaxis], hours.size, axis=0), source=source)
 
 
-#: Significant digits that a covariance keeps: a file says no more, and a model is the one that its file gives.
+#: Significant digits of a covariance. Files hold this number of digits, and a model must equal the model of its file.
 DIGITS = 7
 
-#: Share by which rounding may make a correlation larger than 1.
+#: Tolerance of a correlation above 1, for rounding.
 LOOSE = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
 class FitCovariance:
-    """How the errors of all fitted numbers depend on each other.
+    """The covariance of all fitted parameters and latent tips.
 
-    Raises LutgenError: shapes do not fit, a number is not finite, or the matrix is no covariance.
+    Raises LutgenError: inconsistent shapes, a number that is not finite, or a matrix that is no covariance.
     """
 
     #: Effect and name of each fitted parameter.
     of: tuple[tuple[str, str], ...]
-    #: Covariance in the parameters' own units, (p, p), or with the latent tips behind them, (p + 12·n, p + 12·n): X, Y
-    #: and Z in cd/m² of white, red, green and blue at each hour, or at hour 0 where all hours are foretold from it.
+    #: Covariance in the parameters' own units, (p, p); or with the latent tips after the parameters, (p + 12·n, p +
+    #: 12·n): X, Y and Z in cd/m² of white, red, green and blue at each hour, or only at hour 0 if hour 0 predicts all
+    #: hours.
     matrix: Array
 
     def __post_init__(self) -> None:
@@ -202,13 +204,13 @@ class FitCovariance:
         return hash((self.of, self.matrix.tobytes()))
 
     def as_record(self) -> dict[str, Any]:
-        """Return the covariance as model files hold it."""
+        """Return the entries of a model file."""
         rows = [row[: place + 1] for place, row in enumerate(self.matrix.tolist())]
         return {"of": [".".join(names) for names in self.of], "rows": rows}
 
     @classmethod
     def from_record(cls, record: Mapping[str, Any]) -> FitCovariance:
-        """Return the covariance of a record that :meth:`as_record` gave. Raises LutgenError for any other record."""
+        """Return the covariance of a record of :meth:`as_record`. Raises LutgenError: an invalid record."""
         try:
             of = tuple((str(effect), str(name)) for effect, name in (str(each).rsplit(".", 1) for each in record["of"]))
             rows = [[float(value) for value in row] for row in record["rows"]]
@@ -224,7 +226,10 @@ class FitCovariance:
         return cls(of, matrix + np.tril(matrix, -1).T)
 
     def check(self, free: Collection[tuple[str, str]], hours: int) -> None:
-        """Raise LutgenError unless all parameters are among ``free``, and the tips of ``hours`` hours or of none."""
+        """Check that all parameters are in ``free``, and that there are the tips of ``hours`` hours or of none.
+
+        Raises LutgenError: one of these does not hold.
+        """
         other = next((each for each in self.of if each not in free or self.of.count(each) > 1), None)
         if other:
             why = "is there twice" if other in free else "is not a fitted parameter"
@@ -235,26 +240,26 @@ class FitCovariance:
             raise LutgenError(message)
 
     def among(self, free: Collection[tuple[str, str]]) -> FitCovariance:
-        """Return the covariance of the parameters that are among ``free``, and of the tips."""
+        """Return the covariance of the parameters in ``free``, and of the tips."""
         kept = [place for place, each in enumerate(self.of) if each in free]
         places = [*kept, *range(len(self.of), len(self.matrix))]
         return FitCovariance(tuple(self.of[place] for place in kept), self.matrix[np.ix_(places, places)])
 
     @property
     def hours(self) -> int:
-        """Number of hours whose tips it holds."""
+        """Number of hours with tips."""
         return (len(self.matrix) - len(self.of)) // 12
 
     def drawn(self, random: np.random.Generator, low: Array, high: Array) -> tuple[Array, Array]:
         """Draw deviations of the parameters within ``low`` and ``high``, (p,), and of the tips, (n, 4, 3).
 
-        Where a bound stops a parameter, the tips follow it as far.
+        If a bound clips a parameter, the tips are corrected by their regression on the parameter.
         """
         count = len(self.of)
-        asked = self._root @ random.standard_normal(len(self.matrix))
-        held = np.clip(asked[:count], low, high)
-        tips = asked[count:] + self._follow @ (held - asked[:count])
-        return held, tips.reshape(-1, 4, 3)
+        drawn = self._root @ random.standard_normal(len(self.matrix))
+        clipped = np.clip(drawn[:count], low, high)
+        tips = drawn[count:] + self._follow @ (clipped - drawn[:count])
+        return clipped, tips.reshape(-1, 4, 3)
 
     @cached_property
     def _root(self) -> Array:
@@ -268,10 +273,10 @@ class FitCovariance:
 
 
 def record_of(effect: Effect, folder: Path) -> dict[str, str]:
-    """Return where a model file or manifest in ``folder`` finds an effect again: ``origin``, and a file's ``sha256``.
+    """Return the entry of an effect in a model file or manifest in ``folder``: ``origin``, and a file's ``sha256``.
 
-    The origin is ``built-in``, the path of a .py file as seen from ``folder``, a package, or an expression. Raises
-    LutgenError: a running program has declared the effect, or its file is gone.
+    The origin is ``built-in``, the path of a .py file relative to ``folder``, a package, or an expression. Raises
+    LutgenError: a running program declared the effect, or its file is missing.
     """
     if not effect.origin.endswith(".py"):
         if effect.origin.startswith(CODE):
@@ -286,9 +291,9 @@ def record_of(effect: Effect, folder: Path) -> dict[str, str]:
 
 
 def found_by(name: str, record: Mapping[str, str], folder: Path) -> Effect:
-    """Return the effect that :func:`record_of` has recorded in a file in ``folder``.
+    """Return the effect of an entry of :func:`record_of` in a file in ``folder``.
 
-    Raises LutgenError: the effect is gone, its file has changed, or a user's effect breaks the contract.
+    Raises LutgenError: the effect is missing, its file has changed, or a user's effect breaks the contract.
     """
     from lutgen.effects.contract import refuse_unsound
     from lutgen.effects.own import recall
@@ -300,8 +305,8 @@ def found_by(name: str, record: Mapping[str, str], folder: Path) -> Effect:
     now, was = _sha256(file, name), record.get("sha256", "")
     if was and now != was:
         raise LutgenError(
-            f"effect {name!r}: its file {file} has changed (SHA-256 {now[:12]}…, was {was[:12]}…), so it need not be "
-            f"the same effect any more. Restore the file, or make the model anew with it (lutgen refine)."
+            f"effect {name!r}: its file {file} has changed (SHA-256 {now[:12]}…, was {was[:12]}…), so the effect "
+            f"may differ. Restore the file, or make the model again with the new file (lutgen refine)."
         )
     refuse_unsound([file])
     return recall(name, str(file))

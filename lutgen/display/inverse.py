@@ -1,19 +1,21 @@
-"""The display backwards: the drive with which an aged display shows what it showed when it was new.
+"""The inverse of a display: the drive with which an aged display shows what the display showed when new.
 
-With q the target in the light of the aged primaries, P·q = XYZ, and d what the white adds to them, P·d = D
-(``display/paper.py``), the paper's emission is l + d·s, and only the number s has to be found:
+q is the target in the light of the aged primaries, P·q = XYZ. d is the excess of white over its primaries, P·d = D
+(``display/paper.py``). The paper's emission is l + d·s, so only the number s is unknown:
 
 ``continuous``  s = min l = min_c q_c / (1 + d_c)
-``nearest``     near a primary s = ⅓ of the two smaller channels, the least of ⅓Σ_{j≠i} q_j / (1 + ⅓Σ_{j≠i} d_j) over i;
-                near white s = ⅓Σq / (1 + ⅓Σd). The drive that lies in its own region is taken. If both do (the jump
-                folds), the one nearer to the colour asked for; if neither does (the jump leaves a gap), the point on
-                the border with the smaller ΔE2000.
+``nearest``     Near a primary s = ⅓ of the two smaller channels, the minimum over i of
+                ⅓Σ_{j≠i} q_j / (1 + ⅓Σ_{j≠i} d_j). Near white s = ⅓Σq / (1 + ⅓Σd). The result is the drive that lies in
+                its own region. If both drives do (the jump folds), the result is the drive nearer to the requested
+                colour. If neither does (the jump leaves a gap), the result is the point on the border with the smaller
+                ΔE2000.
 
-A display with effects is searched (``display/search.py``): a lattice of code values from coarse to fine, each from the
-answers of the coarser one, then any colours from those of their neighbours on the finest.
+For a display with effects the inverse is a search (``display/search.py``). The search solves lattices of code values
+from coarse to fine; each lattice starts from the results of the coarser lattice. All other colours start from the
+results of their neighbours on the finest lattice.
 
-A drive outside 0..1 is given as it is. Clipped channel by channel it is what the display can do: colours that it
-reaches stay exact, and the others lose no more than the channels that do not suffice.
+A drive outside 0..1 is returned unclipped. Clipping each channel gives the drive that the display can show: colours
+within reach stay exact, and other colours lose only the light of the clipped channels.
 """
 
 from __future__ import annotations
@@ -48,63 +50,63 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.display.paper import Matrices
 
-#: On the border between white and the primaries: nearer to it than float32 tells apart.
+#: Tolerance for a drive on the border between white and the primaries: the resolution of float32.
 ON_BORDER = 1e-5
 
-#: A drive may exceed 1 by this: a tenth of what counts as outside.
+#: Tolerance for a drive above 1: a tenth of the tolerance for colours outside the gamut.
 _FULL = 1e-7
 
-#: Points along the edges of the lattices that are searched for starts. Fewer colours than the second are searched
-#: without lattices, which would cost more time than they save.
+#: Points along the edges of the lattices whose results are starts; and the largest number of colours that are searched
+#: without lattices, because lattices would take more time than they save.
 _LATTICES, _FEW = (9, 17, 33), 1000
 
-#: Interpolated sides: from one alone, and from the other alone, give or take rounding.
+#: Tolerance for an interpolated side label that comes from side 0 alone, and the label of the other side (white).
 _ONE_SIDE, _OTHER = 1e-9, 2.0
 
-#: Code values whose drive decides the factor of ``scale``: the largest lie on corners and edges.
+#: Code values whose drives determine the factor of ``scale``: the largest drives lie on corners and edges.
 _PROBES = np.array(list(product(np.linspace(0.0, 1.0, 5), repeat=3)))
 
 
 @dataclass(frozen=True)
 class Compensation:
-    """The correction for one aged display, as a link: equal to another exactly when it computes the same."""
+    """The correction for one aged display, as a link. Two corrections are equal exactly when they compute the same."""
 
-    #: The display as it is, and as it was.
+    #: The aged display, and the fresh display.
     aged: AgedDisplay
     fresh: AgedDisplay
-    #: Factor on the fresh display's light.
+    #: Factor on the light of the fresh display.
     scale: float = 1.0
     stage: str = "drive"
 
     def __call__(self, signal: Array) -> Array:
-        """(n, 3) code → (n, 3) XYZ in which an un-aged sRGB display shows the drive: so drives pass for colours."""
+        """Convert code values (n, 3) to the XYZ (n, 3) that an un-aged sRGB display shows for the drive."""
         return linear_to_xyz(self.drive(signal))
 
     def target(self, code: Array) -> Array:
-        """Code values (n, 3) → the XYZ that the aged display is to show, (n, 3)."""
+        """Return the XYZ, (n, 3), that the aged display should show for code values (n, 3)."""
         return self.fresh.code_to_xyz(code) * self.scale
 
     def drive(self, code: Array) -> Array:
-        """Code values (n, 3) → the drive in linear light, (n, 3); outside 0..1 where the display cannot follow."""
+        """Return the drive in linear light, (n, 3), for code values (n, 3); outside 0..1 for colours out of reach."""
         if len(code) <= _FEW or paper_links(self.aged) is not None:
             return self.drive_from(code, None)
         return self.drive_from(code, _lattice_drives(self).between(code))
 
     def drive_from(self, code: Array, start: Start | None) -> Array:
-        """As :meth:`drive`; ``start`` is that of :func:`searched`."""
+        """Return the same as :meth:`drive`, with ``start`` for :func:`searched`."""
         return drive_of(self.aged, self._goal(code), code_to_linear(code), start)
 
     def rough(self, code: Array, start: Start | None) -> tuple[Array, Array]:
-        """Search a display with effects, not thoroughly; results and ``start`` are those of :func:`searched`."""
+        """Search a display with effects, not thoroughly; arguments and results as in :func:`searched`."""
         return searched(without_steps(self.aged) or self.aged, self._goal(code), start, thorough=False)
 
     def _goal(self, code: Array) -> Array:
         return (without_steps(self.fresh) or self.fresh).code_to_xyz(code) * self.scale
 
     def side(self, linear: Array) -> NDArray[np.uint8]:
-        """Label drives (n, 3) by the side of the border at which the aged display jumps: 0 primary, 1 on it, 2 white.
+        """Return the side of the border of the jump for drives (n, 3): 0 primary, 1 on the border, 2 white; (n,).
 
-        All 0 for a display that does not jump.
+        All labels are 0 for a display that does not jump.
         """
         if not self.jumps:
             return np.zeros(len(linear), dtype=np.uint8)
@@ -119,10 +121,11 @@ class Compensation:
 
 
 def compensated(aged: AgedDisplay, fresh: AgedDisplay, *, unreachable: str = "clip") -> AgedDisplay:
-    """Return the correction for an aged display, in the form of a display: its "aged colour" is the drive to send.
+    """Return the correction for an aged display, as an ``AgedDisplay`` whose "aged colour" is the corrected drive.
 
-    ``code_to_code`` gives the clipped drive's code values, ``code_to_linear`` the drive unclipped, and
-    ``clipped_share`` the share of colours that cannot be reached. One of ``UNREACHABLE`` says what becomes of these.
+    ``code_to_code`` returns the code values of the clipped drive, ``code_to_linear`` the unclipped drive, and
+    ``clipped_share`` the share of colours out of reach. ``unreachable``, one of ``UNREACHABLE``, selects the treatment
+    of colours out of reach.
 
     Raises LutgenError: unknown ``unreachable``, or a display whose white lies outside its primaries.
     """
@@ -132,7 +135,7 @@ def compensated(aged: AgedDisplay, fresh: AgedDisplay, *, unreachable: str = "cl
 
 
 def compensation_of(display: AgedDisplay) -> Compensation | None:
-    """Return the correction that a display of :func:`compensated` stands for; None for a true display."""
+    """Return the correction inside a display of :func:`compensated`; None for any other display."""
     match display.tail:
         case (Compensation() as link,):
             return link
@@ -140,7 +143,7 @@ def compensation_of(display: AgedDisplay) -> Compensation | None:
 
 
 def _unnamed(display: AgedDisplay) -> AgedDisplay:
-    """Without mode and hour, so that equal displays are equal."""
+    """Return the display without mode and hour, so that displays with equal links are equal."""
     return replace(display, mode="", hours=0.0)
 
 
@@ -156,22 +159,22 @@ def _correction(aged: AgedDisplay, fresh: AgedDisplay, unreachable: str) -> Comp
         near = Start(drives * (middle / last), np.full((3, 3, len(_PROBES)), np.nan))
         last, drives = middle, replace(whole, scale=middle).drive_from(_PROBES, near)
         low, high = (middle, high) if drives.max() <= 1.0 + _FULL else (low, middle)
-    # Six decimals are printed and kept: what a reader sees is what was done.
+    # Rounded to six decimals, because lutgen prints six decimals: the printed factor is the applied factor.
     return replace(whole, scale=np.floor(low * 1e6) / 1e6)
 
 
 @dataclass(frozen=True, eq=False)
 class _LatticeDrives:
-    """The drives for a lattice uniform in code values, a row for each node: side of the jump, code values, slopes.
+    """The drives for a lattice that is uniform in code values.
 
-    Shape (n³, 13), blue fastest.
+    ``nodes`` has one row for each node, (n³, 13), blue fastest: side of the jump, code values of the drive, slopes.
     """
 
     size: int
     nodes: Array
 
     def between(self, code: Array) -> Start:
-        """Interpolate for code values (n, 3); NaN where neighbours lie on different sides of a jump."""
+        """Interpolate the drives at code values (n, 3); NaN where neighbours lie on different sides of a jump."""
         places = code * (self.size - 1)
         low = np.minimum(places.astype(np.intp), self.size - 2)
         above = (places - low)[:, :, np.newaxis]
@@ -187,7 +190,7 @@ class _LatticeDrives:
 
 @lru_cache(maxsize=1)
 def _lattice_drives(link: Compensation) -> _LatticeDrives:
-    """Search the lattices, each from the answers of the coarser one. Kept for the next colours of the same display."""
+    """Search the lattices, each from the results of the coarser lattice; cached for the same display."""
     coarser: _LatticeDrives | None = None
     for size in _LATTICES:
         axis = np.linspace(0.0, 1.0, size)
@@ -201,11 +204,11 @@ def _lattice_drives(link: Compensation) -> _LatticeDrives:
     return coarser
 
 
-def drive_of(aged: AgedDisplay, xyz: Array, asked: Array, start: Start | None = None) -> Array:
-    """Return the linear drives with which ``aged`` shows ``xyz``, both (n, 3); outside 0..1 where it cannot.
+def drive_of(aged: AgedDisplay, xyz: Array, requested: Array, start: Start | None = None) -> Array:
+    """Return the linear drives with which ``aged`` shows ``xyz``, both (n, 3); outside 0..1 for colours out of reach.
 
-    ``asked`` decides where two drives show the same: linear light (n, 3), to which the nearer is taken. ``start`` is
-    for a display that is searched: see :func:`searched`.
+    ``requested``: linear light of the requested colours, (n, 3). Of two drives that show the same colour, the result is
+    the drive nearer to ``requested``. ``start``: see :func:`searched`.
     """
     paper = paper_links(aged)
     if paper is None:
@@ -214,19 +217,19 @@ def drive_of(aged: AgedDisplay, xyz: Array, asked: Array, start: Start | None = 
     split = _Split.of(emission, selection.name)
     if selection.name == "continuous":
         return split.continuous(xyz)
-    return _nearest(aged, split, xyz, asked)
+    return _nearest(aged, split, xyz, requested)
 
 
 @dataclass(frozen=True)
 class _Split:
-    """An emission as additive primaries, the columns of ``primaries``, and what white adds, in their light."""
+    """An emission as additive primaries (columns of ``primaries``), and white's excess ``extra`` in their light."""
 
     primaries: Array
     extra: Array
 
     @classmethod
     def of(cls, emission: Matrices, selection: str) -> _Split:
-        """Take the tips from the matrices: T_i meets tip i, T'_i every tip but i."""
+        """Compute the tips from the matrices: T_i reproduces tip i, T'_i every tip except i."""
         t_w, t_r, t_g, t_b = emission.array
         if selection == "nearest":
             primaries, white = np.column_stack([t_r[:, 0], t_g[:, 1], t_b[:, 2]]), t_w.sum(axis=1)
@@ -240,36 +243,36 @@ class _Split:
         return cls(primaries, extra)
 
     def light(self, xyz: Array) -> Array:
-        """XYZ in the light of the primaries, (n, 3)."""
+        """Return XYZ in the light of the primaries, (n, 3)."""
         return transform(inverse(self.primaries), xyz)
 
     def continuous(self, xyz: Array) -> Array:
-        """Drives by ``continuous``, (n, 3)."""
+        """Return the drives of ``continuous``, (n, 3)."""
         light = self.light(xyz)
         smallest = (light / (1.0 + self.extra)).min(axis=1, keepdims=True)
         return np.asarray(light - self.extra * smallest)
 
     def near_primary(self, xyz: Array) -> Array:
-        """Drives by ``nearest``, if that is a primary, (n, 3)."""
+        """Return the drives of ``nearest``, (n, 3), if a primary is the nearest colour point."""
         light, extra = self.light(xyz), self.extra / 3.0
         others = light.sum(axis=1, keepdims=True) - light
         return np.asarray(light - extra * (others / (1.0 + extra.sum() - extra)).min(axis=1, keepdims=True))
 
     def near_white(self, xyz: Array) -> Array:
-        """Drives by ``nearest``, if that is white, (n, 3)."""
+        """Return the drives of ``nearest``, (n, 3), if white is the nearest colour point."""
         light, extra = self.light(xyz), self.extra / 3.0
         return np.asarray(light - extra * (light.sum(axis=1, keepdims=True) / (1.0 + extra.sum())))
 
 
 def _smaller_two(linear: Array) -> Array:
-    """Sum of the two smaller channels, which passes 1 where white becomes the nearest colour point."""
+    """Return the sum of the two smaller channels; above 1 white is the nearest colour point."""
     return np.asarray(linear.sum(axis=1) - linear.max(axis=1))
 
 
-def _nearest(aged: AgedDisplay, split: _Split, xyz: Array, asked: Array) -> Array:
+def _nearest(aged: AgedDisplay, split: _Split, xyz: Array, requested: Array) -> Array:
     white, primary = split.near_white(xyz), split.near_primary(xyz)
     is_white, is_primary = _smaller_two(white) > 1.0, _smaller_two(primary) <= 1.0
-    away = [np.square(drive - asked).sum(axis=1) for drive in (white, primary)]
+    away = [np.square(drive - requested).sum(axis=1) for drive in (white, primary)]
     take_white = np.where(is_white & is_primary, away[0] < away[1], is_white)
     drive = np.where(take_white[:, np.newaxis], white, primary)
     gap = ~is_white & ~is_primary
@@ -279,17 +282,17 @@ def _nearest(aged: AgedDisplay, split: _Split, xyz: Array, asked: Array) -> Arra
 
 
 def _at_border(aged: AgedDisplay, white: Array, primary: Array, xyz: Array) -> Array:
-    """Move both drives to the border, each to its own side of it, and take the one that looks more like ``xyz``."""
-    wanted = linear_to_lab(xyz_to_linear(xyz))
-    drives = [_moved(white, 1.0 + ON_BORDER / 2), _moved(primary, 1.0 - ON_BORDER / 2)]
+    """Move both drives to their own side of the border; return the drive with the smaller ΔE2000 to ``xyz``."""
+    target = linear_to_lab(xyz_to_linear(xyz))
+    drives = [_with_sum(white, 1.0 + ON_BORDER / 2), _with_sum(primary, 1.0 - ON_BORDER / 2)]
     error = [
-        delta_e_2000(linear_to_lab(aged.code_to_linear(linear_to_code(np.clip(drive, 0.0, 1.0)))), wanted)
+        delta_e_2000(linear_to_lab(aged.code_to_linear(linear_to_code(np.clip(drive, 0.0, 1.0)))), target)
         for drive in drives
     ]
     return np.where((error[0] < error[1])[:, np.newaxis], *drives)
 
 
-def _moved(linear: Array, target: float) -> Array:
-    """Drives (n, 3) whose two smaller channels are raised or lowered alike until they sum to ``wanted``."""
+def _with_sum(linear: Array, target: float) -> Array:
+    """Return drives (n, 3) with an equal change of the two smaller channels, whose sum becomes ``target``."""
     smaller = np.arange(3) != linear.argmax(axis=1)[:, np.newaxis]
     return np.asarray(linear + smaller * ((target - _smaller_two(linear)) / 2.0)[:, np.newaxis])

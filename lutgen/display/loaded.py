@@ -1,8 +1,8 @@
-"""The calibrations that were loaded at later sessions, where the files hold them: a known change is no aging.
+"""Calibrations of later sessions, if the files hold them: a known change of the calibration is not aging.
 
-A calibration lies before the panel. Where the first session's file and a later one both hold the curves that the
-graphics card was loaded with, a code value of the later session drives the panel as another code value did on the first
-day. That code value is what the display's own model is asked for; what the model misses then is the panel's.
+A calibration acts before the panel. If the files of the first session and of a later session both hold the curves in
+the graphics card, then a code value of the later session drives the panel like another code value of the first session.
+lutgen applies the display's own model to this other code value. The remaining residual is the panel's.
 """
 
 from __future__ import annotations
@@ -24,62 +24,62 @@ if TYPE_CHECKING:
 
 CHANNELS = ("red", "green", "blue")
 
-#: Code values at which a change of the calibration is kept, closest in the dark, where curves are steepest.
+#: Code values at which a change of the calibration is stored; densest near black, where the curves are steepest.
 CODES = np.linspace(0.0, 1.0, 65) ** 2
 
-#: Beyond the first day's full drive a curve goes on as it rises over this last share of its input.
+#: Last share of a curve's input whose slope extrapolates the curve beyond full drive.
 LAST = 1.0 / 32.0
 
-#: A change of a code value by less is none.
+#: Smallest change of a code value that counts as a change.
 NOTHING = 1e-6
 
 
 @dataclass(frozen=True)
 class LoadedCalibrations:
-    """What later calibrations make of code values, as an effect on the drive that nobody has to find."""
+    """The change of code values by later calibrations, as a known effect on the drive."""
 
-    #: Hours of the sessions whose calibration is known, from 0 on.
+    #: Hours of the sessions with a known calibration; the first is 0.
     hours: tuple[float, ...]
-    #: Outputs of the calibrations at full code of red, green and blue, by hour.
+    #: Outputs of the calibrations at full code of red, green and blue, for each hour.
     ends: tuple[tuple[float, ...], ...]
-    #: Code values of the first session that drive the panel as ``CODES`` do later, by hour and channel.
-    asked: tuple[tuple[tuple[float, ...], ...], ...]
+    #: Code values of the first session that drive the panel like ``CODES`` at each hour, by hour and channel.
+    first_codes: tuple[tuple[tuple[float, ...], ...], ...]
 
     @classmethod
     def of(cls, readings: Measurements, *, told: bool) -> tuple[LoadedCalibrations, ...]:
-        """Return what the calibrations of the readings do; none where fewer than two are known, or all are the same.
+        """Return the change by the calibrations of the readings; () if fewer than two are known, or all are equal.
 
-        ``told``: white and primaries are measured at every session, so that full code stays at full code.
+        ``told``: white and primaries are measured in every session, so full code stays at full code.
         """
         known = readings.calibrations
         first = known.get(0.0)
         if first is None or len(known) < 2:
             return ()
-        hours, asked = tuple(sorted(known)), []
+        hours, first_codes = tuple(sorted(known)), []
         for hour in hours:
-            codes = np.array([_asked(first, known[hour], 1 + channel) for channel in range(len(CHANNELS))])
-            asked.append(codes / codes[:, -1:] if told else codes)
-        if all(np.abs(each - CODES).max() < NOTHING for each in asked):
+            codes = np.array([_first_codes(first, known[hour], 1 + channel) for channel in range(len(CHANNELS))])
+            first_codes.append(codes / codes[:, -1:] if told else codes)
+        if all(np.abs(each - CODES).max() < NOTHING for each in first_codes):
             return ()
         ends = tuple(tuple(known[hour][-1, 1:].tolist()) for hour in hours)
-        return (cls(hours, ends, tuple(tuple(tuple(row) for row in each.tolist()) for each in asked)),)
+        return (cls(hours, ends, tuple(tuple(tuple(row) for row in each.tolist()) for each in first_codes)),)
 
     @property
     def values(self) -> Mapping[str, float]:
-        """No parameter: the curves are known."""
+        """Empty: the effect has no parameters, because the curves are known."""
         return {}
 
     @cached_property
     def effect(self) -> Effect:
-        """The change as an effect; its name puts it before all others of its stage."""
-        return Effect("calibration-loaded", "drive", {}, {}, (), self._sent_on)
+        """The change as an effect; its name sorts before all other effects of the stage."""
+        return Effect("calibration-loaded", "drive", {}, {}, (), self._apply)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle the curves alone."""
-        return type(self), (self.hours, self.ends, self.asked)
+        """Pickle only the curves."""
+        return type(self), (self.hours, self.ends, self.first_codes)
 
-    def _sent_on(self, code: Array, scene: Scene, /, **_none: float) -> Array:
-        """Code values (n, 3) → what the first session would have been asked for, at the hours of the scene."""
+    def _apply(self, code: Array, scene: Scene, /, **_none: float) -> Array:
+        """Convert code values (n, 3) at the hours of the scene to code values of the first session."""
         last = np.searchsorted(self.hours, scene.hours[:, 0], side="right") - 1
         if not last.any():
             return code
@@ -87,12 +87,12 @@ class LoadedCalibrations:
         sent = code.copy()
         for session in np.unique(last[last > 0]):
             here = last[:, 0] == session
-            for channel, asked in enumerate(self.asked[session]):
-                sent[here, channel] = np.interp(code[here, channel], CODES, asked)
+            for channel, codes in enumerate(self.first_codes[session]):
+                sent[here, channel] = np.interp(code[here, channel], CODES, codes)
         return sent
 
     def sentences(self) -> tuple[str, ...]:
-        """Say what changed, one sentence a session that brought another calibration."""
+        """Return one sentence for each session with a new calibration."""
         sentences = []
         for place in range(1, len(self.hours)):
             now, before = self.ends[place], self.ends[place - 1]
@@ -101,7 +101,7 @@ class LoadedCalibrations:
                 for name, end, was in zip(CHANNELS, now, before, strict=True)
                 if abs(end - was) >= 0.0005
             ]
-            if self.asked[place] != self.asked[place - 1]:
+            if self.first_codes[place] != self.first_codes[place - 1]:
                 sentences.append(
                     f"By hour {self.hours[place]:g} another calibration was loaded: {', '.join(moves) or 'same ends'}. "
                     f"Its file holds the curves, so the model goes by them."
@@ -109,8 +109,8 @@ class LoadedCalibrations:
         return tuple(sentences)
 
 
-def _asked(first: Array, later: Array, channel: int) -> Array:
-    """Code values at which the first calibration sends on what the later one does at ``CODES``."""
+def _first_codes(first: Array, later: Array, channel: int) -> Array:
+    """Return the code values at which the first calibration has the outputs of the later calibration at ``CODES``."""
     sent = np.interp(CODES, later[:, 0], later[:, channel])
     codes, curve = first[:, 0], np.maximum.accumulate(first[:, channel])
     rises = np.concatenate([[True], np.diff(curve) > 0])

@@ -1,4 +1,4 @@
-"""``DisplayModel``: a measured display and the model of its aging. Gives an ``AgedDisplay`` for each mode and hour."""
+"""``DisplayModel``: a measured display and the model of its aging, with an ``AgedDisplay`` for each mode and hour."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from lutgen.display.fitted import AppliedEffect, LatentTips, constant_tips
 from lutgen.display.loaded import LoadedCalibrations
 from lutgen.display.native import NativeDisplay
 from lutgen.display.paper import Matrices, Selection, matrices_of
-from lutgen.display.tips import UNSAID, LuminanceLaw, Tips, law_of, luminance_law, scale_luminance
+from lutgen.display.tips import UNSTATED, LuminanceLaw, Tips, law_of, luminance_law, scale_luminance
 from lutgen.display.trace import SELECTION_STAGE, in_chain_order, is_soft
 from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.names import BASELINES, FORETELLING_BASELINES, MODES, NATIVE_BASELINES, REFERENCES, SELECTIONS
@@ -31,51 +31,51 @@ if TYPE_CHECKING:
     from lutgen.display.trace import Applied
     from lutgen.readings import Measurements
 
-#: The display that is used when none is given: reconstructed, see its first line.
+#: Name of the default display: reconstructed; see the first line of its file.
 DEFAULT_DISPLAY = "reconstructed-ccfl"
 
 
 @dataclass(frozen=True)
 class DisplayModel:
-    """A display: the paper's model of its tips, and the effects that the paper leaves out.
+    """A display: the paper's model of its tips, and effects that the paper does not model.
 
     Attributes
     ----------
     measurements
-        The readings; their tips drive the model.
+        The readings, whose tips are the input of the model.
     reference, selection
-        One of ``REFERENCES`` and of ``SELECTIONS``. Reference "": ``relative``, or ``absolute`` where readings of one
-        session alone would make that the identity.
+        One of ``REFERENCES`` and one of ``SELECTIONS``. Reference "" means ``relative``, or ``absolute`` for readings
+        of one session, for which ``relative`` would be the identity.
     luminance
-        The law for ``chroma-luma``; not said: the display's own, or what its readings ask for. The display that lutgen
-        brings asks for the paper's.
+        The luminance law for ``chroma-luma``. Default: the law that the readings state, otherwise ``measured``. The
+        default display has the law ``paper``.
     effects
-        What was found to act beside the paper's model; kept in the order of the light's way.
+        Effects in addition to the paper's model, sorted in chain order.
     latent
-        The tips before the effects, as fitted; None: as measured.
+        The fitted tips before the effects; None: the measured tips.
     covariance
-        How the errors of fitted parameters and latent tips hang together; None: not known. Of effects that are taken
-        away it says nothing any more.
+        Covariance of the fitted parameters and latent tips; None: not known. Parameters of effects that were removed
+        from the model are ignored.
     baseline
         One of ``BASELINES``.
     held
-        For baselines that foretell: whether a sensor holds white's luminance, so that by the law ``measured`` it stays
-        as long as the sensor has a reserve.
+        For baselines that predict later hours: whether a sensor holds white's luminance. With the law ``measured``
+        white's luminance then stays constant as long as the sensor has a reserve.
     native
-        For native baselines: the fresh display; None: as the readings of hour 0 have it.
+        For native baselines: the fresh display; None: the native display of the readings at hour 0.
     conditions
-        Where and when the display is seen. Without effects nothing depends on them.
+        Conditions under which the display is seen. They matter only with effects.
     verdict, fit
-        How the model was found: a word, and texts and numbers for people.
+        Result of the fit: a word, and texts and numbers for people.
     file
-        The model file that it was loaded from; "" where there is none.
+        The model file of the model; "": not loaded from a file.
 
     """
 
     measurements: Measurements
     reference: str = ""
     selection: str = "nearest"
-    luminance: LuminanceLaw = UNSAID
+    luminance: LuminanceLaw = UNSTATED
     effects: tuple[AppliedEffect, ...] = ()
     latent: LatentTips | None = None
     covariance: FitCovariance | None = None
@@ -88,10 +88,10 @@ class DisplayModel:
     file: str = ""
 
     def __post_init__(self) -> None:
-        """Refuse unknown names, tips that make no history, and an effect given twice."""
-        if self.luminance == UNSAID:
-            brought = self.measurements.file == str(default_display())
-            object.__setattr__(self, "luminance", luminance_law("paper") if brought else law_of(self.measurements))
+        """Check names, tips and effects, and fill in defaults."""
+        if self.luminance == UNSTATED:
+            is_default = self.measurements.file == str(default_display())
+            object.__setattr__(self, "luminance", luminance_law("paper") if is_default else law_of(self.measurements))
         if not self.reference:
             changes = np.unique(self.measurements.hours).size > 1
             object.__setattr__(self, "reference", "relative" if changes else "absolute")
@@ -116,35 +116,35 @@ class DisplayModel:
 
     @property
     def tips(self) -> Tips:
-        """White and primaries over time, as measured; for baselines that foretell those of hour 0."""
+        """Measured white and primaries over time; constant for baselines that predict later hours from hour 0."""
         tips: Tips = self.__dict__["_tips"]
         return tips
 
     @property
     def tips_before_effects(self) -> Tips:
-        """White and primaries over time of the display before its effects, as fitted, or as measured."""
+        """White and primaries over time before the effects: fitted, otherwise measured."""
         tips: Tips = self.__dict__["_before"]
         return tips
 
     @property
     def known(self) -> tuple[LoadedCalibrations, ...]:
-        """Calibrations that files of later sessions hold, for native baselines: a change that is no finding."""
+        """Changes by calibrations that files of later sessions hold, for native baselines; known, not fitted."""
         known: tuple[LoadedCalibrations, ...] = self.__dict__["_known"]
         return known
 
     @property
     def baked(self) -> tuple[AppliedEffect, ...]:
-        """The effects that a LUT shows: those of the instrument belong to no display."""
+        """The effects that a LUT shows: all except effects of the instrument."""
         return tuple(each for each in self.effects if each.effect.stage != "instrument")
 
     @property
     def fitted(self) -> frozenset[tuple[str, str]]:
-        """Effect and name of the parameters that were fitted."""
+        """Effect and name of each fitted parameter."""
         return frozenset((each.effect.name, name) for each in self.effects for name in each.free)
 
     @property
     def fitted_hours(self) -> int:
-        """Number of hours whose tips were fitted: hour 0 alone for baselines that foretell."""
+        """Number of hours with fitted tips; 1 for baselines that predict later hours from hour 0."""
         if self.latent is None:
             return 0
         return 1 if self.baseline in FORETELLING_BASELINES else int(self.latent.hours.size)
@@ -152,15 +152,16 @@ class DisplayModel:
     def at(self, mode: str, hours: float) -> AgedDisplay:
         """Return the display of ``mode`` at ``hours``, under the model's conditions.
 
-        Effects that do not age, such as a leak that was there from the first hour, show at hour 0 too: with them hour 0
-        is no identity, and ``stable`` is the un-aged display with its leak. Under the baseline ``native`` what the
-        first session showed is none of them: ``relative`` puts on sRGB what has changed since, so that hour 0 is the
-        identity; ``absolute`` is the native display itself.
+        Effects that exist from the first hour, such as a leak, show at hour 0 too. With such effects hour 0 is not the
+        identity, and ``stable`` is the un-aged display with its leak. Under the baseline ``native`` the fresh display
+        contains the effects of the first session: ``relative`` applies the changes since then to sRGB, so that hour 0
+        is the identity; ``absolute`` is the native display itself.
 
         Raises
         ------
         LutgenError
-            Unknown mode, hours outside the measured span or the luminance law's, or effects that give no light.
+            Unknown mode, hours outside the span of the measurements or of the luminance law, or effects that give no
+            light.
 
         """
         refuse_unknown("mode", mode, MODES)
@@ -176,7 +177,7 @@ class DisplayModel:
         return AgedDisplay(mode, float(hours), head, (emission,))
 
     def shown_tips(self, hours: float) -> Array:
-        """Return xyY in cd/m² of white and primaries as they are seen, effects included, shape (4, 3).
+        """Return xyY in cd/m² of white and primaries with effects, under the model's conditions, (4, 3).
 
         Raises
         ------
@@ -190,12 +191,12 @@ class DisplayModel:
         return xyz_to_xyY(self._chain(self.native).tips(self._surroundings(float(hours), "absolute")))
 
     def matrices(self, mode: str, hours: float) -> Matrices:
-        """The emission of ``mode`` at ``hours``: the four matrices that ``selection`` chooses from.
+        """Return the emission of ``mode`` at ``hours``: the four matrices from which ``selection`` chooses.
 
         Raises
         ------
         LutgenError
-            The model has effects, or curves and black of its own: then four matrices do not describe it.
+            The model has effects, or its own curves and black, which four matrices do not describe.
 
         """
         if self._acting or self._shown_native:
@@ -207,32 +208,35 @@ class DisplayModel:
         return emission
 
     def names_of_steps(self) -> list[str]:
-        """Name the effects that make stairs of the curves, by the last hour."""
+        """Return the names of the effects that turn curves into staircases at the last hour."""
         last = self._surroundings(float(self.tips.hours[-1]), self.reference)
         return [each.effect.name for each in self._acting if makes_steps(each, last)]
 
     @property
     def _shown_native(self) -> NativeDisplay | None:
-        """The fresh display that is shown: ``relative`` shows sRGB instead, so that only changes are seen."""
+        """The native fresh display that is shown; None for ``relative``, which shows the changes on sRGB."""
         return self.native if self.reference == "absolute" else None
 
     def _chain(self, native: NativeDisplay | None) -> EffectChain:
-        fresh = Fresh(self._chosen, native, told=self.baseline in NATIVE_BASELINES)
+        fresh = Fresh(self._chosen, native, contains_effects=self.baseline in NATIVE_BASELINES)
         return EffectChain(self._acting, self.conditions, fresh)
 
     @property
     def _acting(self) -> tuple[Applied, ...]:
-        """The effects on the light; one that only asks for another selection is none of them."""
+        """The effects on the light, without an effect that only selects ``continuous``."""
         chosen = (each for each in self.baked if each.effect.stage != SELECTION_STAGE or is_soft(each))
         return (*self.known, *chosen)
 
     @property
     def _chosen(self) -> str:
-        asked = any(each.effect.stage == SELECTION_STAGE for each in self.baked)
-        return "continuous" if asked else self.selection
+        switched = any(each.effect.stage == SELECTION_STAGE for each in self.baked)
+        return "continuous" if switched else self.selection
 
     def _law(self, mode: str, hours: float, now: Surroundings) -> Callable[[float], float]:
-        """White's luminance in a mode, relative to hour 0, from that by the effects alone."""
+        """Return a function from white's luminance with the effects alone to white's luminance in the mode.
+
+        Both luminances are relative to hour 0.
+        """
         if mode != "chroma-luma":
             return lambda _measured: 1.0
         if self.luminance.table:
@@ -267,12 +271,12 @@ class DisplayModel:
 
 
 def hour_name(hours: float) -> str:
-    """Name an hour as folders and context variables do: 10000h, 562.5h."""
+    """Return an hour's name in folders and context variables: 10000h, 562.5h."""
     return f"{hours:.6f}".rstrip("0").rstrip(".") + "h"
 
 
 def default_display() -> Path:
-    """Path of the default display's measurements, in an installed package or in a clone."""
+    """Return the path of the default display's measurements, in an installed package or in a clone."""
     package = Path(__file__).resolve().parents[1]
     for folder in (package / "configs", package.parent / "configs"):
         path = folder / "displays" / f"{DEFAULT_DISPLAY}.csv"

@@ -1,10 +1,10 @@
-"""Model files (TOML): a display's model as ``lutgen refine`` writes it, and as a person may write it by hand.
+"""Model files (TOML): a display's model, written by ``lutgen refine`` or by hand.
 
-By hand ``schema = 1`` and perhaps ``[display]`` and ``[model]`` are enough. A refined model also holds the figures of
-its fit (``[fit]``), the first session's own curves and black (``[native]``) where it starts from them, the tips before
-its effects (``[tips]``), the effects in the order of the light's way, every parameter with its unit and standard error,
-the covariance of the errors (``[covariance]``), and perhaps the conditions under which the display is seen. Numbers are
-written so that they read back to the last bit.
+A file written by hand needs only ``schema = 1``; ``[display]`` and ``[model]`` are optional. A refined model also holds
+the figures of its fit (``[fit]``), the first session's own curves and black (``[native]``) for native baselines, the
+tips before the effects (``[tips]``), the effects in chain order with unit and standard error of every parameter, the
+covariance of the errors (``[covariance]``), and conditions that differ from the usual values. Written numbers read back
+bit by bit.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from lutgen.display.model import DisplayModel, default_display
 from lutgen.display.native import CHANNELS, NativeDisplay
 from lutgen.display.own_model.stored import MAX_BYTES as OWN_MAX_BYTES
 from lutgen.display.own_model.stored import StoredModel
-from lutgen.display.tips import LAWS, UNSAID, law_of_table, luminance_law
+from lutgen.display.tips import LAWS, UNSTATED, law_of_table, luminance_law
 from lutgen.documents import from_toml, toml_text
 from lutgen.errors import LutgenError
 from lutgen.files import read_at_most, write_atomically
@@ -38,12 +38,12 @@ if TYPE_CHECKING:
     from lutgen.effects import Effect
     from lutgen.readings import Measurements
 
-#: Keys that need no quotes.
+#: Pattern of keys that need no quotes.
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def value_text(value: Any) -> str:
-    """Write a text, a number (of numpy too), a truth value, or a list of them, as TOML 1.0 with all digits."""
+    """Return a text, a number (also of NumPy), a Boolean, or a list of these as TOML 1.0, with all digits."""
     if isinstance(value, str):
         return toml_text(value)
     if isinstance(value, bool):
@@ -56,12 +56,15 @@ def value_text(value: Any) -> str:
 
 
 def key_text(key: str) -> str:
-    """Write a key."""
+    """Return a key as TOML."""
     return key if _BARE.fullmatch(key) else value_text(key)
 
 
 def table_lines(head: str, values: Mapping[str, Any], comments: Mapping[str, str] | None = None) -> list[str]:
-    """Write a table: its head, one line a key, with its comment; none of None, and of a list of lists one a row."""
+    """Return the lines of a table: its head, then each key with its comment.
+
+    A value of None is left out. A list of lists has one line for each row.
+    """
     lines = [head] if head else []
     for key, value in values.items():
         if value is None:
@@ -75,44 +78,45 @@ def table_lines(head: str, values: Mapping[str, Any], comments: Mapping[str, str
 
 
 def document(parts: Iterable[list[str]]) -> bytes:
-    """Join tables, an empty line between them."""
+    """Join tables with empty lines between them."""
     return ("\n\n".join("\n".join(part) for part in parts if part) + "\n").encode()
 
 
 SCHEMA = 1
 
-#: A model with every effect and a tip an hour stays far below; a display's own model is kept beside it.
+#: Largest size of a model file, far above a model with every effect and many hours of tips; suffix of the file next to
+#: the model file that holds the display's own model.
 MAX_BYTES, OWN_SUFFIX = 16_000_000, ".npz"
 
 HEAD = "# A lutgen display model: lutgen build --model THIS_FILE bakes it. Made by lutgen refine; edit with care."
 
 
 def save_model(model: DisplayModel, path: str | Path, *, force: bool = False) -> None:
-    """Write ``model`` to a file that :func:`load_model` reads, with the path of its readings and their hash.
+    """Write ``model`` to a file for :func:`load_model`, with the path and the hash of its readings.
 
     Raises
     ------
     LutgenError
-        The readings come from no file, an effect cannot be found again, ``path`` exists without ``force``, or cannot be
-        written.
+        The readings have no file, an effect cannot be recorded, ``path`` exists and ``force`` is False, or ``path``
+        cannot be written.
 
     """
     path = Path(path)
     if path.is_dir():
         raise LutgenError(f"{path}: is a folder. Give the name of a .toml file.")
     own = model.native.own if model.native else None
-    beside = path.with_suffix(OWN_SUFFIX)
-    for file in (path, *([beside] if own else [])):
+    own_path = path.with_suffix(OWN_SUFFIX)
+    for file in (path, *([own_path] if own else [])):
         if file.exists() and not force:
             raise LutgenError(f"{file}: exists already. Add --force to replace it, or choose another name.")
-    text = model_text(model, path.parent, beside.name)
+    text = model_text(model, path.parent, own_path.name)
     if own:
-        write_atomically(beside, own.content)
+        write_atomically(own_path, own.content)
     write_atomically(path, text)
 
 
 def model_text(model: DisplayModel, folder: Path, own_file: str = "") -> bytes:
-    """Return a model file that is to lie in ``folder``, and beside it, perhaps, ``own_file``."""
+    """Return the content of a model file in ``folder``; ``own_file`` is the file of the display's own model, or ""."""
     head = [HEAD, *table_lines("", {"schema": SCHEMA})]
     parts = [head, _display_lines(model.measurements, folder), _model_lines(model)]
     if model.conditions != REFERENCE:
@@ -120,15 +124,15 @@ def model_text(model: DisplayModel, folder: Path, own_file: str = "") -> bytes:
     if model.verdict or model.fit:
         parts.append(table_lines("[fit]", {"verdict": model.verdict, **model.fit}))
     if model.native is not None:
-        says = {
+        notes = {
             "source": "the readings of the first session that the curves were made of",
             "black": "X, Y, Z of code 0 as shares of white's",
             **dict.fromkeys(CHANNELS, "code value, linear light relative to that at code 1"),
-            "own": "the display's own model, beside this file",
+            "own": "the display's own model, in the same folder",
         }
         own = model.native.own
-        beside = {"own": own_file, "own_sha256": own.sha256} if own else {}
-        parts.append(table_lines("[native]", model.native.as_record() | beside, says))
+        own_entries = {"own": own_file, "own_sha256": own.sha256} if own else {}
+        parts.append(table_lines("[native]", model.native.as_record() | own_entries, notes))
     for each in model.effects:
         parts += _effect_lines(each, folder)
     if model.latent is not None:
@@ -136,11 +140,11 @@ def model_text(model: DisplayModel, folder: Path, own_file: str = "") -> bytes:
             "hours": [float(hour) for hour in model.latent.hours],
             "xyz_cd_m2": [[[float(v) for v in tip] for tip in tips] for tips in model.latent.xyz_cd_m2],
         }
-        says = {"hours": "of the display before its effects", "xyz_cd_m2": "X, Y, Z of white, red, green, blue; cd/m²"}
-        parts.append(table_lines("[tips]", tips, says))
+        notes = {"hours": "of the display before its effects", "xyz_cd_m2": "X, Y, Z of white, red, green, blue; cd/m²"}
+        parts.append(table_lines("[tips]", tips, notes))
     if model.covariance is not None:
-        says = {"of": "and of [tips] behind them, in their order", "rows": "each up to its diagonal"}
-        parts.append(table_lines("[covariance]", model.covariance.as_record(), says))
+        notes = {"of": "then the numbers of [tips], in their order", "rows": "lower triangle"}
+        parts.append(table_lines("[covariance]", model.covariance.as_record(), notes))
     return document(parts)
 
 
@@ -150,8 +154,11 @@ def _display_lines(readings: Measurements, folder: Path) -> list[str]:
         raise LutgenError(message)
     built_in = Path(readings.file) == default_display()
     file = None if built_in else Path(os.path.relpath(Path(readings.file).resolve(), folder.resolve())).as_posix()
-    says = {"file": "the readings, as seen from this file", "sha256": "of the readings that the model was made from"}
-    return table_lines("[display]", {"file": file, "sha256": readings.sha256}, says)
+    notes = {
+        "file": "the readings, as seen from this file",
+        "sha256": "of the readings that the model was made from",
+    }
+    return table_lines("[display]", {"file": file, "sha256": readings.sha256}, notes)
 
 
 def _model_lines(model: DisplayModel) -> list[str]:
@@ -165,8 +172,8 @@ def _model_lines(model: DisplayModel) -> list[str]:
         "luminance": law.name,
         "luminance_table": [list(row) for row in law.table] if own_law else None,
     }
-    says = {"luminance_table": "hour, white's luminance relative to hour 0"}
-    return table_lines("[model]", values, says)
+    notes = {"luminance_table": "hour, white's luminance relative to hour 0"}
+    return table_lines("[model]", values, notes)
 
 
 def _effect_lines(each: AppliedEffect, folder: Path) -> list[list[str]]:
@@ -189,21 +196,21 @@ def _effect_lines(each: AppliedEffect, folder: Path) -> list[list[str]]:
 def load_model(path: str | Path, effects: Mapping[str, Effect] | None = None) -> DisplayModel:
     """Load a model file.
 
-    ``schema = 1``, then tables as :func:`save_model` writes them. All may be left out: without ``[display]`` it is the
-    default display.
+    The file has ``schema = 1`` and the tables of :func:`save_model`. Every table is optional; without ``[display]`` the
+    model is that of the default display.
 
     Parameters
     ----------
     path
         The file.
     effects
-        Further effects by name; one of them is taken before one that the file says where to find.
+        Further effects by name; they take precedence over the effects that the file records.
 
     Raises
     ------
     LutgenError
-        Unreadable, far too large, or not TOML; a key or value that is not allowed, an effect that is not there any
-        more, or readings that are not those that the model was made from.
+        The file is unreadable, too large or not TOML; a key or value is invalid; an effect is missing; or the readings
+        have changed since the model was made.
 
     """
     path = Path(path)
@@ -261,20 +268,20 @@ def _readings(display: _Table, folder: Path) -> Measurements:
     if made_from and readings.sha256 != made_from:
         raise LutgenError(
             f"the readings {file} have changed since the model was made from them (SHA-256 {readings.sha256[:12]}…, "
-            f"was {made_from[:12]}…). Restore them, or make the model anew: lutgen refine {file}."
+            f"was {made_from[:12]}…). Restore them, or make the model again: lutgen refine {file}."
         )
     return readings
 
 
 def _own(native: _Table, folder: Path) -> StoredModel | None:
-    """Read the display's own model that the table [native] names."""
+    """Return the display's own model that the table [native] names, or None."""
     name = native.text("own", "")
     if not name:
         return None
     file = folder / name
     if Path(name).name != name:
         raise LutgenError(f"[native]: own is {name!r}; it must be the name of a file beside the model file.")
-    advice = "It lies beside the model file: put it back, or make the model again with lutgen refine."
+    advice = "It belongs in the folder of the model file: put it back, or make the model again with lutgen refine."
     content = read_at_most(file, OWN_MAX_BYTES, what="the display's own model", none="own model", advice=advice)
     try:
         own = StoredModel(content)
@@ -283,7 +290,7 @@ def _own(native: _Table, folder: Path) -> StoredModel | None:
     if own.sha256 != native.text("own_sha256", ""):
         raise LutgenError(
             f"the display's own model {file} is not the one that this model file was written with (SHA-256 "
-            f"{own.sha256[:12]}…, was {native.text('own_sha256', '')[:12] or 'not said'}…). Put that back, or make the "
+            f"{own.sha256[:12]}…, was {native.text('own_sha256', '')[:12] or 'unknown'}…). Put that back, or make the "
             f"model again with lutgen refine."
         )
     return own
@@ -291,7 +298,7 @@ def _own(native: _Table, folder: Path) -> StoredModel | None:
 
 def _law(model: _Table, folder: Path) -> LuminanceLaw:
     if not {"luminance", "luminance_table"} & set(model.values):
-        return UNSAID
+        return UNSTATED
     name = model.text("luminance", "table")
     if "luminance_table" in model.values:
         rows = model.numbers("luminance_table")
@@ -320,7 +327,7 @@ def _effect(each: _Table, folder: Path, effects: Mapping[str, Effect]) -> Applie
 
 
 def _check_unit(parameter: _Table, effect: Effect, name: str) -> None:
-    """Refuse a value in another unit than the effect's; the bounds that a file notes are for its readers alone."""
+    """Raise LutgenError for a unit other than the effect's; bounds in a file are informative only."""
     declared = effect.parameters.get(name)
     if declared and parameter.text("unit", declared.unit) != declared.unit:
         raise LutgenError(
@@ -331,7 +338,7 @@ def _check_unit(parameter: _Table, effect: Effect, name: str) -> None:
 
 
 class _Table:
-    """A table of the file, which says what is wrong with it."""
+    """A table of the file; its methods return checked values or raise LutgenError."""
 
     def __init__(self, values: Any, where: str) -> None:
         if not isinstance(values, dict):

@@ -1,17 +1,17 @@
-"""The native fresh display: transfer curves and black as a display's own first session shows them.
+"""The native fresh display: transfer curves and black from a display's own first session.
 
-Real displays are not sRGB, not black at zero and not additive from the first day. Above black, the paper's idea of four
-colour points holds for them too:
+A real new display does not have sRGB's curves, its black has light, and it is not additive. Above black, the paper's
+model of four colour points holds for real displays too:
 
     XYZ(d) = K + Σ_i s_i(l(d)) · (T_i − K),    i over white, red, green and blue,
 
-with l the measured transfer curves, s the shares of :func:`lutgen.display.trace.tip_shares` and T the tips as measured.
-Black K is a constant share of white in X, Y and Z: it follows the backlight. Curves and that share stay as at hour 0;
-their change with age is left to effects (``black-level``, ``eotf-drift``, …).
+with l the measured transfer curves, s the shares of :func:`lutgen.display.trace.tip_shares` and T the measured tips.
+Black K is a constant share of white in X, Y and Z, because black follows the backlight. Curves and the share of black
+are constant over time; effects (``black-level``, ``eotf-drift``, …) describe their change with age.
 
-A point of a curve is the light of a ramp's reading less black, projected on that of its tip. Where ramps of the
-channels are missing, every grey's X, Y and Z are solved for the light of the three channels instead. Where the first
-session has many mixtures, and these are predicted better so, curves are fitted on all its readings, or are sRGB's
+A point of a curve is the light of a ramp's reading less black, projected on the light of the ramp's tip. Without ramps
+of the channels, X, Y and Z of every grey are solved for the light of the three channels. If the first session has many
+mixtures, the curves may be fitted to all readings, or may be sRGB's, if these curves predict the mixtures better
 (:mod:`lutgen.display.own_model.native_curves`).
 """
 
@@ -45,54 +45,56 @@ if TYPE_CHECKING:
 
 CHANNELS = ("red", "green", "blue")
 
-#: The sources of curves.
+#: Sources of the curves.
 SOURCES = ("ramps", "greys", "readings", "srgb")
 
-#: A ramp has at least so many levels between black and full drive; fewer miss a calibrated display's bends.
+#: Smallest number of levels of a ramp between black and full drive. Fewer levels miss the bends of a calibrated
+#: display.
 LEAST_LEVELS = 5
 
-#: 1 σ of a reading that a fall of a ramp is judged by: a poor colorimeter's, as a share of the light, and in cd/m².
+#: Noise (1 σ) that decides whether a ramp falls: the noise of a poor colorimeter, as a share of the light, and in
+#: cd/m².
 RELATIVE, FLOOR_CD_M2 = 0.005, 0.01
 
-#: An own model's gain is not taken where light is below this share of white.
+#: Smallest light, as a share of white, in the denominator of an own model's gain.
 LEAST_SHARE = 1e-6
 
-#: Bounds of an own model's gain over its curves: no display lies beyond.
+#: Bounds of an own model's gain over its curves; no display is outside.
 GAINS = (0.2, 5.0)
 
-#: The error of an own model at black and the colour points is corrected over this distance in code values, that of its
-#: shortest residual.
+#: Distance in code values over which the error of an own model at black and the colour points is corrected: the
+#: shortest correlation length of a residual.
 REACH = min(LENGTHS)
 
 #: Code values of black and the colour points.
 ENDS = np.array([(0.0, 0.0, 0.0), *TIP_DRIVES])
 
-#: Black lighter than this share of white is no black.
+#: Largest share of black in white.
 DARKEST = 0.2
 
 
 @dataclass(frozen=True)
 class NativeDisplay:
-    """A display's own fresh state, beside its tips.
+    """The transfer curves and black of a fresh display.
 
-    Raises LutgenError: black is negative, or lighter than any display's.
+    Raises LutgenError: black is negative, or above ``DARKEST``.
     """
 
     #: Transfer curves of red, green and blue.
     curves: tuple[TransferCurve, TransferCurve, TransferCurve]
-    #: X, Y and Z of code 0 as shares of white's.
+    #: X, Y and Z of code 0 as shares of white's X, Y and Z.
     black: tuple[float, float, float]
-    #: The source of the curves, one of ``SOURCES``.
+    #: Source of the curves, one of ``SOURCES``.
     source: str = "ramps"
-    #: Corrections of the readings, one sentence each.
+    #: Remarks on corrections of the readings.
     remarks: tuple[str, ...] = ()
-    #: The display's own model above one curve a channel; None where the first session asks for none.
+    #: The display's own model, richer than one curve for each channel; None: the first session does not justify one.
     own: StoredModel | None = None
-    #: The fit that chose it, with its predictions of held-out readings; None for a model of a file.
+    #: The ladder's fit that selected the own model, with predictions of held-out readings; None: loaded from a file.
     ladder: OwnModel | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Raise LutgenError for a black or a source that no display has."""
+        """Check source and black."""
         refuse_unknown("source of a native display's curves", self.source, SOURCES)
         if not all(0.0 <= share <= DARKEST for share in self.black):
             shares = ", ".join(f"{share:.4g}" for share in self.black)
@@ -103,13 +105,15 @@ class NativeDisplay:
     def of(
         cls, readings: Measurements, leave_out: Sequence[int] = (), *, strict: bool = True, source: str | None = None
     ) -> NativeDisplay:
-        """Make the native display of the readings at hour 0, at rest.
+        """Return the native display from the readings at hour 0, at rest.
 
-        ``readings``: with black, the four tips, and ramps of red, green and blue, or of grey, at hour 0. ``leave_out``:
-        indices of readings that are not to count. ``strict``: whether a ramp is refused that falls by more than noise
-        even without misread levels; else its neighbours are averaged all the same. ``source``: what the curves are to
-        be made of, one of ``SOURCES``; None: what foretells mixtures best. Raises LutgenError: a lack of any of these,
-        or a ramp that falls by more than noise, at more levels than may be misread: names channel and codes.
+        ``readings``: must contain black, the four tips, and ramps of red, green and blue, or of grey, at hour 0.
+        ``leave_out``: indices of readings to ignore. ``strict``: whether a ramp that falls by more than noise, even
+        without misread levels, raises LutgenError; otherwise its neighbouring levels are averaged. ``source``: source
+        of the curves, one of ``SOURCES``; None: the source that predicts mixtures best.
+
+        Raises LutgenError: a reading is missing, or a ramp falls by more than noise at more levels than may be misread.
+        The message names channel and codes.
         """
         sample = _mixed_sample(readings, leave_out) if source in {None, "readings", "srgb"} else None
         if source is not None and sample is not None:
@@ -162,50 +166,50 @@ class NativeDisplay:
         return cls((red, green, blue), (x, y, z), session.source, tuple(remarks))
 
     def linear(self, code: Array) -> Array:
-        """Code values (..., 3) → linear light of each channel (..., 3), relative to that at code 1."""
+        """Convert code values (..., 3) to linear light of each channel (..., 3), relative to the light at code 1."""
 
         def light() -> Array:
             return np.stack([curve(code[..., channel]) for channel, curve in enumerate(self.curves)], axis=-1)
 
-        return self._kept[0].of(code, light)
+        return self._cache[0].of(code, light)
 
     def own_gain(self, code: Array, share: Array | None = None) -> Array | None:
-        """By how much the own model is brighter than curves and colour points alone, (m, 3); None without one.
+        """Return the ratio of the own model to curves and colour points alone, (m, 3); None without an own model.
 
-        Black and the colour points, which are measured again at every hour, have a gain of 1.
+        The gain is 1 at black and at the colour points, which are measured again at every hour.
 
-        ``code``: code values (m, 3). ``share``: shares of white's X, Y and Z, (m, 3), where they are known already.
+        ``code``: code values (m, 3). ``share``: the own model's shares of white's X, Y and Z, (m, 3), if known.
         """
         if self.own is None:
             return None
         code = np.clip(code, 0.0, 1.0)
         if share is None:
             own = self.own
-            asked = code.reshape(-1, 3)
-            return self._kept[1].of(code, lambda: self._gain(own, code, own.near(asked).reshape(code.shape)))
+            flat = code.reshape(-1, 3)
+            return self._cache[1].of(code, lambda: self._gain(own, code, own.near(flat).reshape(code.shape)))
         return self._gain(self.own, code, share)
 
     def _gain(self, own: StoredModel, code: Array, share: Array) -> Array:
         lit = tip_shares(self.linear(code), code, "continuous")
         known = np.vstack([self.black, own.tips])
         plain = lit @ own.tips + (1.0 - lit.sum(axis=-1, keepdims=True)) * known[0]
-        # The own model's error at black and the colour points is removed there, and fades out around them.
+        # The correction removes the own model's error at black and the colour points, and decays with the distance.
         off = ((code[..., np.newaxis, :] - ENDS) ** 2).sum(axis=-1)
-        missed = np.exp(-0.5 * off / REACH**2) @ (self._ends - known)
-        return np.asarray(np.clip(1.0 + (share - plain - missed) / np.maximum(plain, LEAST_SHARE), *GAINS))
+        correction = np.exp(-0.5 * off / REACH**2) @ (self._ends - known)
+        return np.asarray(np.clip(1.0 + (share - plain - correction) / np.maximum(plain, LEAST_SHARE), *GAINS))
 
     @cached_property
-    def _kept(self) -> tuple[Remembered, Remembered]:
-        """Return light and gains."""
+    def _cache(self) -> tuple[Remembered, Remembered]:
+        """Caches of the light and of the gains, by code values."""
         return Remembered(), Remembered()
 
     @cached_property
     def _ends(self) -> Array:
-        """Shares of white of black and the colour points by the own model, (5, 3)."""
+        """Shares of white at black and the colour points in the own model, (5, 3)."""
         return self.own.near(ENDS) if self.own else np.zeros((5, 3))
 
     def as_record(self) -> dict[str, Any]:
-        """Return the entries of a file: texts, numbers and lists of these."""
+        """Return the entries of a model file: texts, numbers and lists of these."""
         points = {
             curve.channel: [list(point) for point in zip(curve.codes, curve.light, strict=True)]
             for curve in self.curves
@@ -214,7 +218,7 @@ class NativeDisplay:
 
     @classmethod
     def from_record(cls, record: Mapping[str, Any], own: StoredModel | None = None) -> NativeDisplay:
-        """Rebuild it from the entries of :meth:`as_record`. Raises LutgenError: wrong entries, or curves that fall."""
+        """Return the display of the entries of :meth:`as_record`. Raises LutgenError: invalid entries."""
         try:
             x, y, z = (float(share) for share in record["black"])
             red, green, blue = (_curve_of(name, record[name]) for name in CHANNELS)
@@ -229,10 +233,11 @@ class NativeDisplay:
             ) from None
 
     def made_from(self, readings: Measurements) -> NDArray[np.bool_]:
-        """Readings of black and ramps in the first session, which the curves run through, (n,).
+        """Return whether the curves interpolate each reading, (n,): black and ramps of the first session.
 
-        Curves of all readings follow each of the many mixtures so little that mixtures can still judge them. An own
-        model predicts every reading of the first session but black and the colour points by fits without it.
+        Curves that are fitted to all readings depend so little on a single mixture that mixtures can still validate the
+        curves. For an own model, every reading of the first session except black and the colour points has a prediction
+        from a fit without this reading.
         """
         codes = readings.drive
         if self.own:
@@ -242,7 +247,7 @@ class NativeDisplay:
 
 
 def sample_of(readings: Measurements, rows: NDArray[np.intp]) -> Sample:
-    """Make a sample of some readings of one session. Raises LutgenError where black or a colour point is missing."""
+    """Return a sample of some readings of one session. Raises LutgenError: black or a colour point is missing."""
     return Sample.of(
         readings.drive[rows],
         readings.xyz_cd_m2[rows],
@@ -253,7 +258,7 @@ def sample_of(readings: Measurements, rows: NDArray[np.intp]) -> Sample:
 
 
 def _mixed_sample(readings: Measurements, leave_out: Sequence[int]) -> Sample | None:
-    """Return the first session at rest; None where too few mixtures judge it, or black or a colour point is missing."""
+    """Return a sample of the first session at rest; None: too few mixtures, or black or a colour point is missing."""
     here = first_session_rows(readings, leave_out)
     lit = (readings.drive[here] > 0).sum(axis=1) >= 2
     if lit.sum() < FEW:
@@ -266,16 +271,16 @@ def _mixed_sample(readings: Measurements, leave_out: Sequence[int]) -> Sample | 
 
 
 def _or_srgb(native: NativeDisplay, sample: Sample) -> NativeDisplay:
-    """Return the same display, with sRGB's curves unless its own foretell its few mixtures clearly better.
+    """Return the display with its own curves if they predict the few mixtures clearly better, else with sRGB's curves.
 
-    So every rung of the ladder is taken; sRGB's curves are the lowest.
+    This is the rule of the ladder, whose lowest rung is sRGB's curves.
     """
     own, srgb = (added_up(sample, each, sample.drive) for each in (native.curves, straight()))
     if clearly_better(sample, own, srgb):
         return native
     errors = f"{native.source} {mixtures_error(sample, own):.2f}; sRGB {mixtures_error(sample, srgb):.2f}"
-    said = f"Curves are those of sRGB: mean ΔE2000 on mixtures: {errors}. Its own are not clearly nearer."
-    return replace(native, curves=straight(), source="srgb", remarks=(*native.remarks, said))
+    remark = f"Curves are those of sRGB: mean ΔE2000 on mixtures: {errors}. Its own are not clearly nearer."
+    return replace(native, curves=straight(), source="srgb", remarks=(*native.remarks, remark))
 
 
 def _black_of(sample: Sample) -> tuple[float, float, float]:
@@ -289,9 +294,9 @@ def _curve_of(name: str, points: Sequence[Sequence[float]]) -> TransferCurve:
 
 @dataclass(frozen=True)
 class _Session:
-    """The first session at rest: black, tips, and the ramps that curves are made of.
+    """The first session at rest: black, tips, and the ramps for the curves.
 
-    ``codes`` (m, 3) and ``xyz_cd_m2`` (m, 3) are its colours with replicates averaged.
+    ``codes`` (m, 3) and ``xyz_cd_m2`` (m, 3) are the colours, with replicates averaged.
     """
 
     black: Array
@@ -317,11 +322,11 @@ class _Session:
         return cls(xyz[black][0], tips_xyz, codes, xyz, source)
 
     def points(self, channel: int) -> tuple[Array, Array, Array]:
-        """Codes, light relative to full drive, and its standard deviation, (m,) each, of a channel's ramp."""
+        """Return code, light relative to full drive, and its standard deviation, (m,) each, of a channel's ramp."""
         net = self.tips - self.black
         if self.source == "greys":
             chosen = _is_grey(self.codes)
-            # White is more or less than its primaries together; on greys each channel brings a third of that.
+            # White differs from the sum of its primaries; on greys each channel carries a third of the difference.
             columns = net[1:] + (net[0] - net[1:].sum(axis=0)) / 3.0
             weight = inverse(columns.T)[channel]
         else:
@@ -337,7 +342,7 @@ class _Session:
 
 
 def first_session_rows(readings: Measurements, leave_out: Sequence[int] = ()) -> NDArray[np.intp]:
-    """Indices of the readings of hour 0 at rest, less some."""
+    """Return the indices of the readings of hour 0 at rest, without ``leave_out``."""
     return np.setdiff1d(np.flatnonzero(_in_first_session(readings)), list(leave_out))
 
 
@@ -346,13 +351,13 @@ def _in_first_session(readings: Measurements) -> NDArray[np.bool_]:
 
 
 def _is_ramp(codes: Array, channel: int) -> NDArray[np.bool_]:
-    """Colours of one channel alone, between black and full drive."""
+    """Return whether each colour has one channel alone, between black and full drive."""
     others = np.delete(codes, channel, axis=1)
     return np.asarray(~others.any(axis=1) & (codes[:, channel] > 0) & (codes[:, channel] < 1))
 
 
 def _is_grey(codes: Array) -> NDArray[np.bool_]:
-    """Greys between black and white."""
+    """Return whether each colour is a grey between black and white."""
     level = codes[:, 0]
     return np.asarray((codes == codes[:, :1]).all(axis=1) & (level > 0) & (level < 1))
 
@@ -360,7 +365,7 @@ def _is_grey(codes: Array) -> NDArray[np.bool_]:
 def _check_complete(
     readings: Measurements, black: NDArray[np.bool_], tips: list[NDArray[np.bool_]], ramps: list[int], greys: int
 ) -> None:
-    """Raise LutgenError for a first session that lacks readings for a native display; name them."""
+    """Raise LutgenError if the first session lacks readings for a native display; the message names them."""
     lacks = [] if black.any() else ["black (code 0, 0, 0)"]
     lacks += [f"{name} at full drive" for name, tip in zip(("white", *CHANNELS), tips, strict=True) if not tip.any()]
     if min(ramps) < LEAST_LEVELS and greys < LEAST_LEVELS:

@@ -1,12 +1,12 @@
-"""A display seen place by place: where on the screen a picture lies, and what the display shows there.
+"""A display with position-dependent light: the position of a picture on the screen, and the display at each position.
 
-Effects know the place of a reading by the conditions u and v. In a picture every pixel has its own place, which no LUT
-can carry.
+The conditions u and v give effects the position of a reading. Each pixel of a picture has its own position, which no
+LUT can carry.
 
-A measured uniformity of the screen is an effect without parameters: the light of a place over that of the middle, one
-ratio each of X, Y and Z, for the brightest grey that was read at enough places. Between these places the logarithm of
-the ratio is a thin plate spline through all readings (J. Duchon, Splines minimizing rotation-invariant semi-norms in
-Sobolev spaces, 1977, doi:10.1007/BFb0086566); beyond the outermost places the ratio stays as it is there.
+A measured uniformity of the screen is an effect without parameters: the light at a position over the light in the
+centre, one ratio each for X, Y and Z, of the brightest grey that was read at enough positions. A thin plate spline
+interpolates the logarithm of the ratio between the readings (J. Duchon, Splines minimizing rotation-invariant
+semi-norms in Sobolev spaces, 1977, doi:10.1007/BFb0086566). Outside the outermost readings the ratio stays constant.
 """
 
 from __future__ import annotations
@@ -37,35 +37,36 @@ if TYPE_CHECKING:
     from lutgen.effects import Scene
     from lutgen.readings.session import Session
 
-#: The name of the effect of a measured uniformity.
+#: Name of the effect of a measured uniformity.
 NAME = "measured-uniformity"
 
-#: Fewest places of a table, and how far from the middle of the screen the nearest place may be, in shares of a side.
+#: Smallest number of positions in a table, and largest distance of the nearest position from the centre of the screen,
+#: in shares of a side.
 LEAST_PLACES, MIDDLE = 5, 0.1
 
-#: Points along each side of the grid on which the spline is evaluated; pixels are interpolated bilinearly in it.
+#: Points along each side of the grid on which the spline is evaluated; pixels are interpolated bilinearly in the grid.
 SIDE = 65
 
 
 @dataclass(frozen=True, eq=False)
 class MeasuredUniformity:
-    """Readings of one grey at several places of a screen."""
+    """Readings of one grey at several positions of a screen."""
 
-    #: Shares from the left and the top, (p, 2), each place once.
+    #: Positions as shares from the left and the top, (p, 2), without repetition.
     places: Array
-    #: X, Y and Z at each place over those of the middle, (p, 3).
+    #: X, Y and Z at each position over X, Y and Z in the centre, (p, 3).
     ratio: Array
-    #: The code value that was read.
+    #: Code value of the grey.
     grey: float
-    #: The table.
+    #: The file of the table, and the hash of its bytes.
     file: str = field(default="<memory>")
     sha256: str = ""
 
     @classmethod
     def of(cls, session: Session) -> MeasuredUniformity:
-        """Return the table of the brightest grey that was read at ``LEAST_PLACES`` places or more, the middle included.
+        """Return the table of the brightest grey that was read at ``LEAST_PLACES`` positions or more, with the centre.
 
-        Raises LutgenError: the session has no such grey, or a reading of it without light.
+        Raises LutgenError: the session has no such grey, or one of its readings has no light.
         """
         if session.positions is None:
             raise LutgenError(
@@ -87,13 +88,13 @@ class MeasuredUniformity:
 
     @property
     def applied(self) -> AppliedEffect:
-        """The effect, for the list of a model's effects."""
+        """The uniformity as an effect of a model."""
         text = f"The screen's uniformity as measured: {self.file}"
         effect = Effect(NAME, "optics", {}, {}, (), self._dimmed, needs=("u", "v"), text=text, origin=self.file)
         return AppliedEffect(effect, {})
 
     def sentence(self) -> str:
-        """Say what the table holds."""
+        """Return a sentence on the content of the table."""
         low, high = (f"{100 * share:.0f}" for share in (self.ratio[:, 1].min(), self.ratio[:, 1].max()))
         return (
             f"{Path(self.file).name}: grey {self.grey:.3g} at {len(self.places)} places has {low} to {high} % of its "
@@ -101,7 +102,7 @@ class MeasuredUniformity:
         )
 
     def _dimmed(self, xyz: Array, scene: Scene, /, **_none: float) -> Array:
-        """XYZ (..., n, 3) of the middle → that of the scene's places."""
+        """Convert XYZ (..., n, 3) in the centre to XYZ at the positions of the scene."""
         u, v = np.broadcast_arrays(scene.u, scene.v)
         at = np.column_stack([u.reshape(-1), v.reshape(-1)])
         low, high = self.places.min(axis=0), self.places.max(axis=0)
@@ -140,18 +141,18 @@ def _over_middle(places: Array, xyz: Array, file: str) -> Array:
 
 @dataclass(frozen=True)
 class OnScreen:
-    """Where on the screen a picture lies, and what was measured of the screen's uniformity."""
+    """The position of a picture on the screen, and the measured uniformity of the screen."""
 
-    #: Of the picture, as shares of the screen's width and height.
+    #: Position and size of the picture, as shares of the screen's width and height.
     left: float = 0.0
     top: float = 0.0
     width: float = 1.0
     height: float = 1.0
-    #: A measured table; None: the model's effects alone know places.
+    #: A measured table; None: only the model's effects depend on the position.
     uniformity: MeasuredUniformity | None = None
 
     def __post_init__(self) -> None:
-        """Refuse what does not lie on the screen."""
+        """Raise LutgenError if the picture is not inside the screen."""
         sides = ((self.left, self.width), (self.top, self.height))
         if not all(start >= 0.0 and size > 0.0 and start + size <= 1.0 + 1e-9 for start, size in sides):
             raise LutgenError(
@@ -161,7 +162,7 @@ class OnScreen:
 
     @classmethod
     def parse(cls, text: str, uniformity: MeasuredUniformity | None = None) -> OnScreen:
-        """Read LEFT,TOP,WIDTH,HEIGHT. Raises LutgenError for another form, or what does not lie on the screen."""
+        """Parse LEFT,TOP,WIDTH,HEIGHT. Raises LutgenError: another form, or a picture that is not inside the screen."""
         shares = number_list(text)
         if shares is None or len(shares) != 4:
             raise LutgenError(
@@ -172,37 +173,38 @@ class OnScreen:
     def aged(self, model: DisplayModel) -> DisplayModel:
         """Return the model with the measured uniformity.
 
-        Raises LutgenError: nothing in the model depends on the place, the place counts twice, or the model is seen at a
-        stated one.
+        Raises LutgenError: nothing in the model depends on the position, both the model and a table do, or the model's
+        conditions state a position.
         """
         stated = [name for name in model.conditions.stated() if name in PLACE]
         if stated:
             raise LutgenError(f"--at {stated[0]} states one place of the screen. Leave it out: a picture has many.")
-        knowing = [each.effect.name for each in model.baked if set(PLACE) & set(reacts_to(each.effect))]
+        names = [each.effect.name for each in model.baked if set(PLACE) & set(reacts_to(each.effect))]
         if self.uniformity is None:
-            if not knowing:
+            if not names:
                 raise LutgenError(
                     "nothing in this model depends on the place on the screen. Give a uniformity table (--uniformity), "
                     "or a --model with an effect that knows places, such as edge-falloff."
                 )
             return model
-        if knowing:
+        if names:
             raise LutgenError(
-                f"{knowing[0]} of the model and the uniformity table both say how the screen darkens, and would count "
+                f"{names[0]} of the model and the uniformity table both say how the screen darkens, and would count "
                 f"twice. Leave one of them out."
             )
         return replace(model, effects=(*model.effects, self.uniformity.applied))
 
     @staticmethod
     def unaged(model: DisplayModel) -> AgedDisplay:
-        """Return what aged displays are compared with: mode ``stable``, even where the unevenness is a table's."""
+        """Return the display for comparison with aged displays: mode ``stable``, without the measured uniformity."""
         even = tuple(each for each in model.effects if each.effect.name != NAME)
         return replace(model, effects=even).at("stable", 0.0)
 
     def places(self, first: int, count: int, shape: tuple[int, int], orientation: int = 1) -> Array:
-        """Return u and v, (count, 2), of pixels from the ``first`` on, row by row, of a picture of ``shape`` as stored.
+        """Return u and v, (count, 2), of ``count`` pixels from pixel ``first`` on, row by row, of a stored picture.
 
-        ``orientation`` is the file's wish to be turned, 1 to 8, as TIFF has it: the turned picture lies on the screen.
+        ``shape``: rows and columns of the stored picture. ``orientation``: TIFF's orientation of the file, 1 to 8; the
+        picture appears on the screen in this orientation.
         """
         down, across = np.divmod(np.arange(first, first + count), shape[1])
         down, across = (down + 0.5) / shape[0], (across + 0.5) / shape[1]
@@ -215,7 +217,7 @@ class OnScreen:
         return np.stack([self.left + self.width * across, self.top + self.height * down], axis=1)
 
     def sentences(self) -> list[str]:
-        """Say where the picture lies, and what the table of uniformity holds."""
+        """Return sentences on the position of the picture, and on the uniformity table."""
         where = "fills the screen"
         if (self.left, self.top, self.width, self.height) != (0.0, 0.0, 1.0, 1.0):
             right, bottom = self.left + self.width, self.top + self.height
@@ -227,7 +229,7 @@ class OnScreen:
         return [f"The picture {where}. No LUT carries what depends on the place.", *table]
 
     def as_json(self) -> dict[str, Any]:
-        """Return what JSON says of it."""
+        """Return position, size and uniformity table as JSON."""
         table = self.uniformity
         return {
             "left": self.left,
@@ -240,23 +242,23 @@ class OnScreen:
 
 @dataclass(frozen=True, eq=False)
 class _Placed(Surroundings):
-    """Surroundings in which every row of the signal has its own place: u and v, (n, 2)."""
+    """Surroundings with a position for each row of the signal: u and v, (n, 2)."""
 
     place: Array = field(default_factory=lambda: np.full((1, 2), 0.5))
 
     def scene(self, code: Array) -> Scene:
-        """Return what surrounds the code values (n, 3)."""
+        """Return the scene of code values (n, 3)."""
         where: dict[str, Any] = {"u": self.place[:, :1], "v": self.place[:, 1:]}
         return replace(super().scene(code), **where)
 
 
 def seen_at(aged: AgedDisplay, place: Array) -> AgedDisplay:
-    """Return the display as it shows each of n colours at a place of its own: u and v, (n, 2)."""
+    """Return the display with a position for each of n colours: u and v, (n, 2)."""
     return replace(aged, tail=tuple(_placed(link, place) for link in aged.tail))
 
 
 def linear_at(aged: AgedDisplay, code: Array, place: Array) -> Array:
-    """Code values (n, 3) at places (n, 2) → linear sRGB of the aged colours (n, 3), not clipped; in chunks."""
+    """Convert code values (n, 3) at positions (n, 2) to linear sRGB of the aged colours (n, 3), unclipped."""
 
     def seen(some: Array, at: Array) -> Array:
         at_place = seen_at(aged, at)

@@ -1,15 +1,16 @@
-"""The paper's emission: four matrices through the measured tips, and which of them a colour uses.
+"""The paper's emission: four matrices through the measured tips, and the selection of a matrix for each colour.
 
-Avanaki et al., Proc. SPIE 9420 (2015), steps 2, 3 and 5. A matrix T'_i sends the three colour points other than
-i to their measured XYZ; T_i = ⅓ Σ_{j≠i} T'_j then reproduces colour point i exactly.
+Avanaki et al., Proc. SPIE 9420 (2015), steps 2, 3 and 5. A matrix T'_i maps the three colour points other than i to
+their measured XYZ; T_i = ⅓ Σ_{j≠i} T'_j then reproduces colour point i exactly.
 
-What the white adds to its primaries, D = XYZ_w − XYZ_r − XYZ_g − XYZ_b, is all that tells the matrices apart:
-``continuous`` gives the additive display + D·min(r', g', b'), ``nearest`` the additive display + ⅓D·(r' + g' + b') near
-white, and + ⅓D·(the two smaller channels) near a primary. So ``nearest`` bends, but does not jump, between primaries;
-at white's border it jumps by ⅓D·(the largest channel).
+The matrices differ only by the excess of white over its primaries, D = XYZ_w − XYZ_r − XYZ_g − XYZ_b. ``continuous`` is
+the additive display + D·min(r', g', b'). ``nearest`` is the additive display + ⅓D·(r' + g' + b') near white, and
++ ⅓D·(the two smaller channels) near a primary. So ``nearest`` bends, but does not jump, between primaries; at white's
+border ``nearest`` jumps by ⅓D·(the largest channel).
 
-Both selections are linear in the matrices, so they are split in two links: ``Selection`` gives a colour's channels and
-the light of the primaries whose matrices it uses, and does not age; ``Matrices`` multiplies by what does.
+Both selections are linear in the matrices, so they are split into two links. ``Selection`` returns a colour's channels
+and the light of the primaries whose matrices the colour uses, and does not age. ``Matrices`` multiplies by the matrices
+that age.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.display.chain import AgedDisplay
 
-#: Colour points whose distance is within this of the smallest are equally near (model.md, step 6).
+#: Tolerance for equal distances to colour points (model.md, step 6).
 TIE = 1e-9
 
 
@@ -38,7 +39,7 @@ def three_point_matrices(xyz_tips: Array) -> Array:
     white, *primaries = xyz_tips
     matrices = np.array([np.column_stack(primaries)] * 4)
     for channel in range(3):
-        # White is the sum of all columns, so the column of the primary left out is white less the other two.
+        # White is the sum of all columns, so the column of the missing primary is white less the other two primaries.
         others = sum(primary for other, primary in enumerate(primaries) if other != channel)
         matrices[channel + 1, :, channel] = white - others
     return matrices
@@ -50,26 +51,27 @@ def averaged_matrices(three_point: Array) -> Array:
 
 
 def nearest_weights(linear: Array) -> Array:
-    """Share of each T_i, step 5: shape (n, 3) → (n, 4) in the order w, r, g, b; rows sum to 1.
+    """Return the share of each T_i, step 5: (n, 3) → (n, 4) in the order w, r, g, b; rows sum to 1.
 
-    The colour point nearest to the colour in linear light (Euclidean); all points within ``TIE`` of the smallest
-    distance share equally, so that rounding decides nothing for a grey below ½, as near to red as to green and blue.
+    The nearest colour point in linear light (Euclidean distance) has share 1. All points within ``TIE`` of the smallest
+    distance have equal shares, so that rounding has no influence on a grey below ½, whose distances to red, green and
+    blue are equal.
     """
     red, green, blue = linear.T
-    # |l − p|² = |l|² + 1 − 2·score with score r, g, b for the primaries and r+g+b−1 for white. The same |l|² for all
-    # four, and equal channels, make ties exact on every platform.
+    # |l − p|² = |l|² + 1 − 2·score with score r, g, b for the primaries and r+g+b−1 for white. All four distances use
+    # the same |l|², so that equal channels give exact ties on every platform.
     squared = red * red + green * green + blue * blue + 1.0
     scores = (red + green + blue - 1.0, red, green, blue)
     return _shares([np.sqrt(np.maximum(squared - 2.0 * score, 0.0)) for score in scores])
 
 
 def continuous_weights(linear: Array) -> Array:
-    """Share of each T'_i: that of the smallest channel, ties averaged. Shape (n, 3) → (n, 4), w never used."""
+    """Return the share of each T'_i, (n, 3) → (n, 4): 1 for the smallest channel, equal shares for ties; w is 0."""
     return np.column_stack([np.zeros(len(linear)), _shares(list(linear.T))])
 
 
 def _shares(sizes: list[Array]) -> Array:
-    """Equal shares for the smallest of k sizes of shape (n,), within ``TIE``: shape (n, k)."""
+    """Return equal shares for the smallest of k sizes (n,), within ``TIE``, (n, k)."""
     limit = np.minimum.reduce(sizes) + TIE
     smallest = np.array([size <= limit for size in sizes])
     return np.asarray((smallest / np.count_nonzero(smallest, axis=0)).T)
@@ -77,24 +79,24 @@ def _shares(sizes: list[Array]) -> Array:
 
 @dataclass(frozen=True)
 class Selection:
-    """Linear light → the colour's channels, and how it uses the primaries' matrices; the same at every hour."""
+    """Linear light → channels, and the light that uses the primaries' matrices; the same at every hour."""
 
     name: str
     stage: str = "emission"
 
     def weights(self, linear: Array) -> Array:
-        """(n, 3) linear light → (n, 4) shares of the matrices."""
+        """Return the shares of the matrices, (n, 4), for linear light (n, 3)."""
         return nearest_weights(linear) if self.name == "nearest" else continuous_weights(linear)
 
     def __call__(self, signal: Array) -> Array:
-        """(n, 3) linear light → (n, 4): the channels, and their sum, each times the share of its primary's matrix."""
+        """Convert linear light (n, 3) to (n, 4): the channels, and Σ channel · share of the channel's matrix."""
         _, *shares = self.weights(signal).T
         used = sum(share * channel for share, channel in zip(shares, signal.T, strict=True))
         return np.stack([*signal.T, np.asarray(used)]).T
 
 
 def on_both_sides(signal: Array) -> Array:
-    """Coordinates (n, 4) of ``Selection`` as white's matrix has them, then as the nearest primary's: (2 n, 4)."""
+    """Return coordinates (n, 4) for white's matrix, then for the nearest primary's matrix, (2 n, 4)."""
     channels = signal[:, :3]
     used = np.concatenate([np.zeros(len(signal)), channels.max(axis=1)])
     return np.stack([*np.tile(channels.T, 2), used]).T
@@ -104,11 +106,11 @@ def on_both_sides(signal: Array) -> Array:
 class Matrices(MatrixLink):
     """The aged emission of one mode and hour: (n, 4) coordinates of ``Selection`` → XYZ (n, 3).
 
-    A primary's matrix differs from white's in the primary's own column alone, and by the same vector for all three: by
-    -⅓D in T_i, by D in T'_i.
+    A primary's matrix differs from white's matrix only in the primary's own column. The difference is the same vector
+    for all three primaries: -⅓D in T_i, D in T'_i.
     """
 
-    #: T_i (``nearest``) or T'_i (``continuous``) as nested tuples, so that equal means the same: 4 × 3 × 3.
+    #: T_i (``nearest``) or T'_i (``continuous``) as nested tuples, which can be compared: 4 × 3 × 3.
     values: tuple[tuple[tuple[float, ...], ...], ...]
     stage: str = "emission"
 
@@ -119,29 +121,29 @@ class Matrices(MatrixLink):
 
     @property
     def matrix(self) -> Array:
-        """The one matrix that this is, from coordinates to XYZ, shape (3, 4)."""
+        """The matrix from coordinates to XYZ, shape (3, 4)."""
         white, red = np.array(self.values[:2])
         return np.hstack([white, red[:, :1] - white[:, :1]])
 
     @property
     def to_linear(self) -> Array:
-        """The matrix from coordinates to linear sRGB, shape (3, 4); not by BLAS, as ``transform``."""
+        """The matrix from coordinates to linear sRGB, shape (3, 4); computed without BLAS, like ``transform``."""
         return np.asarray((XYZ_TO_LINEAR[:, :, np.newaxis] * self.matrix).sum(axis=1))
 
     def __call__(self, signal: Array) -> Array:
-        """(n, 4) → XYZ (n, 3)."""
+        """Convert coordinates (n, 4) to XYZ (n, 3)."""
         return transform(self.matrix, signal)
 
 
 def matrices_of(xyY: Array, selection: str) -> Matrices:
-    """Return the emission through the tips ``xyY``, shape (4, 3), for a selection."""
+    """Return the matrices of a selection for the tips ``xyY``, (4, 3)."""
     three_point = three_point_matrices(xyY_to_xyz(xyY))
     chosen = averaged_matrices(three_point) if selection == "nearest" else three_point
     return Matrices(tuple(tuple(tuple(float(v) for v in row) for row in matrix) for matrix in chosen))
 
 
 def paper_links(aged: AgedDisplay) -> tuple[Selection, Matrices] | None:
-    """Return the selection and the emission when the chain is the paper's and nothing else."""
+    """Return selection and emission of a display whose chain is exactly the paper's; None for any other display."""
     match aged.head, aged.tail:
         case (SrgbTransfer(), Selection() as selection), (Matrices() as emission,):
             return selection, emission
@@ -149,6 +151,6 @@ def paper_links(aged: AgedDisplay) -> tuple[Selection, Matrices] | None:
 
 
 def selects_nearest(aged: AgedDisplay) -> bool:
-    """Whether the chain is the paper's and nothing else, and jumps at white's border."""
+    """Whether the chain is exactly the paper's, and jumps at white's border."""
     paper = paper_links(aged)
     return paper is not None and paper[0].name == "nearest"

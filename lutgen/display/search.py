@@ -1,11 +1,12 @@
-"""Drives of a display with effects, which has no closed inverse: searched, all colours at once.
+"""Numerical inverse of a display with effects: a search for the drives of all colours at once.
 
-Bounded least squares by Levenberg's damped Gauss-Newton steps with an active set (Levenberg 1944,
-doi:10.1090/qam/10666; bounds by projection, Bertsekas 1982, doi:10.1137/0320018). The search minimises the distance in
-the light of the aged primaries: for an additive display the nearest drive is then the one clipped by channels.
+The search is a bounded least-squares problem, solved by Levenberg's damped Gauss-Newton steps with an active set
+(Levenberg 1944, doi:10.1090/qam/10666; bounds by projection, Bertsekas 1982, doi:10.1137/0320018). The search minimises
+the distance in the light of the aged primaries. For an additive display the nearest drive is then the drive with
+clipped channels.
 
-Slopes cost three times as much as a step, so they are used again while steps converge fast (simplified Newton method).
-The search of a colour ends when its residual is small enough, not after a number of steps.
+Slopes cost three times as much as a step, so they are reused while steps converge fast (simplified Newton method). The
+search of a colour ends when its residual is small enough, not after a fixed number of steps.
 """
 
 from __future__ import annotations
@@ -26,32 +27,33 @@ if TYPE_CHECKING:
 #: Red, green, blue and black as code values.
 _TIPS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
 
-#: Step in linear light of the finite differences: a little more than the square root of double precision.
+#: Step of the finite differences in linear light: a little more than the square root of double precision.
 _STEP = 1e-7
 
-#: The search of a colour ends when a step moves the drive by less than the first, or the residual is below the second;
-#: both in linear light. Out of reach, rounding of the slopes moves the drive by up to the first.
+#: Smallest step and largest residual, in linear light, at which the search of a colour ends. For a colour out of reach,
+#: rounding errors of the slopes change the drive by up to the first.
 _STILL, _FOUND = 1e-8, 1e-11
 
-#: Slopes are used again after a step that left at most this share of the sum of squares.
+#: Largest ratio of the sums of squares after and before a step for which the slopes are reused.
 _FAST = 1e-4
 
-#: A residual above the first, inside 0..1, means that the search failed; it then starts again, moved by the second.
+#: Smallest residual inside 0..1 that counts as a failed search; and the offsets of the drives from which a failed
+#: search starts again.
 _STUCK_AT, _ASIDE = 1e-6, (0.02, -0.02, 0.08, -0.08)
 
-#: Most steps: for all colours together, for the slow ones, and for lattices that only give starts to other colours.
+#: Largest number of steps: for all colours together, for slow colours, and for lattices whose results are only starts.
 _FIRST_ROUNDS, _ROUNDS, _ROUGH_ROUNDS = 4, 60, 12
 
-#: The search gives a colour inside 0..1 up when its sum of squares has not halved in so many rounds: it lies at a jump.
-#: Damping needs eight to grow from its least value to the slopes' own size.
+#: Number of rounds without halving of the sum of squares after which the search of a colour inside 0..1 stops: the
+#: colour lies at a jump. The damping needs eight rounds to grow from its smallest value to the size of the slopes.
 _PATIENCE = 12
 
-#: Damping: its first and least value, the factor by which it changes, and the value at which a search gives up.
+#: First and smallest damping, factor of its change, and damping at which a search stops.
 _DAMPING, _DAMPED, _STUCK = 1e-8, 10.0, 1e8
 
 
 class Start(NamedTuple):
-    """Starting values of a search: drives, (n, 3), and slopes there, (light, channel, n); NaN where there are none."""
+    """Starting values of a search: drives, (n, 3), and slopes there, (light, channel, n); NaN: unknown."""
 
     drive: Array
     slopes: Array
@@ -60,19 +62,19 @@ class Start(NamedTuple):
 def searched(
     aged: AgedDisplay, xyz: Array, start: Start | None = None, *, thorough: bool = True
 ) -> tuple[Array, Array]:
-    """Return the linear drives with which a display with effects comes nearest to ``xyz``, both (n, 3), and slopes.
+    """Return the linear drives for which a display with effects is nearest to ``xyz``, both (n, 3), and slopes.
 
-    Where a channel would have to leave 0..1, it does by what is missing.
+    A channel that would have to leave 0..1 exceeds its bound by the missing light.
 
-    ``start``: what is expected to be near; default: what an additive display would be sent, and nothing of the slopes.
-    ``thorough``: search longer, and from other starts, where a colour was not found at once.
+    ``start``: starting values; default: the drives of an additive display, without slopes. ``thorough``: whether
+    colours that were not found at once are searched longer, and from other starts.
     """
     problem = _Problem.of(aged)
     target = problem.light(xyz)
     near = target if start is None else np.where(np.isnan(start.drive), target, start.drive)
     near = np.clip(near, 0.0, 1.0)
     slopes = np.full((3, 3, len(target)), np.nan) if start is None else start.slopes
-    # Out of reach, which side of a bend a descent ends on hangs on its first step.
+    # For a colour out of reach, the first step decides on which side of a bend the search ends.
     slopes[:, :, ((near == 0.0) | (near == 1.0)).any(axis=1)] = np.nan
     drive, missing = np.empty_like(target), np.empty_like(target)
     unfinished, rounds = [], _FIRST_ROUNDS if thorough else _ROUGH_ROUNDS
@@ -90,7 +92,7 @@ def searched(
 
 @dataclass(frozen=True)
 class _Problem:
-    """A display in the light of its own primaries, above its black."""
+    """A display in the light of its own primaries, less black."""
 
     aged: AgedDisplay
     to_light: Array
@@ -108,9 +110,9 @@ class _Problem:
         return self.light(self.aged.code_to_xyz(linear_to_code(drive)))
 
     def slopes(self, drive: Array, shown: Array) -> Array:
-        """Derivatives, (light, channel, n), into the cube."""
+        """Return the derivatives, (light, channel, n), by differences towards the inside of the cube."""
         step = np.where(drive > 0.5, -_STEP, _STEP)
-        # The three moves together: for few colours a call costs more than what it computes.
+        # The three shifts in one call: for few colours the overhead of a call exceeds its computation.
         moved = np.tile(drive, (3, 1))
         for channel in range(3):
             moved[channel * len(drive) : (channel + 1) * len(drive), channel] += step[:, channel]
@@ -119,8 +121,9 @@ class _Problem:
 
 
 def _search_stuck_again(problem: _Problem, target: Array, drive: Array, missing: Array) -> None:
-    """Search colours inside 0..1 that were not found from other starts; replaces ``drive`` and ``missing``, (n, 3)."""
-    # A jump between a start and the colour stops the descent; a start on the other side may have no jump on its way.
+    """Search failed colours inside 0..1 from other starts; update ``drive`` and ``missing``, (n, 3), in place."""
+    # A jump between a start and the solution stops the search; another start may lie on the solution's side of the
+    # jump.
     stuck = np.flatnonzero((np.abs(missing) > _STUCK_AT).any(axis=1) & ~_ends(drive, missing).any(axis=1))
     if not stuck.size:
         return
@@ -135,22 +138,24 @@ def _search_stuck_again(problem: _Problem, target: Array, drive: Array, missing:
 
 
 def _ends(drive: Array, missing: Array) -> NDArray[np.bool_]:
-    """Whether a channel would have to leave 0..1 for what is missing, (n, 3)."""
+    """Return whether each channel would have to leave 0..1 for the missing light, (n, 3)."""
     return np.asarray(((drive == 1.0) & (missing > 0.0)) | ((drive == 0.0) & (missing < 0.0)))
 
 
 def _descended(
     problem: _Problem, target: Array, start: Array, slopes: Array, rounds: int
 ) -> tuple[Array, Array, NDArray[np.intp]]:
-    """Follow the descent from some drives, (n, 3), and slopes, (3, 3, n), which are replaced by newer ones."""
-    # Returns the last drives and the light that is missing there, both (n, 3), and the indices of unfinished colours.
+    """Search from drives, (n, 3), and slopes, (3, 3, n), which are updated in place.
+
+    Returns the last drives and the missing light there, both (n, 3), and the indices of unfinished colours.
+    """
     drive = start.copy()
     missing = target - problem.shown(drive)
     damping = np.full(len(drive), _DAMPING)
-    # Whether a colour needs new slopes, and whether those that it has were taken at its present drive.
+    # Whether a colour needs new slopes, and whether its slopes were computed at its present drive.
     needed = np.isnan(slopes[0, 0])
     taken_here = needed.copy()
-    # The sum of squares that a colour is to reach, and the round by which it has to.
+    # The sum of squares that a colour must reach, and the round by which it must.
     aim, until = np.full(len(drive), np.inf), np.full(len(drive), _PATIENCE)
     active = np.arange(len(drive))
     for number in range(rounds):
@@ -169,7 +174,8 @@ def _descended(
         drive[active[better]], missing[active[better]] = moved[better], left[better]
         needed[active] = np.where(better, after > _FAST * before, ~exact)
         taken_here[active] = exact & ~better
-        # A step that fails is damped when its slopes are the drive's own; else these are taken first.
+        # A failed step increases the damping only if the slopes belong to the present drive; otherwise the slopes are
+        # computed first.
         worse = np.where(exact, damped * _DAMPED, damped)
         damping[active] = np.where(better, np.maximum(damped / _DAMPED, _DAMPING), worse)
         reached = active[after < aim[active]]
@@ -181,7 +187,7 @@ def _descended(
 
 
 def _step(slopes: Array, drive: Array, missing: Array, damping: Array) -> Array:
-    """One damped step, by the channels that are free to move; kept within 0..1."""
+    """Return the drives after one damped step of the free channels, clipped to 0..1."""
     place, missed = drive.T, missing.T
     uphill = np.stack([_dot(slopes[:, channel], missed) for channel in range(3)])
     free = ~(((place == 0.0) & (uphill < 0.0)) | ((place == 1.0) & (uphill > 0.0)))
@@ -197,18 +203,18 @@ def _step(slopes: Array, drive: Array, missing: Array, damping: Array) -> Array:
 
 
 def _largest(values: Array) -> Array:
-    """Largest size in each row of (n, 3), shape (n,): column by column, since numpy is slow along short axes."""
+    """Return the largest absolute value in each row of (n, 3), (n,); by columns, for speed."""
     first, second, third = np.abs(values).T
     return np.asarray(np.maximum(np.maximum(first, second), third))
 
 
 def _dot(a: Array, b: Array) -> Array:
-    """Sum over the first axis of products, (3, n) and (3, n) → (n,)."""
+    """Return the scalar products over the first axis, (3, n) and (3, n) → (n,)."""
     return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
 def _solved(matrix: Array, right: Array) -> Array:
-    """Solve n systems by Cramer's rule: (3, 3, n) symmetric, (3, n) → (3, n). Without LAPACK, as ``inverse``."""
+    """Solve n symmetric systems by Cramer's rule, (3, 3, n) and (3, n) → (3, n); without LAPACK, like ``inverse``."""
     a, b, c = matrix
     over = np.stack([_cross(b, c), _cross(c, a), _cross(a, b)])
     return np.asarray((over * right[:, np.newaxis]).sum(axis=0) / (a * over[0]).sum(axis=0))

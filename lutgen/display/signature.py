@@ -1,9 +1,9 @@
-"""The signature of an effect: the colour differences that it makes at its typical size on the un-aged default display.
+"""The signature of an effect: the colour differences of its typical size on the un-aged default display.
 
-There are two differences. ``whole`` compares the display with the effect to the display without it. ``rest`` compares
-the display with the effect to the paper's model, which takes white and primaries as measured on that display at every
-hour. A change of white and primaries alone therefore leaves no ``rest``, and readings cannot show it under the baseline
-that measures them anew.
+There are two differences. ``whole`` compares the display with the effect to the display without the effect. ``rest``
+compares the display with the effect to the paper's model whose white and primaries are measured on that display at
+every hour. A change of white and primaries alone therefore has no ``rest``, and readings cannot show the change under a
+baseline that measures white and primaries again.
 """
 
 from __future__ import annotations
@@ -30,8 +30,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.effects import Effect
 
-
-#: Code values over which the size of an effect is stated: greys, primaries, secondaries, pale and dark mixtures.
+#: Code values for the size of an effect: greys, primaries, secondaries, pale and dark mixtures.
 CODES = np.array(
     [
         *np.repeat(np.linspace(0.0, 1.0, 11)[:, np.newaxis], 3, axis=1),
@@ -41,7 +40,7 @@ CODES = np.array(
     ]
 )
 
-#: ΔE2000 below which an effect counts as none, and share of an effect below which the tips absorb all of it.
+#: Smallest visible ΔE2000 of an effect; and the share of an effect below which the tips count as absorbing the effect.
 LEAST, ABSORBED = 0.005, 0.02
 
 
@@ -53,35 +52,35 @@ class _Applied:
 
 @dataclass(frozen=True)
 class EffectDifference:
-    """Colours with an effect and without it, in CIE L*a*b* under the un-aged white, (n, 3) each."""
+    """Colours with and without an effect, in CIE L*a*b* under the un-aged white, (n, 3) each."""
 
-    #: With the effect; without it; by the paper's model through the tips that the aged display has at that hour.
+    #: Lab with the effect; without the effect; and in the paper's model with the aged display's tips at that hour.
     aged: Array
     new: Array
     model: Array
 
     @property
     def whole(self) -> Array:
-        """ΔE2000 that the effect makes, (n,)."""
+        """ΔE2000 of the effect, (n,)."""
         return delta_e_2000(self.aged, self.new)
 
     @property
     def rest(self) -> Array:
-        """ΔE2000 that remains beside tips measured again, (n,)."""
+        """ΔE2000 that remains if the tips are measured again, (n,)."""
         return delta_e_2000(self.aged, self.model)
 
 
 @dataclass(frozen=True)
 class Signature:
-    """An effect of its typical size, under conditions in which it shows."""
+    """An effect of its typical size, under conditions in which the effect is visible."""
 
     effect: Effect
-    #: Column that the effect needs → a value at which the effect shows.
+    #: Column that the effect needs → a value at which the effect is visible.
     conditions: Mapping[str, float]
 
     @classmethod
     def of(cls, effect: Effect) -> Signature:
-        """Choose conditions under which the effect is visible: off the centre, in a lit room, cold, …, as it needs."""
+        """Return the signature under conditions that show the effect: off the centre, in a lit room, cold, …."""
         shown = {name: COLUMNS[name].shown for name in effect.needs}
         if "window" in shown or "surround" in shown:
             shown = {name: COLUMNS[name].shown for name in ("window", "surround")} | shown
@@ -90,7 +89,7 @@ class Signature:
     def seen(
         self, code: Array, hours: Array | float, conditions: Mapping[str, Array] | None = None
     ) -> EffectDifference:
-        """Compute the colours of ``code``, (n or 1, 3), at ``hours``, (n or 1,), under ``conditions``, (n, 1)."""
+        """Return the colours of ``code``, (n or 1, 3), at ``hours``, (n or 1,), under ``conditions``, (n, 1)."""
         tips, light = _display()
         columns: dict[str, Any] = {name: np.full((1, 1), value) for name, value in self.conditions.items()}
         columns |= conditions or {}
@@ -112,7 +111,7 @@ class Signature:
 
     @property
     def _selection(self) -> str:
-        """Selection of the paper's matrix: without its jumps, except for the effect that consists of them."""
+        """Selection of the paper's matrix: without jumps, except for the effect that describes the jumps."""
         return "nearest" if self.effect.stage == SELECTION_STAGE else "continuous"
 
     def _report(self, scene: Scene) -> Array:
@@ -121,18 +120,18 @@ class Signature:
         return np.broadcast_to(reported(applied, panel(applied, scene, self._selection), tips, scene), scene.code.shape)
 
     def sentence(self) -> str:
-        """Say how large the effect is, for which colour, and which share remains when the tips are measured anew."""
+        """Return the size of the effect, its colour, and the share that remains if the tips are measured again."""
         sizes = {hours: self.seen(CODES, hours) for hours in (0.0, LIFE_H / 2, LIFE_H)}
         hour = max(sizes, key=lambda hours: float(sizes[hours].whole.max()))
         whole, rest = sizes[hour].whole, sizes[hour].rest
         if whole.max() < LEAST:
             return "At its typical size it changes none of the colours and conditions that are drawn."
         code = ", ".join(f"{value:g}" for value in CODES[int(np.argmax(whole))])
-        left = float(np.sqrt((rest**2).sum() / (whole**2).sum()))
+        remaining = float(np.sqrt((rest**2).sum() / (whole**2).sum()))
         size = f"Up to {whole.max():.2g} ΔE2000 (code {code} at {spaced(hour)} h), {whole.mean():.2g} in the mean. "
-        if left < ABSORBED:
+        if remaining < ABSORBED:
             return f"{size}Tips measured again absorb it all: --baseline first-hour sees it."
-        return f"{size}Beside re-measured white and primaries, {left:.0%} of that is left."
+        return f"{size}Beside re-measured white and primaries, {remaining:.0%} of that is left."
 
 
 _DRIVES = np.vstack([np.ones(3), np.eye(3)])
@@ -140,7 +139,7 @@ _DRIVES = np.vstack([np.ones(3), np.eye(3)])
 
 @cache
 def _display() -> tuple[Array, SpectralDisplay]:
-    """Tips of the default display at hour 0, (4, 3) in cd/m², and its light."""
+    """Return the tips of the default display at hour 0, (4, 3) in cd/m², and its spectra."""
     readings = read_measurements(default_display())
     tips = xyY_to_xyz(Tips.of(readings).xyY[0])
     return tips, SpectralDisplay.of(class_of(readings.metadata.get("display", "")), tips)

@@ -1,6 +1,6 @@
-"""White and primaries (the tips) over time, the two references, and the hours that ``--hours`` asks for.
+"""White and primaries (the tips) over time, the two references, and the hours of ``--hours``.
 
-Beside them the luminance laws: what becomes of white's luminance where no sensor holds it (section 2.1 of the paper).
+The module also holds the luminance laws: white's luminance if no sensor holds it (section 2.1 of the paper).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.readings import Measurements
 
-#: Colour points whose matrix is worse conditioned than this lie on a line, as far as any meter can tell.
+#: Largest condition number of a matrix of colour points. Above it the points lie on a line within the noise of a meter.
 MAX_CONDITION = 1e5
 
 
@@ -34,15 +34,15 @@ MAX_CONDITION = 1e5
 class Tips:
     """White and primaries over a display's life."""
 
-    #: Measured times, increasing from 0, shape (N,); one time alone tells the display at hour 0, and no aging.
+    #: Measured times, increasing from 0, (N,); a single time describes the display at hour 0 without aging.
     hours: Array
-    #: x, y and Y in cd/m² of white, red, green, blue, shape (N, 4, 3).
+    #: x, y and Y in cd/m² of white, red, green, blue, (N, 4, 3).
     xyY: Array  # noqa: N815 - the CIE's own spelling
     source: str = "<memory>"
 
     @classmethod
     def of(cls, measurements: Measurements) -> Tips:
-        """Take the tips of ``measurements``. Raises LutgenError where primaries lie on a line."""
+        """Return the tips of ``measurements``. Raises LutgenError: the primaries lie on a line."""
         return cls(*measurements.tips(), source=measurements.file)
 
     def __post_init__(self) -> None:
@@ -58,7 +58,7 @@ class Tips:
                 )
 
     def check_span(self, hours: float) -> None:
-        """Raise LutgenError where ``hours`` lies outside the measured span: lutgen does not extrapolate."""
+        """Raise LutgenError if ``hours`` is outside the measured span; lutgen does not extrapolate."""
         first, last = self.hours[0], self.hours[-1]
         if not first <= hours <= last:
             if self.hours.size == 1:
@@ -73,19 +73,19 @@ class Tips:
             )
 
     def spread(self, count: int) -> list[float]:
-        """Return at most ``count`` measured times spread evenly over the life, the first and the last among them."""
+        """Return at most ``count`` measured times, evenly spread over the life, with the first and the last time."""
         goals = np.linspace(self.hours[0], self.hours[-1], count)
         return sorted({float(min(self.hours, key=lambda hour: abs(hour - goal))) for goal in goals})
 
     def at(self, hours: float) -> Array:
-        """Return xyY at ``hours``, shape (4, 3): x, y and Y each by the law of :mod:`lutgen.time_law`."""
+        """Return xyY at ``hours``, (4, 3); :mod:`lutgen.time_law` interpolates x, y and Y."""
         self.check_span(hours)
         if self.hours.size == 1:
             return np.asarray(self.xyY[0])
         return between(self.hours, self.xyY, hours)
 
     def referenced(self, hours: float, reference: str) -> Array:
-        """Return xyY at ``hours`` with white's Y = 1 at hour 0, shape (4, 3), by ``relative`` or ``absolute``."""
+        """Return xyY at ``hours``, (4, 3), relative to white's Y at hour 0; ``reference``: one of ``REFERENCES``."""
         now, fresh = self.at(hours), self.xyY[0]
         if reference == "absolute":
             return np.column_stack([now[:, :2], now[:, 2] / fresh[0, 2]])
@@ -106,25 +106,26 @@ class Tips:
             )
 
 
-#: More hours than this in one request are treated as a typing error: at 1 MB a LUT they would be 10 GB.
+#: Largest number of hours in one request. More hours count as a typing error: with 1 MB for each LUT they need 10 GB.
 MAX_HOURS = 10_000
 
-#: No display reaches this hour. Larger hours are not rounded; the check of the measured span refuses them.
+#: Hours above this are not rounded; the check of the measured span refuses them.
 _ENDLESS = 10**9
 
-#: Value of hours that are larger than any double.
+#: Value for hours larger than any double.
 _BEYOND = Decimal("1e309")
 
 _ALLOWED = "Write 0..18000 (every measured time), 0..18000:500 (a step) or 0,5000,10000 (a list)"
 
 
 def parse_hours(text: str | None, tips: Tips) -> list[float]:
-    """Return the hours that ``text`` asks for, increasing, each once; without ``text`` every measured time.
+    """Return the hours of ``text``, increasing, without repetition; without ``text`` every measured time.
 
-    ``0..18000`` is every measured time in the span and its two ends, ``0..18000:500`` a step from its start,
+    ``0..18000`` is every measured time in the span and both ends, ``0..18000:500`` a step from the start, and
     ``0,5000,10000`` a list.
 
-    Raises LutgenError: not of these forms, reversed, endless, too many, or outside the measured span.
+    Raises LutgenError: another form, a reversed span, a step of 0 or less, too many hours, or hours outside the
+    measured span.
     """
     if text is None:
         return [float(hour) for hour in tips.hours]
@@ -165,14 +166,14 @@ def _checked(hours: set[Decimal], tips: Tips) -> list[float]:
 def _number(part: str, text: str) -> Decimal:
     part = part.strip(BLANKS)
     hours = number(part, non_finite=True)
-    # A point without a digit before it is a slip: `0...5` is not the span 0 to a half.
+    # A point without a digit before it is an error: `0...5` is not the span 0 to 0.5.
     if hours is None or part.lstrip("+-").startswith("."):
         raise LutgenError(f"--hours {text}: {part!r} is not a number of hours. {_ALLOWED}.")
-    named = part.lstrip("+-")[0].isalpha()  # nan, inf
-    if named or hours < 0:
+    is_word = part.lstrip("+-")[0].isalpha()  # nan, inf
+    if is_word or hours < 0:
         raise LutgenError(f"--hours {text}: {part!r} is not a finite number of hours from 0 on. {_ALLOWED}.")
     exact = Decimal(repr(hours)) if isfinite(hours) else _BEYOND
-    # Folder names carry six decimals, so finer hours could collide: 0.0036 s is enough for any display.
+    # Folder names have six decimals, so finer hours could collide. Six decimals are 0.0036 s.
     return exact if exact > _ENDLESS else round(exact, 6)
 
 
@@ -181,25 +182,25 @@ PAPER_LAW = ((0.0, 1.0), (10_000.0, 0.67), (18_000.0, 0.40))
 
 LAWS = ("paper", "measured")
 
-#: A luminance table has a row of some bytes an hour.
+#: Largest size of a luminance table, which has a row of some bytes for each hour.
 MAX_BYTES = 4_000_000
 
-#: No display is ten times as bright as when it was new: larger factors are percent.
+#: Largest factor of a luminance table. Larger factors are percent.
 _MAX_FACTOR = 10
 
 
 @dataclass(frozen=True)
 class LuminanceLaw:
-    """White's luminance relative to hour 0, for ``chroma-luma``: piecewise linear, or as measured.
+    """White's luminance relative to hour 0, for ``chroma-luma``: a piecewise linear table, or as measured.
 
-    ``table`` is () for the law ``measured``.
+    ``table``: rows of (hour, factor); () for the law ``measured``.
     """
 
     name: str
     table: tuple[tuple[float, float], ...] = ()
 
     def sentence(self) -> str:
-        """Say what white's luminance goes by where no sensor holds it."""
+        """Return a sentence on the law of white's luminance."""
         by = {
             "paper": "the paper's law, 67 % at 10 000 h and 40 % at 18 000 h",
             "measured": "as this display's readings",
@@ -207,7 +208,7 @@ class LuminanceLaw:
         return f"Luminance of chroma-luma: {by.get(self.name, f'the table {self.name}')}."
 
     def factor(self, hours: float, tips: Tips) -> float:
-        """Return L(hours). Raises LutgenError outside the law's span."""
+        """Return white's luminance relative to hour 0. Raises LutgenError: ``hours`` outside the law's span."""
         if not self.table:
             return float(tips.at(hours)[0, 2] / tips.xyY[0, 0, 2])
         times, factors = np.array(self.table).T
@@ -219,12 +220,12 @@ class LuminanceLaw:
         return float(np.interp(hours, times, factors))
 
 
-#: The law that the readings themselves ask for (:func:`law_of`).
-UNSAID = LuminanceLaw("")
+#: Placeholder for the law that the readings state (:func:`law_of`).
+UNSTATED = LuminanceLaw("")
 
 
 def law_of(readings: Measurements) -> LuminanceLaw:
-    """Return the law of a display without ``--luminance``: as measured, or the paper's by ``# luminance_law: paper``.
+    """Return the law that the readings state (``# luminance_law: paper``); default: ``measured``.
 
     Raises LutgenError: the file names an unknown law.
     """
@@ -236,8 +237,8 @@ def law_of(readings: Measurements) -> LuminanceLaw:
 def luminance_law(name: str) -> LuminanceLaw:
     """Return the law ``paper`` or ``measured``, or read a user's table (a .csv of hour,factor).
 
-    Raises LutgenError: unknown name, or a table that does not begin with factor 1 at hour 0, whose hours do not
-    increase, or whose factors are not above 0 and at most 10.
+    Raises LutgenError: unknown name, or an invalid table: the first row is not factor 1 at hour 0, hours do not
+    increase, or a factor is not above 0 and at most 10.
     """
     if name == "paper":
         return LuminanceLaw(name, PAPER_LAW)
@@ -249,7 +250,7 @@ def luminance_law(name: str) -> LuminanceLaw:
 
 
 def law_of_table(name: str, table: tuple[tuple[float, float], ...], *, where: str) -> LuminanceLaw:
-    """Check a table of (hour, factor) and return its law: factor 1 at hour 0, else hour 0 would not be un-aged."""
+    """Return the law of a table of (hour, factor). Raises LutgenError: an invalid table; see :func:`luminance_law`."""
     numbers = np.array(table, dtype=np.float64).reshape(-1, 2)
     good = (
         len(table) >= 2
@@ -283,14 +284,14 @@ def _read_table(path: Path) -> tuple[tuple[float, float], ...]:
 def _row(line: str, where: str) -> tuple[float, float]:
     try:
         cells = next(csv.reader([line], strict=True))
-    except csv.Error as error:  # as of a cell of more than 128 kB
+    except csv.Error as error:  # for example a cell of more than 128 kB
         raise LutgenError(f"{where}: is no row of a CSV: {error}. Write two numbers, hour,factor.") from None
-    read = [number(cell) for cell in cells]
-    if len(read) != 2 or read[0] is None or read[1] is None:
+    values = [number(cell) for cell in cells]
+    if len(values) != 2 or values[0] is None or values[1] is None:
         raise LutgenError(
             f"{where}: {line[:40]!r}: a luminance table has rows of two numbers, hour,factor, with decimal points."
         )
-    return read[0], read[1]
+    return values[0], values[1]
 
 
 def scale_luminance(xyY: Array, factor: float) -> Array:

@@ -1,8 +1,8 @@
-"""The chain with effects: from code value to the light that a meter would see, stage by stage.
+"""The chain with effects: from code value to the light that a meter would measure, stage by stage.
 
-Without effects it computes what the paper's links do. Which of the four matrices a colour uses under ``nearest`` is
-decided by the code values that were asked for, not by what effects have made of them: the selection is bookkeeping
-of the model, and its borders are to stay where they are while an effect is fitted.
+Without effects the result equals that of the paper's links. Under ``nearest`` the original code values select the
+matrix, not the code values after the effects. The selection is a part of the model, and its borders must not move while
+a fit changes an effect.
 """
 
 from __future__ import annotations
@@ -36,35 +36,36 @@ class Applied(Protocol):
 
     @property
     def values(self) -> Mapping[str, float]:
-        """Every parameter's value."""
+        """Value of every parameter."""
         ...
 
     def __hash__(self) -> int:
-        """Allow what is computed of an effect to be kept."""
+        """Allow caches of results by effect."""
         ...
 
 
-#: Effects behind the panel let through more than this share of the light; less light of white than that has no factor.
+#: Smallest slope of the effects after the emission, as a share; and the smallest share of white's light for which a
+#: factor is computed.
 LEAST_RISE, LEAST_LIGHT = 0.05, 1e-9
 
-#: An effect of this stage switches the selection to ``continuous``; with values beside 0 it says itself how much of a
-#: colour is grey, instead of its smallest channel.
+#: An effect of this stage switches the selection to ``continuous``. If a parameter differs from 0, the effect also
+#: replaces the smallest channel by its own grey of a colour.
 SELECTION_STAGE = "selection"
 
 
 def is_soft(each: Applied) -> bool:
-    """Whether an effect says itself how much of a colour is grey, instead of the paper's ``continuous``."""
+    """Whether an effect replaces the grey of the paper's ``continuous`` (the smallest channel) by its own grey."""
     return each.effect.stage == SELECTION_STAGE and any(each.values.values())
 
 
 def in_chain_order(applied: Sequence[Applied]) -> list[Applied]:
-    """Sort effects by stage, each stage's by name: the order never depends on that of adding them."""
+    """Return effects sorted by stage, then by name, so that their order of addition does not matter."""
     order = list(STAGES)
     return sorted(applied, key=lambda each: (order.index(each.effect.stage), each.effect.name))
 
 
 def through(applied: Sequence[Applied], stages: tuple[str, ...], signal: Array, scene: Scene) -> Array:
-    """Send a signal through the effects of some stages."""
+    """Return the signal after the effects of these stages."""
     acting = [each for each in applied if each.effect.stage in stages]
     for each in in_chain_order(acting) if len(acting) > 1 else acting:
         signal = each.effect.function(signal, scene, **each.values)
@@ -73,43 +74,43 @@ def through(applied: Sequence[Applied], stages: tuple[str, ...], signal: Array, 
 
 @dataclass(frozen=True)
 class Panel:
-    """The signal behind drive, transfer and mixing: linear light per channel and its share of each tip."""
+    """The signal after drive, transfer and mixing: the share of each tip in a colour."""
 
-    #: XYZ = Σ share · tip over white, red, green, blue: (n, 4).
+    #: Shares of white, red, green, blue, (n, 4): XYZ = Σ share · tip.
     shares: Array
-    #: X, Y and Z of code 0, K, as shares of white's, for a native display: XYZ = K + Σ share · (tip − K). None: black
-    #: gives no light.
+    #: For a native display: black K (X, Y and Z of code 0) as shares of white's X, Y and Z; XYZ = K + Σ share · (tip −
+    #: K). None: black has no light.
     black: tuple[float, float, float] | None = None
-    #: Factor of X, Y and Z by the display's own model, (n, 3); None: 1.
+    #: Factor on X, Y and Z from the display's own model, (n, 3); None: 1.
     gain: Array | None = None
-    #: X, Y and Z that are added, as shares of white's, (n, 3); None: 0.
+    #: Added X, Y and Z as shares of white's X, Y and Z, (n, 3); None: 0.
     offset: Array | None = None
 
     def emit(self, tips: Array) -> Array:
-        """XYZ (..., n, 3) of tips (..., n or 1, 4, 3)."""
-        return self._beside(self._added_up(tips), tips[..., 0, :])
+        """Return XYZ (..., n, 3) for tips (..., n or 1, 4, 3)."""
+        return self._with_black(self._sum_of_tips(tips), tips[..., 0, :])
 
     def emit_by(self, tips: Array, places: Sequence[NDArray[np.intp] | slice]) -> Array:
-        """XYZ (..., n, 3) of tips (..., k, 4, 3), each of which holds for the colours at its places."""
+        """Return XYZ (..., n, 3) for tips (..., k, 4, 3); ``places``: the rows of the colours of each set of tips."""
         xyz = np.empty((*tips.shape[:-3], len(self.shares), 3))
         white = xyz if self.black is None and self.offset is None else np.empty_like(xyz)
         for index, place in enumerate(places):
             of_group = tips[..., index, :, :]
             white[..., place, :] = of_group[..., :1, :]
             xyz[..., place, :] = self.shares[place] @ of_group
-        return self._beside(xyz, white)
+        return self._with_black(xyz, white)
 
-    def _beside(self, xyz: Array, white: Array) -> Array:
-        """XYZ with what there is beside the shares of the tips; ``white`` (..., n or 1, 3)."""
+    def _with_black(self, xyz: Array, white: Array) -> Array:
+        """Return XYZ with black, gain and offset applied; ``white`` (..., n or 1, 3)."""
         if self.black is not None:
             xyz = xyz + self.of_white * white
         if self.gain is not None:
             xyz = self.gain * xyz
         return xyz if self.offset is None else np.asarray(xyz + self.offset * white)
 
-    def _added_up(self, tips: Array) -> Array:
+    def _sum_of_tips(self, tips: Array) -> Array:
         if self.shares.ndim == 2 and tips.shape == (1, 4, 3):
-            # The same products and sums in the same order, column by column.
+            # The same products and sums in the same order, by columns.
             return transform(tips[0].T, self.shares)
         if self.shares.ndim == 2 and tips.ndim == 3:
             return np.asarray(np.einsum("nk,nkc->nc", self.shares, tips))
@@ -120,7 +121,7 @@ class Panel:
 
     @property
     def of_white(self) -> Array:
-        """What black adds: shares of white's X, Y and Z, (n, 3)."""
+        """The light of black in each colour, as shares of white's X, Y and Z, (n, 3)."""
         lit = self.shares.sum(axis=-1)
         return np.asarray((1.0 - lit)[..., np.newaxis] * np.array(self.black or (0.0, 0.0, 0.0)))
 
@@ -130,34 +131,34 @@ class Panel:
         return self.shares[:, 1:] + self.shares[:, :1]
 
     def times(self, factor: Array | None) -> Panel:
-        """Return the panel with X, Y and Z brighter by a factor (n, 3); None: 1."""
+        """Return the panel with X, Y and Z multiplied by a factor (n, 3); None: 1."""
         if factor is None:
             return self
         return replace(self, gain=factor if self.gain is None else self.gain * factor)
 
     def with_light(self, linear: Array) -> Panel:
-        """Return the panel with so much more light of the three channels, (n, 3)."""
+        """Return the panel with linear light, (n, 3), added to the three channels."""
         return replace(self, shares=self.shares + np.concatenate([np.zeros((len(linear), 1)), linear], axis=1))
 
     def begun(self, factor: Array, offset: Array) -> Panel:
-        """Return the panel whose effects begin with the first session (:func:`since_first_session`)."""
+        """Return the panel with the correction of :func:`since_first_session`."""
         return replace(self.times(factor), offset=offset)
 
 
 def tip_shares(
     linear: Array, code: Array, selection: str, weights: Array | None = None, grey: Array | None = None
 ) -> Array:
-    """Share of each tip in a colour, (n, 4), whose linear light is (n, 3): the paper's emission by its closed form.
+    """Return the share of each tip, (n, 4), for linear light (n, 3): the closed form of the paper's emission.
 
     With D = W − R − G − B: ``continuous`` gives Σ l_c P_c + D·(smallest channel), ``nearest`` gives
-    Σ l_c P_c + ⅓D·(Σ l − Σ_i w_i l_i), w_i the share of primary i's matrix. ``weights`` are those of ``nearest`` when
-    they are known already, (n, 4). ``grey``: what to take for the smallest channel, (n,); None: itself.
+    Σ l_c P_c + ⅓D·(Σ l − Σ_i w_i l_i), w_i the share of primary i's matrix. ``weights``: shares of ``nearest``, (n, 4),
+    if known. ``grey``: replacement of the smallest channel, (n,); None: the smallest channel.
     """
     if selection == "nearest":
         weights = nearest_weights(code_to_linear(code)) if weights is None else weights
     else:
         weights = continuous_weights(linear)
-    # Channel by channel: numpy adds along a short last axis many times slower.
+    # By channels, because NumPy's sum along a short last axis is many times slower.
     red, green, blue = np.moveaxis(linear, -1, 0)
     _, *(of_red, of_green, of_blue) = weights.T
     extra = of_red * red + of_green * green + of_blue * blue
@@ -176,10 +177,10 @@ def panel(
     *,
     native: NativeDisplay | None = None,
 ) -> Panel:
-    """Follow the code values through drive, transfer and mixing: what does not depend on the tips.
+    """Return the panel of the scene's code values after drive, transfer and mixing, which do not depend on the tips.
 
-    The fresh display is ``native``, or where that is None the paper's: sRGB's curve, black without light. An own model
-    makes up for whichever matrix is taken: its display takes the continuous ones, which jump nowhere.
+    ``native``: the fresh display; None: the paper's fresh display with sRGB's curve and black without light. A display
+    with its own model uses ``continuous``, which has no jumps; the own model's gain corrects the choice of matrix.
     """
     if native and native.own:
         selection = "continuous"
@@ -188,9 +189,9 @@ def panel(
     drive = through(applied, ("drive",), scene.code, scene)
     fresh = native.linear(drive) if native else code_to_linear(drive)
     if weights is None and selection == "nearest":
-        # Where no effect touches the drive, and the curve is sRGB's, the light that was asked for is known already.
-        asked = fresh if drive is scene.code and not native else code_to_linear(scene.code)
-        weights = nearest_weights(asked)
+        # If no effect changes the drive, and the curve is sRGB's, the linear light of the code values is already known.
+        linear_code = fresh if drive is scene.code and not native else code_to_linear(scene.code)
+        weights = nearest_weights(linear_code)
     linear = through(applied, ("transfer", "mixing"), fresh, scene)
     soft = [each for each in applied if is_soft(each)]
     grey = through(soft, (SELECTION_STAGE,), linear, scene)[..., 0] if soft else None
@@ -201,11 +202,12 @@ def panel(
 def since_first_session(
     applied: Sequence[Applied], before: Panel, plain: Panel, tips: Array, first: Scene
 ) -> tuple[Array, Array]:
-    """Return factor and offset for :meth:`Panel.begun`: the readings of the first session contain its effects already.
+    """Return factor and offset for :meth:`Panel.begun`, because the readings of the first session contain its effects.
 
-    The factor of X, Y and Z, (n, 3), takes out what effects up to the emission do at hour 0; the offset, (n, 3), as
-    shares of white, what effects behind the emission do. ``first``: code values at hour 0, at rest. ``before``,
-    ``plain``: the panel of that scene with the effects and without. ``tips``: as measured at hour 0, (1, 4, 3).
+    The factor on X, Y and Z, (n, 3), removes the change at hour 0 by effects up to the emission. The offset, (n, 3), in
+    shares of white, removes the change at hour 0 by effects after the emission. ``first``: code values at hour 0, at
+    rest. ``before``, ``plain``: the panel of this scene with and without effects. ``tips``: measured at hour 0,
+    (1, 4, 3).
     """
     target = plain.emit(tips)
     sent = before.emit(through(applied, ("emission",), tips, first))
@@ -216,7 +218,7 @@ def since_first_session(
     shown = through(applied, behind, target, first)
     if not (shown != target).any():
         return factor, np.zeros_like(target)
-    # A line through two points is exact for what effects do: to add light, and to take a share of it.
+    # A line through two points is exact for effects that add light or multiply light by a factor.
     other = 2.0 * target - shown
     again = through(applied, behind, other, first)
     moved = other != target
@@ -226,43 +228,43 @@ def since_first_session(
 
 
 def emitted(applied: Sequence[Applied], before: Panel, tips: Array, scene: Scene) -> Array:
-    """XYZ that leaves the display, (..., n, 3): emission and optics, from tips (..., n or 1, 4, 3)."""
+    """Return the emitted XYZ, (..., n, 3), after emission and optics, for tips (..., n or 1, 4, 3)."""
     return through(applied, ("optics",), before.emit(through(applied, ("emission",), tips, scene)), scene)
 
 
 def reported(applied: Sequence[Applied], before: Panel, tips: Array, scene: Scene) -> Array:
-    """XYZ that a meter reports, (..., n, 3): with the room's light and the instrument's own faults."""
+    """Return the XYZ that a meter reports, (..., n, 3), with room light and errors of the instrument."""
     return metered(applied, before.emit(through(applied, ("emission",), tips, scene)), scene)
 
 
 def metered(applied: Sequence[Applied], xyz: Array, scene: Scene) -> Array:
-    """XYZ that a meter reports, (..., n, 3), of what the display emits."""
+    """Return the XYZ that a meter reports, (..., n, 3), for emitted XYZ."""
     xyz = through(applied, ("optics", "viewing"), xyz, scene)
     return through(applied, ("instrument",), xyz * (1.0 - scene.capped), scene)
 
 
-#: Number of sets of code values whose answers are kept, and the most numbers that such a set may hold: a table is kept,
-#: an image is not.
+#: Number of cached results, and largest number of values of a cached set of code values: a table is cached, an image is
+#: not.
 KEPT, MOST = 8, 30_000
 
 
 class Remembered:
-    """The last few answers about code values, which nobody may alter: a fit asks about the same code values often."""
+    """A cache of the last results by code values, in read-only arrays; a fit uses the same code values often."""
 
     def __init__(self) -> None:
-        self._answers: dict[tuple[tuple[int, ...], bytes], Array] = {}
+        self._results: dict[tuple[tuple[int, ...], bytes], Array] = {}
 
     def of(self, code: Array, compute: Callable[[], Array]) -> Array:
-        """Return the answer for code values (..., 3); ``compute`` gives it where none is kept."""
+        """Return the result for code values (..., 3), from the cache or from ``compute``."""
         if code.size > MOST:
             return compute()
         key = code.shape, code.tobytes()
-        answer = self._answers.pop(key, None)
-        if answer is None:
-            answer = compute()
-            answer.flags.writeable = False
-        self._answers[key] = answer
-        # Threads may ask at once: the second thread then finds that the first has removed the old answers.
-        for old in list(self._answers)[:-KEPT]:
-            self._answers.pop(old, None)
-        return answer
+        result = self._results.pop(key, None)
+        if result is None:
+            result = compute()
+            result.flags.writeable = False
+        self._results[key] = result
+        # Another thread may have removed an old result already.
+        for old in list(self._results)[:-KEPT]:
+            self._results.pop(old, None)
+        return result

@@ -1,12 +1,12 @@
 """A measured transfer curve: code value to linear light of one channel, monotone by construction.
 
-The ramp of readings that a curve is made of may fall, by noise or by a misread level; :func:`misread_levels`,
-:func:`fallen` and :func:`rising_light` find such levels and make the ramp rise.
+The light of a measured ramp may fall, by noise or by a misread level. :func:`misread_levels` and :func:`fallen` find
+such levels, and :func:`rising_light` makes the ramp monotone.
 
-Between the points of a curve runs a piecewise cubic without overshoot (Fritsch & Carlson, SIAM J. Numer. Anal. 17,
-238-246 (1980), doi:10.1137/0717021; slopes by the weighted harmonic mean of Fritsch & Butland, SIAM J. Sci. Stat.
-Comput. 5, 300-304 (1984), doi:10.1137/0905021). It runs through sRGB-encoded light, in which every display's curve is
-nearly straight: an sRGB display's is met exactly from few points, and dark steps count as the eye counts them.
+Between its points a curve is a piecewise cubic without overshoot (Fritsch & Carlson, SIAM J. Numer. Anal. 17, 238-246
+(1980), doi:10.1137/0717021; slopes by the weighted harmonic mean of Fritsch & Butland, SIAM J. Sci. Stat. Comput. 5,
+300-304 (1984), doi:10.1137/0905021). The cubic interpolates sRGB-encoded light, in which every display's curve is
+nearly straight: few points reproduce an sRGB display exactly, and errors near black have perceptual weight.
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class TransferCurve:
-    """Points of a curve from (0, 0) to (1, 1), and the curve through them.
+    """Points of a curve from (0, 0) to (1, 1), and their interpolation.
 
-    Raises LutgenError: fewer than two points, other ends, codes that do not increase, or light that falls: names
-    channel and codes.
+    Raises LutgenError: fewer than two points, other ends, codes that do not increase, or light that falls. The message
+    names channel and codes.
     """
 
-    #: What it is the curve of, for messages.
+    #: Name of the channel, for messages.
     channel: str
-    #: Code values, increasing from 0 to 1, and linear light relative to that at code 1, never falling, from 0 to 1.
+    #: Code values, increasing from 0 to 1, and linear light relative to code 1, non-decreasing from 0 to 1.
     codes: tuple[float, ...]
     light: tuple[float, ...]
 
@@ -60,19 +60,19 @@ class TransferCurve:
 
     @classmethod
     def through(cls, channel: str, codes: Sequence[float] | Array, light: Sequence[float] | Array) -> TransferCurve:
-        """Make the curve of points between the ends, which need not be given."""
+        """Return the curve through points between the ends; the ends (0, 0) and (1, 1) are added."""
         inner = [(code, each) for code, each in zip(codes, light, strict=True) if 0.0 < code < 1.0]
         return cls(channel, (0.0, *(code for code, _ in inner), 1.0), (0.0, *(each for _, each in inner), 1.0))
 
     def __call__(self, code: Array) -> Array:
-        """Code values → linear light, any shape; beyond 0..1 encoded light goes on straight."""
+        """Convert code values of any shape to linear light; outside 0..1 extrapolate encoded light linearly."""
         knots, encoded, slopes = self._spline
         within = np.clip(code, 0.0, 1.0)
         piece = np.clip(np.searchsorted(knots, within, side="right") - 1, 0, knots.size - 2)
         width = (knots[1:] - knots[:-1])[piece]
         rise = (encoded[1:] - encoded[:-1])[piece]
         place = (within - knots[piece]) / width
-        # Hermite's cubic as the straight line and what the slopes add to it: exact on a straight line.
+        # Hermite's cubic as a straight line plus a bend from the slopes, so that straight lines are exact.
         start, end = slopes[piece] * width - rise, slopes[piece + 1] * width - rise
         bend = place * (1.0 - place) * ((1.0 - place) * start - place * end)
         shown = encoded[piece] + place * rise + bend
@@ -81,16 +81,16 @@ class TransferCurve:
 
     @cached_property
     def _spline(self) -> tuple[Array, Array, Array]:
-        """Knots, sRGB-encoded light there, and its slopes, shape (K,) each."""
+        """Knots, sRGB-encoded light at the knots, and its slopes, (K,) each."""
         knots, encoded = np.array(self.codes), linear_to_code(np.array(self.light))
-        # The encoding ends at 1 to the last bit but one.
+        # The encoding of 1 differs from 1 in the last bit.
         encoded[-1] = 1.0
         width = np.diff(knots)
         return knots, encoded, _slopes(width, np.diff(encoded) / width)
 
 
 def _slopes(width: Array, secant: Array) -> Array:
-    """Slopes at the knots for which no piece overshoots: (K − 1,) widths and secants, none negative → (K,)."""
+    """Return slopes at the knots without overshoot, (K,), from widths and non-negative secants, (K − 1,)."""
     if secant.size == 1:
         return np.repeat(secant, 2)
     slopes = np.zeros(secant.size + 1)
@@ -106,22 +106,22 @@ def _slopes(width: Array, secant: Array) -> Array:
 
 
 def _end_slope(width: float, next_width: float, secant: float, next_secant: float) -> float:
-    """Slope of a parabola through the three last points, kept from overshooting: 0 to three times the secant."""
+    """Return the end slope of a parabola through the last three points, clipped to 0..3 secants against overshoot."""
     slope = ((2 * width + next_width) * secant - width * next_secant) / (width + next_width)
     return float(np.clip(slope, 0.0, 3.0 * secant))
 
 
-#: A ramp that falls by more than so many standard deviations of the difference falls indeed.
+#: Largest fall of a ramp that counts as noise, in standard deviations of the difference.
 FALLS = 3.0
 
-#: Levels of a ramp that may be misread: one, and one more for every so many.
+#: A ramp may have one misread level, and one more for each of this number of levels.
 LEVELS_A_MISREADING = 20
 
 
 def misread_levels(codes: Array, light: Array, sigma: Array) -> list[int]:
-    """Places of the levels, (m,) each, without which a ramp does not fall by more than noise; none where it needs many.
+    """Return the indices of misread levels, without which a ramp falls within noise; [] if there are too many.
 
-    One after the other the level is left out without which the ramp falls least.
+    Each step removes the level whose removal gives the smallest fall. ``codes``, ``light``, ``sigma``: (m,) each.
     """
     out: list[int] = []
     kept = list(range(codes.size))
@@ -133,7 +133,8 @@ def misread_levels(codes: Array, light: Array, sigma: Array) -> list[int]:
             for place in range(len(kept))
         ]
         least = min(without)
-        # Of two levels that contradict each other the one further from the straight line of its neighbours is wrong.
+        # Of two levels that contradict each other, the level with the larger distance from the line of its neighbours
+        # is wrong.
         worst = max(
             (place for place, fall in enumerate(without) if fall <= max(least, FALLS)),
             key=lambda place: _off_line(codes, light, kept, place),
@@ -143,7 +144,7 @@ def misread_levels(codes: Array, light: Array, sigma: Array) -> list[int]:
 
 
 def _fall(light: Array, sigma: Array) -> float:
-    """Largest fall of a ramp between black and full drive, in standard deviations of the difference."""
+    """Return the largest fall of a ramp between black and full drive, in standard deviations of the difference."""
     light, sigma = np.array([0.0, *light, 1.0]), np.array([sigma[0], *sigma, sigma[-1]])
     fall = np.maximum.accumulate(light) - light
     top = np.maximum.accumulate(np.where(fall == 0, np.arange(light.size), 0))
@@ -151,7 +152,7 @@ def _fall(light: Array, sigma: Array) -> float:
 
 
 def _off_line(codes: Array, light: Array, kept: list[int], place: int) -> float:
-    """How far a level is from the straight line between its neighbours, as the eye sees encoded light."""
+    """Return the distance of a level from the line between its neighbours, in encoded light."""
     encoded = linear_to_code(np.clip([0.0, *light[kept], 1.0], 0.0, None))
     at = np.array([0.0, *codes[kept], 1.0])
     here = place + 1
@@ -159,7 +160,7 @@ def _off_line(codes: Array, light: Array, kept: list[int], place: int) -> float:
 
 
 def fallen(codes: Array, light: Array, sigma: Array, who: str) -> str:
-    """Say where a ramp falls, if only by noise; "" where it does not.
+    """Return where a ramp falls within noise, in words; "" for a ramp that does not fall.
 
     ``codes``, ``light``, ``sigma``: code values between 0 and 1, light there relative to full drive, and its standard
     deviation, (m,) each. ``who``: the ramp, for messages.
@@ -171,9 +172,9 @@ def fallen(codes: Array, light: Array, sigma: Array, who: str) -> str:
     highest = np.maximum.accumulate(light)
     top = np.maximum.accumulate(np.where(light == highest, np.arange(light.size), 0))
     fall = highest - light
-    doubt = np.hypot(sigma, sigma[top])
-    worst = int(np.argmax(fall / doubt))
-    if fall[worst] > FALLS * doubt[worst]:
+    uncertainty = np.hypot(sigma, sigma[top])
+    worst = int(np.argmax(fall / uncertainty))
+    if fall[worst] > FALLS * uncertainty[worst]:
         raise LutgenError(
             f"{who} is not monotonic: {light[top[worst]]:.4g} of full light at code {codes[top[worst]]:.4g}, but "
             f"{light[worst]:.4g} at code {codes[worst]:.4g}, more than noise. Measure these codes again, or leave them "
@@ -183,7 +184,10 @@ def fallen(codes: Array, light: Array, sigma: Array, who: str) -> str:
 
 
 def rising_light(light: Array) -> Array:
-    """Least-squares rising sequence: pool adjacent violators (Ayer et al. 1955, doi:10.1214/aoms/1177728423)."""
+    """Return the least-squares non-decreasing sequence by pooling adjacent violators.
+
+    Ayer et al. 1955, doi:10.1214/aoms/1177728423.
+    """
     pools: list[tuple[float, int]] = []
     for value in light.tolist():
         pools.append((value, 1))

@@ -1,10 +1,11 @@
-"""Physical effects: the catalogue, and users' own effects.
+"""Physical effects: the built-in catalogue and users' own effects.
 
-Built-in effects are the modules of ``lutgen/effects/catalogue``; installed packages add theirs by the entry-point
-group ``lutgen.effects``; :func:`lutgen.effects.own.load_file` reads a user's file.
+Built-in effects are the modules of ``lutgen/effects/catalogue``. Installed packages add effects by the entry-point
+group ``lutgen.effects``. :func:`lutgen.effects.own.load_file` reads a user's file.
 
-``declare`` holds the declaration, ``contract`` the clauses that every effect keeps, ``scene`` what an effect may know
-besides its signal. One more file in the catalogue is one more effect; one more file here serves all effects.
+``declare`` holds the declaration of an effect. ``contract`` holds the clauses that every effect must satisfy. ``scene``
+holds the inputs of an effect besides its signal. Each file of the catalogue is one effect; the files here serve all
+effects.
 """
 
 from __future__ import annotations
@@ -20,13 +21,13 @@ from lutgen.errors import LutgenError
 
 __all__ = ["STAGES", "Effect", "Parameter", "Scene", "catalogue", "effect", "growth"]
 
-#: Imported here and by name: its own name is then that of the function below, at run time and for type checkers.
+#: Imported by a string, because the package and the function :func:`catalogue` below have the same name.
 _FOLDER = import_module("lutgen.effects.catalogue")
 
 
 @cache
 def catalogue() -> dict[str, Effect]:
-    """Return the built-in effects by name, in the order of the light's way, then of the alphabet."""
+    """Return the built-in effects by name, sorted by stage, then by name."""
     effects = []
     for module in iter_modules(_FOLDER.__path__):
         declared = getattr(import_module(f"{_FOLDER.__name__}.{module.name}"), module.name, None)

@@ -1,8 +1,8 @@
-"""The contract of a file of effects, tried in a child process with limits of time and memory.
+"""Check of the contract of a file of effects in a child process with limits of time and memory.
 
-``lutgen effects --check`` uses it, so that the check ends whatever the file does. The child writes lines of JSON into a
-temporary file: first the names of the effects, or why the file is refused, then one line for each clause. If the child
-is stopped or dies, the remaining lines are missing.
+``lutgen effects --check`` uses this module, so that the check ends for every file. The child writes lines of JSON into
+a temporary file: first the names of the effects, or the reason why the file is refused; then one line for each clause.
+If the child is stopped or dies, the remaining lines are missing.
 """
 
 from __future__ import annotations
@@ -21,21 +21,21 @@ from lutgen.errors import LutgenError
 from lutgen.files import scratch
 from lutgen.processes import python_environment
 
-#: Seconds that a check of all effects of a file may take. Built-in effects take well below one.
+#: Time limit in seconds for the check of a file. A built-in effect takes well below one second.
 LIMIT_S = 10.0
 
-#: Address space of a child, in bytes: a loop that collects without end fails before the machine does.
+#: Address space of a child, in bytes: an endless allocation fails before the machine runs out of memory.
 MAX_MEMORY = 4_000_000_000
 
 
 def check_file(path: str | Path, *, limit_s: float = LIMIT_S) -> tuple[Report, ...]:
-    """Try the contract of every effect in a file.
+    """Check the contract of every effect in a file.
 
-    The clause during which the child ended is broken, and effects after that one are not tried.
+    If the child ends during a clause, this clause is broken, and later effects are not checked.
 
     ``limit_s``: seconds after which the child is stopped.
 
-    Raises LutgenError: as :func:`lutgen.effects.own.load_file`, or the child ended while it loaded the file.
+    Raises LutgenError: as :func:`lutgen.effects.own.load_file`, or the child ended while loading the file.
     """
     answers, ended = _ask(path, limit_s)
     reports: list[Report] = []
@@ -52,7 +52,7 @@ def check_file(path: str | Path, *, limit_s: float = LIMIT_S) -> tuple[Report, .
 
 
 def _names(answers: list[dict[str, Any]], ended: str, path: str | Path) -> list[str]:
-    """Names of the effects that the child has loaded. Raises LutgenError when it has not."""
+    """Return the names of the loaded effects. Raises LutgenError: the child refused the file, or ended before."""
     for line in answers:
         if "refused" in line:
             raise LutgenError(line["refused"])
@@ -62,12 +62,12 @@ def _names(answers: list[dict[str, Any]], ended: str, path: str | Path) -> list[
 
 
 def _ask(path: str | Path, limit_s: float) -> tuple[list[dict[str, Any]], str]:
-    """Run the child; return its answers, and how it ended, as the predicate of a sentence: ``loops for ever …``."""
+    """Run the child; return its lines, and how it ended, as the predicate of a sentence: ``loops for ever …``."""
     environment = python_environment(OPENBLAS_NUM_THREADS="1")
     with scratch() as folder:
         file = Path(folder) / "answers"
         file.touch()
-        # -P keeps the working folder out of the modules' places.
+        # -P keeps the working folder out of sys.path.
         command = [sys.executable, "-P", "-m", __name__, str(file), str(path)]
         silent = subprocess.DEVNULL
         try:
@@ -83,7 +83,7 @@ def _ask(path: str | Path, limit_s: float) -> tuple[list[dict[str, Any]], str]:
 
 def _serve(answers: str, path: str) -> None:
     """Check the file and write the answers: the body of the child process."""
-    with suppress(ImportError, ValueError, OSError):  # not on every system, and never above what was set before
+    with suppress(ImportError, ValueError, OSError):  # missing on some systems; a limit may not exceed an earlier limit
         import resource
 
         resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY, MAX_MEMORY))

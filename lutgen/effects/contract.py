@@ -1,8 +1,8 @@
-"""The contract of an effect: what fits and LUTs rely on, tried in this process on the readings of ``probe``.
+"""The contract of an effect: the properties that fits and LUTs rely on, checked in this process on ``probe`` readings.
 
-Each clause is a function of an effect that returns one sentence saying how the clause is kept, or raises
-:class:`Broken`, which says with which values it is not. :mod:`lutgen.effects.child` tries a file under limits of time
-and memory, for ``lutgen effects --check``.
+Each clause is a function of an effect. The function returns one sentence that says how the effect satisfies the clause,
+or raises :class:`Broken` with a sentence that says with which values the effect breaks the clause.
+:mod:`lutgen.effects.child` checks a file under limits of time and memory, for ``lutgen effects --check``.
 """
 
 from __future__ import annotations
@@ -31,19 +31,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Clause:
-    """A clause of the contract, whether an effect keeps it, and one sentence that says how, or why not."""
+    """The result of one clause of the contract: passed or not, and one sentence with the reason."""
 
     clause: str
     passed: bool
     sentence: str
 
 
-class Broken(LutgenError):  # noqa: N818 - a clause is broken, which is a finding
-    """A clause is not kept; the text says how."""
+class Broken(LutgenError):  # noqa: N818 - the name says that a clause is broken
+    """An effect breaks a clause; the message says how."""
 
 
 def examine(effect: Effect) -> Iterator[Clause]:
-    """Try one clause after the other, in this process, until a broken one makes the others meaningless."""
+    """Check the clauses one after the other, in this process; stop after a broken clause of ``BASIC``."""
     if effect.stage == "selection":
         yield Clause("runs", passed=True, sentence="There is nothing to run: it chooses among the paper's matrices.")
         return
@@ -68,7 +68,7 @@ def _shapes(effect: Effect) -> str:
         result = _apply(effect, reading, effect.typical())
         expected = reading.signal.shape
         if case == "tips shared by all readings":
-            # Tips of one hour, read under many conditions: the result may differ from reading to reading, or not.
+            # Tips of one hour under many conditions: the result may have one set of tips, or one for each reading.
             expected = (*expected[:-3], result.shape[-3] if result.ndim == 3 else 0, *expected[-2:])
             if result.ndim == 3 and result.shape[0] not in {1, probe.READINGS}:
                 expected = reading.signal.shape
@@ -81,10 +81,10 @@ def _shapes(effect: Effect) -> str:
 def _neutral(effect: Effect) -> str:
     others = [name for name in effect.parameters if name not in effect.neutral]
     bounds = {name: effect.parameters[name].bounds for name in others}
-    tried = [effect.typical(), *probe.parameter_corners(bounds), *probe.parameter_draws(bounds, probe.DRAWS)]
+    points = [effect.typical(), *probe.parameter_corners(bounds), *probe.parameter_draws(bounds, probe.DRAWS)]
     neutral = ", ".join(f"{name} = {value:g}" for name, value in effect.neutral.items())
     for reading in (probe.readings(effect.stage, at_rest=True), probe.readings(effect.stage)):
-        for values in tried:
+        for values in points:
             result = _apply(effect, reading, effect.rest() | values | dict(effect.neutral))
             change = np.abs(result - reading.signal)
             if not change.max() <= probe.ROUNDING * np.abs(reading.signal).max():
@@ -93,8 +93,8 @@ def _neutral(effect: Effect) -> str:
                     f"At its neutral values ({neutral or 'it has none'}) it changes {_which(reading, worst)} by "
                     f"{change[worst].max():.3g}{_with(values, others)}. There it must return the signal as it came."
                 )
-    beside = ", whatever the other parameters are" if others else ""
-    return f"Changes nothing at its neutral values ({neutral}){beside}."
+    suffix = ", for all values of the other parameters" if others else ""
+    return f"Changes nothing at its neutral values ({neutral}){suffix}."
 
 
 def _finite(effect: Effect) -> str:
@@ -159,7 +159,9 @@ def _columns(effect: Effect) -> str:
     reacts = [column for column in COLUMNS if _reacts(effect, column, at_rest=False)]
     idle = [column for column in effect.needs if column not in reacts]
     if idle:
-        raise Broken(f"Names {_and(idle)} in `needs`, which change nothing. Leave out what it does not read.")
+        raise Broken(
+            f"Names {_and(idle)} in `needs`, which change nothing. Leave out the columns that it does not read."
+        )
     visible_at_rest = any(
         not probe.same(_apply(effect, reading, values), reading.signal)
         for reading in (probe.readings(effect.stage, at_rest=True),)
@@ -193,7 +195,7 @@ def _influence(effect: Effect) -> str:
     return "Every parameter changes something." if effect.parameters else "Has no parameters."
 
 
-#: Name of each clause → the function that tries it, in the order of the report.
+#: Name of each clause → the function that checks the clause, in the order of the report.
 CLAUSES: dict[str, Callable[[Effect], str]] = {
     "runs": _runs,
     "shapes": _shapes,
@@ -206,15 +208,15 @@ CLAUSES: dict[str, Callable[[Effect], str]] = {
     "parameters matter": _influence,
 }
 
-#: If an effect breaks one of these, the clauses after it cannot be tried.
+#: If an effect breaks one of these clauses, the later clauses cannot be checked.
 BASIC = ("runs", "shapes", "repeatable")
 
-#: Stages whose signals come for many sets of tips at once.
+#: Stages whose signals may have a leading axis for many sets of tips.
 _STACKED = {"emission", "optics", "viewing", "instrument"}
 
 
 def _cases(stage: str) -> dict[str, ProbeReading]:
-    """Readings in every arrangement that fits and LUTs use."""
+    """Return the readings in every shape that fits and LUTs use, by the name of the case."""
     full, rest = probe.readings(stage), probe.readings(stage, at_rest=True)
     one_reading = probe.some(full, slice(0, 1), stage)
     one_hour = replace(rest, scene=replace(rest.scene, hours=np.full((1, 1), 9000.0), white=rest.scene.white[:1]))
@@ -227,7 +229,7 @@ def _cases(stage: str) -> dict[str, ProbeReading]:
 
 
 def _apply(effect: Effect, reading: ProbeReading, values: Mapping[str, float], *, copy: bool = True) -> Array:
-    """Send a reading through an effect; whatever a user's function raises breaks the clause."""
+    """Apply an effect to a reading; an exception of a user's function breaks the clause."""
     given = probe.copied(reading) if copy else reading
     try:
         result = effect.function(given.signal, given.scene, **values)
@@ -241,7 +243,7 @@ def _apply(effect: Effect, reading: ProbeReading, values: Mapping[str, float], *
 
 
 def _array(result: object) -> Array:
-    """What a user's function returned, which may be anything."""
+    """Return the result of a user's function if it is an array of float64; otherwise raise Broken."""
     if not isinstance(result, np.ndarray) or result.dtype != np.float64:
         kind = f"an array of {result.dtype}" if isinstance(result, np.ndarray) else type(result).__name__
         raise Broken(f"Returns {kind}. Return a numpy array of float64, as the signal is.")
@@ -262,7 +264,7 @@ def _reacts(effect: Effect, column: str, *, at_rest: bool) -> bool:
 
 
 def _worst(change: Array) -> tuple[int, ...]:
-    """Index of the reading that is changed most."""
+    """Return the index of the reading with the largest change."""
     return (int(np.argmax(change.reshape(len(change), -1).max(axis=1))),)
 
 
@@ -288,37 +290,37 @@ def _and(names: tuple[str, ...] | list[str]) -> str:
 
 @dataclass(frozen=True)
 class Report:
-    """The result of trying the contract of an effect, clause by clause."""
+    """The results of the contract's clauses for one effect."""
 
     effect: str
     clauses: tuple[Clause, ...]
 
     @property
     def failure(self) -> Clause | None:
-        """The first clause that is broken."""
+        """The first broken clause, or None."""
         return next((clause for clause in self.clauses if not clause.passed), None)
 
     @property
     def passed(self) -> bool:
-        """Whether every clause is kept."""
+        """Whether the effect satisfies every clause."""
         return self.failure is None
 
     def as_json(self) -> dict[str, Any]:
-        """The report as JSON holds it."""
+        """Return the report in the form of its JSON."""
         clauses = [{"clause": each.clause, "passed": each.passed, "sentence": each.sentence} for each in self.clauses]
         return {"effect": self.effect, "passed": self.passed, "clauses": clauses}
 
 
 def check(effect: Effect) -> Report:
-    """Try an effect's contract in this process; what the effect prints goes to standard error."""
+    """Check an effect's contract in this process; redirect the effect's output to standard error."""
     with redirect_stdout(sys.stderr):
         return Report(effect.name, tuple(examine(effect)))
 
 
 def refuse_unsound(files: Iterable[str | Path] = (), expressions: Iterable[str] = ()) -> None:
-    """Try the contract of all of a user's own effects, installed ones too, before anything relies on them.
+    """Check the contract of a user's own effects and of installed effects, before fits and LUTs use them.
 
-    Raises LutgenError: an effect cannot be loaded, or breaks a clause; the message names the first such clause.
+    Raises LutgenError: an effect cannot be loaded, or breaks a clause; the message names the first broken clause.
     """
     from lutgen.effects.expression import parse
     from lutgen.effects.own import installed, load_file
@@ -328,7 +330,7 @@ def refuse_unsound(files: Iterable[str | Path] = (), expressions: Iterable[str] 
 
 
 def refuse_broken(report: Report, origin: str) -> None:
-    """Raise LutgenError with the first clause that an effect of that origin breaks, if it does."""
+    """Raise LutgenError with the first broken clause of a report, if any; ``origin`` is the effect's origin."""
     if report.failure:
         raise LutgenError(
             f"{origin}: effect {report.effect!r} breaks the contract, clause {report.failure.clause!r}: "

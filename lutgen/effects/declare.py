@@ -10,8 +10,8 @@
     def black_level(xyz, scene, *, leak):
         return xyz + leak * scene.tau * scene.white
 
-The function takes the signal of its stage and the :class:`~lutgen.effects.scene.Scene`, and returns the signal
-anew. Its name with hyphens is the effect's name, its module's docstring tells the mechanism and its source.
+The function takes the signal of its stage and the :class:`~lutgen.effects.scene.Scene`, and returns a new signal. The
+function's name, with hyphens, is the effect's name. The module's docstring describes the mechanism and its source.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.effects.scene import Scene
 
-#: Stages of the display, in the order of the light's way, and the signal that an effect there takes and returns.
+#: Stages of the display, in the order in which the signal passes them, and the signal that an effect of the stage takes
+#: and returns.
 STAGES = {
     "drive": "code values (..., 3), 0..1",
     "transfer": "linear light per channel (..., 3)",
@@ -45,14 +46,14 @@ STAGES = {
     "selection": "linear light per channel (..., 3), of which it returns the grey that a colour holds, in all three",
 }
 
-#: Modules whose effects are lutgen's own.
+#: Prefix of the modules of built-in effects.
 _CATALOGUE = "lutgen.effects.catalogue."
 
-#: Origin of an effect of the catalogue; and of an effect that a program declares, before the program's module.
+#: Origin of an effect of the catalogue; prefix of the origin of an effect that a program declares, before the name of
+#: the program's module.
 BUILT_IN, CODE = "built-in", "code, module "
 
-
-#: Values that differ by no more than this share of a parameter's range are the same.
+#: Two values of a parameter are equal if they differ by no more than this share of the parameter's range.
 NEARBY = 1e-9
 
 
@@ -63,7 +64,7 @@ class Parameter:
     Attributes
     ----------
     value
-        Typical value: the start of a search, and the value of the parameter in a form that does not free it.
+        Typical value: the start of a search, and the parameter's value in a form that does not free the parameter.
     bounds
         Smallest and largest physical value.
     unit
@@ -71,11 +72,12 @@ class Parameter:
     meaning
         One sentence.
     grid
-        Values to try one by one, where no gradient leads a search (a number of bits); ``"gaps"``: the middles between
-        neighbouring sessions of the data, for the hour of an event; ``"proposed"``: those that the effect proposes.
+        Values to try one by one, for a parameter without a useful gradient (a number of bits). ``"gaps"``: the
+        midpoints between neighbouring sessions of the data, for the hour of an event. ``"proposed"``: the values that
+        the effect proposes.
     beside_first
-        Value beside a display's own model of the first session, which contains what was there at hour 0: 0 of a size at
-        hour 0; None: free there too.
+        Value if the display's own model of the first session is used. This model contains the effects of hour 0, so an
+        amplitude at hour 0 is 0 there. None: the parameter is free there too.
 
     """
 
@@ -91,12 +93,12 @@ class Parameter:
         return any(self.is_at(bound, value) for bound in self.bounds)
 
     def is_at(self, place: float, value: float) -> bool:
-        """Whether a value lies at a place, so near that no fit tells them apart."""
+        """Whether a value equals ``place`` within the tolerance ``NEARBY``."""
         low, high = self.bounds
         return bool(abs(value - place) <= NEARBY * (high - low))
 
 
-#: Grid of a parameter whose settings are too many to fit: the effect proposes some (``Effect.propose``).
+#: Grid of a parameter with too many values to fit each: the effect proposes settings (``Effect.propose``).
 PROPOSED = "proposed"
 
 
@@ -104,18 +106,18 @@ class Transform(Protocol):
     """The function of an effect."""
 
     def __call__(self, signal: Array, scene: Scene, /, **parameters: float) -> Array:
-        """Send the signal of a stage through the effect; shapes broadcast, the input stays untouched."""
+        """Return the signal after the effect; shapes broadcast; the input is not changed."""
         ...
 
 
 class Propose(Protocol):
-    """Settings worth a fit, of an effect that moves code values."""
+    """The function that proposes settings for a fit, of an effect that shifts code values."""
 
     def __call__(self, code: Array, pull: Array, information: Array, /) -> tuple[list[dict[str, float]], int]:
-        """Return settings, best first, and how many were looked at.
+        """Return settings, best first, and the number of settings that were compared.
 
-        ``code``: code values that were read, (m,). Shifts s of them change χ² by sᵀ · information · s − 2 · pull · s,
-        ``pull`` (m,) and ``information`` (m, m).
+        ``code``: code values of the readings, (m,). Shifts s of the code values change χ² by
+        sᵀ · information · s − 2 · pull · s, with ``pull`` (m,) and ``information`` (m, m).
         """
         ...
 
@@ -127,39 +129,40 @@ class Effect:
     Attributes
     ----------
     name
-        As users type it.
+        Name that users type.
     stage
         One of ``STAGES``.
     parameters
         Name → :class:`Parameter`, in the function's order.
     neutral
-        Amplitude → the value at which the effect does nothing, whatever the other parameters are.
+        Amplitude → the value at which the effect does nothing, for all values of the other parameters.
     forms
-        Sets of parameters that a fit frees, simplest first. The other parameters keep their neutral value, else their
-        typical value. Forms from ``refined`` on are refinements: the same physics with a freer formula. One of more
-        than three parameters counts only where a shorter form explains more than half of what it does.
+        Sets of parameters that a fit frees, simplest first. The other parameters keep their neutral value, or their
+        typical value if they have no neutral value. Forms from index ``refined`` on are refinements: the same physics
+        with a freer formula. A refinement with more than three parameters counts only where a shorter form explains
+        more than half of the refinement's improvement.
     refined
         Index of the first refinement in ``forms``.
     needs
-        Columns of the readings without which nobody can see the effect.
+        Columns of the readings without which the readings cannot show the effect.
     baseline
-        ``colour-points``: visible although white and primaries are measured again at every hour; ``first-hour``:
-        visible only to a model that knows hour 0 alone.
+        ``colour-points``: the effect is visible although white and primaries are measured again at every hour.
+        ``first-hour``: the effect is visible only in a model whose white and primaries come from hour 0 alone.
     compensated
-        Whether a sensor that holds white's luminance takes the effect out of it; False for what leaves the sensor no
-        reserve.
+        Whether a sensor that holds white's luminance compensates the effect. False for an effect that leaves the sensor
+        no reserve.
     confused_with
-        Name of another effect → what would separate the two, one sentence.
+        Name of another effect → the measurement that would separate the two effects, one sentence.
     says
-        A clause that says what the effect does and how large it is: ``black leaks {size} of white``. ``{size}`` stands
-        for the first amplitude and its growth; other parameters stand by their names, as in :meth:`str.format`.
+        A clause that describes the effect and its size: ``black leaks {size} of white``. ``{size}`` is the first
+        amplitude and its growth. Other parameters are inserted by their names, as in :meth:`str.format`.
     source
-        Source of the form and of the size, with DOI where there is one; or that they are an assumption.
+        Source of the form and of the size, with DOI where there is one; "an assumption" where there is no source.
     propose
-        For parameters whose ``grid`` is ``proposed``: code values, and what readings say of their shifts, → settings to
-        try, best first.
+        For parameters whose ``grid`` is ``proposed``: the function that returns the settings to try, best first. See
+        :class:`Propose`.
     text, origin
-        The module's docstring; ``built-in``, the file, the package, the expression or the code it came from.
+        The module's docstring. The source of the effect: ``built-in``, a file, a package, an expression or code.
 
     """
 
@@ -181,16 +184,16 @@ class Effect:
     origin: str = BUILT_IN
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle the place of the effect: the decorator has put the effect under the name of its function."""
+        """Pickle the effect by its module and its function's name, under which the decorator has stored the effect."""
         return _recalled, (self.name, self.origin, self.function.__module__, getattr(self.function, "__name__", ""))
 
     @property
     def summary(self) -> str:
-        """First sentence of the docstring."""
+        """The first line of the docstring, without its full stop."""
         return self.text.strip().partition("\n")[0].rstrip(".")
 
     def in_words(self, values: Mapping[str, float]) -> str:
-        """Say in a clause what the effect does at these values, with the size where ``says`` has a place for it."""
+        """Return a clause that describes the effect at these values, with the size if ``says`` contains it."""
         amount = next(iter(self.neutral), "")
         explained = {amount, "grown", *(name for _, name, _, _ in Formatter().parse(self.says) if name)}
         if not self.says or any(values[name] != rest for name, rest in self.neutral.items() if name not in explained):
@@ -201,7 +204,7 @@ class Effect:
         return clause + _course(new, grown) if "{size}" in self.says else clause
 
     def as_json(self) -> dict[str, Any]:
-        """Return all that the effect declares, its function apart."""
+        """Return the declaration as JSON, without the function."""
         return {
             "name": self.name,
             "stage": self.stage,
@@ -228,11 +231,11 @@ class Effect:
         }
 
     def is_kin(self, other: Effect) -> bool:
-        """Whether either effect says that it may be confused with the other."""
+        """Whether one of the two effects names the other in ``confused_with``."""
         return other.name in self.confused_with or self.name in other.confused_with
 
     def since_first_session(self) -> Effect:
-        """Return the effect for a display whose own model of the first session contains what was there at hour 0."""
+        """Return the effect for a display whose own model contains the effects of hour 0; see ``beside_first``."""
         held = {name: each.beside_first for name, each in self.parameters.items() if each.beside_first is not None}
         if not held:
             return self
@@ -246,7 +249,7 @@ class Effect:
         return replace(self, parameters=parameters, forms=forms, refined=simple)
 
     def rest(self) -> dict[str, float]:
-        """Return the parameters at which the effect does nothing: amplitudes neutral, the others typical."""
+        """Return parameters at which the effect does nothing: neutral amplitudes, typical other parameters."""
         return {name: self.neutral.get(name, parameter.value) for name, parameter in self.parameters.items()}
 
     def typical(self) -> dict[str, float]:
@@ -255,7 +258,7 @@ class Effect:
 
 
 def _course(new: float, grown: float) -> str:
-    """Say how a share that is ``new`` at hour 0 develops, as the end of a clause."""
+    """Return the end of a clause: how a share of ``new`` at hour 0 changes by 18 000 h."""
     first, last = f"{100 * new:.2g} %", f"{100 * (new + grown):.2g} %"
     if not grown or first == last:
         return ""
@@ -265,17 +268,17 @@ def _course(new: float, grown: float) -> str:
 
 
 def chain_order(declared: Effect) -> tuple[int, str]:
-    """Sort key: by the light's way, then by the alphabet."""
+    """Return a sort key: stage first, then name."""
     return list(STAGES).index(declared.stage), declared.name
 
 
 def _recalled(name: str, origin: str, module: str, attribute: str) -> Effect:
-    """Find a pickled effect: in its module, or by its origin where that is a file or an expression."""
-    home = import_module(module) if origin.startswith(CODE) else sys.modules.get(module)
-    effect = getattr(home, attribute, None)
+    """Return a pickled effect: from its module, or by its origin if the origin is a file or an expression."""
+    source = import_module(module) if origin.startswith(CODE) else sys.modules.get(module)
+    effect = getattr(source, attribute, None)
     if isinstance(effect, Effect) and effect.origin == origin:
         return effect
-    recalled: Effect = import_module("lutgen.effects.own").recall(name, origin)  # by name: it imports this module
+    recalled: Effect = import_module("lutgen.effects.own").recall(name, origin)  # `own` imports this module
     return recalled
 
 
@@ -294,12 +297,12 @@ def effect(
     propose: Propose | None = None,
     **parameters: Parameter,
 ) -> Callable[[Callable[..., Array]], Effect]:
-    """Declare a function as an effect; the declaration is checked at once.
+    """Declare a function as an effect, and check the declaration.
 
     Raises
     ------
     LutgenError
-        Something in the declaration is wrong: one sentence says what to change.
+        The declaration is inconsistent; the message says what to change.
 
     """
 
@@ -331,13 +334,13 @@ def effect(
 
 
 def _usual_forms(neutral: Mapping[str, float], parameters: Mapping[str, Parameter]) -> tuple[tuple[str, ...], ...]:
-    """The amplitudes alone; then, where there are more parameters, all of them."""
+    """Return the default forms: the amplitudes; then all parameters, if there are others."""
     amplitudes = tuple(name for name in parameters if name in neutral)
     return (amplitudes,) if len(amplitudes) == len(parameters) else (amplitudes, tuple(parameters))
 
 
 def check_declaration(declared: Effect) -> None:
-    """Refuse a declaration that contradicts itself. Raises LutgenError with what to change."""
+    """Check the consistency of a declaration. Raises LutgenError; the message says what to change."""
     who = f"effect {declared.name!r}"
     if declared.stage not in STAGES:
         _refuse(f"{who}: stage {declared.stage!r} is none. Pick one of: {', '.join(STAGES)}.")
@@ -346,7 +349,7 @@ def check_declaration(declared: Effect) -> None:
     _check_signature(declared, who)
     for name, parameter in declared.parameters.items():
         _check_parameter(f"{who}: parameter {name!r}", parameter, declared.neutral.get(name))
-    # A selection is there or not, whatever its shape.
+    # A selection has no amplitude.
     if not declared.neutral and declared.parameters and declared.stage != "selection":
         _refuse(f"{who}: neutral is empty. Name the amplitudes and the values at which the effect does nothing.")
     _check_names(f"{who}: neutral", tuple(declared.neutral), declared.parameters)

@@ -1,12 +1,12 @@
 """Effects in one line: ``xyz + k*tau*white``.
 
-The signal in the formula decides the stage: ``code`` makes an effect of the drive, ``linear`` of the transfer, ``xyz``
-of the optics. Names that are neither signal nor quantity are parameters. Their start and bounds may follow after
-semicolons, and a name of the effect may stand before a colon::
+The signal in the formula selects the stage: ``code`` the stage drive, ``linear`` the stage transfer, ``xyz`` the stage
+optics. A name that is neither a signal nor a quantity is a parameter. The start and the bounds of parameters may follow
+after semicolons. The name of the effect may precede the formula, with a colon::
 
     leak: xyz + k*tau**p*white; k=0.002[0,0.05]; p=1[0.3,3]
 
-The amplitudes among the parameters are the fewest that, when 0, leave the signal as it is.
+The amplitudes are the smallest set of parameters that leave the signal unchanged when they are 0.
 """
 
 from __future__ import annotations
@@ -29,27 +29,29 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-#: Limits of a one-line effect; an effect with a longer formula or with more parameters belongs in a file.
+#: Largest length and largest number of parameters of a one-line effect; a larger effect belongs in a file.
 MAX_LETTERS, MAX_PARAMETERS = 500, 8
 
-#: Start of an amplitude, and its bounds on either side of 0. Other parameters start at 1, with bounds a factor 10 away.
+#: Start of an amplitude, and its distance from 0 to each bound. Other parameters start at 1, with bounds a factor
+#: DECADE away.
 AMPLITUDE, REACH, DECADE = 0.01, 1.0, 10.0
 
-#: A parameter whose name is more similar to a quantity's counts as misspelt, such as `whte` and `ambient`.
+#: Smallest similarity of a parameter's name to a quantity's name at which the parameter counts as misspelt: `whte`,
+#: `ambient`.
 _LIKENESS = 0.74
 
 _NUMBER = rf"\s*({NUMBER})\s*"
 _VALUE = re.compile(rf"\s*([A-Za-z]\w*)\s*={_NUMBER}(?:\[{_NUMBER},{_NUMBER}\]\s*)?", re.ASCII)
 
-#: A parameter as the user wrote it: its start, and its bounds if they are given.
+#: Start of a parameter from the user's text, and its bounds or None.
 _Given = tuple[float, tuple[float, float] | None]
 
 
 def parse(text: str) -> Effect:
-    """Read a one-line effect: ``[name:] formula [; parameter=start[low,high]]…``.
+    """Parse a one-line effect: ``[name:] formula [; parameter=start[low,high]]…``.
 
-    Raises LutgenError: too long, outside the grammar, of no or of two signals, a misspelt quantity, or not the signal
-    itself when its amplitudes are 0.
+    Raises LutgenError: the text is too long or outside the grammar, does not name exactly one signal, contains a
+    misspelt quantity, or changes the signal when its amplitudes are 0.
     """
     if len(text) > MAX_LETTERS:
         raise LutgenError(
@@ -79,12 +81,12 @@ def parse(text: str) -> Effect:
 
 
 def _name(formula: Formula) -> str:
-    """Name an effect after the names in its formula: the same on every run."""
+    """Return a name for the effect, made of the names in its formula."""
     return "-".join(re.findall(r"[a-z][a-z0-9]*", formula.text.lower().replace("_", "")))
 
 
 def _given(formula: Formula, values: Sequence[str]) -> dict[str, _Given]:
-    """Read ``k=0.01[-0.1,0.1]``."""
+    """Return start and bounds of each parameter from texts such as ``k=0.01[-0.1,0.1]``."""
     if len(formula.parameters) > MAX_PARAMETERS:
         listed = ", ".join(formula.parameters)
         refuse(formula.text, f"has {len(formula.parameters)} parameters ({listed}); {MAX_PARAMETERS} are allowed")
@@ -104,7 +106,7 @@ def _given(formula: Formula, values: Sequence[str]) -> dict[str, _Given]:
 
 
 def _check_spelling(formula: Formula, names: Sequence[str]) -> None:
-    """Refuse a parameter that looks like a misspelt quantity: the fit would treat it as a new parameter."""
+    """Refuse a parameter whose name looks like a misspelt quantity; a fit would free it as a new parameter."""
     known = {name.replace("_", ""): name for name in (*SIGNALS, *QUANTITIES, *FUNCTIONS)}
     for name in names:
         plain = name.lower().replace("_", "")
@@ -134,8 +136,8 @@ def _decades(start: float) -> tuple[float, float]:
 
 
 def _amplitudes(formula: Formula, given: Mapping[str, _Given]) -> tuple[str, ...]:
-    """Smallest set of parameters that, set to 0, leaves the signal unchanged, whatever the other parameters are."""
-    # Of equally small sets, the one in which the formula is linear: in ``xyz*(1 + k*sin(w*tau))`` that is k, not w.
+    """Return the smallest set of parameters that leaves the signal unchanged at 0, for all other parameters."""
+    # Of sets of equal size, prefer a set in which the formula is linear: in ``xyz*(1 + k*sin(w*tau))`` k, not w.
     ends = {name: given.get(name, (1.0, None)) for name in formula.parameters}
     bounds = {name: reach or _decades(start) for name, (start, reach) in ends.items()}
     draws = parameter_draws(bounds, 6)
@@ -152,7 +154,7 @@ def _amplitudes(formula: Formula, given: Mapping[str, _Given]) -> tuple[str, ...
             return max(fitting, key=lambda some: _is_linear(formula, some, draws))
     return refuse(
         formula.text,
-        f"is not {formula.signal} itself when its parameters are 0. Write a change beside the signal, as in "
+        f"is not {formula.signal} itself when its parameters are 0. Add a change to the signal, as in "
         f"`xyz + k*tau*white`, `xyz*(1 - k*tau)` or `linear**(1 + k)`, with 0 inside the bounds of k. "
         f"Read here as quantities: {', '.join(formula.quantities) or 'none'}; as parameters: "
         f"{', '.join(formula.parameters) or 'none'}"
@@ -161,7 +163,7 @@ def _amplitudes(formula: Formula, given: Mapping[str, _Given]) -> tuple[str, ...
 
 
 def _changes(formula: Formula, values: Mapping[str, float]) -> bool:
-    """Whether the formula gives anything else than the signal, or no number at all."""
+    """Whether the result of the formula differs from the signal, or is not a number."""
     signal = readings(SIGNALS[formula.signal]).signal
     return not np.allclose(_result(formula, values), signal, rtol=1e-12, atol=1e-12 * float(np.abs(signal).max()))
 
@@ -172,7 +174,7 @@ def _result(formula: Formula, values: Mapping[str, float]) -> Array:
 
 
 def _is_linear(formula: Formula, some: Sequence[str], draws: Sequence[Mapping[str, float]]) -> bool:
-    """Whether twice these parameters make twice the change."""
+    """Whether the change of the signal is proportional to the parameters ``some``."""
     signal = readings(SIGNALS[formula.signal]).signal
     for draw in draws:
         once, twice = (

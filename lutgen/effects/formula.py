@@ -1,7 +1,7 @@
-"""Formulas of one-line effects: a small grammar, and a stack machine that computes them; nothing is run as Python.
+"""Formulas of one-line effects: a small grammar, and a stack machine that evaluates the formulas without ``eval``.
 
 A formula holds numbers, + - * / **, parentheses, the functions of ``FUNCTIONS`` and names. A name is the signal, a
-quantity of ``QUANTITIES``, or else a parameter.
+quantity of ``QUANTITIES``, or a parameter.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 #: Name of a signal → the stage of an effect on it.
 SIGNALS = {"code": "drive", "linear": "transfer", "xyz": "optics"}
 
-#: Name of a quantity of the scene → how it is read there, and the columns that it comes from.
+#: Name of a quantity → the function that reads the quantity from the scene, and the columns that the quantity needs.
 QUANTITIES: dict[str, tuple[Callable[[Scene], Array], tuple[str, ...]]] = {
     "code": (attrgetter("code"), ()),
     "r": (lambda scene: code_to_linear(scene.code[..., :1]), ()),
@@ -47,7 +47,8 @@ QUANTITIES: dict[str, tuple[Callable[[Scene], Array], tuple[str, ...]]] = {
     "pi": (lambda _scene: np.array(pi), ()),
 }
 
-#: Function → what computes it, and its number of arguments; `min` and `max` of more are made of pairs.
+#: Name of a function → NumPy's function and its number of arguments. `min` and `max` of more arguments are nested
+#: pairs.
 FUNCTIONS: dict[str, tuple[Callable[..., Array], int]] = {
     "exp": (np.exp, 1),
     "log": (np.log, 1),
@@ -70,10 +71,10 @@ _SIGNS: dict[type[ast.AST], tuple[str, Callable[..., Array], int]] = {
 }
 _OPERATIONS = FUNCTIONS | {sign: (compute, count) for sign, compute, count in _SIGNS.values()}
 
-#: Deepest nesting of a formula: no person reads a deeper one.
+#: Largest depth of nested operations in a formula.
 MAX_DEPTH = 40
 
-#: A larger power is treated as a typing error; it would overflow.
+#: Largest constant exponent. A larger exponent overflows, and is probably a typing error.
 MAX_POWER = 20
 
 _HINTS = {
@@ -88,29 +89,29 @@ _HINTS = {
 class Formula:
     """The function of a one-line effect."""
 
-    #: As it was written.
+    #: The formula as the user wrote it.
     text: str
-    #: Which of ``SIGNALS`` it changes.
+    #: The signal that the formula changes: a key of ``SIGNALS``.
     signal: str
-    #: Names, in the order of their appearance.
+    #: Names of the parameters, in the order of their appearance.
     parameters: tuple[str, ...]
-    #: In postfix order: numbers, names and operations of a stack machine.
+    #: Numbers, names and operations of the stack machine, in postfix order.
     program: tuple[tuple[str, str | float], ...]
 
     @property
     def __signature__(self) -> Signature:
-        """The signature, for programs that inspect the function."""
+        """The signature that :func:`inspect.signature` returns."""
         taken = [Argument(name, Argument.POSITIONAL_ONLY) for name in ("signal", "scene")]
         return Signature([*taken, *(Argument(name, Argument.KEYWORD_ONLY) for name in self.parameters)])
 
     @property
     def quantities(self) -> tuple[str, ...]:
-        """Names of the quantities of the scene that it reads."""
+        """Names of the scene's quantities that the formula reads."""
         names = (str(operand) for kind, operand in self.program if kind == "name")
         return tuple(dict.fromkeys(name for name in names if name != self.signal and name in QUANTITIES))
 
     def __call__(self, signal: Array, scene: Scene, /, **parameters: float) -> Array:
-        """Compute the formula; where it divides by zero or overflows, the result is not finite."""
+        """Evaluate the formula; a division by zero or an overflow gives a result that is not finite."""
         stack: list[Array] = []
         with np.errstate(all="ignore"):
             for kind, operand in self.program:
@@ -135,7 +136,7 @@ class Formula:
 
 
 def read_formula(text: str) -> Formula:
-    """Read a formula. Raises LutgenError where it leaves the grammar, or names no signal or two."""
+    """Parse a formula. Raises LutgenError: the text is outside the grammar, or does not name exactly one signal."""
     odd = re.search(r"[^A-Za-z0-9_+\-*/()., ]", text)
     if odd:
         _outside(text, f"{odd[0]!r} is not allowed{_HINTS.get(odd[0], '')}")
@@ -150,7 +151,7 @@ def read_formula(text: str) -> Formula:
 
 
 def _signal(text: str, names: Mapping[str, None]) -> str:
-    """Return which signal the formula changes: `xyz` or `linear`, beside which `code` may be read; else `code`."""
+    """Return the signal that the formula changes: `xyz` or `linear` if the formula names it, otherwise `code`."""
     signals = [name for name in ("xyz", "linear") if name in names] or [name for name in ("code",) if name in names]
     if len(signals) != 1:
         why = "names both xyz and linear, which belong to two stages" if signals else "names no signal to change"
@@ -159,7 +160,7 @@ def _signal(text: str, names: Mapping[str, None]) -> str:
 
 
 def _steps(node: ast.expr, text: str, depth: int) -> Iterator[tuple[str, str | float]]:
-    """Yield a node's program: its operands first."""
+    """Yield the postfix program of a node."""
     if depth > MAX_DEPTH:
         refuse(text, f"is nested more than {MAX_DEPTH} deep. Write it as a file for --effects")
     match node:
@@ -209,7 +210,7 @@ def _check_power(exponent: ast.expr, text: str) -> None:
 
 
 def number_of(number: str, text: str) -> float:
-    """Return a number that a formula writes. Raises LutgenError when it is none, or beyond all numbers."""
+    """Return the value of a number in a formula. Raises LutgenError: the text is no number, or not finite."""
     value = cells.number(number, non_finite=True)
     if value is None:
         refuse(text, f"`{number[:40]}` is no number: write digits with a decimal point, such as 1000 or 0.5")
@@ -227,6 +228,6 @@ def _outside(text: str, why: str) -> NoReturn:
 
 
 def refuse(text: str, why: str) -> NoReturn:
-    """Raise the LutgenError that tells why a formula is refused."""
-    shown = text if len(text) <= 60 else f"{text[:57]}…"
-    raise LutgenError(f"expression {shown!r}: {why}.")
+    """Raise a LutgenError with the reason why a formula is refused."""
+    excerpt = text if len(text) <= 60 else f"{text[:57]}…"
+    raise LutgenError(f"expression {excerpt!r}: {why}.")

@@ -1,14 +1,14 @@
-"""Users' own effects beside the built-in ones: from a Python file, an installed package, or a one-line expression.
+"""Users' own effects: from a Python file, an installed package, or a one-line expression.
 
-All of them are imported into this process, as plug-ins are: a file runs with the rights of the user, without limits of
-time or memory. For a file that is not trusted yet there is ``lutgen effects --check``, see :mod:`lutgen.effects.child`.
+lutgen imports the effects into this process, like plug-ins: a file runs with the rights of the user, without limits of
+time or memory. ``lutgen effects --check`` checks a file that is not trusted yet; see :mod:`lutgen.effects.child`.
 
-A file declares effects with the same decorator as the built-in ones, and is named by its path::
+A file declares effects with the same decorator as the built-in effects. Users name the file by its path::
 
     lutgen effects --effects my_effect.py
 
-A package lists modules, or single effects in them, as entry points of the group ``lutgen.effects``. For expressions
-see :mod:`lutgen.effects.expression`.
+A package lists modules, or single effects, as entry points of the group ``lutgen.effects``. For expressions see
+:mod:`lutgen.effects.expression`.
 """
 
 from __future__ import annotations
@@ -34,22 +34,22 @@ if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
     from types import ModuleType
 
-#: Entry points of this group are modules that declare effects, or effects.
+#: Group of the entry points. Each entry point is a module that declares effects, or an effect.
 GROUP = "lutgen.effects"
 
-#: A file of effects is text that a person wrote.
+#: Largest size of a file of effects, which a person writes by hand.
 MAX_BYTES = 4_000_000
 
-#: Modules of users' files begin with this, and end in the hash of path and content.
+#: Prefix of the module names of users' files. A hash of path and content follows.
 _PRIVATE = "lutgen_own_"
 
 
 def everything(files: Iterable[str | Path] = (), expressions: Iterable[str] = ()) -> dict[str, Effect]:
     """Return all effects by name, in chain order: built-in, installed, from files and from expressions.
 
-    ``files``, ``expressions``: as users name them after ``--effects`` and ``--add-expr``.
+    ``files``, ``expressions``: the values of ``--effects`` and ``--add-expr``.
 
-    Raises LutgenError: a file, package or expression is refused, or two of them give an effect the same name.
+    Raises LutgenError: a file, package or expression is refused, or two effects have the same name.
     """
     from lutgen.effects.expression import parse
 
@@ -72,7 +72,7 @@ def everything(files: Iterable[str | Path] = (), expressions: Iterable[str] = ()
 def load_file(path: str | Path) -> tuple[Effect, ...]:
     """Import a Python file and return the effects that it declares, in chain order.
 
-    ``path`` becomes the effects' ``origin`` as it is given.
+    ``path``, unchanged, becomes the ``origin`` of the effects.
 
     Raises LutgenError: the file is missing, is no Python, raises an exception, or declares no effect; a declaration is
     refused, or an effect has the name of a built-in one.
@@ -91,7 +91,7 @@ def load_file(path: str | Path) -> tuple[Effect, ...]:
         del sys.modules[module.__name__]
         raise LutgenError(f"{path}: {refusals[0]}")
     for attribute, each in declared.items():
-        # Several effects in a file tell their mechanisms apart in their own docstrings.
+        # If a file declares several effects, each function's docstring describes its effect.
         text = (len(declared) > 1 and each.function.__doc__) or each.text
         setattr(module, attribute, replace(each, origin=str(path), text=text))
     return tuple(sorted((getattr(module, attribute) for attribute in declared), key=chain_order))
@@ -112,7 +112,7 @@ def installed() -> tuple[Effect, ...]:
 
 
 def recall(name: str, origin: str) -> Effect:
-    """Find an effect by name and origin, as a model file or a worker has them. Raises LutgenError: it is gone."""
+    """Return an effect by name and origin, as model files and workers store them. Raises LutgenError: not found."""
     from lutgen.effects.expression import parse
 
     if origin == BUILT_IN:
@@ -133,7 +133,7 @@ def recall(name: str, origin: str) -> Effect:
 
 
 def _module_name(path: str | Path) -> str:
-    """Name the module of a file by its place and content, when it is Python: another version is another module."""
+    """Return a module name from the file's path and content, so that another version of the file is another module."""
     if Path(path).suffix != ".py":
         raise LutgenError(f"{path}: effects are read from Python files. Give a name that ends in .py.")
     data = read_at_most(Path(path), MAX_BYTES, what="the effects", none="file of effects")
@@ -147,7 +147,7 @@ def _module_name(path: str | Path) -> str:
 
 
 class _Loader(SourceFileLoader):
-    """Imports the file from its source: bytecode is neither written beside it nor read."""
+    """Loader that compiles the source; it neither reads nor writes bytecode."""
 
     def get_code(self, fullname: str) -> Any:  # noqa: ARG002 - importlib's interface
         return self.source_to_code(self.get_data(self.path), self.path)
@@ -157,9 +157,9 @@ def _run(name: str, path: str | Path) -> ModuleType:
     loader = _Loader(name, str(path))
     module = module_from_spec(ModuleSpec(name, loader, origin=str(path)))
     module.__file__ = str(path)
-    sys.modules[name] = module  # the decorator reads the module's docstring there
+    sys.modules[name] = module  # the decorator reads the module's docstring in sys.modules
     try:
-        with redirect_stdout(sys.stderr):  # what it prints is not to end up in our JSON
+        with redirect_stdout(sys.stderr):  # the file's output must not enter lutgen's JSON
             loader.exec_module(module)
     except BaseException as error:
         del sys.modules[name]
@@ -170,7 +170,7 @@ def _run(name: str, path: str | Path) -> ModuleType:
 
 
 def what_was_raised(error: BaseException, file: str) -> str:
-    """Return the type and the message of an exception, and the line of ``file`` that the exception came from."""
+    """Return the type and the message of an exception, and the line of ``file`` that raised it."""
     line, trace = 0, error.__traceback__
     while trace is not None:
         if trace.tb_frame.f_code.co_filename == file:
@@ -182,13 +182,13 @@ def what_was_raised(error: BaseException, file: str) -> str:
 
 
 def _sentence(error: BaseException, file: str) -> str:
-    """Describe what a module raised: a refused declaration as it is, another error with its line in the file."""
+    """Return a sentence about an exception of a module: the message of a LutgenError, or type, message and line."""
     reason = what_was_raised(error, file)
     return reason if isinstance(error, LutgenError) else f"cannot be loaded: {reason}. Run it with Python to see more."
 
 
 def _declared_in(value: Any, module: str) -> bool:
-    """Whether a module's value is an effect that it declares, not one that it imports."""
+    """Whether a value in a module is an effect that the module declares and does not import."""
     return isinstance(value, Effect) and value.function.__module__ == module
 
 

@@ -1,7 +1,8 @@
-"""Seeded synthetic readings and parameters, extreme ones too, on which the contract of an effect is tried.
+"""Seeded synthetic readings and parameters, including extreme values, for the check of an effect's contract.
 
-Blacks, primaries, greys and mixtures at hours from 0 to 18 000, under every condition: at the centre and in the
-corners, dark and lit, cold and warm (where the minutes are infinite), small windows on bright surrounds.
+The readings are blacks, primaries, greys and mixtures at hours from 0 to 18 000, under every condition: in the centre
+and in the corners, in dark and lit rooms, with a cold and a warm display (infinite minutes), with small windows on
+bright surrounds.
 """
 
 from __future__ import annotations
@@ -24,19 +25,19 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.effects.declare import Effect
 
-    #: Sends a reading through an effect with some values of its parameters.
+    #: Function that applies an effect, with values of its parameters, to a reading.
     Applied = Callable[[Effect, "ProbeReading", Mapping[str, float]], Array]
 
-#: Readings of a probe. The number is not 1, 3 or 4: a wrong formula would broadcast with those and stay unnoticed.
+#: Number of readings of a probe. Not 1, 3 or 4, because a wrong formula could broadcast with 1, 3 or 4 unnoticed.
 READINGS = 48
 
-#: Number of sets of tips that pass at once, as in fits, which need the derivatives of readings by the tips.
+#: Number of sets of tips on a leading axis. Fits use such an axis for the derivatives of readings by the tips.
 TIPS_AT_ONCE = 12
 
-#: All corners of the parameters' bounds are tried up to this number; of more corners, so many at random.
+#: Largest number of corners of the parameters' bounds; if there are more corners, this number is drawn at random.
 MAX_CORNERS = 256
 
-#: Results whose difference, relative to the largest signal, is below this are equal but for rounding.
+#: Tolerance for rounding errors, relative to the largest signal.
 ROUNDING = 1e-12
 
 #: Number of random points inside the bounds of the parameters.
@@ -49,7 +50,7 @@ _FRESH_TIPS = 250.0 * np.array([LINEAR_TO_XYZ.sum(axis=1), *LINEAR_TO_XYZ.T])
 
 @dataclass(frozen=True)
 class ProbeReading:
-    """What an effect is given: the signal of its stage for some readings, and their scene."""
+    """The inputs of an effect for some readings: the signal of its stage, and the scene."""
 
     signal: Array
     scene: Scene
@@ -57,7 +58,7 @@ class ProbeReading:
 
 @cache
 def readings(stage: str, *, at_rest: bool = False) -> ProbeReading:
-    """Return ``READINGS`` readings under all conditions, or under the reference ones; arrays are read-only."""
+    """Return ``READINGS`` readings under all conditions, or under reference conditions, in read-only arrays."""
     random = np.random.default_rng(3)
     corners = np.array(list(product((0.0, 1.0), repeat=3)))
     greys = np.repeat(np.array(_GREYS)[:, np.newaxis], 3, axis=1)
@@ -69,7 +70,7 @@ def readings(stage: str, *, at_rest: bool = False) -> ProbeReading:
         name: np.concatenate([values[:1] * 6, random.choice(values, READINGS - 6)])[random.permutation(READINGS)]
         for name, values in ((column.name, column.tried) for column in COLUMNS.values())
     }
-    # A light of three parts that wear: an effect may let each of them wear.
+    # A light source with three wearing parts, for the effects that wear each part.
     light = SpectralDisplay.of("ccfl", _FRESH_TIPS)
     scene = Scene(hours=hours, code=code, white=_FRESH_TIPS[:1] * aged, fresh_white=_FRESH_TIPS[:1], light=light)
     if not at_rest:
@@ -86,7 +87,7 @@ def _signal(stage: str, scene: Scene) -> Array:
     linear = code_to_linear(scene.code)
     if stage in {"transfer", "mixing"}:
         return linear
-    # Tips that almost add up, as those of measured displays do.
+    # Almost additive tips, like the tips of measured displays.
     primaries = LINEAR_TO_XYZ.T * (scene.white / LINEAR_TO_XYZ.sum(axis=1))[:, np.newaxis]
     if stage == "emission":
         return np.concatenate([scene.white[:, np.newaxis], 0.99 * primaries], axis=1)
@@ -101,13 +102,13 @@ def arrays(scene: Scene) -> dict[str, Array]:
 
 
 def copied(reading: ProbeReading) -> ProbeReading:
-    """Return a reading in arrays of its own, which may be written."""
+    """Return a copy of a reading in writable arrays."""
     own: dict[str, Any] = {name: array.copy() for name, array in arrays(reading.scene).items()}
     return ProbeReading(reading.signal.copy(), replace(reading.scene, **own))
 
 
 def some(reading: ProbeReading, rows: slice, stage: str) -> ProbeReading:
-    """Return the readings of ``rows`` alone."""
+    """Return the readings of ``rows``."""
     scene: dict[str, Any] = {
         name: array[..., rows, :] if array.shape[-2] > 1 else array for name, array in arrays(reading.scene).items()
     }
@@ -116,25 +117,25 @@ def some(reading: ProbeReading, rows: slice, stage: str) -> ProbeReading:
 
 
 def at_once(reading: ProbeReading) -> ProbeReading:
-    """Return ``TIPS_AT_ONCE`` versions along a leading axis, with other tips and another white in the same scene."""
+    """Return ``TIPS_AT_ONCE`` versions along a leading axis, with different tips and whites in the same scene."""
     factors = np.linspace(0.9, 1.1, TIPS_AT_ONCE)
     signal = np.multiply.outer(factors, reading.signal)
     return ProbeReading(signal, replace(reading.scene, white=np.multiply.outer(factors, reading.scene.white)))
 
 
 def with_column(reading: ProbeReading, column: str, values: Array) -> ProbeReading:
-    """Return the readings with another value of one column each."""
+    """Return the readings with ``values`` in one column."""
     changed: dict[str, Any] = {column: values}
     return ProbeReading(reading.signal, replace(reading.scene, **changed))
 
 
 def other_values(column: str) -> Array:
-    """Return values of a column that differ from the reference, one a reading."""
+    """Return one value of a column for each reading, different from the reference value."""
     return np.resize(np.array(COLUMNS[column].tried[1:]), (READINGS, 1))
 
 
 def parameter_corners(bounds: Mapping[str, tuple[float, float]]) -> list[dict[str, float]]:
-    """Return every corner of the bounds, or ``MAX_CORNERS`` of them by chance."""
+    """Return every corner of the bounds, or ``MAX_CORNERS`` random corners."""
     if 2 ** len(bounds) <= MAX_CORNERS:
         return [dict(zip(bounds, corner, strict=True)) for corner in product(*bounds.values())]
     random = np.random.default_rng(5)
@@ -142,7 +143,7 @@ def parameter_corners(bounds: Mapping[str, tuple[float, float]]) -> list[dict[st
 
 
 def parameter_draws(bounds: Mapping[str, tuple[float, float]], count: int) -> list[dict[str, float]]:
-    """Return ``count`` points inside the bounds, by chance."""
+    """Return ``count`` random points inside the bounds."""
     shares = np.random.default_rng(7).uniform(size=(count, len(bounds)))
     return [
         {
@@ -154,27 +155,27 @@ def parameter_draws(bounds: Mapping[str, tuple[float, float]], count: int) -> li
 
 
 def draws(effect: Effect) -> list[dict[str, float]]:
-    """Return ``DRAWS`` points inside the bounds of the effect's parameters, by chance."""
+    """Return ``DRAWS`` random points inside the bounds of the effect's parameters."""
     return parameter_draws({name: each.bounds for name, each in effect.parameters.items()}, DRAWS)
 
 
 def same(first: Array, second: Array) -> bool:
-    """Say whether two results agree but for rounding."""
+    """Whether two results agree within rounding errors."""
     scale = max(float(np.nanmax(np.abs(first), initial=0.0)), float(np.nanmax(np.abs(second), initial=0.0)))
     return first.shape == second.shape and np.allclose(first, second, rtol=0, atol=ROUNDING * scale, equal_nan=True)
 
 
 def reacts_to(effect: Effect) -> tuple[str, ...]:
-    """Return the columns of the readings that change the result of the effect, named in its ``needs`` or not.
+    """Return the columns of the readings that change the result of the effect, whether ``needs`` names them or not.
 
-    The effect keeps the contract: a function that raises is the caller's to handle.
+    The effect must satisfy the contract; the caller handles exceptions of its function.
     """
     with np.errstate(all="ignore"):
         return tuple(column for column in COLUMNS if reacts(effect, column, _apply, at_rest=False))
 
 
 def reacts(effect: Effect, column: str, apply: Applied, *, at_rest: bool) -> bool:
-    """Say whether another value of a column changes the result, with the typical parameters or with drawn ones."""
+    """Whether another value of a column changes the result, at the typical parameters or at random parameters."""
     reading = readings(effect.stage, at_rest=at_rest)
     other = with_column(reading, column, other_values(column))
     return any(

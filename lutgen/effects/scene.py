@@ -1,4 +1,4 @@
-"""``Scene``: all that an effect may know of a reading besides the signal."""
+"""``Scene``: the inputs of an effect besides the signal."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 
 __all__ = ["LIFE_H", "REFERENCE_C", "CodeScene", "HourScene", "Scene"]
 
-#: Hours over which τ runs from 0 to 1: the paper's 18 000 h.
+#: Hours at which τ = 1: the paper's 18 000 h.
 LIFE_H = 18_000.0
 
-#: An hour after the first session and before all others.
+#: An hour after the first session and before every later session.
 SOON_H = 1e-6
 
 
@@ -31,12 +31,13 @@ def _column(value: float) -> Array:
 if TYPE_CHECKING:
 
     class _Conditions:
-        """The columns of conditions, which the registry names."""
+        """The columns of conditions; ``COLUMNS`` holds their names."""
 
         def __getattr__(self, name: str) -> Array: ...
 
 else:
-    #: One field a column of a condition, (n, 1) or (1, 1), at its usual value unless given: centre, dark room, warm, ….
+    #: One field for each column of conditions, (n, 1) or (1, 1). The default is the usual value: centre, dark room,
+    #: warm, ….
     _Conditions = make_dataclass(
         "_Conditions",
         [
@@ -50,9 +51,9 @@ else:
 
 @dataclass(frozen=True)
 class HourScene:
-    """A scene of hours alone, without code values and conditions: all that most effects of the emission ask for.
+    """A scene of hours, without code values and conditions: enough for most effects of the stage ``emission``.
 
-    ``hours`` (n, 1), ``white`` and ``fresh_white`` (..., n, 3) as in :class:`Scene`.
+    ``hours`` is (n, 1); ``white`` and ``fresh_white`` are (..., n, 3), as in :class:`Scene`.
     """
 
     hours: Array
@@ -68,29 +69,29 @@ class HourScene:
 
 @dataclass(frozen=True)
 class CodeScene(HourScene):
-    """A scene of code values (n, 3) at hours, without conditions: all that most effects on code values ask for."""
+    """A scene of hours and code values (n, 3), without conditions: enough for most effects on code values."""
 
     code: Array
 
 
 @dataclass(frozen=True)
 class Scene(_Conditions):
-    """What surrounds the signal of n readings, in arrays that broadcast with it.
+    """Hours, code values, white, conditions and spectra of n readings, in arrays that broadcast with the signal.
 
     Attributes
     ----------
     hours
         Operating hours, (n, 1) or (1, 1).
     code
-        Code values that were asked for, before any effect, (n, 3).
+        Code values of the patches, before any effect, (n, 3).
     white, fresh_white
         XYZ in cd/m² of the display's white at that hour and at hour 0, before any effect, (..., n or 1, 3).
     u, v, ambient_lx, warmup_min, temperature_c, window, surround, …
-        The columns of conditions; minutes since power-on are infinite when warm.
+        The columns of conditions. ``warmup_min`` of a warm display is infinite.
     capped
-        1 where the meter's lens was capped, so that it sees no display, else 0.
+        1 where the meter's lens was capped, so that no light of the display reaches the meter; otherwise 0.
     light
-        The display's light as spectra.
+        The display's spectra.
 
     """
 
@@ -108,7 +109,7 @@ class Scene(_Conditions):
 
     @property
     def radius(self) -> Array:
-        """ρ, distance from the centre of the screen; 1 in its corners."""
+        """ρ, distance from the centre of the screen; 1 in the corners."""
         return np.asarray(np.sqrt(2.0 * ((self.u - 0.5) ** 2 + (self.v - 0.5) ** 2)))
 
     @property

@@ -1,13 +1,13 @@
-"""Shapes that several effects share: growth in time, a gamma that differs by level, primaries that fade unequally.
+"""Functions that several effects share: growth in time, a gamma by level, and primaries that fade unequally.
 
-*Growth.* :func:`growth` is a power of time (``power``) that may saturate (``saturation``). Where an effect has several
-amplitudes, these are the sizes at 18 000 h, and ``onset`` is the share of all of them that is there at hour 0.
+*Growth.* :func:`growth` is a power of time (``power``) that may saturate (``saturation``). An effect with several
+amplitudes declares them at 18 000 h; ``onset`` is the share of all amplitudes at hour 0.
 
-*Gamma by level.* l → l^(1 + Γ(d)), with Γ a cubic spline of the code value d given at five knots: the free form of each
-drift of the transfer curve. A constant Γ is the plain power law, so the free form contains the simple one; the light of
-codes 0 and 1 does not change, and light stays positive for all knots. Uniform cubic B-splines: de Boor, A Practical
-Guide to Splines (1978); two outer coefficients continue the inner ones linearly, so that constants and straight lines
-are met exactly.
+*Gamma by level.* l' = l^(1 + Γ(d)). Γ is a cubic spline of the code value d with coefficients at five knots: the free
+form of each drift of the transfer curve. A constant Γ is a plain power law, so the free form contains the simple form.
+The light of codes 0 and 1 does not change. Light stays positive for all coefficients. Uniform cubic B-splines: de Boor,
+A Practical Guide to Splines (1978). Two outer coefficients extrapolate the inner coefficients linearly, so that the
+spline reproduces constants and straight lines exactly.
 """
 
 from __future__ import annotations
@@ -28,16 +28,15 @@ SATURATION = Parameter(0.0, (0.0, 20.0), "1", "saturation of the growth by 18 00
 GROWING = Parameter(0.0, (0.0, 1.5), "1", "share of the size at 18 000 h that is there at hour 0", beside_first=0.0)
 LASTING = Parameter(1.0, (0.0, 1.5), "1", "share of the size at 18 000 h that is there at hour 0", beside_first=0.0)
 
-
-#: Parameters that say how an effect develops in time, whatever it does.
+#: Names of the parameters that describe the growth of an effect in time.
 COURSE = frozenset(("power", "saturation", "onset"))
 
 
 def growth(tau: Array, *, new: float, grown: float, power: float, saturation: float = 0.0) -> Array:
-    """Size at τ of an amplitude that is ``new`` at hour 0 and ``new`` + ``grown`` at τ = 1, as a power of time.
+    """Return the size at τ of an amplitude: ``new`` at hour 0, ``new`` + ``grown`` at τ = 1, a power of time between.
 
-    With ``saturation`` s the growth is that of Weibull's law, (1 − e^(−s τ^p))/(1 − e^(−s)): an exponential approach
-    for p = 1, and for larger powers an S-curve, which lies within 1 % of most logistic curves.
+    With ``saturation`` s the growth is Weibull's law, (1 − e^(−s τ^p))/(1 − e^(−s)): an exponential approach for
+    p = 1. For larger powers p the law is an S-curve, within 1 % of most logistic curves.
     """
     size = tau**power
     if saturation:
@@ -46,24 +45,24 @@ def growth(tau: Array, *, new: float, grown: float, power: float, saturation: fl
 
 
 def share_of_final(tau: Array, *, onset: float, power: float, saturation: float = 0.0) -> Array:
-    """Size at τ as a share of that at τ = 1, shape of ``tau``."""
+    """Return the size at τ as a share of the size at τ = 1, in the shape of ``tau``."""
     return growth(tau, new=onset, grown=1.0 - onset, power=power, saturation=saturation)
 
 
-#: Exponents stay above this, so that light stays finite at the ends of every parameter's range.
+#: Smallest exponent of light; keeps the light finite at the bounds of every parameter.
 LEAST_EXPONENT = 0.05
 
-#: Polynomial coefficients (rows: powers of the place in a segment) of four neighbouring B-splines.
+#: Polynomial coefficients of four neighbouring B-splines (columns); rows are powers of the position in a segment.
 _BASIS = np.array([[1.0, 4.0, 1.0, 0.0], [-3.0, 0.0, 3.0, 0.0], [3.0, -6.0, 3.0, 0.0], [-1.0, 3.0, -3.0, 1.0]]) / 6.0
 
 
 def is_knot(name: str) -> bool:
-    """Whether a parameter of this name is a knot of a free curve of levels: it ends with the code value in per cent."""
+    """Whether a parameter's name is that of a knot of a Γ by level: the name ends with the code value in per cent."""
     return name.rpartition("_")[2].isdigit()
 
 
 def level_curve(code: Array, knots: Sequence[float] | Array) -> Array:
-    """Γ at code values of any shape; ``knots`` are the coefficients at equal steps from code 0 to 1."""
+    """Return Γ at code values of any shape; ``knots`` are the coefficients at equal steps from code 0 to 1."""
     given = np.asarray(knots, dtype=np.float64)
     padded = np.concatenate([[2 * given[0] - given[1]], given, [2 * given[-1] - given[-2]]])
     segments = given.size - 1
@@ -80,18 +79,18 @@ def level_curve(code: Array, knots: Sequence[float] | Array) -> Array:
 
 
 def bent(light: Array, change: Array) -> Array:
-    """Raise light (or code values), 0 or more, to the power 1 + ``change``, which broadcasts with it."""
+    """Raise light (or code values) to the power 1 + ``change``; shapes broadcast; negative light counts as 0."""
     return np.asarray(np.maximum(light, 0.0) ** np.maximum(1.0 + change, LEAST_EXPONENT))
 
 
 def scaled(tips: Array, gain: Array) -> Array:
     """Multiply the primaries of tips (..., n or 1, 4, 3) by gains (n or 1, 3).
 
-    White follows as the sum of its primaries; what it has beside them, W − R − G − B, takes their mean gain, so that
-    equal gains scale the whole display.
+    White is the sum of the scaled primaries and of the remainder W − R − G − B times the mean gain, so that equal gains
+    scale the whole display.
     """
     white, primaries = tips[..., 0, :], tips[..., 1:, :]
-    beside = white - primaries[..., 0, :] - primaries[..., 1, :] - primaries[..., 2, :]
+    remainder = white - primaries[..., 0, :] - primaries[..., 1, :] - primaries[..., 2, :]
     faded = primaries * gain[..., np.newaxis]
-    new_white = faded[..., 0, :] + faded[..., 1, :] + faded[..., 2, :] + beside * gain.mean(axis=-1, keepdims=True)
+    new_white = faded[..., 0, :] + faded[..., 1, :] + faded[..., 2, :] + remainder * gain.mean(axis=-1, keepdims=True)
     return np.concatenate([new_white[..., np.newaxis, :], faded], axis=-2)

@@ -1,23 +1,24 @@
-"""The display's light as spectra: an estimate of its class, corrected so that it has the measured primaries.
+"""Estimated spectra of a display: typical spectra of its class, corrected to the measured XYZ of the primaries.
 
-Effects on wavelengths (yellowed optics, worn phosphors) need spectra, and most readings are three numbers. Each class
-of displays states the spectrum S₀ of a typical primary. Of all spectra with the measured XYZ, lutgen takes the one
-nearest to S₀ in relative entropy: S(λ) = S₀(λ)·exp(θ·c(λ)), with c the colour-matching functions and θ from three
-equations. The factor is smooth and positive. Newton's method finds θ, because the dual problem is convex (Boyd &
-Vandenberghe, Convex Optimization, 2004, §5.2.4 and §9.5).
+Effects on wavelengths (yellowed optics, worn phosphors) need spectra, but most readings are three numbers. Each class
+of displays has a typical spectrum S₀ for each primary. Of all spectra with the measured XYZ, lutgen takes the spectrum
+with the smallest relative entropy to S₀: S(λ) = S₀(λ)·exp(θ·c(λ)), with c the colour-matching functions and θ the
+solution of three equations. The factor is smooth and positive. Newton's method finds θ, because the dual problem is
+convex (Boyd & Vandenberghe, Convex Optimization, 2004, §5.2.4 and §9.5).
 
-Classes of displays: positions and full widths at half maximum (nm) of their typical light, with sources:
+Classes of displays: peak wavelengths and full widths at half maximum (nm) of their typical light, with sources:
 
 - CCFL: Hg from the NIST Atomic Spectra Database; Tb³⁺, Eu³⁺ and BaMgAl₁₀O₁₇:Eu²⁺ (BAM) rounded from Blasse & Grabmaier,
   Luminescent Materials (1994). Mercury's lines do not wear.
-- PFS LED: β-SiAlON:Eu²⁺ at 535, width 54, and K₂SiF₆:Mn⁴⁺ (PFS, KSF) at 631, under a blue chip of 450: Wang et al.,
+- PFS LED: β-SiAlON:Eu²⁺ at 535, width 54, and K₂SiF₆:Mn⁴⁺ (PFS, KSF) at 631, with a blue chip at 450: Wang et al.,
   Opt. Express 23, 28707 (2015), doi:10.1364/OE.23.028707.
 - Green and red phosphor LED: the same green, and CaAlSiN₃:Eu²⁺ at 649: Piao et al., Chem. Mater. 19, 4592 (2007).
 - Quantum dots: blue 452, width 20, and green 530, width 24: Ko & Park, J. Korean Phys. Soc. 72, 45 (2018).
 
-*Assumption:* all other positions and widths, of these and of the other kinds; the strengths; which part wears first.
-PFS has lines beside the strongest, and its light is drawn as one line of 12 nm. Lines are drawn wider than they are,
-for the 5 nm grid. The white subpixel of a WRGB OLED is the white of its stack, as its three filters see it.
+*Assumption:* all other peaks and widths, of these classes and of the other classes; the relative strengths; the part
+that wears first. PFS emits several lines; the model has one line of 12 nm. Lines are wider in the model than in
+reality, because the grid has 5 nm steps. The white subpixel of a WRGB OLED emits the white of its stack; the three
+filters transmit parts of this white.
 """
 
 from __future__ import annotations
@@ -37,20 +38,20 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-#: nm, (81,).
+#: Wavelengths of all spectra in nm, (81,).
 WAVELENGTHS = np.arange(380.0, 781.0, 5.0)
 
-#: Result of :func:`class_of` where a text names no class; the primaries then decide.
+#: Result of :func:`class_of` for a text that names no class. The primaries then determine the class.
 UNSTATED = ""
 
-#: The class of a display whose readings state none and whose primaries are those of any broad light: most desktop
-#: displays belong to it.
+#: The class of a display whose readings name no class and whose primaries fit every class of ``BROAD``: the class of
+#: most desktop displays.
 DEFAULT_CLASS = "white-led"
 
-#: Classes whose primaries hardly differ: three numbers do not tell them apart.
+#: Classes with almost equal primaries: XYZ does not distinguish them.
 BROAD = ("white-led", "ccfl", "wrgb-oled")
 
-#: Class → pattern of the words that name it, the first that fits.
+#: Class → pattern of the words that name the class; the first match decides.
 _WORDS = {
     "ccfl": r"ccfl|cold.?cathode|fluorescent",
     "wrgb-oled": r"woled|w.?rgb.{0,3}oled|rgbw.{0,3}oled|white.{0,3}oled",
@@ -67,9 +68,10 @@ _FILTERS = ((590.0, 900.0, 6.0, 0.008), (488.0, 592.0, 9.0, 0.018), (300.0, 486.
 
 
 class ClassLight(NamedTuple):
-    """Typical spectra of a class: the wearing parts, fastest first; the stable part; and the filters (3, 81).
+    """Typical spectra of a class: the wearing parts, fastest first, and the steady part, (81,) each.
 
-    Without filters each part is a primary's emitter, in the order of ``emitters``.
+    ``emitters`` names the parts that are the red, green and blue emitters of a class without filters. None: the
+    primaries are the light behind the filters ``_FILTERS``.
     """
 
     parts: Mapping[str, Array]
@@ -85,12 +87,12 @@ class ClassLight(NamedTuple):
 
     @property
     def total(self) -> Array:
-        """The spectrum of the whole source, (81,)."""
+        """Spectrum of the whole source, (81,)."""
         return np.asarray(sum(self.parts.values()) + self.steady)
 
 
 def _bell(peak: float, below: float, above: float | None = None, area: float = 1.0) -> Array:
-    """Spectrum with Gaussian flanks of full widths ``below`` and ``above`` (nm, half maximum); ``area`` is its sum."""
+    """Return a spectrum with Gaussian flanks, half-maximum widths ``below`` and ``above`` (nm), and sum ``area``."""
     width = np.where(peak > WAVELENGTHS, below, above or below)
     bell = np.exp(-4.0 * np.log(2.0) * ((WAVELENGTHS - peak) / width) ** 2)
     return np.asarray(area * bell / bell.sum())
@@ -106,8 +108,8 @@ def _filters() -> Array:
     return np.asarray(floor + (1.0 - floor) * band)
 
 
-#: Class → part that wears, the fastest first → peak, widths below and above the peak (nm), and area. The areas give
-#: white near D65 behind the filters.
+#: Class → wearing part, fastest first → peak, widths below and above the peak (nm), and area. The areas give a white
+#: near D65 behind the filters.
 _PARTS: dict[str, dict[str, tuple[float, float, float, float]]] = {
     "white-led": {"yellow phosphor (YAG)": (545, 70, 130, 2.6), "blue chip": (450, 18, 24, 1)},
     "quantum-dot": {"green dots": (530, 24, 24, 1.44), "red dots": (635, 30, 30, 1.76), "blue chip": (452, 20, 20, 1)},
@@ -126,13 +128,13 @@ _PARTS: dict[str, dict[str, tuple[float, float, float, float]]] = {
     "oled": {"blue emitter": (461, 20, 36, 1), "green emitter": (528, 30, 46, 1), "red emitter": (620, 30, 50, 1.1)},
 }
 
-#: Class without filters → the parts that are its red, green and blue.
+#: Class without filters → the parts that are its red, green and blue emitters.
 _EMITTERS = {"oled": ("red emitter", "green emitter", "blue emitter")}
 
 
 def lights() -> dict[str, ClassLight]:
-    """Typical spectra of all classes."""
-    floor = np.full(WAVELENGTHS.size, 1e-5)  # light at every wavelength, so that any correction finds some
+    """Return the typical spectra of all classes."""
+    floor = np.full(WAVELENGTHS.size, 1e-5)  # positive at every wavelength, so that every correction has light to scale
     ccfl = ClassLight(
         {
             "blue phosphor (BAM)": _bell(450.0, 40.0, 64.0, 1.0),
@@ -150,19 +152,19 @@ def lights() -> dict[str, ClassLight]:
 
 @cache
 def light_of(display_class: str) -> ClassLight:
-    """Return the light of a class. Raises LutgenError for an unknown one."""
+    """Return the light of a class. Raises LutgenError for an unknown class."""
     known = lights()
     refuse_unknown("display class", display_class, known)
     return known[display_class]
 
 
 def stated_class(text: str) -> str | None:
-    """Display class that a text such as "simulated CCFL-lit medical LCD" names, or None."""
+    """Return the display class that a text such as "simulated CCFL-lit medical LCD" names, or None."""
     return next((name for name, words in _WORDS.items() if re.search(words, text, re.IGNORECASE)), None)
 
 
 def class_of(text: str) -> str:
-    """Display class that a text names; ``UNSTATED`` where :func:`stated_class` finds none."""
+    """Return the display class that a text names, or ``UNSTATED``."""
     return stated_class(text) or UNSTATED
 
 
@@ -200,22 +202,22 @@ _TABLE = """
 #: x̄, ȳ, z̄, (81, 3).
 CMFS = np.array([float(number) for number in _TABLE.split()]).reshape(WAVELENGTHS.size, 3)
 
-
-#: Smallest share of a primary's X + Y + Z that each of X, Y and Z is given: no real light has less.
+#: Smallest share of X, Y and Z in a primary's X + Y + Z: no real light has less. Smaller values are raised to this
+#: share.
 _LEAST = 1e-5
 
 
 @dataclass(frozen=True, eq=False)
 class SpectralDisplay:
-    """Spectra of a display's primaries."""
+    """Estimated spectra of a display's primaries."""
 
     #: One of :meth:`classes`.
     display_class: str
-    #: Of red, green, blue at full drive, (3, 81), at ``WAVELENGTHS``; Σ spectrum·CMF is XYZ in cd/m².
+    #: Spectra of red, green, blue at full drive at ``WAVELENGTHS``, (3, 81); Σ spectrum·CMF is XYZ in cd/m².
     spectra: Array
-    #: Part of the light that wears, the fastest first → its share of the light at each wavelength, (81,).
+    #: Wearing part of the light, fastest first → share of the part in the light at each wavelength, (81,).
     parts: Mapping[str, Array]
-    #: Largest relative error of the XYZ of a primary; above 1e-9 only for XYZ that no light has.
+    #: Largest error of a primary's XYZ relative to its X + Y + Z; above 1e-9 only for XYZ that no light has.
     misfit: float
 
     @staticmethod
@@ -227,11 +229,11 @@ class SpectralDisplay:
     def of(cls, display_class: str, xyz_tips: Array) -> SpectralDisplay:
         """Estimate the spectra of a display.
 
-        Where no class is stated, it is the one whose typical spectra need the least correction, in relative entropy; of
-        the broad lights, which primaries do not tell apart, always ``DEFAULT_CLASS``.
+        ``UNSTATED`` selects the class whose typical spectra need the least correction, in relative entropy. If this
+        class is in ``BROAD``, the result has ``DEFAULT_CLASS``, because XYZ does not distinguish the broad classes.
 
         ``display_class``: one of :meth:`classes`, or ``UNSTATED``. ``xyz_tips``: XYZ of white, red, green, blue in
-        cd/m², (4, 3); white has no influence.
+        cd/m², (4, 3); white is not used.
 
         Raises LutgenError: unknown class, or a primary without luminance.
         """
@@ -250,32 +252,32 @@ class SpectralDisplay:
 
     @cached_property
     def _by_wavelength(self) -> Array:
-        """Contribution of each wavelength to the matrix from XYZ to XYZ, (81, 3, 3); the sum is the identity."""
+        """Contribution of each wavelength to the matrix of :meth:`maps`, (81, 3, 3); the sum is the identity."""
         back = inverse(_xyz_of(self.spectra).T)
         colours = self.spectra.T[:, :, np.newaxis] * back  # (81, primary, from)
         return np.asarray((CMFS[:, :, np.newaxis, np.newaxis] * colours[:, np.newaxis]).sum(axis=2))
 
     def maps(self, factor: Array) -> Array:
-        """Matrices (..., 3, 3) from XYZ to XYZ when the display's light is multiplied by a factor (..., 81).
+        """Return the matrices (..., 3, 3) from XYZ to the XYZ of the display's light times a factor (..., 81).
 
-        M'·M⁻¹ with the primaries' XYZ as columns of M, and of M' with the factor.
+        The matrix is M'·M⁻¹. The columns of M are the primaries' XYZ; the columns of M' are their XYZ times the factor.
         """
         return np.asarray((factor[..., np.newaxis, np.newaxis] * self._by_wavelength).sum(axis=-3))
 
     def through(self, xyz: Array, factor: Array) -> Array:
-        """XYZ (..., 3) of the display's light multiplied by a factor (..., 81); leading axes broadcast."""
+        """Return the XYZ (..., 3) of the display's light times a factor (..., 81); leading axes broadcast."""
         return mapped(xyz, self.maps(factor))
 
 
 def mapped(xyz: Array, maps: Array) -> Array:
-    """Multiply XYZ (..., 3) by matrices (..., 3, 3), summed in a fixed order rather than by BLAS."""
+    """Multiply XYZ (..., 3) by matrices (..., 3, 3); sum in a fixed order, without BLAS."""
     return np.asarray(
         xyz[..., 0:1] * maps[..., :, 0] + xyz[..., 1:2] * maps[..., :, 1] + xyz[..., 2:3] * maps[..., :, 2]
     )
 
 
 def of_scene(light: SpectralDisplay | None, who: str) -> SpectralDisplay:
-    """Return the light of a scene. Raises LutgenError if it is unknown: an effect on wavelengths needs a display."""
+    """Return ``light``. Raises LutgenError for None: an effect ``who`` on wavelengths needs a display's spectra."""
     if light is None:
         raise LutgenError(
             f"{who} acts on the display's spectra, and the scene has none. Give it light=SpectralDisplay.of(…)."
@@ -284,32 +286,32 @@ def of_scene(light: SpectralDisplay | None, who: str) -> SpectralDisplay:
 
 
 def _xyz_of(spectra: Array) -> Array:
-    """XYZ (..., 3) of spectra (..., 81)."""
+    """Return the XYZ (..., 3) of spectra (..., 81)."""
     return np.asarray((spectra[..., np.newaxis] * CMFS).sum(axis=-2))
 
 
 def _guessed(primaries: Array) -> str:
-    """Return the class whose typical spectra need the least correction to have these XYZ (3, 3)."""
+    """Return the class whose typical spectra need the least correction to the primaries' XYZ (3, 3)."""
     costs = {name: _cost(light.primaries, primaries) for name, light in lights().items()}
     nearest = min(costs, key=lambda name: costs[name])
     return DEFAULT_CLASS if nearest in BROAD else nearest
 
 
 def _cost(bases: Array, primaries: Array) -> float:
-    """Relative entropy of the corrected spectra to the typical ones, each scaled to a sum of 1, over the primaries."""
+    """Return the relative entropy of corrected to typical spectra, each with sum 1, summed over the primaries."""
     typical, corrected = (each / each.sum(axis=1, keepdims=True) for each in (bases, _corrected(bases, primaries)))
-    # Light of 0 adds nothing; scipy.special would say so too, for a tenth of a second of every start.
+    # 0·log 0 is 0. scipy.special computes this too, but its import takes a tenth of a second at every start.
     lit = corrected > 0
     return float((corrected[lit] * np.log(corrected[lit] / typical[lit])).sum())
 
 
 def _corrected(bases: Array, primaries: Array) -> Array:
-    """Spectra (3, 81) nearest to typical ones (3, 81), with the XYZ of the primaries (3, 3)."""
+    """Return the spectra (3, 81) nearest to typical spectra (3, 81) that have the primaries' XYZ (3, 3)."""
     return np.array([_nearest(base, xyz) for base, xyz in zip(bases, primaries, strict=True)])
 
 
 def _nearest(base: Array, xyz: Array) -> Array:
-    """Spectrum nearest to ``base`` with that XYZ: base·exp(θ·CMFs), θ by Newton's method with step halving."""
+    """Return the spectrum base·exp(θ·CMFs) with XYZ ``xyz``; find θ by Newton's method with step halving."""
     target = np.maximum(xyz, _LEAST * xyz.sum()) / xyz[1]
     base = base / _xyz_of(base)[1]
     theta, spectrum = np.zeros(3), base

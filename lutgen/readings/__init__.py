@@ -1,9 +1,9 @@
-"""The readings of one display: what a meter measured, patch by patch and hour by hour.
+"""The readings of one display: measurements of patches at operating hours.
 
-A reading belongs to a session (one sitting with the instrument), a session to a campaign (the sessions of one
-display), and the table of readings, ``Measurements``, is what the model and the criticism take. ``formats`` holds one
-file a measurement format, ``conditions`` one file a condition of a reading; every command reads any of the formats
-through the functions named here.
+A session holds the readings of one run of a measuring program. A campaign holds the sessions of one display.
+``Measurements`` is the table of all readings; the model and the criticism take this table. ``formats`` holds one file
+for each measurement format, ``conditions`` one file for each condition of a reading. Every command reads all formats
+through the functions of this module.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""``Campaign``: the sessions of one display over its life, and the table of readings that they make.
+"""``Campaign``: the sessions of one display over its life, and the table of readings made from them.
 
-A date is no operating hour: aging needs the hours of each session, or dates and the hours a day.
+Aging needs the operating hours of each session, or dates and the operating hours per day.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ if TYPE_CHECKING:
 class CampaignEntry:
     """One session of a campaign."""
 
-    #: Its readings.
+    #: The readings.
     session: Session
-    #: For errors: file and line at which a campaign file names the session, or the file of the session.
+    #: Source for error messages: file and line of the entry in the campaign file, or the file of the session.
     where: str
-    #: When the session was measured: a date, and operating hours as the campaign counts them; None: not known.
+    #: Date of the session, and its operating hours as stated in the campaign; None: not known.
     date: date | None
     hours: float | None
-    #: As the campaign says; for the instrument else as the file of the session says.
+    #: Texts of the campaign file; without an instrument there, the instrument of the session's file.
     instrument: str
     settings: str
     note: str
@@ -49,22 +49,24 @@ class CampaignEntry:
 class Campaign:
     """Sessions of one display."""
 
-    #: Its name.
+    #: Name of the display.
     display: str
-    #: Operating hours a day, which turns dates into hours; None: not said.
+    #: Operating hours per day, which convert dates into hours; None: not stated.
     hours_per_day: float | None
-    #: In the order of the file.
+    #: The sessions, in the order of the file.
     entries: tuple[CampaignEntry, ...]
-    #: The campaign file, and the hash of its bytes and of all its sessions' in their order.
+    #: The campaign file, and the hash of its bytes and of the hashes of all sessions in the order of ``entries``.
     file: str
     sha256: str
 
     def hours(self) -> Array:
-        """Operating hours of each entry since the earliest, (n,): its ``hours``, else its date and the hours a day.
+        """Return the operating hours of each entry since the earliest entry, (n,).
+
+        The source is ``hours``, or ``date`` and the hours per day.
 
         A campaign of one session needs neither.
 
-        Raises LutgenError: an entry has neither, or some entries have hours and others only dates.
+        Raises LutgenError: an entry has neither hours nor date, or some entries have hours and others only dates.
         """
         if len(self.entries) == 1:
             return np.zeros(1)
@@ -86,9 +88,9 @@ class Campaign:
     def measurements(self) -> Measurements:
         """Return the readings of all sessions as one table, sorted by hour; hour 0 is the earliest session.
 
-        ``files`` and ``lines`` are those of the sessions; ``order`` is known where every session has it.
+        ``files`` and ``lines`` come from the sessions. ``order`` is None unless every session has an order.
 
-        Raises LutgenError: a session is relative, hours are missing, or the table is refused (tips are missing, …).
+        Raises LutgenError: a session is relative, hours are missing, or the table is invalid (tips are missing, …).
         """
         hours = self.hours()
         places = np.argsort(hours, kind="stable")
@@ -114,7 +116,7 @@ class Campaign:
         )
 
     def _source(self) -> str:
-        """Say where the readings come from; readings of simulated sessions are called simulated."""
+        """Return the source of the readings; the text says whether a session is simulated."""
         sessions = [entry.session for entry in self.entries]
         remarks = [session.metadata.get("SIMULATED", "") for session in sessions]
         simulated = next((f"simulated, not measured ({text}); " for text in remarks if text), "")
@@ -124,18 +126,18 @@ class Campaign:
         return sessions[0].metadata.get("source") or f"{simulated}one session{day}, {sessions[0].form}"
 
     def campaign(self) -> Campaign:
-        """Return the campaign itself, as readers of other formats return their sessions."""
+        """Return the campaign itself; required by the interface ``Readable``."""
         return self
 
 
 def entry_of(session: Session) -> CampaignEntry:
-    """Return the entry of a session that no campaign file lists, with the date of the session's own file."""
+    """Return an entry for a session without a campaign file, with the date of the session's own file."""
     day = session.created.date() if session.created else None
     return CampaignEntry(session, session.file, day, None, session.instrument, "", "", {})
 
 
 def campaign_of(entries: Sequence[CampaignEntry], *, file: str) -> Campaign:
-    """Return the campaign of sessions that no campaign file lists. Raises LutgenError where two are the same."""
+    """Return the campaign of sessions without a campaign file. Raises LutgenError: two sessions are the same."""
     check_once(entries)
     sha256 = hashlib.sha256("".join(entry.session.sha256 for entry in entries).encode()).hexdigest()
     display = next((entry.session.display for entry in entries if entry.session.display), "")
@@ -143,13 +145,13 @@ def campaign_of(entries: Sequence[CampaignEntry], *, file: str) -> Campaign:
 
 
 def sessions_of(readings: Measurements) -> Campaign:
-    """Cut a table of readings into its sessions: readings of one hour and one name of a session.
+    """Split a table of readings into sessions; a session has one hour and one session name.
 
-    Readings away from rest are left out, except those away only by their position on the screen.
+    Readings away from rest are left out, except readings that are away from rest only by their position on the screen.
     """
-    moved = [condition.cell for condition in CONDITIONS if condition.name != "position"]
+    cells = [condition.cell for condition in CONDITIONS if condition.name != "position"]
     rest = np.ones(readings.hours.size, dtype=bool)
-    for cell in moved:
+    for cell in cells:
         rest &= ~readings.rest.away.get(cell, np.zeros_like(rest))
     return campaign_of(
         [_entry_at_rest(readings, np.flatnonzero((readings.sessions == each) & rest))
@@ -159,7 +161,7 @@ def sessions_of(readings: Measurements) -> Campaign:
 
 
 def _entry_at_rest(readings: Measurements, rows: NDArray[np.intp]) -> CampaignEntry:
-    """Return one session of a table."""
+    """Return the entry of the session that has these rows of a table."""
     hour, name = float(readings.hours[rows[0]]), readings.session[rows[0]] if readings.session else ""
     file = f"{readings.file}, hour {hour:g}{f', session {name}' if name else ''}"
     known = {each: readings.column(each)[rows] for each in ("u", "v") if each in readings.conditions}
@@ -187,7 +189,7 @@ def _entry_at_rest(readings: Measurements, rows: NDArray[np.intp]) -> CampaignEn
 
 
 def check_once(entries: Sequence[CampaignEntry]) -> None:
-    """Refuse a session that is listed twice."""
+    """Raise LutgenError if a session is listed twice."""
     seen: dict[str, CampaignEntry] = {}
     for entry in entries:
         first = seen.setdefault(entry.session.sha256, entry)
@@ -197,7 +199,7 @@ def check_once(entries: Sequence[CampaignEntry]) -> None:
 
 
 def _calibrations(hours: Array, sessions: Sequence[Session]) -> dict[float, Array]:
-    """Curves that were loaded at each hour, of its first session that holds any."""
+    """Return hour → calibration curves of the hour's first session that has curves."""
     loaded: dict[float, Array] = {}
     for hour, session in zip(hours.tolist(), sessions, strict=True):
         if session.calibration is not None:
@@ -206,13 +208,13 @@ def _calibrations(hours: Array, sessions: Sequence[Session]) -> dict[float, Arra
 
 
 def _common(sessions: Sequence[Session]) -> dict[str, str]:
-    """Metadata that are the same in all sessions."""
+    """Return the metadata that all sessions have in common."""
     first = sessions[0].metadata
     return {key: text for key, text in first.items() if all(each.metadata.get(key) == text for each in sessions)}
 
 
 def _order(sessions: Sequence[Session]) -> Array | None:
-    """Numbers that grow with the time of reading, session by session; None where one session has no order."""
+    """Return numbers that grow with the time of reading, session by session; None if a session has no order."""
     after, orders = 0.0, []
     for session in sessions:
         if session.order is None:
@@ -233,7 +235,7 @@ def _conditions(entry: CampaignEntry) -> set[str]:
 
 
 def _condition(entry: CampaignEntry, name: str) -> Array:
-    """Values of a column, (n,): those of the campaign file, else those of the session."""
+    """Return the values of a column, (n,): from the campaign file, or from the session."""
     session = entry.session
     if name in entry.conditions:
         return np.full(len(session.drive), entry.conditions[name])

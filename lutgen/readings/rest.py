@@ -1,9 +1,9 @@
-"""Rest: the conditions under which the colour points of a campaign were read, session by session.
+"""Rest: the conditions under which the colour points of a session were read.
 
-Rest differs from campaign to campaign: the room was dark or had 5 lx, the panel was at 24 °C, patches filled the screen
-or 90 % of it. In each session, rest is the conditions under which all four colour points (white, red, green, blue at
-full drive) were read; each condition declares how far a reading may lie from rest. A session without four colour points
-under the same conditions has the rest of the other sessions of its hour, else that of the campaign.
+Rest differs between campaigns: the room was dark or had 5 lx, the panel was at 24 °C, patches filled the screen or 90 %
+of the screen. Rest is the set of conditions under which all four colour points (white, red, green, blue at full drive)
+of a session were read. Each condition declares the span of values about rest that count as rest. A session without four
+colour points under the same conditions takes the rest of the other sessions of its hour, or else the campaign's rest.
 """
 
 from __future__ import annotations
@@ -28,15 +28,16 @@ TIP_DRIVES = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 
 
 @dataclass(frozen=True)
 class Rest:
-    """Rest of each reading's session."""
+    """Conditions at rest of each reading's session, and the readings away from rest."""
 
-    #: Column → its value at rest, (n,); NaN where nobody logged it.
+    #: Column → value at rest, (n,); NaN: not logged.
     values: Mapping[str, Array]
-    #: Name of a condition's cell ("ambient", "cold", …) → which readings that condition takes away from rest, (n,).
+    #: Name of a condition's cell ("ambient", "cold", …) → whether the condition of each reading is away from rest,
+    #: (n,).
     away: Mapping[str, NDArray[np.bool_]]
 
     def reached(self, count: int) -> NDArray[np.bool_]:
-        """Which readings no condition takes away from rest, (n,)."""
+        """Return whether all conditions of each reading are at rest, (n,)."""
         rest = np.ones(count, dtype=bool)
         for away in self.away.values():
             rest &= ~away
@@ -44,26 +45,26 @@ class Rest:
 
 
 def is_tip(drive: Array) -> NDArray[np.bool_]:
-    """Which colour point each code value is, (n, 4)."""
+    """Return for each code value whether it is white, red, green and blue at full drive, (n, 4)."""
     return np.asarray((drive[:, np.newaxis] == TIP_DRIVES).all(axis=-1))
 
 
 def rest_of(
     sessions: NDArray[np.intp], hours: Array, drive: Array, capped: NDArray[np.bool_], columns: Mapping[str, Array]
 ) -> Rest:
-    """Find the rest of every session.
+    """Return the rest of every session.
 
-    Of each reading: the number of its session and its hour, (n,) each; its code value, (n, 3); whether the lens was
-    capped, (n,); and the columns of conditions, (n,) each.
+    ``sessions``, ``hours``: session number and hour of each reading, (n,). ``drive``: code values, (n, 3). ``capped``:
+    whether the lens was capped, (n,). ``columns``: the columns of conditions, (n,) each.
     """
-    # A blank cell means warm in the column of minutes, and unknown in that of temperature.
+    # A blank cell means warm in the column of minutes, and unknown in the column of temperature.
     columns = {
         name: np.where(np.isnan(values), COLUMNS[name].usual, values) if np.isinf(COLUMNS[name].usual) else values
         for name, values in columns.items()
     }
     tips = is_tip(drive) & ~capped[:, np.newaxis]
     at = {name: np.full(sessions.size, COLUMNS[name].blank) for name in columns}
-    # Later assignments replace earlier ones: the campaign's rest, then that of the hour, then that of the session.
+    # Later assignments replace earlier assignments: the rest of the campaign, then of the hour, then of the session.
     for groups in (np.zeros(sessions.size), hours, sessions):
         for group in np.unique(groups):
             rows = np.flatnonzero((groups == group) & tips.any(axis=1))
@@ -95,9 +96,9 @@ def _away(columns: Mapping[str, Array], spans: Mapping[str, Array]) -> dict[str,
 
 
 def _centre(tips: NDArray[np.bool_], columns: Mapping[str, Array]) -> NDArray[np.intp] | None:
-    """Rows of the colour points of one session that were read at rest; None without all four."""
-    # Rest is where most of them were read under the same conditions: every column within the span of rest about the
-    # value of one reading.
+    """Return the rows of colour points at rest; None if one of the four colour points is missing."""
+    # Rest is the set of conditions with the most colour points: all columns lie within the spans of rest about one
+    # reading.
     if not columns:
         return np.arange(len(tips)) if tips.any(axis=0).all() else None
     stacked = np.column_stack(list(columns.values()))
@@ -107,18 +108,18 @@ def _centre(tips: NDArray[np.bool_], columns: Mapping[str, Array]) -> NDArray[np
     alike = _alike(each)
     sets = np.zeros((len(kinds), tips.shape[1]), dtype=int)
     np.add.at(sets, kind, tips.astype(int))
-    beside = alike.astype(int) @ sets
-    whole = np.flatnonzero((beside > 0).all(axis=1))
+    counts = alike.astype(int) @ sets
+    whole = np.flatnonzero((counts > 0).all(axis=1))
     if not whole.size:
         return None
     usual = sum((values == COLUMNS[name].usual).astype(int) for name, values in each.items()) + np.zeros(len(kinds))
-    # Most readings first; of equally many, those nearest to the usual values: full screen, centre, dark.
-    best = max(whole, key=lambda row: (int(beside[row].sum()), float(usual[row])))
+    # The most readings; of equal numbers, the conditions with the most usual values: full screen, centre, dark.
+    best = max(whole, key=lambda row: (int(counts[row].sum()), float(usual[row])))
     return np.flatnonzero(alike[best][kind])
 
 
 def _alike(columns: Mapping[str, Array]) -> NDArray[np.bool_]:
-    """Which readings (columns) lie within the spans of rest about each reading (rows), (n, n)."""
+    """Return whether each reading (column) lies within the spans of rest about each reading (row), (n, n)."""
     count = next(iter(columns.values())).size
     alike = np.ones((count, count), dtype=bool)
     for condition in CONDITIONS:
@@ -137,6 +138,6 @@ def _alike(columns: Mapping[str, Array]) -> NDArray[np.bool_]:
 
 
 def middle(values: Array) -> float:
-    """Median of the logged values: the lower of the middle two, so that the median is a value that was read."""
+    """Return the median of the logged values; of two middle values the lower, so that the result is a logged value."""
     known = np.sort(values[~np.isnan(values)])
     return float(known[(known.size - 1) // 2]) if known.size else float("nan")

@@ -1,7 +1,8 @@
 """``Session``: the readings of one display by one run of a measuring program, checked once and then frozen.
 
-A session need not be complete, as :class:`~lutgen.readings.table.Measurements` must be: it has a date at best and no
-operating hours, may be relative, and may lack white, black or primaries. Whoever needs a missing patch says so.
+A session may be incomplete, unlike :class:`~lutgen.readings.table.Measurements`: a session has no operating hours and
+possibly no date, may be relative to white, and may lack white, black or primaries. Code that needs a missing patch
+raises an error.
 """
 
 from __future__ import annotations
@@ -24,16 +25,16 @@ if TYPE_CHECKING:
     from lutgen.readings.campaign import Campaign
     from lutgen.readings.table import Measurements
 
-#: Kinds of patches, by their drive: the tips, the middle of the cube, and mixtures.
+#: Kinds of patches by their drive.
 KINDS = ("white", "black", "grey", "red", "green", "blue", "mixture")
 
-#: A patch counts as full drive, as no drive, or as grey within this tolerance: files round at the fifth digit.
+#: Tolerance of drive for full drive, zero drive and grey. Files round at the fifth digit.
 DRIVE_TOLERANCE = 1e-4
 
-#: Readings of a session, at most: profiling charts have up to 10 000 patches.
+#: Largest number of readings of a session. Profiling charts have up to 10 000 patches.
 MOST_READINGS = 100_000
 
-#: Smallest XYZ (noise lies below 0), and largest XYZ in cd/m² and relative to white: no display is brighter.
+#: Smallest allowed XYZ (below 0 because of noise), and largest allowed XYZ in cd/m² and relative to white.
 LOWEST, HIGHEST_CD_M2, HIGHEST_RELATIVE = -1.0, 1e5, 10.0
 
 
@@ -43,42 +44,41 @@ class Session:
 
     #: Code values 0..1, (n, 3).
     drive: Array
-    #: CIE 1931 XYZ, (n, 3): in cd/m² where ``absolute``, else relative with Y = 1 for the display's white.
+    #: CIE 1931 XYZ, (n, 3): in cd/m² if ``absolute``, otherwise relative with Y = 1 for white.
     xyz: Array
     #: Whether ``xyz`` is in cd/m².
     absolute: bool
-    #: What the file calls each patch; "" where it does not.
+    #: Name of each patch in the file; "": no name.
     names: tuple[str, ...]
-    #: The line of the file that each reading came from, (n,).
+    #: Line number of each reading in the file, (n,).
     lines: NDArray[np.int64]
     #: Name of the file's format, for people.
     form: str
-    #: Positions on the screen, (n, 2) as shares from the left and the top; None: not known.
+    #: Positions on the screen as shares from the left and the top, (n, 2); None: not known.
     positions: Array | None = None
-    #: Other columns of conditions (``ambient_lx``, …) that the file has, each of shape (n,).
+    #: Other columns of conditions in the file (``ambient_lx``, …), (n,) each.
     conditions: Mapping[str, Array] = field(default_factory=dict)
-    #: Numbers that grow with the time of reading, (n,); None: not known, and rows may be sorted.
+    #: Numbers that grow with the time of reading, (n,); None: not known; the rows may be sorted.
     order: Array | None = None
-    #: A note on each reading, "lens cap" for one; empty where the file has none.
+    #: A note on each reading, such as "lens cap"; empty: the file has no notes.
     notes: tuple[str, ...] = ()
-    #: Spectral radiance as the file gives it, (n, k), and nanometres, (k,); or None.
+    #: Spectral radiance in the unit of the file, (n, k), and wavelengths in nm, (k,); or None.
     spectra: Array | None = None
     wavelengths: Array | None = None
-    #: The curves in the graphics card during the session, (k, 4): input, red, green and blue, 0..1; None: the file has
-    #: none.
+    #: Curves in the graphics card during the session, (k, 4): input, red, green and blue, 0..1; None: not in the file.
     calibration: Array | None = None
-    #: Date and time of the session; None where the file has none, or one that cannot be right.
+    #: Date and time of the session; None: missing or implausible.
     created: datetime | None = None
-    #: Their names; "" where the file does not say.
+    #: Names of the instrument and the display; "": not in the file.
     instrument: str = ""
     display: str = ""
-    #: Of a session that is not ``absolute``: what to write so that it is, a sentence.
+    #: Sentence for a session that is not ``absolute``: how the user can make it absolute.
     remedy: str = ""
-    #: Sentences on what the reader had to decide, and on values that it did not accept.
+    #: Remarks of the reader on its assumptions and on values that it did not accept.
     remarks: tuple[str, ...] = ()
-    #: All other keywords of the file, and their values.
+    #: Keywords of the file and their values.
     metadata: Mapping[str, str] = field(default_factory=dict)
-    #: The file as the user named it, and the hash of its bytes.
+    #: Name of the file from the user, and the hash of its bytes.
     file: str = "<memory>"
     sha256: str = ""
 
@@ -109,7 +109,7 @@ class Session:
             )
 
     def without(self, rows: NDArray[np.int64]) -> Session:
-        """Return the session without some of its readings."""
+        """Return the session without these rows."""
         kept = np.setdiff1d(np.arange(len(self.drive)), rows)
         arrays = {name: getattr(self, name) for name in ("drive", "xyz", "lines", "positions", "spectra", "order")}
         fields: dict[str, Any] = {name: values[kept] for name, values in arrays.items() if values is not None}
@@ -125,22 +125,22 @@ class Session:
         return campaign_of([entry_of(self)], file=self.file)
 
     def measurements(self) -> Measurements:
-        """Return the readings as those of a display at hour 0. Raises LutgenError as :meth:`Campaign.measurements`."""
+        """Return the readings as a table at hour 0. Raises LutgenError as :meth:`Campaign.measurements`."""
         return self.campaign().measurements()
 
-    def with_white(self, cd_m2: float, said: str) -> Session:
-        """Return a relative session in cd/m², where white's luminance is known; ``said``: by whom, after a comma.
+    def with_white(self, cd_m2: float, source: str) -> Session:
+        """Return a relative session in cd/m²; white has ``cd_m2``. ``source``: origin of ``cd_m2``, for messages.
 
-        Raises LutgenError: the session is in cd/m² already.
+        Raises LutgenError: the session is already in cd/m².
         """
         if self.absolute:
-            raise LutgenError(f"{self.file}: is in cd/m², and white_cd_m2 is stated, {said}. Delete white_cd_m2.")
-        remark = f"White is {cd_m2:g} cd/m², {said}; all other light is relative to it."
+            raise LutgenError(f"{self.file}: is in cd/m², and white_cd_m2 is stated, {source}. Delete white_cd_m2.")
+        remark = f"White is {cd_m2:g} cd/m², {source}; all other light is relative to it."
         return replace(self, xyz=self.xyz * cd_m2, absolute=True, remedy="", remarks=(*self.remarks, remark))
 
     @property
     def xyz_cd_m2(self) -> Array:
-        """XYZ in cd/m², (n, 3). Raises LutgenError where the session is relative."""
+        """XYZ in cd/m², (n, 3). Raises LutgenError: the session is relative."""
         if not self.absolute:
             raise LutgenError(
                 f"{self.file}: XYZ are relative to white, and the file does not say how bright white was. {self.remedy}"
@@ -149,7 +149,7 @@ class Session:
 
     @cached_property
     def kinds(self) -> tuple[str, ...]:
-        """The kind of each reading, one of ``KINDS``; the ramp of a single channel has the name of the channel."""
+        """Kind of each reading, one of ``KINDS``; all levels of a single channel have the name of the channel."""
         low, high = self.drive <= DRIVE_TOLERANCE, self.drive >= 1.0 - DRIVE_TOLERANCE
         grey = np.ptp(self.drive, axis=1) <= DRIVE_TOLERANCE
         kinds = np.full(len(self.drive), "mixture", dtype="<U7")
@@ -162,13 +162,13 @@ class Session:
         return tuple(kinds.tolist())
 
     def rows(self, *kinds: str) -> NDArray[np.int64]:
-        """Rows of the readings of these kinds nearest to the middle of the screen, in the order of the file."""
+        """Return the rows of these kinds nearest to the centre of the screen, in the order of the file."""
         chosen = np.isin(np.array(self.kinds), kinds)
         return np.flatnonzero(chosen & self.central)
 
     @cached_property
     def central(self) -> NDArray[np.bool_]:
-        """Which readings were taken nearest to the middle of the screen, (n,): all where positions are not known."""
+        """Whether each reading is nearest to the centre of the screen, (n,); True if positions are unknown."""
         if self.positions is None:
             return np.ones(len(self.drive), dtype=bool)
         away = np.hypot(*(self.positions - 0.5).T)
@@ -176,7 +176,7 @@ class Session:
 
 
 def check_calibration(curves: Array, file: str) -> None:
-    """Refuse calibration curves that no graphics card holds: not 0..1, or an input that does not rise from 0 to 1."""
+    """Raise LutgenError if calibration curves are outside 0..1, or their input does not rise from 0 to 1."""
     if len(curves) < 2 or not np.isfinite(curves).all() or curves.min() < -1e-3 or curves.max() > 1.0 + 1e-3:
         raise LutgenError(f"{file}: the calibration curves need two points or more, all between 0 and 1.")
     steps = curves[:, 0]

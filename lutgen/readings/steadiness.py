@@ -1,4 +1,4 @@
-"""How steady a session was: patches that were read again, in the order of reading, and whether their light drifted."""
+"""Steadiness of a session: noise and drift of patches that were read more than once."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-#: A patch of at least this share of the brightest luminance is bright: the noise of a meter is there a share of the
-#: luminance.
+#: Smallest luminance of a bright patch, as a share of the largest luminance. The noise of a bright patch is
+#: proportional to its luminance.
 BRIGHT = 0.05
 
-#: Fewest readings from which scatter and drift can be told apart.
+#: Smallest number of readings that distinguishes scatter from drift.
 FEWEST = 6
 
 #: Median of |x| for a normal x with standard deviation 1.
@@ -29,30 +29,30 @@ _MEDIAN_OF_NORMAL = 0.6745
 class Steadiness:
     """Repeatability of a session, from patches that were read more than once."""
 
-    #: Number of bright patches that were read again, and of all their readings.
+    #: Number of repeated bright patches, and number of their readings.
     patches: int
     readings: int
-    #: Standard deviation of Y over the mean of its patch, pooled over bright patches; a drift makes it larger.
+    #: Standard deviation of Y over the mean Y of the patch, pooled over bright patches; includes a drift.
     noise: float
-    #: Pooled standard deviation of Y of dark patches, in the unit of the session; None: no dark patch was read again.
+    #: Pooled standard deviation of Y of dark patches, in the unit of the session; None: no repeated dark patch.
     dark_noise: float | None
-    #: Of bright patches: place in the order read as a share of the session, (n,), and Y over the patch's first reading,
-    #: (n,).
+    #: Readings of bright patches: position in the order of reading as a share of the session, (n,), and Y over Y of the
+    #: patch's first reading, (n,).
     order: Array
     ratio: Array
-    #: The same readings by their rows, (n,).
+    #: Rows of these readings, (n,).
     rows: NDArray[np.intp]
-    #: Largest Δu'v' of a bright patch against its first reading.
+    #: Largest Δu'v' of a bright patch from its first reading.
     shift: float
 
     @property
     def drift(self) -> float:
-        """Largest change of Y against the first reading of a bright patch, with its sign, as a share."""
+        """Largest relative change of Y from the first reading of a bright patch, with its sign."""
         return float(self.ratio[np.argmax(np.abs(self.ratio - 1.0))] - 1.0)
 
     @property
     def scatter(self) -> float:
-        """Standard deviation of Y of a bright patch, as a share, free of one jump and of a steady drift."""
+        """Relative standard deviation of Y of a bright patch, robust against one jump and a steady drift."""
         if self.readings < FEWEST:
             return 0.0
         steps = np.diff(self.ratio)
@@ -61,10 +61,10 @@ class Steadiness:
 
 
 def steadiness_of(xyz: Array, place: NDArray[np.intp], groups: Sequence[NDArray[np.intp]]) -> Steadiness | None:
-    """Return what repeated patches say; None where no bright patch was repeated.
+    """Return the steadiness of a session; None if no bright patch was repeated.
 
-    ``xyz``: light of a session's readings, (n, 3). ``place``: of each in the order of reading, (n,). ``groups``: rows
-    of each patch that was read again.
+    ``xyz``: light of the readings, (n, 3). ``place``: position of each reading in the order of reading, (n,).
+    ``groups``: the rows of each repeated patch.
     """
     brightest = float(xyz[:, 1].max())
     is_bright = [float(xyz[rows, 1].min()) >= BRIGHT * brightest > 0 for rows in groups]
@@ -90,13 +90,13 @@ def steadiness_of(xyz: Array, place: NDArray[np.intp], groups: Sequence[NDArray[
 
 
 def _pooled(groups: list[Array]) -> float:
-    """Standard deviation within groups, each about its own mean."""
+    """Return the pooled standard deviation of groups, each about its own mean."""
     squares = sum(float(((each - each.mean()) ** 2).sum()) for each in groups)
     return float(np.sqrt(squares / sum(each.size - 1 for each in groups)))
 
 
-#: A change of luminance within a session is a drift from this share on, and from this many standard errors, or times
-#: the scatter of repeated patches, on.
+#: Smallest change of luminance within a session that counts as drift: as a share, and in standard errors or in units of
+#: the scatter of repeated patches.
 RAN_AWAY, CLEAR = 0.02, 5.0
 
 
@@ -104,26 +104,26 @@ RAN_AWAY, CLEAR = 0.02, 5.0
 class SessionDrift:
     """The drift of a session."""
 
-    #: Largest change of luminance within the session, as a share, with its sign.
+    #: Largest relative change of luminance within the session, with its sign.
     change: float
-    #: "repeats" (patches that were read again) or "order" (patches that another session shares).
+    #: Source: "repeats" (repeated patches) or "order" (patches in common with another session).
     by: str
-    #: Scatter of readings without drift, 1 σ, as a share.
+    #: Relative scatter of readings without drift (1 σ).
     scatter: float = 0.0
 
     @property
     def size(self) -> float:
-        """The change over the smallest one that is a drift, rather than noise."""
+        """The change over the smallest change that counts as drift."""
         return abs(self.change) / max(RAN_AWAY, CLEAR * self.scatter)
 
     @property
     def ran_away(self) -> bool:
-        """Whether the change is a drift."""
+        """Whether the change counts as drift."""
         return self.size >= 1.0
 
 
 def drift_by_repeats(steady: Steadiness | None, scatter: float | None = None) -> SessionDrift:
-    """Return the drift of a session's repeated patches, 0 without any; ``scatter``: an upper limit of theirs."""
+    """Return the drift of repeated patches, 0 if there are none; ``scatter``: an upper limit of their scatter."""
     if steady is None:
         return SessionDrift(0.0, "repeats")
     return SessionDrift(steady.drift, "repeats", steady.scatter if scatter is None else min(scatter, steady.scatter))

@@ -21,14 +21,13 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-
 #: The tips: white and the primaries at full drive, in the order of the paper's index i.
 TIP_NAMES = ("white", "red", "green", "blue")
 
-#: Optional columns and the value that a blank cell stands for (NaN: unknown, or warm).
+#: Optional column → value of a blank cell (NaN: unknown, or warm).
 OPTIONAL = {name: column.blank for name, column in COLUMNS.items()}
 
-#: Allowed range of each column, and its description; a value outside is a typing error.
+#: Column → allowed range and description; a value outside the range is a typing error.
 RANGES = {name: (column.low, column.high, column.meaning) for name, column in COLUMNS.items()} | {
     "hour": (0.0, 1e7, "operating hours, counted from the un-aged display at 0, never negative"),
     "order": (-1e12, 1e12, "a number that grows with the time of reading"),
@@ -38,10 +37,10 @@ RANGES = {name: (column.low, column.high, column.meaning) for name, column in CO
 #: Column → the cell of its condition.
 CELLS = {column.name: condition.cell for condition in CONDITIONS for column in condition.columns}
 
-#: Code values up to this one are slips of a scale that ends at 1, not percent or 8-bit codes.
+#: A largest code value between 1 and this is an error on the scale 0..1; a larger one means percent or 8-bit codes.
 MUCH_ABOVE_1 = 1.1
 
-#: White below this is no display's luminance in cd/m²: the values are then relative (Y = 1 for white).
+#: Smallest luminance of white in cd/m². A smaller white means that XYZ are relative (Y = 1 for white).
 MIN_WHITE_CD_M2 = 2.0
 
 
@@ -52,28 +51,27 @@ class Measurements:
     Attributes
     ----------
     hours, drive, xyz_cd_m2
-        One entry a reading, shapes (n,), (n, 3) and (n, 3): operating hours, non-decreasing from 0; code
-        values 0..1; CIE XYZ in cd/m².
+        Operating hours, non-decreasing from 0, (n,); code values 0..1, (n, 3); CIE XYZ in cd/m², (n, 3).
     conditions
-        The optional columns (position ``u``, ``v``, ``ambient_lx``, …) with more than one value, each of shape (n,).
+        Optional columns (position ``u``, ``v``, ``ambient_lx``, …) with more than one value, (n,) each.
     constants
-        Optional columns with the same value in every row: column → value.
+        Optional column → value, for columns with the same value in every row.
     calibrations
-        Hour → the curves that were loaded in the graphics card, (k, 4): input, red, green, blue; where they are known.
+        Hour → curves in the graphics card, (k, 4): input, red, green, blue; only known curves.
     session, note
-        One text a reading; empty where the file has none.
+        One text for each reading; empty: the file has none.
     order
         Numbers that grow with the time of reading, (n,); None: not known.
     lines
-        The line of the file that each reading came from, shape (n,).
+        Line number of each reading in the file, (n,).
     metadata
         The ``# key: value`` lines.
     remarks
-        Sentences on what the reader had to decide or ignored.
+        Remarks of the reader on its assumptions and on ignored columns.
     file, sha256
-        The file as the user named it, and the hash of its bytes.
+        Name of the file from the user, and the hash of its bytes.
     files
-        The file of each reading, where ``file`` lists or holds several; else empty.
+        File of each reading, if ``file`` names several files; otherwise empty.
 
     """
 
@@ -94,13 +92,13 @@ class Measurements:
     files: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse values out of range, unsorted hours, and white or primaries that are missing or swapped."""
+        """Check ranges, the order of hours, and that white and primaries are present and not swapped."""
         check_rows(self)
         self._part_constants()
         check_tips(self)
 
     def _part_constants(self) -> None:
-        """Move columns with one value in every row to the constants: they say nothing about a condition."""
+        """Move columns with the same value in every row from ``conditions`` to ``constants``."""
         fixed = {
             name: float(values[0])
             for name, values in self.conditions.items()
@@ -114,15 +112,15 @@ class Measurements:
 
     @property
     def calibration(self) -> Array | None:
-        """The curves that were loaded at hour 0, (k, 4); None: not known."""
+        """Curves in the graphics card at hour 0, (k, 4); None: not known."""
         return self.calibrations.get(0.0)
 
     def file_of(self, row: int) -> str:
-        """Name the file that a reading came from."""
+        """Return the file of a reading."""
         return self.files[row] if self.files else self.file
 
     def places(self, rows: Iterable[int]) -> str:
-        """Name readings by their lines: "lines 3, 4"; of several files, "a.ti3, line 3; b.ti3, line 4"."""
+        """Return the lines of readings: "lines 3, 4"; for several files "a.ti3, line 3; b.ti3, line 4"."""
         lines: dict[str, list[int]] = {}
         for row in rows:
             lines.setdefault(self.file_of(row), []).append(int(self.lines[row]))
@@ -131,20 +129,20 @@ class Measurements:
         return "; ".join(f"{Path(file).name}, {text}" if self.files else text for file, text in listed.items())
 
     def with_light(self, xyz_cd_m2: Array) -> Measurements:
-        """Return the same readings with other light, (n, 3) in cd/m², unchecked: for simulations."""
+        """Return the same readings with other XYZ, (n, 3) in cd/m², without checks; for simulations."""
         other = copy(self)
         object.__setattr__(other, "xyz_cd_m2", xyz_cd_m2)
         return other
 
     def column(self, name: str) -> Array:
-        """Values of an optional column, (n,): as logged, the same in every row, or what a blank cell stands for."""
+        """Return an optional column, (n,): from the conditions, the constants, or the value of a blank cell."""
         if name in self.conditions:
             return self.conditions[name]
         return np.full(self.hours.size, self.constants.get(name, OPTIONAL[name]))
 
     @cached_property
     def sessions(self) -> NDArray[np.intp]:
-        """Number of each reading's session, (n,): readings of one hour and one session name belong together."""
+        """Session number of each reading, (n,); a session has one hour and one session name."""
         names = self.session or ("",) * self.hours.size
         number = np.unique(np.array(names), return_inverse=True)[1].reshape(-1)
         pairs = np.column_stack([self.hours, number])
@@ -153,40 +151,40 @@ class Measurements:
     @cached_property
     def rest(self) -> Rest:
         """The conditions under which the colour points of each reading's session were read."""
-        # With the constants: a patch that never fills the screen has a surround, although its window does not vary.
+        # Constant columns matter too: a patch with a constant window below 1 has a surround.
         columns = {name: self.column(name) for name in COLUMNS if name in self.conditions or name in self.constants}
         return rest_of(self.sessions, self.hours, self.drive, is_capped(self), columns)
 
     @property
     def provenance(self) -> str:
-        """One sentence: the file, and its ``source`` line, which says whether the readings are simulated."""
+        """One sentence with the file and its ``source`` line, which says whether the readings are simulated."""
         file, source = Path(self.file).name, self.metadata.get("source", "")
         if not source:
             return f"Readings: {file}, which does not say where they come from (no line `# source: …`)."
         return f"Readings: {file}. Source: {source}."
 
     def settled(self, name: str) -> Array:
-        """Values of a column, (n,), in which every value that counts as rest is replaced by the value at rest."""
+        """Return a column, (n,), with every value that counts as rest replaced by the value at rest."""
         at, cell = self.rest.values[name], CELLS[name]
         return np.where(self.rest.away[cell], self.conditions[name], at)
 
     def at_rest(self) -> NDArray[np.bool_]:
-        """Readings under the same conditions as the colour points of their session, (n,)."""
+        """Return whether each reading has the conditions of the colour points of its session, (n,)."""
         return self.rest.reached(self.hours.size)
 
     def usual(self) -> dict[str, float]:
-        """Return the rest of the campaign: column → median of the sessions' values; logged columns alone."""
+        """Return the rest of the campaign: column → median of the values at rest; only logged columns."""
         middles = {name: middle(at) for name, at in self.rest.values.items()}
         return {name: value for name, value in middles.items() if not np.isnan(value)}
 
     def warmer(self) -> Array:
-        """Temperature of each reading less that at rest in its session, in kelvins, (n,); NaN where not logged."""
+        """Return the temperature less the session's temperature at rest, in kelvins, (n,); NaN: not logged."""
         return self.conditions["temperature_c"] - self.rest.values["temperature_c"]
 
     def tips(self) -> tuple[Array, Array]:
         """Return the hours at which the tips were measured, (N,), and their mean xyY in cd/m², (N, 4, 3).
 
-        Replicates are averaged as light (XYZ). Hours at which no tip was measured are left out.
+        Replicates are averaged in XYZ. Hours without a measured tip are left out.
         """
         rest, tip = self.at_rest() & ~is_capped(self), is_tip(self.drive)
         hours, rows = [], []
@@ -200,9 +198,9 @@ class Measurements:
 
 
 def in_any_order(**columns: Any) -> Measurements:
-    """Return ``Measurements`` of rows in any order; the keywords are its fields.
+    """Return ``Measurements`` from rows in any order; the keywords are the fields of ``Measurements``.
 
-    Rows are sorted by hour, session and all other columns, so that every order of the same rows gives the same result.
+    The rows are sorted by hour, session and all other columns, so that the result does not depend on their order.
     """
     session = np.unique(np.array(columns["session"]), return_inverse=True)[1].reshape(-1)
     notes = np.unique(np.array(columns["note"]), return_inverse=True)[1].reshape(-1)
@@ -222,7 +220,7 @@ def in_any_order(**columns: Any) -> Measurements:
     return Measurements(**sorted_columns)
 
 
-#: Fields of ``Measurements`` that have one entry a reading.
+#: Fields of ``Measurements`` with one entry for each reading.
 _BY_READING = {"hours", "drive", "xyz_cd_m2", "lines", "conditions", "session", "note", "order", "files"}
 
 
@@ -235,17 +233,17 @@ def _placed(values: Any, place: NDArray[np.intp]) -> Any:
 
 
 def is_capped(readings: Measurements) -> NDArray[np.bool_]:
-    """Readings with the lens capped, which their note says: (n,)."""
+    """Return whether the note of each reading says that the lens was capped, (n,)."""
     return _noted(readings, lambda note: "lens cap" in note or note.strip() == "cap")
 
 
 def is_shrouded(readings: Measurements) -> NDArray[np.bool_]:
-    """Readings that a shroud kept from the room's light, which their note says: (n,)."""
+    """Return whether the note of each reading says that a shroud blocked the room's light, (n,)."""
     return _noted(readings, lambda note: "shroud" in note)
 
 
 def _noted(readings: Measurements, says: Callable[[str], bool]) -> NDArray[np.bool_]:
-    """Readings whose note, in small letters, says something; few notes are many readings' own: (n,)."""
+    """Return whether the lower-case note of each reading satisfies ``says``, (n,); test each distinct note once."""
     if not readings.note:
         return np.zeros(readings.hours.size, dtype=bool)
     known = {note: says(note.lower()) for note in set(readings.note)}
@@ -253,7 +251,7 @@ def _noted(readings: Measurements, says: Callable[[str], bool]) -> NDArray[np.bo
 
 
 def check_rows(readings: Measurements) -> None:
-    """Check every reading by itself, and that hours do not run backwards."""
+    """Check the values of every reading, and that the hours do not decrease."""
     hours, drive, xyz = readings.hours, readings.drive, readings.xyz_cd_m2
     for name, values in (("hour", hours), ("drive", drive), ("XYZ", xyz)):
         _refuse(readings, ~np.isfinite(values.reshape(hours.size, -1)).all(axis=1), f"{name} is not a finite number")
@@ -282,11 +280,11 @@ def check_rows(readings: Measurements) -> None:
 
 
 def check_tips(readings: Measurements) -> None:
-    """Check the tips of every hour that has any: complete, positive, plausible, and not the same hour twice."""
+    """Check the tips of every hour with tips: complete, positive, plausible, and no hour occurs twice."""
     rest = readings.at_rest() & ~is_capped(readings)
     tip = is_tip(readings.drive)
     x, y, z = readings.xyz_cd_m2.T
-    # Noise may bring the Z of red a little below 0; one percent of Y is an error.
+    # Noise may bring the Z of red slightly below 0; a value below −1 % of Y is an error.
     dark = (y <= 0) | (np.minimum(x, z) < -0.01 * y)
     _refuse(
         readings,
@@ -311,7 +309,7 @@ def check_tips(readings: Measurements) -> None:
 
 
 def _under(readings: Measurements) -> str:
-    """Name, in parentheses, the conditions under which the four colour points must agree; "" where none varies."""
+    """Return, in parentheses, the conditions that the four colour points must share; "" if no condition varies."""
     names = [each.name for each in CONDITIONS if any(column.name in readings.conditions for column in each.columns)]
     return f" (all four under the same {', '.join(names)})" if names else ""
 
@@ -339,7 +337,7 @@ def _are_primaries(red: Array, green: Array, blue: Array) -> bool:
 
 
 def _check_repeated_hour(readings: Measurements, counts: dict[float, tuple[int, Array]]) -> None:
-    """Refuse one hour with two sets of colour points in a file that else has one each: an hour typed twice."""
+    """Raise LutgenError if one hour has two sets of colour points and all other hours one: a mistyped hour."""
     tips_only = all(n == count.sum() for n, count in counts.values())
     twice = [hour for hour, (_, count) in counts.items() if (count == 2).all()]
     once = [hour for hour, (_, count) in counts.items() if (count == 1).all()]

@@ -1,8 +1,8 @@
-"""A display's own model: a fit of its first session, chosen from a ladder of models, each richer than the one before.
+"""A display's own model: a fit to its first session, selected from a ladder of models of increasing complexity.
 
-The lowest rung is the paper's sRGB display with measured colour points. Then come a curve of each channel, curves of
-each channel for X, Y and Z, products of code values, and a smooth residual. A rung is taken only where it lowers the
-error on readings that were held out. One more file in this folder holds one more rung (one model), or one part that
+The lowest rung is the paper's sRGB display with measured colour points. The next rungs have one curve for each channel,
+curves of each channel for X, Y and Z, products of code values, and a smooth residual. The ladder takes a rung only if
+the rung lowers the error of held-out readings. Each further file in this folder is a rung (a model), or a part that
 rungs share.
 """
 

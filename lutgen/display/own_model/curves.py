@@ -1,21 +1,22 @@
-"""The rungs with curves: sRGB's, one curve of each channel, X, Y and Z curves of each, and products of code values.
+"""Rungs with curves: sRGB's, one curve for each channel, X, Y and Z curves of each channel, products of code values.
 
-The lowest rung is the paper's fresh display: sRGB's curves, with white and primaries as measured.
+The lowest rung is the paper's fresh display: sRGB's curves, with measured white and primaries.
 
-One curve of each channel is fitted on all readings: XYZ(d) = K + Σ_c l_c(d_c)·P_c. Single-channel ramps alone are a bad
-source of curves, since mixtures are brighter than their channels together.
+The next rung has one curve for each channel, fitted to all readings: XYZ(d) = K + Σ_c l_c(d_c)·P_c. Curves from
+single-channel ramps alone are worse, because mixtures are brighter than the sum of their channels.
 
-The next rung has a curve for X, Y and Z of each channel; the curve of Y never falls. The chromaticity of a channel
-moves with its drive (a liquid crystal's transmission depends on wavelength and voltage), so that one curve a channel is
-not enough: XYZ(d) = K + Σ_c C_c(d_c), C_c three curves.
+The next rung has curves for X, Y and Z of each channel: XYZ(d) = K + Σ_c C_c(d_c), with C_c three curves. The
+chromaticity of a channel changes with its drive (a liquid crystal's transmission depends on wavelength and voltage), so
+that one curve for each channel is not enough. The curve of Y never falls.
 
-The last of these rungs adds products of code values d_i·d_j, three terms for each of X, Y and Z. Mixtures are brighter
-than their channels together, mostly in mid-tones; products of light would act on the brightest colours alone. Curves
-and products are fitted together, since curves that are fitted without products take in the products' mean.
+The last rung with curves adds products of code values d_i·d_j, three terms for each of X, Y and Z. Mixtures are
+brighter than the sum of their channels, mostly in mid-tones; products of light would act only on the brightest colours.
+Curves and products are fitted together, because curves that are fitted without products absorb the mean of the
+products.
 
-Each curve is sRGB's light times a smooth gain. Every display's curve is near sRGB's, so the gain bends little, and
-levels that were not read keep its shape. The gain is a cubic B-spline over the code value; a stiffness makes second
-differences of its coefficients small (P-splines: Eilers & Marx, Statist. Sci. 11, 89-121 (1996),
+Each curve is sRGB's light times a smooth gain. Every display's curve is near sRGB's curve, so the gain bends little,
+and levels without readings keep the shape of sRGB. The gain is a cubic B-spline over the code value, with a penalty on
+the second differences of its coefficients, the stiffness (P-splines: Eilers & Marx, Statist. Sci. 11, 89-121 (1996),
 doi:10.1214/ss/1038425655).
 """
 
@@ -25,7 +26,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy  # its parts load when they are first used: most displays are shown without them
+import scipy  # scipy loads its parts lazily; most displays need none
 
 from lutgen.colorimetry import Array, code_to_linear
 from lutgen.display.own_model.least_squares import solve, trust
@@ -40,21 +41,21 @@ SCALAR_NAME = "one curve of each channel"
 XYZ_NAME = "X, Y and Z curves of each channel"
 PRODUCTS_NAME = "products of code values"
 
-#: Splines of a gain: one for every 12 codes of 8 bits, where the largest shared sessions read 97 greys.
+#: Number of splines of a gain: about one for every 12 codes of 8 bits. The largest shared sessions have 97 greys.
 SPLINES = 24
 
-#: With stiffness 1 a bend of 0.01 in the gain costs as much as one unit of CIELAB in one reading.
+#: Factor of the penalty: with stiffness 1 a bend of 0.01 in the gain costs as much as one CIELAB unit in one reading.
 BEND = 100.0
 
-#: Number of code values between which curves must not fall.
+#: Number of code values at which the curves are checked not to fall.
 STEPS = 65
 
 _KNOTS = np.concatenate([np.zeros(3), np.linspace(0.0, 1.0, SPLINES - 2), np.ones(3)])
 
-#: Black, and the splines of three channels.
+#: Number of columns: black, and the splines of three channels.
 COLUMNS = 1 + 3 * SPLINES
 
-#: Fits that follow each other, each with the readings' weights from the one before.
+#: Number of iterations; each iteration uses the weights of the readings from the previous residuals.
 ROUNDS = 3
 
 
@@ -62,7 +63,7 @@ ROUNDS = 3
 class SrgbCurves:
     """Code values (m, 3) → shares of white's X, Y and Z, (m, 3), by the paper's ``nearest`` matrices.
 
-    ``tips`` (4, 3) are the shares of white, red, green and blue.
+    ``tips`` (4, 3) are the shares of white's X, Y and Z for white, red, green and blue.
     """
 
     tips: Array
@@ -76,9 +77,9 @@ class SrgbCurves:
 class Curves:
     """Code values (m, 3) → shares of white's X, Y and Z, (m, 3)."""
 
-    #: The way from code values to the panel.
+    #: Conversion of code values to the drive of the panel.
     drive: Drive
-    #: Coefficients of black, the channels' splines, and with products those of code values: (COLUMNS or COLUMNS + 3,
+    #: Coefficients of black, of the channels' splines, and of the products if there are any: (COLUMNS or COLUMNS + 3,
     #: 3).
     coefficients: Array
 
@@ -88,7 +89,7 @@ class Curves:
 
 
 def columns(code: Array, drive: Drive, *, products: bool = False) -> Array:
-    """Black, the splines of each channel, and where asked the products of code values, (m, COLUMNS or COLUMNS + 3)."""
+    """Return columns for black, each channel's splines, and optionally products, (m, COLUMNS or COLUMNS + 3)."""
     driven = drive(code)
     parts = [np.ones((len(code), 1)), *(lit(driven[:, channel]) for channel in range(3))]
     if products:
@@ -98,43 +99,43 @@ def columns(code: Array, drive: Drive, *, products: bool = False) -> Array:
 
 
 def stiffening(count: int, stiffness: float) -> Array:
-    """Rows that make the curves' bends small: (3·(SPLINES − 2), count)."""
+    """Return the rows of the penalty on the curves' bends, (3·(SPLINES − 2), count)."""
     bend = BEND * np.diff(np.eye(SPLINES), 2, axis=0)
     return np.asarray(np.sqrt(stiffness) * _of_each_channel(bend, count))
 
 
 def rising(count: int) -> Array:
-    """Rises of the three channels' curves, (3·(STEPS − 1), count): none may be negative."""
+    """Return the rows of the rises of the three channels' curves, (3·(STEPS − 1), count); none may be negative."""
     return _of_each_channel(np.diff(lit(np.linspace(0.0, 1.0, STEPS)), axis=0), count)
 
 
 def _of_each_channel(rows: Array, count: int) -> Array:
-    """Repeat rows for one channel (k, SPLINES) for all three channels among ``count`` columns: (3·k, count)."""
+    """Repeat rows for one channel (k, SPLINES) for all three channels in ``count`` columns: (3·k, count)."""
     placed = np.zeros((3 * len(rows), count))
     placed[:, 1:COLUMNS] = scipy.linalg.block_diag(rows, rows, rows)
     return placed
 
 
 def fit_srgb(sample: Sample) -> SrgbCurves:
-    """Take the measured white and primaries."""
+    """Return the rung of sRGB's curves with the measured white and primaries."""
     return SrgbCurves(sample.tips)
 
 
 def fit_scalar(sample: Sample, drive: Drive, stiffness: float) -> Curves:
-    """Fit curves and primaries in turns, with errors in CIELAB's units; outliers have little weight."""
+    """Fit curves and primaries alternately, with residuals in CIELAB units; outliers have little weight."""
     driven = drive(sample.drive)
     splines = [lit(driven[:, channel]) for channel in range(3)]
     primaries, black = sample.tips[1:] - sample.black, sample.black
     weight = sample.certainty
     curves = np.zeros((3, SPLINES))
     for _ in range(ROUNDS):
-        counted = np.sqrt(weight)[:, np.newaxis] * sample.slope
-        curves = _curves(splines, primaries, (sample.share - black) * counted, counted, stiffness)
+        weights = np.sqrt(weight)[:, np.newaxis] * sample.slope
+        curves = _curves(splines, primaries, (sample.share - black) * weights, weights, stiffness)
         light = np.stack([spline @ curve for spline, curve in zip(splines, curves, strict=True)], axis=1)
         at = np.column_stack([np.ones(len(light)), light])
         mixed = [
             solve(at * w[:, np.newaxis], y * w, np.zeros((1, 4)))
-            for w, y in zip(counted.T, sample.share.T, strict=True)
+            for w, y in zip(weights.T, sample.share.T, strict=True)
         ]
         black, primaries = np.array(mixed).T[0], np.array(mixed).T[1:]
         weight = sample.certainty * trust((sample.share - black - light @ primaries) * sample.slope)
@@ -144,34 +145,34 @@ def fit_scalar(sample: Sample, drive: Drive, stiffness: float) -> Curves:
     return Curves(drive, coefficients)
 
 
-def _curves(splines: list[Array], primaries: Array, wanted: Array, counted: Array, stiffness: float) -> Array:
-    """Coefficients of three curves, (3, SPLINES), with the primaries given: X, Y and Z together."""
+def _curves(splines: list[Array], primaries: Array, target: Array, weights: Array, stiffness: float) -> Array:
+    """Return the coefficients of three curves, (3, SPLINES), fitted to X, Y and Z together for fixed primaries."""
     at = np.hstack([
-        (spline[:, np.newaxis, :] * (primary * counted)[:, :, np.newaxis]).reshape(-1, SPLINES)
+        (spline[:, np.newaxis, :] * (primary * weights)[:, :, np.newaxis]).reshape(-1, SPLINES)
         for spline, primary in zip(splines, primaries, strict=True)
     ])  # fmt: skip
     penalty = stiffening(COLUMNS, stiffness)[:, 1:]
-    coefficients = solve(at, wanted.reshape(-1), penalty, rising(COLUMNS)[:, 1:])
+    coefficients = solve(at, target.reshape(-1), penalty, rising(COLUMNS)[:, 1:])
     return coefficients.reshape(3, SPLINES)
 
 
 def fit_xyz(sample: Sample, drive: Drive, stiffness: float, *, products: bool = False) -> Curves:
-    """Fit the curves on all readings, with errors in CIELAB's units; outliers have little weight."""
+    """Fit the curves to all readings, with residuals in CIELAB units; outliers have little weight."""
     at = columns(sample.drive, drive, products=products)
     penalty, rise = stiffening(at.shape[1], stiffness), rising(at.shape[1])
     weight = sample.certainty
     coefficients = np.zeros((at.shape[1], 3))
     for _ in range(ROUNDS):
         for k in range(3):
-            counted = np.sqrt(weight) * sample.slope[:, k]
-            wanted = sample.share[:, k] * counted
-            coefficients[:, k] = solve(at * counted[:, np.newaxis], wanted, penalty, rise if k == 1 else None)
+            weights = np.sqrt(weight) * sample.slope[:, k]
+            target = sample.share[:, k] * weights
+            coefficients[:, k] = solve(at * weights[:, np.newaxis], target, penalty, rise if k == 1 else None)
         weight = sample.certainty * trust((sample.share - at @ coefficients) * sample.slope)
     return Curves(drive, coefficients)
 
 
 def lit(code: Array) -> Array:
-    """Linear light of sRGB times every spline at code values (m,) in 0..1: (m, SPLINES)."""
+    """Return sRGB's linear light times every spline at code values (m,) in 0..1, (m, SPLINES)."""
     within = np.clip(code, 0.0, 1.0)
     return np.asarray(
         scipy.interpolate.BSpline.design_matrix(within, _KNOTS, 3).toarray() * code_to_linear(within)[:, np.newaxis]

@@ -1,8 +1,8 @@
-"""The drive of a panel: the code value as sent, or as the graphics card or the display's input changes it.
+"""The drive of a panel: the code value itself, or the code value after the graphics card or the display's input.
 
-ArgyllCMS keeps the curves that were loaded beside the readings (table CAL, 256 rows). Whether they were sent on in 8
-bits depends on the card and its cable, so the ladder tries both on the readings. A display that expects another signal
-range, or whose contrast is set too high, clips: from some code value on its light no longer rises.
+ArgyllCMS stores the loaded curves with the readings (table CAL, 256 rows). It depends on the card and its cable whether
+the output of the curves has 8 bits, so the ladder tries both on the readings. A display that expects another signal
+range, or whose contrast is set too high, clips: above some code value its light is constant.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
 
-#: The ways from code values to the panel.
+#: Names of the conversions from code values to the drive of the panel.
 WAYS = (
     "as asked",
     "through the calibration",
@@ -23,21 +23,21 @@ WAYS = (
     "up to the code from which light no longer rises",
 )
 
-#: Steps of 8 bits.
+#: Number of steps of 8 bits.
 STEPS = 255.0
 
 
 @dataclass(frozen=True)
 class Drive:
-    """Code values (m, 3) → what reaches the panel (m, 3), 0..1."""
+    """Code values (m, 3) → drive of the panel (m, 3), 0..1."""
 
     #: One of ``WAYS``.
     way: str = WAYS[0]
-    #: The curves, of the calibration or of the clipped input, (k, 4); None where ``way`` is "as asked".
+    #: Curves of the calibration or of the clipped input, (k, 4); None if ``way`` is "as asked".
     calibration: Array | None = None
 
     def __call__(self, code: Array) -> Array:
-        """Return the drives of code values, which are clipped to 0..1."""
+        """Return the drives of code values; clip code values to 0..1."""
         code = np.clip(code, 0.0, 1.0)
         if self.calibration is None or self.way == WAYS[0]:
             return code

@@ -1,7 +1,8 @@
-"""Transfer curves of a native display from all readings of its first session, and whether they beat its ramps'.
+"""Transfer curves of a native display from all readings of its first session, and the choice between sources of curves.
 
-A native display adds its colour points up by the paper's matrices, so it can use one rung of the ladder: one curve a
-channel. Curves of single-channel ramps miss mixtures, which are brighter than their channels together.
+A native display adds its colour points by the paper's matrices, so it can use one rung of the ladder: one curve for
+each channel. Curves from single-channel ramps are wrong for mixtures, which are brighter than the sum of their
+channels.
 """
 
 from __future__ import annotations
@@ -21,24 +22,24 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.display.own_model.sample import Sample
 
-    #: Of red, green and blue.
+    #: Curves of red, green and blue.
     Curves3 = tuple[TransferCurve, TransferCurve, TransferCurve]
 
-#: With at least so many different mixtures curves are fitted to all readings.
+#: Smallest number of distinct mixtures for curves that are fitted to all readings.
 LEAST_MIXTURES = 50
 
-#: With fewer colours nobody can tell what curves miss.
+#: Smallest number of mixtures that can validate curves.
 FEW = 6
 
-#: Names of sources in sentences; ramps and greys keep their own.
+#: Source → name in sentences, if the names differ.
 NAMES = {"readings": "all readings", "srgb": "sRGB"}
 
-#: Points of a curve: eight times as many as a usual ramp's levels.
+#: Number of points of a curve: eight times the levels of a usual ramp.
 POINTS = 65
 
 
 def curves_of(sample: Sample) -> Curves3:
-    """Fit red, green and blue on all readings; a reading that contradicts the others has little weight."""
+    """Return the curves of red, green and blue fitted to all readings; outliers have little weight."""
     coefficients = fit_scalar(sample, Drive(), STIFFNESS[0]).coefficients
     codes = np.linspace(0.0, 1.0, POINTS)
     curves = []
@@ -51,13 +52,13 @@ def curves_of(sample: Sample) -> Curves3:
 
 
 def straight() -> Curves3:
-    """Return sRGB's own curves: the lowest rung."""
+    """Return sRGB's curves, the lowest rung."""
     red, green, blue = (TransferCurve(name, (0.0, 1.0), (0.0, 1.0)) for name in ("red", "green", "blue"))
     return red, green, blue
 
 
 def held_out_of_all(sample: Sample) -> Array:
-    """Shares of white at every reading, (n, 3), by curves fitted to all readings without its patch."""
+    """Return shares of white at every reading, (n, 3), from curves fitted without the reading's patch."""
     shares = sample.share.copy()
     for fold in range(FOLDS):
         out = sample.fold == fold
@@ -66,11 +67,11 @@ def held_out_of_all(sample: Sample) -> Array:
 
 
 def best_source(sample: Sample, ramps: Curves3 | None, name: str) -> tuple[str, str]:
-    """Choose the source of the curves by mean ΔE2000 on mixtures; return it, and the reason in one sentence.
+    """Return the source of the curves with the smallest mean ΔE2000 on mixtures, and the reason in one sentence.
 
-    Curves of all readings are fitted without the patch of each mixture; curves of ramps, called ``name``, and sRGB's
-    need no mixture. All readings replace ramps where they are clearly better; sRGB's curves replace both where these
-    are worse.
+    The error of curves from all readings is held out by patch. Curves from ramps (source ``name``) and sRGB's curves do
+    not use mixtures. Curves from all readings replace curves from ramps if they are clearly better. sRGB's curves
+    replace both if their error is smaller.
     """
     by_all = held_out_of_all(sample)
     shares = {"readings": by_all, "srgb": added_up(sample, straight(), sample.drive)}
@@ -84,12 +85,12 @@ def best_source(sample: Sample, ramps: Curves3 | None, name: str) -> tuple[str, 
 
 
 def added_up(sample: Sample, curves: Curves3, code: Array) -> Array:
-    """Shares of white that a native display shows, (m, 3), by the paper's ``nearest`` matrices."""
+    """Return shares of white of a native display, (m, 3), by the paper's ``nearest`` matrices."""
     return np.asarray(parts_of(curves, code) @ np.vstack([sample.tips, sample.black]))
 
 
 def parts_of(curves: Curves3, code: Array) -> Array:
-    """How much of white, red, green, blue and black is in each colour, (m, 5)."""
+    """Return the shares of white, red, green, blue and black in each colour, (m, 5)."""
     linear = np.stack([curve(code[:, channel]) for channel, curve in enumerate(curves)], axis=1)
     shares = tip_shares(linear, code, "nearest")
     return np.column_stack([shares, 1.0 - shares.sum(axis=1)])

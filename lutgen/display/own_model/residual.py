@@ -1,8 +1,8 @@
 """Rung: a smooth residual, the posterior mean of a Gaussian process in code values, with its standard error.
 
-Rasmussen & Williams, Gaussian Processes for Machine Learning (2006), equations 2.25 and 2.26; squared exponential. The
-error of the rung below is taken in CIELAB's units: X, Y and Z times CIELAB's slopes, so that one noise fits black and
-white. No formula describes this error; a 3D LUT can carry it.
+Rasmussen & Williams, Gaussian Processes for Machine Learning (2006), equations 2.25 and 2.26; squared exponential
+covariance. The residual of the rung below is in CIELAB units (X, Y and Z times CIELAB's slopes), so that one noise
+level is valid for black and white. No formula describes this residual; a 3D LUT can carry it.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy  # its parts load when they are first used: most displays are shown without them
+import scipy  # scipy loads its parts lazily; most displays need none
 
 from lutgen.display.own_model.least_squares import trust
 from lutgen.display.own_model.sample import lab_slope
@@ -26,28 +26,29 @@ if TYPE_CHECKING:
 
 NAME = "a smooth residual"
 
-#: Colours in one step: their covariances with 1000 readings take 32 MB.
+#: Number of colours in one chunk: their covariances with 1000 readings take 32 MB.
 CHUNK = 4096
 
-#: Points of a table's edge, since a process forgets over 0.12 at least, and points beyond each end, for its cubics.
+#: Points along an edge of the table (the correlation length is at least 0.12), and further points beyond each end, for
+#: the cubic interpolation.
 GRID, BEYOND = 21, 4
 
 
 @dataclass(frozen=True)
 class SmoothResidual:
-    """A rung below and a correction of its error: code values (m, 3) → shares of white's X, Y and Z, (m, 3)."""
+    """The rung below plus a smooth residual: code values (m, 3) → shares of white's X, Y and Z, (m, 3)."""
 
     #: The rung below.
     below: Callable[[Array], Array]
-    #: The way from code values to the panel.
+    #: Conversion of code values to the drive of the panel.
     drive: Drive
-    #: Driven values of the readings, (n, 3).
+    #: Drives of the readings, (n, 3).
     centres: Array
-    #: Of the centres for X, Y and Z, (n, 3), in units of CIELAB's 116 f.
+    #: Weights of the centres for X, Y and Z, (n, 3), in units of CIELAB's 116 f.
     weights: Array
-    #: Variance of each reading over that of the process, (n,).
+    #: Variance of each reading over the variance of the process, (n,).
     noise: Array
-    #: Length of the process's correlation, in code values.
+    #: Correlation length of the process, in code values.
     length: float
     #: Standard deviation of the process in X, Y and Z, (3,), in units of CIELAB's 116 f.
     size: Array
@@ -61,7 +62,7 @@ class SmoothResidual:
         return np.asarray(below + added / lab_slope(below))
 
     def near(self, code: Array) -> Array:
-        """Do the same by a table of what is added, for codes (m, 3) that are asked many times: to 1e-4 of a light."""
+        """Return nearly the same shares, accurate to 1e-4, from a table of the residual; faster for many calls."""
         below, driven = self.below(code), self.drive(code)
         added = [
             scipy.ndimage.map_coordinates(each, driven.T * (GRID - 1) + BEYOND, order=3, mode="mirror", prefilter=False)
@@ -79,7 +80,7 @@ class SmoothResidual:
         return [scipy.ndimage.spline_filter(each.reshape((axis.size,) * 3), order=3, mode="mirror") for each in added.T]
 
     def standard_error(self, code: Array) -> Array:
-        """Standard error at code values (m, 3), as shares of white, (m, 3)."""
+        """Return the standard error at code values (m, 3), as shares of white, (m, 3)."""
         variance = np.empty(len(code))
         for here in _chunks(len(code)):
             like = likeness(self.drive(code[here]), self.centres, self.length)
@@ -97,16 +98,16 @@ def _chunks(count: int) -> list[slice]:
 
 
 def likeness(one: Array, other: Array, length: float) -> Array:
-    """Covariance of the process between driven values, (m, 3) and (n, 3) → (m, n)."""
+    """Return the covariance of the process between drives, (m, 3) and (n, 3) → (m, n)."""
     return np.asarray(np.exp(scipy.spatial.distance.cdist(one, other, "sqeuclidean") / (-2.0 * length**2)))
 
 
 def fit(sample: Sample, below: Callable[[Array], Array], drive: Drive, length: float, noise: float) -> SmoothResidual:
-    """Fit the error of ``below``; a reading that contradicts all others gets more noise."""
-    left = (sample.share - below(sample.drive)) * sample.slope
+    """Fit the residual of ``below``; a reading that contradicts all others gets more noise."""
+    residuals = (sample.share - below(sample.drive)) * sample.slope
     driven = drive(sample.drive)
-    noises = noise / np.maximum(sample.certainty * trust(left), 1e-6)
+    noises = noise / np.maximum(sample.certainty * trust(residuals), 1e-6)
     own = likeness(driven, driven, length) + np.diag(noises)
-    weights = np.asarray(scipy.linalg.cho_solve(scipy.linalg.cho_factor(own, lower=True), left))
-    size = np.sqrt(np.maximum((left * weights).mean(axis=0), 0.0))
+    weights = np.asarray(scipy.linalg.cho_solve(scipy.linalg.cho_factor(own, lower=True), residuals))
+    size = np.sqrt(np.maximum((residuals * weights).mean(axis=0), 0.0))
     return SmoothResidual(below, drive, driven, weights, noises, length, size)

@@ -1,4 +1,4 @@
-"""``Sample``: one session's readings as shares of white, with their patches, folds, and weights by CIELAB."""
+"""``Sample``: the readings of one session as shares of white, with patches, folds, and CIELAB slopes."""
 
 from __future__ import annotations
 
@@ -16,44 +16,44 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-#: Parts that the patches are dealt into; each part is predicted from the others.
+#: Number of folds of the cross-validation; each fold is predicted from the other folds.
 FOLDS = 5
 
 SEED = 20150319
 
-#: A reading of black or a colour point has the weight of so many others: a display's model must be right there.
+#: Weight of a reading of black or a colour point, where the model must be accurate; other readings have weight 1.
 CERTAIN = 5.0
 
-#: A ramp's light that differs from full light by less than this share, ΔL* ⅓, is the same light.
+#: Relative tolerance for light equal to full light, about ΔL* ⅓.
 ALIKE = 0.005
 
-#: Below this share of white CIELAB is straight (CIE 15:2018, 8.2.1: (6/29)³).
+#: Share of white below which CIELAB is linear (CIE 15:2018, 8.2.1: (6/29)³).
 STRAIGHT = (6.0 / 29.0) ** 3
 
 
 def lab_slope(share: Array) -> Array:
-    """Slope of CIELAB's 116 f over a share of white's X, Y or Z: any shape (CIE 15:2018, 8.2.1)."""
+    """Return the derivative of CIELAB's 116 f by a share of white's X, Y or Z, any shape (CIE 15:2018, 8.2.1)."""
     return np.asarray(116.0 / 3.0 * np.maximum(share, STRAIGHT) ** (-2.0 / 3.0))
 
 
 @dataclass(frozen=True)
 class Sample:
-    """Readings of one session that a display's own model is made of.
+    """Readings of one session for a fit of the display's own model.
 
-    Raises LutgenError: black, white or a primary at full drive was not read: names it.
+    Raises LutgenError: a reading of black, white or a primary at full drive is missing; the message names it.
     """
 
     #: Code values 0..1, (n, 3).
     drive: Array
-    #: X, Y and Z as shares of white's, (n, 3).
+    #: X, Y and Z as shares of white's X, Y and Z, (n, 3).
     share: Array
     #: X, Y and Z of white, (3,), in any unit.
     white: Array
-    #: The line of the file that each reading came from, (n,).
+    #: Line number of each reading in the file, (n,).
     lines: NDArray[np.int64]
-    #: Their file, for messages.
+    #: File of the readings, for messages.
     file: str = "<memory>"
-    #: The curves that were loaded in the graphics card, (k, 4): input, red, green, blue, 0..1; None: not known.
+    #: Curves in the graphics card, (k, 4): input, red, green, blue, 0..1; None: not known.
     calibration: Array | None = None
 
     @classmethod
@@ -66,10 +66,10 @@ class Sample:
         file: str = "<memory>",
         calibration: Array | None = None,
     ) -> Sample:
-        """Make a sample of code values (n, 3) and XYZ (n, 3) in any unit."""
+        """Return a sample of code values (n, 3) and XYZ (n, 3) in any unit."""
         tips = is_tip(drive)
         names = ("white", "red", "green", "blue")
-        lacks = [name for name, found in zip(names, tips.T, strict=True) if not found.any()]
+        lacks = [name for name, is_name in zip(names, tips.T, strict=True) if not is_name.any()]
         lacks += [] if (~drive.any(axis=1)).any() else ["black"]
         if lacks:
             message = f"{file}: a display's own model needs {' and '.join(lacks)}, which were not read. Measure them."
@@ -80,52 +80,52 @@ class Sample:
 
     @cached_property
     def patch(self) -> NDArray[np.intp]:
-        """Number of each reading's patch, (n,): readings of one code value are one patch."""
+        """Patch number of each reading, (n,); a patch has one code value."""
         return np.asarray(np.unique(self.drive, axis=0, return_inverse=True)[1].reshape(-1))
 
     @cached_property
     def is_mixture(self) -> NDArray[np.bool_]:
-        """Whether each reading is of two or three channels and no grey, (n,): models are judged on these."""
+        """Whether each reading has two or three channels and is no grey, (n,); mixtures validate the models."""
         lit = (self.drive > 0).sum(axis=1)
         return np.asarray((lit >= 2) & (np.ptp(self.drive, axis=1) > 0))
 
     @cached_property
     def mixtures(self) -> int:
-        """Number of different mixtures."""
+        """Number of distinct mixtures."""
         return int(np.unique(self.patch[self.is_mixture]).size)
 
     @cached_property
     def fold(self) -> NDArray[np.intp]:
-        """Fold of each reading, (n,), by patch; −1 for black, white and the primaries, which every model knows."""
+        """Fold of each reading, (n,), by patch; −1 for black, white and the primaries, which are in every fit."""
         known = is_tip(self.drive).any(axis=1) | ~self.drive.any(axis=1)
         part = np.random.default_rng(SEED).permutation(int(self.patch.max()) + 1) % FOLDS
         return np.where(known, -1, part[self.patch])
 
     @cached_property
     def certainty(self) -> Array:
-        """Weight of each reading, (n,); black and the colour points, the base of all later hours, have far more."""
+        """Weight of each reading, (n,); larger for black and the colour points, the basis of all later hours."""
         return np.where(self.fold < 0, CERTAIN, 1.0)
 
     @cached_property
     def slope(self) -> Array:
-        """CIELAB's slope at each reading, (n, 3): residuals times the slope are in CIELAB's units."""
+        """CIELAB's slope at each reading, (n, 3); residuals times the slope are in CIELAB units."""
         return lab_slope(self.share)
 
     @cached_property
     def tips(self) -> Array:
-        """Shares of white, red, green and blue at full drive, (4, 3)."""
+        """Shares of white's X, Y and Z for white, red, green and blue at full drive, (4, 3)."""
         return np.array([self.share[(self.drive == tip).all(axis=1)].mean(axis=0) for tip in TIP_DRIVES])
 
     @cached_property
     def black(self) -> Array:
-        """Share of black, (3,)."""
+        """Shares of white's X, Y and Z for black, (3,)."""
         return np.asarray(self.share[~self.drive.any(axis=1)].mean(axis=0))
 
     @cached_property
     def clipped(self) -> Array | None:
-        """The drives behind a clipped input, (k, 4) as a calibration: each channel up to its first level of full light.
+        """Curves of a clipped input, (k, 4) as a calibration: a channel reaches 1 at its first level of full light.
 
-        None where light rises up to full drive in every channel, as its ramp shows.
+        None if the ramp of every channel rises up to full drive.
         """
         ends = np.ones(3)
         for channel in range(3):
@@ -139,5 +139,5 @@ class Sample:
         return np.column_stack([codes, *(np.minimum(codes / end, 1.0) for end in ends)])
 
     def part(self, rows: NDArray[np.bool_]) -> Sample:
-        """Some of the readings, of the same white."""
+        """Return a sample of some of the readings, with the same white."""
         return Sample(self.drive[rows], self.share[rows], self.white, self.lines[rows], self.file, self.calibration)

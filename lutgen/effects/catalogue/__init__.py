@@ -1,1 +1,1 @@
-"""The built-in effects: one module each, found because it is here. Each holds one declared effect of its own name."""
+"""The built-in effects: one module for each effect. The module and its effect have the same name."""

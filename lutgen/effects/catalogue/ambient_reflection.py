@@ -1,15 +1,17 @@
 """The screen reflects the room: a constant light of the lamp's colour lies over everything.
 
-XYZ += R_d·E·lamp, with the diffuse reflection coefficient R_d in cd/m² per lx (1/sr) and E the light that falls on the
-screen in lx, so that R_d·E is the luminance that is added and no π is left over; lamp is the lamp's XYZ with Y = 1, D65
-unless tinted. Dust on the screen reflects the room as well, and is inside R_d.
+XYZ' = XYZ + R_d·E·lamp. R_d is the diffuse reflection coefficient in cd/m² per lx (1/sr). E is the illuminance on the
+screen in lx. R_d·E is the added luminance in cd/m², so the equation has no factor π. ``lamp`` is the lamp's XYZ with
+Y = 1: D65 in the simple form, a free colour in the refined forms. ``exponent`` p replaces E by 100 lx·(E/100 lx)^p, for
+a light meter that is not linear. Light that dust on the screen reflects is a part of R_d.
 
-Meaning of 0 and 1: ``reflectance`` 0 is a screen that reflects nothing, or a dark room; 1/sr would add 1 cd/m² for
-every lx, three times what a perfectly white matt surface reflects (1/π).
-Valid for diffuse reflection: a mirror image of a lamp in the screen depends on where the eye or the meter stands.
-Sources: definition by Samei et al. (AAPM TG18), Med. Phys. 32, 1205 (2005), doi:10.1118/1.1861159. R_d of 0.025 and
+Meaning of 0 and 1: ``reflectance`` 0 is a screen that reflects nothing. ``reflectance`` 1/sr would add 1 cd/m² for
+every lx: about three times the reflection of a perfectly white matt surface (1/π).
+Valid for diffuse reflection. The mirror image of a lamp depends on the position of the eye or the meter, and is not
+modelled.
+Sources: definition: Samei et al. (AAPM TG18), Med. Phys. 32, 1205 (2005), doi:10.1118/1.1861159. R_d of 0.025 and
 0.058 1/sr on two cathode-ray tubes: J. Digit. Imaging 12 (1999), doi:10.1007/BF03168843.
-Assumption: down to 0.002 1/sr on flat panels, at 4 to 150 lx.
+Assumption: R_d is as small as 0.002 1/sr on flat panels, at 4 to 150 lx.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.effects.scene import Scene
 
-#: The exponent bends the answer about this light.
+#: Illuminance in lx at which ``exponent`` changes nothing.
 USUAL_LX = 100.0
 
 
@@ -53,6 +55,6 @@ USUAL_LX = 100.0
 def ambient_reflection(
     xyz: Array, scene: Scene, *, reflectance: float, tint_x: float, tint_z: float, exponent: float
 ) -> Array:
-    """Add the reflected room."""
+    """Add the room light that the screen reflects."""
     light = scene.ambient_lx if exponent == 1.0 else USUAL_LX * (scene.ambient_lx / USUAL_LX) ** exponent
     return np.asarray(xyz + reflectance * light * (D65 * np.array([1.0 + tint_x, 1.0, 1.0 + tint_z])))

@@ -1,16 +1,17 @@
 """Black leaks light: a share of the backlight passes the panel at code 0, and more of it as the panel ages.
 
-XYZ += κ(τ) · q · W(t), with W(t) the white at that hour and q the leak's colour relative to white, slightly blue in
-LCDs.
+XYZ' = XYZ + κ(τ)·q·W(t). W(t) is the white at that hour. q is the leak's colour relative to white, slightly blue in
+LCDs. κ(τ) is the sum of ``new`` and ``grown`` times a power of τ.
 
-Meaning of 0 and 1: a share of 0 is a panel that shuts off all light (an OLED); 1 would be black as bright as white.
-1/κ is the contrast ratio of the display in a dark room.
-Valid for a leak that follows the backlight; local dimming, which darkens black with the picture, is not part of it.
-Sources: a constant light under all colours as a part of an LCD's model: Day, Taplin & Berns, Color Res. Appl. 29, 365
+Meaning of 0 and 1: κ = 0 is a panel that blocks all light (an OLED). κ = 1 would be black as bright as white. 1/κ is
+the contrast ratio of the display in a dark room.
+Valid for a leak that is proportional to the backlight. Local dimming darkens black with the picture, and is not
+modelled.
+Sources: a constant light under all colours as a term of an LCD's model: Day, Taplin & Berns, Color Res. Appl. 29, 365
 (2004), doi:10.1002/col.20046; Yoshida & Yamamoto (2003), doi:10.1002/ecjc.10074. Size when new: 0.43 to 0.87 cd/m² of
 black and 263 to 715 cd/m² of white on five medical LCDs, in "Luminance and contrast performance of liquid crystal
 displays for mammographic applications".
-Assumption: a growth by a factor of 1.2 to 3 over the life of a display.
+Assumption: the leak grows by a factor of 1.2 to 3 over the life of a display.
 """
 
 from __future__ import annotations

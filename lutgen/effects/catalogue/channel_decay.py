@@ -1,10 +1,10 @@
 """Each channel fades at its own rate, as the three emitters of an OLED do; white drifts with them.
 
-P_c × exp(−ℓ_c·τ^p); white is the sum of its primaries, so that it follows them.
+P_c' = P_c·exp(−ℓ_c·τ^p) for each primary P_c. White is the sum of its primaries, and fades with them.
 
-Meaning of 0 and 1: 0 keeps a channel's light of hour 0; 1 leaves 1/e of it, 37 %, at 18 000 h.
-Valid where each channel has a light source of its own that keeps its spectrum while it fades.
-Source: stretched in time: Féry et al., Appl. Phys. Lett. 87, 213502 (2005), doi:10.1063/1.2133922.
+Meaning of 0 and 1: ℓ_c = 0 keeps the channel's light of hour 0. ℓ_c = 1 leaves 1/e, 37 %, at 18 000 h.
+Valid where each channel has its own light source, whose spectrum keeps its shape while the source fades.
+Source: stretched exponential in time: Féry et al., Appl. Phys. Lett. 87, 213502 (2005), doi:10.1063/1.2133922.
 Assumption: unequal rates of the size of an early OLED, on which blue lost 12, green 8 and red 7 % in 1000 h.
 """
 
@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.effects.scene import Scene
 
-#: No channel gains more nepers than this, so that light stays finite far beyond 18 000 h.
-MOST = 20.0
+#: Largest gain of a channel in nepers: keeps the light finite far beyond 18 000 h.
+MAX_GAIN = 20.0
 
 
 @effect(
@@ -62,7 +62,7 @@ def channel_decay(
     red_bend: float,
     blue_bend: float,
 ) -> Array:
-    """Dim each primary, and white by their sum."""
+    """Multiply each primary by its decay; white is the sum of the primaries."""
     bends = np.array([red_bend, 1.0, blue_bend])
     size = growth(scene.tau**bends, new=0.0, grown=1.0, power=power, saturation=saturation)
-    return scaled(tips, np.exp(np.minimum(-size * np.array([red, green, blue]), MOST)))
+    return scaled(tips, np.exp(np.minimum(-size * np.array([red, green, blue]), MAX_GAIN)))

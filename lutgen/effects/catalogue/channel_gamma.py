@@ -1,11 +1,12 @@
 """The transfer curve of one channel drifts: greys take a tint, and only that channel's ramp bends.
 
-l_c → l_c^(1 + Γ_c) with a Γ for each channel, constant over the levels in the simple forms, free at five levels of one
-channel in the refined ones. Drivers and calibration tables are per channel, and so are their faults.
+l_c' = l_c^(1 + Γ_c), with one Γ_c for each channel c. The simple forms have a Γ_c that is constant over the levels. The
+refined forms have a Γ_c that is free at five levels of one channel. Drivers and calibration tables are separate for
+each channel, and can fail separately.
 
-Meaning of 0 and 1: Γ 0 keeps the curve; Γ 1 squares the light of the channel (a gamma of 2.2 becomes 4.4). Black and
-full drive stay where they are.
-Valid for smooth drifts; a curve with steps is ``quantization``, one that changes on a day ``recalibration``.
+Meaning of 0 and 1: Γ = 0 keeps the curve. Γ = 1 squares the light of the channel: a gamma of 2.2 becomes 4.4. Black and
+full drive do not change.
+Valid for smooth drifts. A curve with steps is ``quantization``; a curve that changes on one day is ``recalibration``.
 Assumption: the mechanism and the size.
 """
 

@@ -1,15 +1,15 @@
 """A lit neighbour takes light from a subpixel: bright mixtures are darker than the sum of their channels.
 
-l_c → l_c·(1 − χ(τ)·Σ_{j≠c} l_j). The cause is electrical coupling between the columns of a panel. A ramp of one channel
-shows none of it. The refined forms take other powers of the neighbour's and of the channel's own light, as for products
-of their drives, give each pair of channels its own χ, or add a loss where both neighbours are lit.
+l_c' = l_c·(1 − χ(τ)·Σ_{j≠c} l_j). The columns of a panel are coupled electrically. A ramp of one channel does not show
+the coupling. The refined forms use other powers of the neighbour's light and of the channel's own light (1/2.2 makes a
+product of drives), give each pair of channels its own χ, or add a loss where both neighbours are lit.
 
-Meaning of 0 and 1: χ 0 is an additive display; χ 1 would put a channel out where one neighbour is full. A negative χ
-makes mixtures brighter than their sum.
-Valid for patches; coupling along lines and columns of a picture, beyond the pixel, is not part of it.
+Meaning of 0 and 1: χ = 0 is an additive display. χ = 1 would switch a channel off where one neighbour is at full drive.
+A negative χ makes mixtures brighter than their sum.
+Valid for patches. Coupling along the lines and columns of a picture, beyond the pixel, is not modelled.
 Sources: products of two channels as terms of a display's model: Wen & Wu, Color Res. Appl. 31, 102 (2006),
-doi:10.1002/col.20187; crosstalk as one of two ways in which an LCD departs from additivity: Feng & Yoshida, Proc. CGIV
-2008, 327, doi:10.2352/CGIV.2008.4.1.art00071.
+doi:10.1002/col.20187. Crosstalk as one of two departures of an LCD from additivity: Feng & Yoshida, Proc. CGIV 2008,
+327, doi:10.2352/CGIV.2008.4.1.art00071.
 Assumption: sizes of 1 to 4 %.
 """
 
@@ -92,12 +92,12 @@ def crosstalk(
     blue_by_red: float,
     blue_by_green: float,
 ) -> Array:
-    """Take from each channel what its neighbours cost it."""
+    """Subtract from each channel the light that its lit neighbours take."""
     lit = linear if exponent == 1.0 else np.maximum(linear, 0.0) ** exponent
     loss = growth(scene.tau, new=new, grown=grown, power=power, saturation=saturation) * (
         lit.sum(axis=-1, keepdims=True) - lit
     )
-    first = np.array([red_by_green, green_by_blue, blue_by_red])  # by the next channel, and by the one after
+    first = np.array([red_by_green, green_by_blue, blue_by_red])  # by the next channel; `second` by the one after
     second = np.array([red_by_blue, green_by_red, blue_by_green])
     if both or first.any() or second.any():
         next_lit, after_lit = lit[..., [1, 2, 0]], lit[..., [2, 0, 1]]

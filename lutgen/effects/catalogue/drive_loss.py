@@ -1,14 +1,14 @@
 """Drive is lost on its way to the pixels: every code value arrives a little smaller.
 
-d → (1 − ρ(τ))·d. Contacts oxidise and driver outputs sag. Under a pure power law a smaller drive is a gain of each
-channel, and white and primaries that are measured again contain this gain; only the straight toe of sRGB leaves a small
-residual in the mid-tones. Where a high drive loses more than a low one, as over the resistance of a contact, the curve
-bends too: ρ(τ)·(1 + ``lean``·d). A liquid crystal that breaks down responds less, as if its drive were smaller, and is
-inside this effect; where the shape of its response changes it is inside ``eotf-drift``, and where it no longer closes
-inside ``black-level``.
+d' = (1 − ρ(τ))·d. Contacts oxidise and driver outputs sag. Under a pure power law a smaller drive is a gain of each
+channel, and white and primaries that are measured again contain this gain. Under sRGB's curve, only its straight toe
+leaves a small residual in the mid-tones. With ``lean`` a high drive loses more than a low drive, as over the resistance
+of a contact, and the curve bends too: the loss is ρ(τ)·(1 + ``lean``·d). A liquid crystal that responds less, as if its
+drive were smaller, belongs to this effect. A liquid crystal whose response changes its shape belongs to ``eotf-drift``.
+A liquid crystal that no longer closes belongs to ``black-level``.
 
-Meaning of 0 and 1: ρ 0 passes the code value as it is; ρ 1 leaves none.
-Valid for analogue drive; a digital link either passes a code value or breaks.
+Meaning of 0 and 1: ρ = 0 passes the code value unchanged. ρ = 1 leaves no drive.
+Valid for analogue drive. A digital link passes a code value exactly or fails.
 Assumption: the mechanism, and losses of 0.5 to 10 %.
 """
 
@@ -73,7 +73,7 @@ def drive_loss(
     green: float,
     blue: float,
 ) -> Array:
-    """Shrink the code values; a loss above 1 leaves none."""
+    """Reduce the code values; clip the loss at 1."""
     loss = growth(scene.tau, new=new, grown=grown, power=power, saturation=saturation)
     loss = loss * (1.0 + lean * code)
     if red or green or blue:

@@ -1,14 +1,15 @@
 """The screen darkens towards its edges, more so as it ages: light guides and lamps lose most where they are hottest.
 
-XYZ × (1 − k(τ)·ρ²), ρ = 1 in the corners, 0 in the centre. The refined forms free the power of ρ, the shape of its
-contours (circles to rounded rectangles), the ratio of horizontal to vertical fall-off, a slope across the screen, and
-the colour of what is lost. No other effect depends on the position; five positions in a session show its shape.
+XYZ' = XYZ·(1 − k(τ)·ρ²). ρ is the distance from the centre: 0 in the centre, 1 in the corners. The refined forms free
+the power of ρ, the shape of the contours (circles to rounded rectangles), the ratio of horizontal to vertical fall-off,
+a slope across the screen, and the colour of the loss. No other effect depends on the position. Five positions in a
+session show the shape.
 
-Meaning of 0 and 1: k 0 is an even screen; k 1 would leave the corners black. The centre never changes.
-Valid for smooth fall-off; a dark line or a bright edge is not part of it. A LUT cannot carry it.
+Meaning of 0 and 1: k = 0 is an even screen. k = 1 would leave the corners black. The centre never changes.
+Valid for a smooth fall-off. A dark line or a bright edge is not modelled. A LUT cannot carry this effect.
 Source: 10.4 ± 2.4 % largest luminance deviation over 23 medical displays: J. Digit. Imaging (2015),
 doi:10.1007/s10278-015-9811-7. How to measure uniformity: Samei et al. (AAPM TG18), doi:10.1118/1.1861159.
-Assumption: the form, and how much comes with age.
+Assumption: the form, and the growth with age.
 """
 
 from __future__ import annotations
@@ -50,11 +51,11 @@ if TYPE_CHECKING:
     saturation=SATURATION,
     exponent=Parameter(2.0, (0.5, 8.0), "1", "power of the distance from the centre"),
     contour=Parameter(2.0, (1.0, 8.0), "1", "shape of the lines of equal loss: 2 circles, more: rounded rectangles"),
-    stretch=Parameter(0.0, (-0.95, 0.95), "1", "how much more is lost to the sides than above and below"),
+    stretch=Parameter(0.0, (-0.95, 0.95), "1", "excess of the horizontal loss: above 0 the sides lose more"),
     slope_u=Parameter(0.0, (-2.0, 2.0), "1", "slope from left to right, relative to the loss in the corners"),
     slope_v=Parameter(0.0, (-2.0, 2.0), "1", "slope from top to bottom, relative to the loss in the corners"),
-    tint_x=Parameter(0.0, (-1.0, 1.0), "1", "loss of X relative to that of Y, less 1"),
-    tint_z=Parameter(0.0, (-1.0, 2.0), "1", "loss of Z relative to that of Y, less 1"),
+    tint_x=Parameter(0.0, (-1.0, 1.0), "1", "loss of X over loss of Y, less 1"),
+    tint_z=Parameter(0.0, (-1.0, 2.0), "1", "loss of Z over loss of Y, less 1"),
 )
 def edge_falloff(
     xyz: Array,
@@ -72,7 +73,7 @@ def edge_falloff(
     tint_x: float,
     tint_z: float,
 ) -> Array:
-    """Darken by the distance from the centre; the centre itself stays."""
+    """Darken by the distance from the centre; keep the centre."""
     across, down = 2.0 * scene.u - 1.0, 2.0 * scene.v - 1.0
     norm = ((1.0 + stretch) * np.abs(across) ** contour + (1.0 - stretch) * np.abs(down) ** contour) / 2.0
     shape = norm ** (exponent / contour) + slope_u * across + slope_v * down

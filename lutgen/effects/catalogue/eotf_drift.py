@@ -1,12 +1,12 @@
 """The transfer curve drifts: mid-tones of all channels brighten or darken, black and white stay.
 
-l → l^(1 + Γ), Γ = ``new`` + ``grown``·τ^p. In the refined forms Γ varies linearly with the code value (an S-curve), or
-is free at five levels. Liquid-crystal cells change their voltage curve with age, and the table that linearises them
+l' = l^(1 + Γ), with Γ = ``new`` + ``grown``·τ^p. In the refined forms Γ is linear in the code value (an S-curve), or
+free at five levels. The voltage curve of liquid-crystal cells changes with age, and the table that linearises the curve
 does not follow.
 
-Meaning of 0 and 1: Γ 0 keeps the curve; Γ 1 squares the light (a gamma of 2.2 becomes 4.4).
-Valid for smooth drifts of all channels alike; one channel alone is ``channel-gamma``.
-Assumption: the mechanism, and gammas that are off by 0.02 to 0.2.
+Meaning of 0 and 1: Γ = 0 keeps the curve. Γ = 1 squares the light: a gamma of 2.2 becomes 4.4.
+Valid for smooth drifts that are equal in all channels. The drift of one channel is ``channel-gamma``.
+Assumption: the mechanism, and changes of the gamma of 0.02 to 0.2.
 """
 
 from __future__ import annotations

@@ -1,16 +1,16 @@
 """A bright screen pulls its supply down: all colours darken with the mean drive of the whole screen.
 
-l → l·(1 − ξ(τ)·m), m the mean code value of patch and surround. Supply lines droop, and brightness limiters of OLED
-screens cut in. On full-field patches it looks like crosstalk, because bright mixtures are bright screens. The refined
-forms take another power of the code values (their light), bend the answer to m (a limiter's knee), and let the channels
-droop unequally.
+l' = l·(1 − ξ(τ)·m), with m the mean code value of patch and surround. Supply lines droop, and the brightness limiters
+of OLED screens reduce the light. On full-field patches loading looks like crosstalk, because bright mixtures are bright
+screens. The refined forms average another power of the code values (their light), make the loss proportional to a power
+of m (a limiter's knee), and let the channels droop unequally.
 
-Meaning of 0 and 1: ξ 0 is a screen on which patches of all sizes look alike; ξ 1 would put out a white screen. No
-supply gains by its load: a screen that brightens with it has a dynamic contrast, which is another effect.
-Valid for still patches; a limiter that reacts within seconds or to the last minutes is not part of it.
-Source: luminance of an OLED monitor falls when many pixels are lit, most for white: Elze, Taylor & Bex, Med. Phys. 40,
-092701 (2013), doi:10.1118/1.4818056.
-Assumption: up to 26 % on an OLED with a white surround; that LCDs do it too, and by how much.
+Meaning of 0 and 1: ξ = 0 is a screen on which the size of a patch does not matter. ξ = 1 would switch a white screen
+off. ξ is never negative: no supply gains by its load. A screen that brightens with its load has ``dynamic-contrast``.
+Valid for still patches. A limiter that reacts within seconds, or to the last minutes, is not modelled.
+Source: the luminance of an OLED monitor falls when many pixels are lit, most for white: Elze, Taylor & Bex, Med. Phys.
+40, 092701 (2013), doi:10.1118/1.4818056.
+Assumption: up to 26 % on an OLED with a white surround; that LCDs have the effect too, and its size there.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ def loading(
     tint_red: float,
     tint_blue: float,
 ) -> Array:
-    """Darken by the mean of the screen, patch and surround."""
+    """Darken by the mean code value of the screen, patch and surround."""
     weights = np.array([1.0 + weight_red, 1.0, 1.0 + weight_blue]) / (3.0 + weight_red + weight_blue)
     patch, surround = scene.code, scene.surround
     if exponent != 1.0:

@@ -1,15 +1,15 @@
 """The meter's sensitivity drifts, and every display that it reads seems to drift.
 
-XYZ × (1 + ε·τ^p), ε the drift by 18 000 h, which is about two years of continuous operation. The filters of a
-colorimeter may drift by different amounts: the refined forms free X and Z. Filters that move along the wavelengths are
+XYZ' = XYZ·(1 + ε·τ^p). ε is the drift at 18 000 h, which is about two years of continuous operation. The filters of a
+colorimeter may drift by different amounts: the refined forms free X and Z. Filters whose wavelengths shift are
 ``meter-mismatch``.
 
-Meaning of 0 and 1: ε 0 is a steady meter; ε 1 would be one that reads twice the light after 18 000 h.
-Valid for drifts of at most 6 % that come early or steadily, of one meter over the whole campaign; another meter, or a
-new calibration of the meter, is a step and no drift.
+Meaning of 0 and 1: ε = 0 is a steady meter. ε = 1 would be a meter that reports twice the light at 18 000 h.
+Valid for drifts of at most 6 % that grow early or steadily, of one meter over the whole campaign. A second meter, or a
+new calibration of the meter, causes a step and no drift.
 Never baked: a meter adds no light to the display.
 Source: luminance meters built into displays do not stay constant: Silosky & Marsh, Med. Phys. 40, 121902 (2013).
-Assumption: 0.2 to 1 % a year, so 0.4 to 2 % by 18 000 h.
+Assumption: 0.2 to 1 % a year, so 0.4 to 2 % at 18 000 h.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ if TYPE_CHECKING:
     drift=Parameter(0.01, (-0.06, 0.06), "1", "relative change of all readings by 18 000 h"),
     drift_x=Parameter(0.0, (-0.06, 0.06), "1", "relative change of X in addition, by 18 000 h"),
     drift_z=Parameter(0.0, (-0.06, 0.06), "1", "relative change of Z in addition, by 18 000 h"),
-    power=Parameter(1.0, (0.3, 2.0), "1", "power of time with which it grows: filters bleach early, or steadily"),
+    power=Parameter(1.0, (0.3, 2.0), "1", "power of time in the drift: below 1 filters bleach early, at 1 steadily"),
 )
 def meter_drift(xyz: Array, scene: Scene, *, drift: float, drift_x: float, drift_z: float, power: float) -> Array:
-    """Scale what the meter sees."""
+    """Multiply the readings by the drift."""
     return np.asarray(xyz * (1.0 + scene.tau**power * np.array([drift + drift_x, drift, drift + drift_z])))

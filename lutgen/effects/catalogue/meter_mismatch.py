@@ -1,21 +1,23 @@
 """The meter's filters move along the wavelengths, and its 3 × 3 mismatch changes.
 
-XYZ' = M·XYZ, M from what x̄(λ − s), ȳ(λ − s) and z̄(λ − s) read of the display's primaries, s = Δ·τ^p: a 3 × 3 matrix
-for displays of one kind (ASTM E1455), of which one number is free.
+XYZ' = M·XYZ. The matrix M (3 × 3, as in ASTM E1455, for displays of one kind) follows from the XYZ that
+x̄(λ − s), ȳ(λ − s) and z̄(λ − s) give for the spectra of the display's primaries. The shift s = Δ·τ^p has one free
+number, Δ.
 
-Light adds up, so white, primaries and mixtures go through the same matrix. Where white and primaries are measured again
-in every session nothing is left that could show it, and what the mismatch is in the first session is in the display
-itself; only its change shows, and only where the first session foretells the others. A free matrix would say almost all
-that aging does to white and primaries; a shift of the filters has a pattern of its own: red and blue, on the flanks of
-ȳ, gain and lose luminance against each other, and green hardly changes.
+Light is additive, so white, primaries and mixtures pass through the same matrix. Where white and primaries are measured
+again in every session, the readings cannot show the mismatch. The mismatch of the first session belongs to the
+display's tips. Only the change of the mismatch is visible, and only where the first session predicts the later
+sessions. A free matrix could describe almost every change of white and primaries by aging. A shift of the filters has a
+pattern of its own: red and blue lie on opposite flanks of ȳ, so one gains luminance and the other loses luminance;
+green hardly changes.
 
-Meaning of 0 and 1: ``shift`` 0 are filters that stay where they are; 1 are filters that have moved by 1 nm towards red
-by 18 000 h.
-Valid for three filters that move alike, or the wavelength scale of a spectroradiometer, of one meter over the whole
-campaign; as far as the display's spectra are known. Room light and stray light count as light of the display.
+Meaning of 0 and 1: ``shift`` 0 are filters that do not move. ``shift`` 1 are filters that have moved by 1 nm towards
+red at 18 000 h.
+Valid for three filters that move alike, or for the wavelength scale of a spectroradiometer, of one meter over the whole
+campaign. The accuracy is that of the display's spectra. Room light and stray light count as light of the display.
 Never baked: a meter adds no light to the display.
 Source: the matrix: ASTM E1455; the observer: CIE 15:2018.
-Assumption: the shift as the form of the change, and its size, some tenths of a nanometre.
+Assumption: the shift as the form of the change, and its size of some tenths of a nanometre.
 """
 
 from __future__ import annotations
@@ -49,11 +51,11 @@ if TYPE_CHECKING:
     },
     says="the meter's filters move by {shift:.2g} nm in 18 000 h",
     source="ASTM E1455 (the matrix); form and size: an assumption",
-    shift=Parameter(0.5, (-4.0, 4.0), "nm", "way of the filters towards red by 18 000 h"),
+    shift=Parameter(0.5, (-4.0, 4.0), "nm", "shift of the filters towards red by 18 000 h"),
     power=POWER,
 )
 def meter_mismatch(xyz: Array, scene: Scene, *, shift: float, power: float) -> Array:
-    """Read the display's light with filters that have moved."""
+    """Multiply the readings by the matrix of the shifted filters."""
     if not shift:
         return xyz
     spectra = of_scene(scene.light, "meter-mismatch").spectra
@@ -66,5 +68,5 @@ def meter_mismatch(xyz: Array, scene: Scene, *, shift: float, power: float) -> A
 
 @cache
 def _observer() -> scipy.interpolate.CubicSpline:
-    """Colour-matching functions at any wavelength, (..., 3); not a number beyond the table, where they are 0."""
+    """Return a spline of the colour-matching functions, (..., 3); it gives NaN outside the table, where they are 0."""
     return scipy.interpolate.CubicSpline(WAVELENGTHS, CMFS, extrapolate=False)

@@ -1,11 +1,11 @@
 """The meter reports light that is not there: its dark signal is added to every reading, also with the lens capped.
 
-XYZ += o: o of Y with D65's ratio of X and Z in the simple form, free X and Z in the refined ones. The dark current of a
-silicon diode grows with its temperature, × e^(κ(T − 25 °C)), doubling in some 10 K, and may grow with its age,
-× (1 + g·τ).
+XYZ' = XYZ + o. In the simple form o has the colour of D65; the refined forms free X and Z. The dark current of a
+silicon diode grows with its temperature T by e^(κ(T − 25 °C)), which doubles in about 10 K. The dark current may grow
+with age by 1 + g·τ.
 
-Meaning of 0 and 1: 0 is a meter that reads nothing in the dark; 1 would be 1 cd/m² too much in every reading. ``grown``
-1 is a dark signal that has doubled by 18 000 h.
+Meaning of 0 and 1: ``offset`` 0 is a meter that reads nothing in the dark. ``offset`` 1 would add 1 cd/m² to every
+reading. ``grown`` 1 is a dark signal that has doubled at 18 000 h.
 Valid for the dark signal of one meter over the whole campaign. Never baked: a meter adds no light to the display.
 Assumption: from about 0.003 cd/m² on.
 """
@@ -43,8 +43,8 @@ if TYPE_CHECKING:
     offset=Parameter(0.01, (-0.5, 0.5), "cd/m²", "luminance that is added, with X and Z in the ratio of D65"),
     offset_x=Parameter(0.0, (-0.5, 0.5), "cd/m²", "X that is added in addition"),
     offset_z=Parameter(0.0, (-0.5, 0.5), "cd/m²", "Z that is added in addition"),
-    grown=Parameter(0.0, (-0.9, 5.0), "1", "growth of the dark signal by 18 000 h, relative to that of hour 0"),
-    per_kelvin=Parameter(0.0, (0.0, 0.15), "1/K", "nepers by which it grows per kelvin; 0.069 doubles it in 10 K"),
+    grown=Parameter(0.0, (-0.9, 5.0), "1", "growth of the dark signal by 18 000 h, relative to hour 0"),
+    per_kelvin=Parameter(0.0, (0.0, 0.15), "1/K", "growth in nepers per kelvin; 0.069 doubles the dark signal in 10 K"),
 )
 def meter_offset(
     xyz: Array, scene: Scene, *, offset: float, offset_x: float, offset_z: float, grown: float, per_kelvin: float

@@ -1,17 +1,18 @@
 """Parts of the light source wear faster than the rest, and white drifts away from its colour.
 
-A part's share of the spectrum is multiplied by exp(−w·g(τ)), g a power of time. The parts, in the order of ``wear``,
-``second``, ``third``: of a CCFL the blue (BAM), green and red phosphors; of a white LED the yellow phosphor (YAG) and
-the chip; of LEDs with a green and a red phosphor (PFS or CaAlSiN₃) the red one, the green one, the chip; of quantum
-dots the green ones, the red ones, the chip; of RGB LEDs, OLEDs and the layers of a WRGB OLED the blue, green and red
-emitters. Acts on the display's spectra, which are estimated from its class: the words of ``# display:`` name it, else
-it is the kind of light whose typical spectra need the least correction.
+S'(λ) = S(λ)·(1 − Σ_i a_i(λ)·(1 − exp(−w_i·g(τ)))). a_i(λ) is the share of part i in the light at λ, w_i its loss in
+nepers at 18 000 h, and g a power of time. The parts, in the order of ``wear``, ``second``, ``third``, are: of a CCFL
+the blue (BAM), green and red phosphors; of a white LED the yellow phosphor (YAG) and the chip; of LEDs with a green and
+a red phosphor (PFS or CaAlSiN₃) the red one, the green one, the chip; of quantum dots the green ones, the red ones, the
+chip; of RGB LEDs, OLEDs and the layers of a WRGB OLED the blue, green and red emitters. The effect acts on the
+display's spectra, which lutgen estimates from the class of the display. The words after ``# display:`` name the class.
+Otherwise lutgen chooses the class whose typical spectra need the least correction.
 
-Meaning of 0 and 1: ``wear`` 0 keeps the spectrum; 1 leaves 1/e, 37 %, of that part at 18 000 h.
-Valid as far as the spectra are: with an estimated spectrum the size is an estimate too. The LUT is correct all the
-same, since it is fitted to XYZ.
-Three parts at once are not fitted: where a sensor holds white, what they lose in common is not seen.
-Assumption: which part leads, its exponential loss, and Δu'v' of 0.002 to 0.007 at 6000 h.
+Meaning of 0 and 1: ``wear`` 0 keeps the spectrum. ``wear`` 1 leaves 1/e, 37 %, of that part at 18 000 h.
+Valid as far as the spectra are. With an estimated spectrum the size is an estimate too. The LUT is correct in both
+cases, because it is fitted to XYZ. No form frees three parts at once: where a sensor holds white, the readings do not
+show the common loss of the parts.
+Assumption: which part wears first, its exponential loss, and Δu'v' of 0.002 to 0.007 at 6000 h.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ if TYPE_CHECKING:
 def phosphor_wear(
     tips: Array, scene: Scene, *, wear: float, second: float, third: float, power: float, saturation: float
 ) -> Array:
-    """Take the worn parts' light away."""
+    """Remove the light that the worn parts have lost."""
     if not (wear or second or third):
         return tips
     light = of_scene(scene.light, "phosphor-wear")

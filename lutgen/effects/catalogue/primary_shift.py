@@ -1,15 +1,16 @@
 """A primary changes colour as it darkens: dark greys of TN and IPS panels are bluish.
 
-P_c(d) = P_c(1) + (1 − d_c^b)^e · k_c, where k_c adds X and Z in units of the primary's X + Y + Z and leaves Y alone: a
-shift of chromaticity at constant luminance; the freest forms let b and e move from 1. The retardation of a
-liquid-crystal cell depends on wavelength, so its transmittance changes spectrally with voltage. White moves by the sum
-of its primaries' shifts.
+P_c(d) = P_c(1) + (1 − d_c^b)^e·k_c. k_c adds X and Z in units of the primary's X + Y + Z and leaves Y unchanged: a
+shift of the chromaticity at constant luminance. The simple forms have b = e = 1; the refined forms free them. The
+retardation of a liquid-crystal cell depends on the wavelength, so the spectrum of its transmittance changes with the
+voltage. White shifts by the sum of its primaries' shifts.
 
-Meaning of 0 and 1: k 0 is a primary of one chromaticity at all levels; 1 would add as much X (or Z) near black as the
-full primary has X, Y and Z together.
-Valid seen from straight ahead, after the black level is taken out: a leak bends chromaticities towards its own colour.
-Sources: primary shift and crosstalk as the two ways in which an LCD departs from additivity: Feng & Yoshida, Proc. CGIV
-2008, 327, doi:10.2352/CGIV.2008.4.1.art00071; nine medical displays measured: Cheng, Wu & Badano, Proc. CIC 21, 143
+Meaning of 0 and 1: k = 0 is a primary with one chromaticity at all levels. k = 1 would add as much X (or Z) near black
+as the full primary has X, Y and Z together.
+Valid for a view from straight ahead, after the black level is subtracted. A leak moves chromaticities towards its own
+colour.
+Sources: primary shift and crosstalk as the two departures of an LCD from additivity: Feng & Yoshida, Proc. CGIV 2008,
+327, doi:10.2352/CGIV.2008.4.1.art00071. Measurements of nine medical displays: Cheng, Wu & Badano, Proc. CIC 21, 143
 (2013), doi:10.2352/CIC.2013.21.1.art00025.
 Assumption: the form and the size.
 """
@@ -59,7 +60,7 @@ def _shift(primary: str, axis: str) -> Any:
     source="Feng & Yoshida 2008, doi:10.2352/CGIV.2008.4.1.art00071 (effect); size: an assumption",
     **{name: _shift(*name.split("_")) for name in SHIFTS},
     level=Parameter(1.0, (0.3, 6.0), "1", "power of 1 − d with which the shift grows towards black"),
-    bend=Parameter(1.0, (0.3, 4.0), "1", "power of d before it is taken from 1; 2.2 for the light"),
+    bend=Parameter(1.0, (0.3, 4.0), "1", "power of d in 1 − d^bend; 2.2 for the light"),
     onset=LASTING,
     power=POWER,
     saturation=SATURATION,
@@ -80,7 +81,7 @@ def primary_shift(
     power: float,
     saturation: float,
 ) -> Array:
-    """Shift each primary by its own code value's distance from 1."""
+    """Shift each primary by the distance of its code value from 1."""
     code = np.clip(scene.code, 0.0, 1.0)
     away = 1.0 - (code if bend == 1.0 else code**bend)
     if level != 1.0:

@@ -1,16 +1,16 @@
 """Code values are rounded to n bits somewhere on their way: the curve has steps, the same at every hour.
 
-d → round(d·(2ⁿ − 1))/(2ⁿ − 1), or, where a calibration table comes first, the same on d^g or on the code of a panel of
-gamma γ, (light)^(1/γ); hardware rounds by adding a part of a step and truncating.
+d' = round(d·(2ⁿ − 1))/(2ⁿ − 1). Where a calibration table comes first, the rounding acts on d^g instead of d. Where the
+panel's own code is rounded, the rounding acts on (light)^(1/γ), with γ the gamma of the panel. Hardware rounds by
+adding a part of a step and truncating. A panel may use a part of its codes: ``bits`` is log2 of their number, whole or
+not.
 
-A cable, driver or mode with fewer bits may come later: a display's own model contains what the first session had, so
-beside that the rounding begins after it.
+A cable, driver or mode with fewer bits may be installed later. A display's own model contains the rounding of the first
+session, so with this model the rounding begins after the first session.
 
-A panel may use a part of its codes: ``bits`` is log2 of their number, whole or not.
-
-Meaning of 0 and 1: ``bits`` 0 rounds nothing; 1 bit would leave black and white alone, so the search begins at 4.
-Valid for one rounding; dithering in space or time blurs its steps.
-Source: depths of medical displays, and what a calibration to the greyscale standard needs of them: Kimpe &
+Meaning of 0 and 1: ``bits`` 0 rounds nothing. ``bits`` 1 would leave only black and white, so the search begins at 4.
+Valid for one rounding. Dithering in space or time blurs the steps.
+Source: depths of medical displays, and the depth that a calibration to the greyscale standard needs: Kimpe &
 Tuytschaever, J. Digit. Imaging 20, 422 (2007), doi:10.1007/s10278-006-1052-3. By rounding alone a calibration through 8
 bits costs up to ±4 % of the luminance at d = 0.1.
 """
@@ -32,40 +32,43 @@ if TYPE_CHECKING:
     from lutgen.effects.scene import Scene
 
 
-#: Numbers of steps that are tried behind a table or a panel's gamma: any up to 10 bits, and those of 11 and 12 bits.
+#: Numbers of steps to try after a table or a panel's gamma: all numbers up to 10 bits, and the numbers of 11 and 12
+#: bits.
 STEPS = np.array([*range(15, 1024), 2047, 4095], dtype=np.uint32)
 
-#: Powers of a table and gammas of a panel that are tried, so near one another that a rounding to 10 bits moves by a
-#: tenth of a step from one to the next at most; and the parts of a step that hardware adds.
+#: Powers of a table to try, gammas of a panel to try, and the parts of a step that hardware adds. From one power to the
+#: next a rounding to 10 bits moves by a tenth of a step at most.
 TABLES, PANELS, ADDED = np.arange(0.5, 2.0, 0.0002), np.arange(1.8, 2.6, 0.0005), (0.5, 0.4, 0.25, 0.0)
 
-#: A step in the integers that count its parts.
+#: One step, in the 32-bit integers that count parts of a step.
 TURN = 2.0**32
 
-#: Numbers of steps where no table bends the codes, and where the best of each part ends: 6, 7, … bits.
+#: Numbers of steps to try without a table, and the indices at which they are split: 6, 7, … bits. The search keeps the
+#: best number of each part.
 ALL_STEPS, PARTS = np.arange(15.0, 4096.0), 2 ** np.arange(6, 12) - 15 + 1
 
-#: Of so many neighbouring powers the best is kept; so many of these are tried again, at powers about them.
+#: Number of neighbouring powers of which the search keeps the best; number of these best powers that the search
+#: refines; offsets of the refining powers, in units of the spacing of the powers.
 ALIKE, FEW, NEARBY = 20, 60, np.linspace(-1.0, 1.0, 17)
 
-#: Step of a code value for a derivative.
+#: Step of a code value for a numerical derivative.
 STEP = 1e-4
 
 
 class _Evidence(NamedTuple):
-    """What readings say of the shift of each code value (m,): the pull on it, and the information, (m, m)."""
+    """Evidence of the readings on the shift of each code value (m,): gradient ``pull`` (m,), ``information`` (m, m)."""
 
     code: Array
     pull: Array
     information: Array
 
     def gain(self, shifts: Array) -> Array:
-        """Gain in χ² of shifts (k, m): (k,)."""
+        """Return the gain in χ², (k,), of k sets of shifts (k, m)."""
         return np.asarray(2.0 * shifts @ self.pull - ((shifts @ self.information) * shifts).sum(axis=1))
 
     def of_steps(self, bent: Array, slope: Array, added: float) -> NDArray[np.float32]:
-        """Approximate gain of rounding to each of ``STEPS``, as if no two code values shared a tip or a gain: (s,)."""
-        # 2³² stands for a whole step: products of 32-bit integers wrap there, which leaves the part of a step.
+        """Return the approximate gain of rounding to each of ``STEPS``, (s,); neglect covariances."""
+        # 2³² is a whole step: a product of 32-bit integers wraps at 2³², and the remainder is the part of a step.
         turn = np.rint(bent * TURN).astype(np.uint64).astype(np.uint32)
         part = STEPS[:, np.newaxis] * turn + np.uint32(added * TURN)
         shift = part.astype(np.float32)
@@ -78,7 +81,7 @@ class _Evidence(NamedTuple):
 
 
 def _proposed(code: Array, pull: Array, information: Array) -> tuple[list[dict[str, float]], int]:
-    """Settings of tables and panels whose shifts of code values agree best with the readings, the best first."""
+    """Return settings of tables and panels whose shifts of code values fit the readings best, best first."""
     evidence = _Evidence(code, pull, information)
     proposals = []
     for part in np.split(ALL_STEPS, PARTS):
@@ -88,27 +91,27 @@ def _proposed(code: Array, pull: Array, information: Array) -> tuple[list[dict[s
     for name, powers, added in kinds:
         for power, steps in _promising(evidence, name, powers, added):
             near = power + (powers[1] - powers[0]) * NEARBY
-            found = [_best_steps(evidence, name, float(each), added, np.array([steps])) for each in near]
-            gain, best, nearest = max(found)
+            refined = [_best_steps(evidence, name, float(each), added, np.array([steps])) for each in near]
+            gain, best, nearest = max(refined)
             setting = {"bits": float(np.log2(best + 1.0)), name: nearest}
             proposals.append((gain, setting if name == "table_gamma" else {**setting, "added": added}))
-    looked_at = ALL_STEPS.size + sum(powers.size for _, powers, _ in kinds) * STEPS.size
-    return [setting for _, setting in sorted(proposals, key=lambda each: -each[0])], looked_at
+    tried = ALL_STEPS.size + sum(powers.size for _, powers, _ in kinds) * STEPS.size
+    return [setting for _, setting in sorted(proposals, key=lambda each: -each[0])], tried
 
 
 def _promising(evidence: _Evidence, name: str, powers: Array, added: float) -> list[tuple[float, float]]:
-    """Powers and numbers of steps that gain most, the best of its neighbours each."""
-    found = []
+    """Return the powers and numbers of steps with the largest gains; of ``ALIKE`` neighbouring powers only the best."""
+    results = []
     for power in powers:
         gain = evidence.of_steps(*_bent(evidence.code, **{name: float(power)}), added)
         best = int(np.argmax(gain))
-        found.append((float(gain[best]), float(power), float(STEPS[best])))
-    neighbours = [max(found[start : start + ALIKE]) for start in range(0, len(found), ALIKE)]
+        results.append((float(gain[best]), float(power), float(STEPS[best])))
+    neighbours = [max(results[start : start + ALIKE]) for start in range(0, len(results), ALIKE)]
     return [(power, steps) for _, power, steps in sorted(neighbours, reverse=True)[:FEW]]
 
 
 def _best_steps(evidence: _Evidence, name: str, power: float, added: float, steps: Array) -> tuple[float, float, float]:
-    """Gain of the best number of steps behind a power, that number, and the power."""
+    """Return the gain of the best number of steps after a power, that number, and the power."""
     bent, slope = _bent(evidence.code, **{name: power})
     gain = evidence.gain(_shifts(bent, slope, added, steps))
     best = int(np.argmax(gain))
@@ -116,7 +119,7 @@ def _best_steps(evidence: _Evidence, name: str, power: float, added: float, step
 
 
 def _shifts(bent: Array, slope: Array, added: float, steps: Array) -> Array:
-    """Shift of each code value by the rounding to so many steps, (k, m); in place, as many thousands are tried."""
+    """Return the shift of each code value by rounding to ``steps`` (k,), (k, m); compute in place, for speed."""
     shift = bent * steps[:, np.newaxis]
     shift += added
     shift -= 0.5
@@ -128,7 +131,7 @@ def _shifts(bent: Array, slope: Array, added: float, steps: Array) -> Array:
 
 
 def _bent(code: Array, *, table_gamma: float = 1.0, panel_gamma: float = 0.0) -> tuple[Array, Array]:
-    """What is rounded, and its derivative by the code value, (m,) each."""
+    """Return the quantity that is rounded, and its derivative by the code value, (m,) each."""
     if not panel_gamma:
         return code**table_gamma, table_gamma * code ** (table_gamma - 1.0)
     native, further = (np.maximum(code_to_linear(each), 0.0) ** (1.0 / panel_gamma) for each in (code, code + STEP))
@@ -150,11 +153,13 @@ def _bent(code: Array, *, table_gamma: float = 1.0, panel_gamma: float = 0.0) ->
         8.0,
         (4.0, 12.0),
         "bit",
-        "depth to which code values are rounded, log2 of their number; 0: not at all",
+        "depth to which code values are rounded, log2 of their number; 0: no rounding",
         (4, 5, 6, 7, 8, 9, 10, 11, 12),
     ),
-    table_gamma=Parameter(1.0, (0.4, 2.5), "1", "power by which a table bends code values before", PROPOSED),
-    panel_gamma=Parameter(0.0, (0.0, 2.6), "1", "gamma of the panel whose code is rounded; 0: none", PROPOSED),
+    table_gamma=Parameter(
+        1.0, (0.4, 2.5), "1", "power by which a table bends the code values before the rounding", PROPOSED
+    ),
+    panel_gamma=Parameter(0.0, (0.0, 2.6), "1", "gamma of the panel whose code is rounded; 0: no panel code", PROPOSED),
     added=Parameter(0.5, (0.0, 0.5), "1", "part of a step added before truncation; ½ rounds", PROPOSED),
     since=Parameter(0.0, (0.0, 100_000.0), "h", "hour from which codes are rounded", beside_first=SOON_H),
 )
@@ -168,7 +173,7 @@ def quantization(
     added: float,
     since: float,
 ) -> Array:
-    """Round the code values; 0 bits stand for no rounding."""
+    """Round the code values; 0 bits mean no rounding."""
     if bits < 1:
         return code
     rounded = _rounded(code, bits, table_gamma, panel_gamma, added)

@@ -1,13 +1,13 @@
 """Somebody recalibrated: from one hour on the display answers code values differently.
 
-d → min(1, (1 + g)·d^(1 + Γ)) for hours ≥ t*, with one Γ for all channels, one for each, or one free at five levels: a
-display gives no more than full drive, so that a contrast that is set too high (g > 0) clips. A fit tries the date in
-every gap between two sessions. White and primaries that are measured again contain a step of the gain, so that only Γ
-and what clips are left to be seen.
+d' = min(1, (1 + g)·d^(1 + Γ)) for hours t ≥ t*: a display gives no more than full drive, so a contrast that is set too
+high (g > 0) clips. Γ is one number for all channels, one for each channel, or free at five levels. A fit tries one date
+t* in every gap between two sessions. White and primaries that are measured again contain a step of the gain g, so that
+only Γ and the clipping are visible there.
 
-Meaning of 0 and 1: g and Γ 0 are a calibration that changed nothing; g 1 would double the drive, Γ 1 double the
-exponent.
-Valid for one event in a campaign; two need two of these effects.
+Meaning of 0 and 1: g = 0 and Γ = 0 are a calibration that changed nothing. g = 1 would double the drive. Γ = 1 would
+double the exponent.
+Valid for one event in a campaign. Two events need two recalibrations.
 Assumption: the form and the size.
 """
 

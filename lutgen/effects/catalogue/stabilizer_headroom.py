@@ -1,10 +1,12 @@
 """A sensor holds the luminance until the lamp has no reserve left; then it falls: a knee.
 
-L = min(L_set, L₀·D(t)), relative to hour 0: min(1, (1 + h)·exp(−ℓ·τ^β)), its corner rounded over ``knee`` nepers.
+L = min(L_set, L₀·D(t)). Relative to hour 0, L = min(1, (1 + h)·exp(−ℓ·τ^β)). The corner is rounded over ``knee``
+nepers.
 
-Meaning of 0 and 1: ``headroom`` 0 is a lamp at its limit from the start, which then fades as ``backlight-decay`` does;
-1 is a lamp that could give twice the held light. ``loss`` 1 leaves 1/e of the lamp's own light at 18 000 h.
-Valid for a display that holds its white by a sensor, at one set luminance.
+Meaning of 0 and 1: ``headroom`` 0 is a lamp at its limit from the start, which then fades as in ``backlight-decay``.
+``headroom`` 1 is a lamp that could give twice the held light. ``loss`` 1 leaves 1/e of the lamp's own light at 18 000
+h.
+Valid for a display whose sensor holds white at one set luminance.
 Source: of 249 medical displays 4, 20 and 39 could not give 170 cd/m² in three successive years: Radiol. Phys. Technol.
 (2017), doi:10.1007/s12194-017-0401-x.
 Assumption: the form of the knee, and the size of the reserve.
@@ -40,7 +42,7 @@ if TYPE_CHECKING:
     knee=Parameter(0.01, (0.001, 0.3), "1", "nepers over which the knee is rounded"),
 )
 def stabilizer_headroom(tips: Array, scene: Scene, *, headroom: float, loss: float, beta: float, knee: float) -> Array:
-    """Hold all tips, then dim them."""
+    """Hold all tips until the reserve is used, then dim them."""
     reserve = np.log1p(headroom)
     short = knee * np.logaddexp(0.0, (loss * scene.tau**beta - reserve) / knee)
     at_first = knee * np.logaddexp(0.0, -reserve / knee)

@@ -1,10 +1,12 @@
 """A warmer display gives another amount of light: LEDs fade with the temperature of their junction.
 
-XYZ × (1 + c·(T − T₀)), T₀ = 25 °C. The refined forms give each primary its own coefficient (red LEDs fade several times
-faster than blue ones), a curvature, and a colour.
+XYZ' = XYZ·(1 + c·(T − T₀)), with T₀ = 25 °C. The refined forms give each primary its own coefficient (red LEDs fade
+several times faster than blue LEDs), a quadratic term, and a colour.
 
-Meaning of 0 and 1: c 0 is a display that no temperature changes; 1/K would double the light with one kelvin.
-Valid for a few tens of kelvins about 25 °C, and for a column that follows the lamp: the air in the room lags behind it.
+Meaning of 0 and 1: c = 0 is a display whose light does not depend on the temperature. c = 1/K would double the light
+with one kelvin.
+Valid for a few tens of kelvins about 25 °C, and for a temperature column that follows the lamp. The air temperature of
+the room lags behind the lamp.
 Assumption: −0.1 to −0.6 % per kelvin.
 """
 
@@ -46,8 +48,8 @@ if TYPE_CHECKING:
     red=Parameter(0.0, (-0.06, 0.06), "1/K", "relative change of red per kelvin, in addition to slope"),
     green=Parameter(0.0, (-0.06, 0.06), "1/K", "relative change of green per kelvin, in addition to slope"),
     blue=Parameter(0.0, (-0.06, 0.06), "1/K", "relative change of blue per kelvin, in addition to slope"),
-    tint_x=Parameter(0.0, (-3.0, 3.0), "1", "change of X relative to that of Y, less 1"),
-    tint_z=Parameter(0.0, (-3.0, 3.0), "1", "change of Z relative to that of Y, less 1"),
+    tint_x=Parameter(0.0, (-3.0, 3.0), "1", "change of X over change of Y, less 1"),
+    tint_z=Parameter(0.0, (-3.0, 3.0), "1", "change of Z over change of Y, less 1"),
 )
 def temperature(
     tips: Array,
@@ -61,7 +63,7 @@ def temperature(
     tint_x: float,
     tint_z: float,
 ) -> Array:
-    """Scale the light by the temperature."""
+    """Multiply all tips by the factor of the temperature."""
     warmer = scene.temperature_c - REFERENCE_C
     if red or green or blue:
         tips = scaled(tips, 1.0 + warmer * np.array([red, green, blue]))

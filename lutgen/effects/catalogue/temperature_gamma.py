@@ -1,11 +1,12 @@
 """A warmer liquid crystal answers its drive otherwise: the transfer curve bends with the temperature.
 
-l → l^(1 + c·(T − T₀)), T₀ = 25 °C: mid-tones move, black and white stay, as in ``eotf-drift``, but with the temperature
-and not with the hours. The refined form gives each channel a bend of its own.
+l' = l^(1 + c·(T − T₀)), with T₀ = 25 °C. Mid-tones change; black and white stay, as in ``eotf-drift``. The change
+depends on the temperature, not on the hours. The refined form gives each channel its own coefficient.
 
-Meaning of 0 and 1: c 0 is a curve that no temperature changes; 0.01/K adds a hundredth to the exponent a kelvin.
-Valid for a few tens of kelvins about 25 °C, and for a column that follows the panel: the air in the room lags behind.
-Light that changes by a factor is ``temperature``.
+Meaning of 0 and 1: c = 0 is a curve that does not depend on the temperature. c = 0.01/K adds 0.01 to the factor of the
+exponent for each kelvin.
+Valid for a few tens of kelvins about 25 °C, and for a temperature column that follows the panel. The air temperature of
+the room lags behind the panel. Light that changes by a factor is ``temperature``.
 Source: threshold voltage and transmittance of liquid crystal displays depend on the temperature, by the switching mode:
 "Temperature dependence of the electro-optic characteristics in the liquid crystal display switching modes" (2009).
 Assumption: the form, and sizes of some thousandths per kelvin.
@@ -42,5 +43,5 @@ if TYPE_CHECKING:
     blue=Parameter(0.0, (-0.05, 0.05), "1/K", "change of blue's exponent per kelvin, in addition"),
 )
 def temperature_gamma(linear: Array, scene: Scene, *, slope: float, red: float, blue: float) -> Array:
-    """Bend the curves by the temperature."""
+    """Raise the light of each channel to a power that depends on the temperature."""
     return bent(linear, (scene.temperature_c - REFERENCE_C) * np.array([slope + red, slope, slope + blue]))

@@ -1,11 +1,11 @@
 """Light scatters within the screen's glass and the meter's lens: a share of the mean light lies over every patch.
 
-XYZ += g·(mean XYZ of the whole screen), patch and surround. On patches that fill the screen the glare is a factor,
-which white and primaries contain already; a black patch in a white surround shows the glare. Dust on the screen
-scatters too: the light that it sends astray is inside this effect, the light that it takes in ``backlight-decay``.
+XYZ' = XYZ + g·(mean XYZ of the whole screen, patch and surround). On patches that fill the screen the glare is a
+factor, which the measured white and primaries already contain. A black patch in a white surround shows the glare. Light
+that dust on the screen scatters belongs to this effect. Light that dust absorbs belongs to ``backlight-decay``.
 
-Meaning of 0 and 1: g 0 scatters nothing; 1 would lay the whole mean light of the screen over every patch.
-Valid for light that spreads evenly over the screen; a halo near a bright edge is not part of it.
+Meaning of 0 and 1: g = 0 scatters nothing. g = 1 would add the whole mean light of the screen to every patch.
+Valid for light that spreads evenly over the screen. A halo near a bright edge is not modelled.
 Sources: definition, and a test with a dark spot in a bright field: Samei et al. (AAPM TG18), Med. Phys. 32, 1205
 (2005), doi:10.1118/1.1861159. Glare ratios of 25 and 89 on two cathode-ray tubes: J. Digit. Imaging 12 (1999),
 doi:10.1007/BF03168843.
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     glare=Parameter(0.005, (0.0, 0.1), "1", "share of the screen's mean light that lies over the patch, at hour 0"),
     grown=Parameter(0.002, (-0.05, 0.1), "1", "growth of that share by 18 000 h"),
     power=POWER,
-    reach=Parameter(1.0, (0.1, 3.0), "1", "power of the patch's share of the screen that counts as its weight"),
+    reach=Parameter(1.0, (0.1, 3.0), "1", "power of the patch's share of the screen in the weight of the patch"),
     tint_x=Parameter(0.0, (-0.5, 1.0), "1", "X that is scattered relative to Y, less 1"),
     tint_z=Parameter(0.0, (-0.5, 1.0), "1", "Z that is scattered relative to Y, less 1"),
 )

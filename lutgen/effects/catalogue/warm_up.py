@@ -1,11 +1,11 @@
 """A cold display is darker: its lamp needs minutes to reach its light.
 
-XYZ × (1 − a·e^(−m/τ_w)), m minutes since power-on. The pressure of mercury in a fluorescent lamp follows its
-temperature; LEDs, on the contrary, are brighter when cold (a < 0). The refined forms replace the exponential by a long
-tail, (1 + q·m/τ_w)^(−1/q), which is 1/(1 + m/τ_w) for q = 1; raise m/τ_w to a power; and free the colour.
+XYZ' = XYZ·(1 − a·e^(−m/τ_w)), with m the minutes since power-on. The pressure of mercury in a fluorescent lamp depends
+on its temperature. LEDs are brighter when cold: a < 0. The refined forms replace the exponential by a long tail,
+(1 + q·m/τ_w)^(−1/q), which is 1/(1 + m/τ_w) for q = 1; raise m/τ_w to a power; and free the colour.
 
-Meaning of 0 and 1: a 0 is a display that is warm at once; 1 would be one that is dark at power-on.
-Valid for a display that was switched off long enough to be cold, and that holds no luminance by a sensor.
+Meaning of 0 and 1: a = 0 is a display that is warm at once. a = 1 would be a display that is dark at power-on.
+Valid for a display that was off long enough to be cold, and whose luminance no sensor holds.
 Assumption: 2 to 20 % within 30 to 100 minutes.
 """
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.effects.scene import Scene
 
-#: Below this tail the approach is an exponential to every printed digit.
+#: Smallest tail that is computed as a tail; below it the exponential gives the same printed digits.
 LEAST_TAIL = 1e-7
 
 
@@ -49,9 +49,9 @@ LEAST_TAIL = 1e-7
     grown=Parameter(0.0, (-0.5, 0.5), "1", "growth of that share by 18 000 h"),
     minutes=Parameter(30.0, (1.0, 300.0), "min", "time constant (63 %)"),
     tail=Parameter(0.0, (0.0, 3.0), "1", "length of the tail: 0 exponential, 1 rational"),
-    stretch=Parameter(1.0, (0.4, 2.5), "1", "power of the time: above 1 it starts slowly"),
-    tint_x=Parameter(0.0, (-2.0, 2.0), "1", "missing share of X relative to that of Y, less 1"),
-    tint_z=Parameter(0.0, (-2.0, 2.0), "1", "missing share of Z relative to that of Y, less 1"),
+    stretch=Parameter(1.0, (0.4, 2.5), "1", "power of the time: above 1 the warm-up starts slowly"),
+    tint_x=Parameter(0.0, (-2.0, 2.0), "1", "missing share of X over missing share of Y, less 1"),
+    tint_z=Parameter(0.0, (-2.0, 2.0), "1", "missing share of Z over missing share of Y, less 1"),
 )
 def warm_up(
     tips: Array,
@@ -65,7 +65,7 @@ def warm_up(
     tint_x: float,
     tint_z: float,
 ) -> Array:
-    """Take from all light what the lamp does not give yet."""
+    """Remove the share of the light that the cold lamp does not give yet."""
     age = np.maximum(scene.warmup_min, 0.0) / minutes
     if stretch != 1.0:
         age = age**stretch

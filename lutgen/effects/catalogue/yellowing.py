@@ -1,11 +1,11 @@
 """Optics yellow: films, glue and light guide absorb more and more of the short wavelengths.
 
-Transmittance exp(−a·g(τ)·e^(−(λ−400 nm)/λ₀)) on the display's spectra, measured or estimated from its class, g a power
-of time. The depth is never negative: optics do not become clear again.
+Transmittance exp(−a·g(τ)·e^(−(λ−400 nm)/λ₀)), applied to the display's spectra. The spectra are estimated from the
+class of the display. g is a power of time. The depth a is never negative: optics do not become clear again.
 
-Meaning of 0 and 1: ``depth`` 0 is clear optics; 1 lets 1/e, 37 %, of the light at 400 nm pass at 18 000 h.
-Valid as far as the spectra are: with an estimated spectrum the size is an estimate too. The LUT is correct all the
-same, since it is fitted to XYZ.
+Meaning of 0 and 1: ``depth`` 0 is clear optics. ``depth`` 1 transmits 1/e, 37 %, of the light at 400 nm at 18 000 h.
+Valid as far as the spectra are. With an estimated spectrum the size is an estimate too. The LUT is correct in both
+cases, because it is fitted to XYZ.
 Source: all colour LCDs of a radiology practice yellowed over three years, and did so together: J. Digit. Imaging 24,
 828 (2011), doi:10.1007/s10278-010-9346-x.
 Assumption: the exponential in wavelength, and the size.
@@ -42,13 +42,13 @@ if TYPE_CHECKING:
         "channel-decay": "spectra of the primaries: yellowing also moves their chromaticities",
     },
     source="doi:10.1007/s10278-010-9346-x (that displays yellow); form and size: an assumption",
-    depth=Parameter(0.1, (0.0, 2.0), "1", "optical depth at 400 nm that has come by 18 000 h"),
+    depth=Parameter(0.1, (0.0, 2.0), "1", "optical depth at 400 nm that has grown by 18 000 h"),
     power=POWER,
     saturation=SATURATION,
     reach=Parameter(60.0, (20.0, 300.0), "nm", "λ₀, over which the depth falls to 1/e towards red"),
 )
 def yellowing(xyz: Array, scene: Scene, *, depth: float, power: float, saturation: float, reach: float) -> Array:
-    """Filter the display's light."""
+    """Multiply the display's spectra by the transmittance."""
     if not depth:
         return xyz
     tau, index = np.unique(scene.tau, return_inverse=True)

@@ -1,8 +1,8 @@
-"""Conditions under which a reading is taken: one file each, found by being in this folder.
+"""Conditions under which a reading is taken: one file for each condition. Every file in this folder is registered.
 
-A file declares one ``CONDITION``: its columns with unit, range and the meaning of a blank cell, how far from rest a
-value may lie, its words in tables and sentences, and how a plan varies it. Whatever knows conditions (reading and
-checking tables, rest, tables of errors, ``--at``, plans, effects, plots) asks this registry.
+A file declares one ``CONDITION``: its columns with unit, range and the meaning of a blank cell; the span of values that
+count as rest; its words in tables and sentences; and its variation in a measurement plan. The readers and checks of
+tables, rest, tables of errors, ``--at``, plans, effects and plots use this registry.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""The room's light that falls on the screen."""
+"""The illuminance of the room's light on the screen."""
 
 from __future__ import annotations
 
 from lutgen.readings.conditions.declare import Array, Column, Condition, Values, greys, joined
 
-#: Room light that differs by less, in lux or as a share, is the same: a lux meter repeats to about this.
+#: Tolerance for equal room light, in lux and as a share: about the repeatability of a lux meter.
 TOLERANCE_LX, TOLERANCE_SHARE = 0.5, 0.05
 
 
@@ -39,7 +39,7 @@ CONDITION = Condition(
     cell="ambient",
     span=_span,
     depends="the room's light",
-    told=lambda at: f"room light {at['ambient_lx']:g} lx" if at["ambient_lx"] else "dark room",
+    in_words=lambda at: f"room light {at['ambient_lx']:g} lx" if at["ambient_lx"] else "dark room",
     label="{:g} lx".format,
     sentence="in a room of {}",
     heading="room light",

@@ -1,4 +1,4 @@
-"""How a condition of a reading is declared: its columns, and what rest means for it."""
+"""The declaration of a condition of a reading: its columns, and the span of values that count as rest."""
 
 from __future__ import annotations
 
@@ -18,22 +18,22 @@ Values = Mapping[str, Array]
 class Column:
     """One optional column of the table of readings."""
 
-    #: Its heading and unit; the unit is "" for a ratio.
+    #: Heading and unit of the column; the unit of a ratio is "".
     name: str
     unit: str
-    #: Allowed range, and what the values are: completes "must be …". A value outside is a typing error.
+    #: Allowed range, and a description of the values that completes "must be …". A value outside is a typing error.
     low: float
     high: float
     meaning: str
-    #: What an empty cell, or a missing column, means in the table; NaN: unknown, or warm.
+    #: Value of an empty cell or a missing column in the table; NaN: unknown, or warm.
     blank: float
-    #: The value that effects take for a blank cell or a missing column.
+    #: Value that effects use for a blank cell or a missing column.
     usual: float
-    #: A value that the condition may have had throughout if nobody logged it.
+    #: A possible value of the condition during the whole campaign if nobody logged it.
     unlogged: float
-    #: Values under which the contract of effects tries an effect, the usual one first.
+    #: Values that the check of an effect's contract uses; the usual value first.
     tried: tuple[float, ...]
-    #: For pictures of an effect: a value at which the effect is visible, the ends of an axis, and its label.
+    #: For plots of an effect: a value at which the effect is visible, the limits of an axis, and the label of the axis.
     shown: float
     axis: tuple[float, float]
     words: str
@@ -41,9 +41,9 @@ class Column:
 
 @dataclass(frozen=True)
 class Variation:
-    """Patches that show what a condition does, for a measurement plan.
+    """Patches for a measurement plan that show the influence of a condition.
 
-    ``patches``: code value, values of columns, and a note ("shrouded") each.
+    ``patches``: for each patch the code values, the values of columns, and a note ("shrouded").
     """
 
     name: str
@@ -51,17 +51,17 @@ class Variation:
 
 
 def greys(levels: tuple[float, ...], note: str = "", **columns: float) -> Variation:
-    """Return a nameless variation: greys of these code values under some values of columns."""
+    """Return a variation without a name: greys of these code values under these values of columns."""
     return Variation("", tuple(((level, level, level), columns, note) for level in levels))
 
 
 def joined(name: str, *parts: Variation) -> Variation:
-    """Return one variation of several."""
+    """Return one variation that contains the patches of several."""
     return Variation(name, tuple(patch for part in parts for patch in part.patches))
 
 
 def within(tolerance: float) -> Callable[[Array, float], tuple[float, float]]:
-    """Return a span of rest of this size on either side of the value at rest."""
+    """Return a ``span`` function: the value at rest ± ``tolerance``."""
     return lambda _values, rest: (rest - tolerance, rest + tolerance)
 
 
@@ -71,7 +71,7 @@ def nothing(_values: Values, _rest: Values) -> dict[str, Array]:
 
 
 def everywhere(values: Values) -> NDArray[np.bool_]:
-    """Return that the condition matters to every reading, (n,)."""
+    """Return True for every reading, (n,)."""
     return np.ones(next(iter(values.values())).size, dtype=bool)
 
 
@@ -79,38 +79,39 @@ def everywhere(values: Values) -> NDArray[np.bool_]:
 class Condition:
     """One condition under which a reading is taken."""
 
-    #: As people call it: "room light".
+    #: Name for people: "room light".
     name: str
-    #: Where it stands among the conditions, in tables and files.
+    #: Position among the conditions in tables and files.
     place: int
-    #: Its columns.
+    #: The columns of the condition.
     columns: tuple[Column, ...]
-    #: Name of the readings that are away from rest by it, in tables of errors.
+    #: Name, in tables of errors, of the readings that are away from rest by this condition.
     cell: str
-    #: Of a column's values in one session, (n,), and the value at which its colour points were read: the smallest and
-    #: the largest value that still count as rest. NaN counts as rest.
+    #: Values of a column in one session, (n,), and the value at rest → the smallest and the largest value that count as
+    #: rest. NaN counts as rest.
     span: Callable[[Array, float], tuple[float, float]]
-    #: What effects that need its columns depend on: completes "depends on …".
+    #: Words for effects that need the columns: completes "depends on …".
     depends: str
-    #: Values by column → the condition in words. Window and surround describe one picture and give the same words.
-    told: Callable[[Mapping[str, float]], str]
-    #: One value → how a table calls it; of several columns, all of them in their order.
+    #: Values by column → the condition in words. The conditions window and surround give the same words, because both
+    #: describe one picture.
+    in_words: Callable[[Mapping[str, float]], str]
+    #: Value → label in a table; a condition with several columns takes one value for each column, in order.
     label: Callable[..., str]
-    #: Where a sentence puts a label: "in a room of {}".
+    #: Phrase around a label in a sentence: "in a room of {}".
     sentence: str
-    #: Heading of its part of a table of errors; "" where it has none.
+    #: Heading of the condition's part of a table of errors; "": no heading.
     heading: str
-    #: Format of its values in the name of a patch, "{:g} lx", and the word before that name in a sentence.
+    #: Format of the values in the name of a patch, "{:g} lx", and the words before the name in a sentence.
     short: str
     before: str
-    #: Label of an axis along which the condition runs.
+    #: Label of the plot axis of the condition.
     axis: str
-    #: Values → which readings the condition can affect, (n,).
+    #: Values → for each reading, whether the condition can affect the reading, (n,).
     matters: Callable[[Values], NDArray[np.bool_]] = everywhere
-    #: Values, and values at rest → name → weight of a signature in the light, (n,); a diagnosis tries each signature on
-    #: the residual of a fit.
+    #: Values, and values at rest → name → weights of a signature in the light, (n,). A diagnosis projects the residual
+    #: of a fit on each signature.
     signatures: Callable[[Values, Values], dict[str, Array]] = nothing
-    #: Those signatures that no effect of the catalogue has.
+    #: Names of the signatures that no effect of the catalogue has.
     strange: tuple[str, ...] = ()
-    #: How a plan varies it.
+    #: Variations of the condition in a measurement plan.
     variations: tuple[Variation, ...] = field(default=())

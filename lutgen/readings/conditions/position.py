@@ -1,4 +1,4 @@
-"""Where on the screen a patch is read."""
+"""Position of a patch on the screen."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ CONDITION = Condition(
     cell="position",
     span=within(0.02),
     depends="position",
-    told=lambda at: "centre" if at["u"] == at["v"] == 0.5 else f"position u = {at['u']:g}, v = {at['v']:g}",
+    in_words=lambda at: "centre" if at["u"] == at["v"] == 0.5 else f"position u = {at['u']:g}, v = {at['v']:g}",
     label="u {:g}, v {:g}".format,
     sentence="at {}",
     heading="position",

@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.readings.conditions.declare import Array, Column, Condition, Values, greys, joined, within
-from lutgen.readings.conditions.window import told
+from lutgen.readings.conditions.window import in_words
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
 def _matters(values: Values) -> NDArray[np.bool_]:
-    """A patch that fills the screen has nothing around it."""
+    """Return whether each patch has a surround, (n,): the patch does not fill the screen."""
     return np.asarray(values["window"] < 1.0) if "window" in values else np.zeros(values["surround"].size, dtype=bool)
 
 
@@ -44,7 +44,7 @@ CONDITION = Condition(
     cell="surround",
     span=within(0.02),
     depends="the rest of the picture",
-    told=told,
+    in_words=in_words,
     label="{:g}".format,
     sentence="in a surround of {}",
     heading="",

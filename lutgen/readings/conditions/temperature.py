@@ -8,10 +8,10 @@ import numpy as np
 
 from lutgen.readings.conditions.declare import Array, Column, Condition, Values, greys, joined, within
 
-#: Temperatures of one session that differ by less are the same room; some 0.3 % of luminance a kelvin.
+#: Tolerance in kelvins for equal temperatures within a session. Luminance changes by about 0.3 % per kelvin.
 FEW_KELVINS = 3.0
 
-#: Temperature that is meant where none was logged.
+#: Temperature that effects use where none was logged, in °C.
 REFERENCE_C = 25.0
 
 
@@ -42,7 +42,7 @@ CONDITION = Condition(
     cell="heat",
     span=within(FEW_KELVINS),
     depends="temperature",
-    told=lambda at: f"{at['temperature_c']:g} °C",
+    in_words=lambda at: f"{at['temperature_c']:g} °C",
     label=lambda celsius: "unknown" if isnan(celsius) else f"{2 * round(celsius / 2):g} °C",
     sentence="at {}",
     heading="temperature",

@@ -8,13 +8,13 @@ import numpy as np
 
 from lutgen.readings.conditions.declare import Array, Column, Condition, Values, greys, joined
 
-#: Readings of a warm display belong to one span where the minutes of neighbouring readings differ by at most this
-#: factor: the log of a session's minutes is one span, and readings of a warm-up (2, 5, 10, 20, 40, 60) are not.
+#: Largest ratio of the minutes of neighbouring readings within one span of rest. The minutes of a normal session have
+#: smaller ratios; the readings of a warm-up (2, 5, 10, 20, 40, 60) have larger ratios.
 STEP = 1.25
 
 
 def _span(values: Array, rest: float) -> tuple[float, float]:
-    """Warm: from the time of the colour points on, and before it as long as readings follow within ``STEP``."""
+    """Return the span of rest: from the colour points' minutes on, extended down while ratios are at most ``STEP``."""
     low = rest
     for minutes in np.unique(values[np.isfinite(values) & (values <= rest)])[::-1]:
         if minutes * STEP < low:
@@ -50,7 +50,7 @@ CONDITION = Condition(
     cell="cold",
     span=_span,
     depends="the minutes since power-on",
-    told=lambda at: f"{at['warmup_min']:g} min after power-on" if isfinite(at["warmup_min"]) else "warm",
+    in_words=lambda at: f"{at['warmup_min']:g} min after power-on" if isfinite(at["warmup_min"]) else "warm",
     label=lambda minutes: f"{minutes:g} min" if isfinite(minutes) else "warm",
     sentence="{} after power-on",
     heading="after power-on",

@@ -9,15 +9,15 @@ from lutgen.readings.conditions.declare import Array, Column, Condition, Values,
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-#: White, the primaries, and secondaries of two levels.
+#: White, the primaries, and the secondaries at two levels.
 _COLOURS = (
     (1.0, 1.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0),
     (1.0, 1.0, 0.0), (0.6, 0.6, 0.0), (1.0, 0.0, 1.0), (0.6, 0.0, 0.6), (0.0, 1.0, 1.0), (0.0, 0.6, 0.6),
 )  # fmt: skip
 
 
-def told(at: Mapping[str, float]) -> str:
-    """Say how large the patch is and what surrounds it."""
+def in_words(at: Mapping[str, float]) -> str:
+    """Return the size of the patch and its surround in words."""
     if at["window"] == 1.0:
         return "full screen"
     return f"a window of {100 * at['window']:g} % in a surround of code value {at['surround']:g}"
@@ -49,7 +49,7 @@ CONDITION = Condition(
     cell="window",
     span=within(0.02),
     depends="the rest of the picture",
-    told=told,
+    in_words=in_words,
     label="{:g}".format,
     sentence="in windows of {}",
     heading="window",

@@ -1,11 +1,11 @@
-"""Readers of measurements, one file a format: ArgyllCMS' .ti3 and other CGATS, ICC, CSV, uniformity, campaign.
+"""Readers of measurements, one file for each format: ArgyllCMS' .ti3 and other CGATS, ICC, CSV, uniformity, campaign.
 
-A reader has ``NAME``, for people; ``SUFFIXES``, whose files it explains where their content fits no reader;
-``claims(source) -> bool``, whether the content is this format (no two readers claim one file); and ``read(source)``,
-which gives readings: an object with ``measurements()``, one checked table by operating hours, and ``campaign()``, the
-sessions. A module whose name begins with an underscore is no format: the readers build on it.
+A reader has ``NAME``, the format's name for people; ``SUFFIXES``, the suffixes of files that the reader explains if no
+reader recognises their content; ``claims(source) -> bool``, whether the content has this format (at most one reader
+claims a file); and ``read(source)``, which returns an object with ``measurements()``, one checked table by operating
+hours, and ``campaign()``, the sessions. A module whose name begins with an underscore is not a reader; readers use it.
 
-The readers are ours because no package was found that reads such files: colour-science takes spectra alone, from
+lutgen has its own readers because no package was found that reads these files: colour-science reads only spectra, from
 X-Rite's files, and DisplayCAL's reader is part of a program.
 """
 
@@ -31,13 +31,13 @@ if TYPE_CHECKING:
     from lutgen.readings.session import Session
     from lutgen.readings.table import Measurements
 
-#: A table of readings is text of at most some ten MB; a larger file is something else.
+#: Largest file size. A table of readings has at most some ten MB.
 MAX_BYTES = 64_000_000
 
 
 @cache
 def readers() -> dict[str, ModuleType]:
-    """Name → module of every reader in this folder."""
+    """Return name → module of every reader in this folder."""
     modules = (
         import_module(f"{__name__}.{each.name}") for each in iter_modules(__path__) if not each.name.startswith("_")
     )
@@ -50,12 +50,13 @@ def read_measurements(path: str | Path) -> Measurements:
     Parameters
     ----------
     path
-        A file of any format in this folder, or a folder of sessions. One session is the display at hour 0.
+        A file of any format in this folder, or a folder of sessions. A single session counts as hour 0.
 
     Raises
     ------
     LutgenError
-        Unreadable, of no known format, relative to white, or wrong in any value: names file, line and what to do.
+        The file is unreadable, has no known format, is relative to white, or contains an invalid value. The message
+        names file, line and remedy.
 
     """
     path = Path(path)
@@ -67,10 +68,11 @@ def read_measurements(path: str | Path) -> Measurements:
 def read_campaign(path: str | Path, *more: str | Path) -> Campaign:
     """Read the sessions of a display.
 
-    ``path``, ``more``: files of any format in this folder, or folders of sessions. Of these a campaign file alone says
-    the hours a day.
+    ``path``, ``more``: files of any format in this folder, or folders of sessions. Only a campaign file states the
+    hours per day.
 
-    Raises LutgenError: unreadable, of no known format, wrong in any value, or the same session twice.
+    Raises LutgenError: a file is unreadable, has no known format or contains an invalid value, or a session occurs
+    twice.
     """
     if not more and not is_folder(Path(path)):
         return read_readings(path).campaign()
@@ -87,7 +89,8 @@ def read_session(path: str | Path) -> Session:
     Raises
     ------
     LutgenError
-        Unreadable, of no known format, wrong in any value, or several sessions: names file, line and what to do.
+        The file is unreadable, has no known format, contains an invalid value or several sessions. The message names
+        file, line and remedy.
 
     """
     if is_folder(Path(path)):
@@ -99,14 +102,14 @@ def read_session(path: str | Path) -> Session:
 
 
 def read_readings(path: str | Path) -> Readable:
-    """Read a file by the reader that claims its content, else by the one whose suffix it has."""
+    """Read a file with the reader that claims its content, or with the reader of its suffix."""
     source = open_source(path)
     readings: Readable = reader_of(source).read(source)
     return readings
 
 
 def open_source(path: str | Path) -> FileText:
-    """Read and decode a file. Raises LutgenError where it is unreadable, too large, empty or binary."""
+    """Read and decode a file. Raises LutgenError: the file is unreadable, too large, empty or binary."""
     path = Path(path)
     data = read_at_most(path, MAX_BYTES, what="the readings", none="file of readings")
     text = "" if is_profile(data) else decoded(data, str(path))
@@ -114,7 +117,7 @@ def open_source(path: str | Path) -> FileText:
 
 
 def reader_of(source: FileText) -> ModuleType:
-    """Return the reader of a file. Raises LutgenError where neither its content nor its suffix is known."""
+    """Return the reader of a file. Raises LutgenError: neither its content nor its suffix is known."""
     suffix = Path(source.file).suffix.lower()
     claiming = [module for module in readers().values() if module.claims(source)]
     named = [module for module in readers().values() if suffix in module.SUFFIXES]
@@ -127,7 +130,7 @@ def reader_of(source: FileText) -> ModuleType:
 
 
 def _files(folder: Path) -> Sequence[Path]:
-    """Files of a folder that hold readings, by name: those with a suffix of a reader, which may still be refused."""
+    """Return the files of a folder with a suffix of a reader, sorted by name; their content is not checked."""
     suffixes = {suffix for module in readers().values() for suffix in module.SUFFIXES}
     try:
         files = sorted(each for each in folder.iterdir() if each.is_file() and not each.name.startswith("."))

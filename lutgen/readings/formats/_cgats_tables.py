@@ -1,9 +1,9 @@
-"""CGATS as text: the tables of a file, each with its keywords and rows; their meaning is read in ``cgats``.
+"""Parser of CGATS text: the tables of a file, each with keywords and rows. ``cgats`` interprets the tables.
 
-CGATS.5 and ArgyllCMS' own dialect (https://www.argyllcms.com/doc/File_Formats.html): comments from ``#``, strings in
-double quotes that double a quote inside, keywords with one value, ``BEGIN_DATA_FORMAT``, ``BEGIN_DATA``, several tables
-one after the other, and Argyll's free text between ``BEGIN_…`` and ``END_…``. Counts that the file states are held
-against what it holds.
+The parser reads CGATS.5 and ArgyllCMS' own dialect (https://www.argyllcms.com/doc/File_Formats.html): comments from
+``#``, strings in double quotes with doubled quotes inside, keywords with one value, ``BEGIN_DATA_FORMAT``,
+``BEGIN_DATA``, several tables one after the other, and Argyll's free text between ``BEGIN_…`` and ``END_…``. The parser
+compares the counts that the file states with its content.
 """
 
 from __future__ import annotations
@@ -22,34 +22,34 @@ if TYPE_CHECKING:
 
     from lutgen.readings.formats._source import FileText
 
-#: A quoted string with doubled quotes inside, a comment, or a bare word; a spreadsheet's error value is a word.
+#: A quoted string with doubled quotes inside, a comment, or a bare word. A spreadsheet's error value counts as a word.
 _TOKEN = re.compile(rf'"([^"]*(?:""[^"]*)*)"|((?!{SPREADSHEET_ERROR}(?:\s|$))#.*)|([^\s"#]+|#\S+)')
 
-#: Words of the grammar, and counts.
+#: Keywords that enclose sections, and keywords of counts.
 _FORMAT, _DATA = ("BEGIN_DATA_FORMAT", "END_DATA_FORMAT"), ("BEGIN_DATA", "END_DATA")
 _FIELDS, _SETS = "NUMBER_OF_FIELDS", "NUMBER_OF_SETS"
 
 
 @dataclass(frozen=True)
 class CgatsTable:
-    """One table."""
+    """One table of a CGATS file."""
 
-    #: Its identifier, such as CTI3, CAL or CGATS.17; "" where it has none.
+    #: Identifier of the table, such as CTI3, CAL or CGATS.17; "": no identifier.
     kind: str
-    #: Where it begins.
+    #: First line of the table.
     line: int
-    #: Keyword → value; free text by the name of its block.
+    #: Keyword → value, and name of a block → its free text.
     keywords: Mapping[str, str]
     #: Names of the columns, in capitals.
     fields: tuple[str, ...]
-    #: Cells of each row, all as long as ``fields``, and the line that each begins on.
+    #: Cells of each row, in the order of ``fields``, and the first line of each row.
     rows: tuple[tuple[str, ...], ...]
     lines: tuple[int, ...]
 
 
 @dataclass
 class _Open:
-    """A table that is being read."""
+    """A table before its data."""
 
     line: int
     kind: str = ""
@@ -60,8 +60,8 @@ class _Open:
 def tables(source: FileText) -> list[CgatsTable]:
     """Read all tables of a CGATS file.
 
-    Raises LutgenError: a file that was cut off, a wrong number of fields or sets, a doubled column, or a string without
-    end; names the line.
+    Raises LutgenError: the file is truncated, a number of fields or sets is wrong, a column occurs twice, or a string
+    does not end. The message names the line.
     """
     closed: list[CgatsTable] = []
     lines = _lines(source)
@@ -89,7 +89,7 @@ def tables(source: FileText) -> list[CgatsTable]:
 
 
 def _lines(source: FileText) -> Iterator[tuple[int, list[str]]]:
-    """Yield number and words of each line that has any; comments are left out."""
+    """Yield number and words of each line with words, without comments."""
     for at, line in enumerate(StringIO(source.text, newline=None), start=1):
         words, place = [], 0
         stripped = line.strip()
@@ -132,7 +132,8 @@ def _close(
             f"{source.at(begun)}: data without a data format (BEGIN_DATA_FORMAT … END_DATA_FORMAT) above it."
         )
     width = len(table.fields)
-    # A row may go on in the next line, but only where the number of rows is stated: else a lost cell goes unseen.
+    # A row may continue on the next line only if the file states the number of rows; otherwise a lost cell would go
+    # unnoticed.
     wraps = _SETS in table.keywords
     rows: list[tuple[str, ...]] = []
     places: list[int] = []
@@ -163,7 +164,7 @@ def _close(
 def _before_data(
     first: list[str], begun: int, lines: Iterator[tuple[int, list[str]]]
 ) -> Iterator[tuple[int, list[str]]]:
-    """Yield what stands on the line of BEGIN_DATA itself, then the lines below."""
+    """Yield the words after BEGIN_DATA on its own line, then the lines below."""
     if first:
         yield begun, first
     yield from lines

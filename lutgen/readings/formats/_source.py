@@ -1,4 +1,4 @@
-"""Input and result of a reader, and what all readers decide in the same way: the range of drive, dates, and white."""
+"""Input and output of a reader, and the rules that all readers share: the range of drive, dates, and white."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ if TYPE_CHECKING:
     from lutgen.readings.campaign import Campaign
     from lutgen.readings.table import Measurements
 
-#: Full drive as programs write it, and what it is called.
+#: Value of full drive in files → name of the scale.
 FULL_DRIVE = {1.0: "0..1", 100.0: "percent", 255.0: "8-bit", 1023.0: "10-bit"}
 
-#: Range of a display's white, in cd/m².
+#: Allowed range of a display's white, in cd/m².
 WHITE_CD_M2 = (0.01, 1e5)
 
 #: A date outside these years is an error.
 YEARS = range(1990, 2100)
 
-#: First bytes of files that people have beside their readings → what the file is, and which one to take instead.
+#: First bytes of files that people may have next to their readings, and a text: the kind of the file, and the remedy.
 _BINARY = (
     (b"PK\x03\x04", "a zipped file (a spreadsheet?). Save the table as CSV, or unpack it"),
     (b"%PDF", "a PDF report. Take the table of readings itself: .ti3, CGATS or CSV"),
     (b"\x1f\x8b", "a gzip file. Unpack it first"),
 )
 
-#: Characters of a date, at most.
+#: Largest number of characters of a date.
 _LONGEST = 60
 
 _MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
@@ -50,27 +50,27 @@ _NAMED = re.compile(
 _ISO = re.compile(
     r"(\d{4})-(\d{1,2})-(\d{1,2})(?:[T ](\d{1,2}):(\d{2})(?::(\d{2}))?)?(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?", re.ASCII
 )
-#: 26.05.2020, 05/26/2020, 5/26/20: the order is only known where one of the numbers cannot be a month.
+#: 26.05.2020, 05/26/2020: the order is known only if one of the numbers cannot be a month.
 _SLASHED = re.compile(
     r"(\d{1,2})[./-](\d{1,2})[./-](\d{4})(?:,?\s+(\d{1,2}):(\d{2})(?::(\d{2}))?(?:\s*[AP]M)?)?", re.ASCII
 )
 
 
 class Readable(Protocol):
-    """Result of a reader: readings, as one checked table or session by session."""
+    """Result of a reader: the readings, as one checked table or as sessions."""
 
     def measurements(self) -> Measurements:
-        """Return one table by operating hours. Raises LutgenError where it cannot be."""
+        """Return one table by operating hours. Raises LutgenError: the readings do not form a valid table."""
 
     def campaign(self) -> Campaign:
-        """Return the sessions. Raises LutgenError where there are none."""
+        """Return the sessions. Raises LutgenError: there are none."""
 
 
 @dataclass(frozen=True)
 class FileText:
-    """A file: its text ("" for an ICC profile), its name as the user gave it, and the hash of its bytes.
+    """A file: its text ("" for an ICC profile), its name from the user, and the hash of its bytes.
 
-    ``data`` holds the bytes, for readers of binary formats; b"" for a text that is no file of its own.
+    ``data`` holds the bytes, for readers of binary formats; b"" for a text inside another file.
     """
 
     text: str
@@ -79,31 +79,34 @@ class FileText:
     data: bytes = b""
 
     def at(self, line: int) -> str:
-        """Name a line, for errors."""
+        """Return file and line, for error messages."""
         return f"{self.file}, line {line}"
 
     def number(self, cell: str, line: int, column: str) -> float:
-        """Read a finite number. Raises LutgenError for anything else, with a hint where it is a decimal comma."""
+        """Return the finite number in a cell. Raises LutgenError: no finite number; a hint names a decimal comma."""
         value = cells.number(cell)
         if value is None:
             hint = "; a decimal comma? Write 0.3127 with a point" if cells.has_decimal_comma(cell) else ""
-            said = f": {cell[:40]!r} is not a finite number{hint}" if cell.strip() else " is empty: give a value"
-            raise LutgenError(f"{self.at(line)}, {column}{said}.")
+            reason = f": {cell[:40]!r} is not a finite number{hint}" if cell.strip() else " is empty: give a value"
+            raise LutgenError(f"{self.at(line)}, {column}{reason}.")
         return value
 
     def row(self, text: str, line: int, separator: str = ",") -> list[str]:
-        """Cut a line of a CSV into its cells. Raises LutgenError where it is none."""
+        """Split a line of a CSV file into cells. Raises LutgenError: the line is no CSV row."""
         try:
             return cells.split_row(text, separator)
         except csv.Error as error:
-            # As of a cell of more than 128 kB.
+            # For example a cell of more than 128 kB.
             raise LutgenError(
                 f"{self.at(line)}: is no row of a CSV: {error}. Write a number in each cell, and the note shorter."
             ) from None
 
 
 def decoded(data: bytes, file: str) -> str:
-    """Decode what programs write: UTF-8, UTF-16 with its mark, or Latin-1, whose every byte is a letter."""
+    """Decode UTF-8, UTF-16 with a byte order mark, or otherwise Latin-1, in which every byte is a character.
+
+    Raises LutgenError: the file is binary or empty.
+    """
     for head, what in _BINARY:
         if data.startswith(head):
             raise LutgenError(f"{file}: is {what}.")
@@ -123,9 +126,9 @@ def decoded(data: bytes, file: str) -> str:
 
 
 def full_drive(drive: Array, file: str) -> float:
-    """Return full drive by the largest value of a file that does not state it: 1, 100, 255 or 1023.
+    """Return full drive (1, 100, 255 or 1023) from the largest value of a file that does not state full drive.
 
-    Raises LutgenError: no channel reaches one of these values, so that the range would be a guess.
+    Raises LutgenError: the largest value is none of these.
     """
     top = float(drive.max(initial=0.0))
     for full in FULL_DRIVE:
@@ -139,12 +142,12 @@ def full_drive(drive: Array, file: str) -> float:
 
 
 def whites(drive: Array) -> NDArray[np.intp]:
-    """Places of the readings at full drive of all channels, for drive 0..1."""
+    """Return the rows with full drive of all channels, for drive 0..1."""
     return np.flatnonzero((drive >= 1.0 - DRIVE_TOLERANCE).all(axis=1))
 
 
 def date_of(text: str) -> tuple[datetime | None, str]:
-    """Read a date. The second result is a sentence where the date cannot be read or cannot be right, else ""."""
+    """Parse a date. The second result is a sentence about an unreadable or implausible date, or ""."""
     if not text.strip():
         return None, ""
     text = text[:_LONGEST]

@@ -5,15 +5,15 @@
     schema = 1
     [display]
     name = "KOIOS K2418U"
-    hours_per_day = 8.0             # turns dates into operating hours; only its owner knows
+    hours_per_day = 8.0             # converts dates into operating hours
     [[sessions]]
-    file = "2019-04-01.ti3"         # beside the campaign file
+    file = "2019-04-01.ti3"         # in the folder of the campaign file
     date = 2019-04-01               # or hours = 0.0
     instrument = "i1 DisplayPro"
     ambient_lx = 0.0
     settings = "brightness 30 %"
     position = [0.5, 0.5]           # from the left and the top, 0..1
-    white_cd_m2 = 120.0             # of a session whose file is relative to white
+    white_cd_m2 = 120.0             # for a session whose file is relative to white
 """
 
 from __future__ import annotations
@@ -41,14 +41,14 @@ SUFFIXES = (".toml",)
 
 SCHEMA = 1
 
-#: Keys of an entry beside its file: texts, and conditions, which have the ranges of a table of readings.
+#: Further keys of an entry: texts, and conditions with the same ranges as in a table of readings.
 TEXTS = ("instrument", "settings", "note")
 CONDITIONS = tuple(name for name in COLUMNS if name not in {"u", "v"})
 _KEYS = ("file", "date", "hours", *TEXTS, *CONDITIONS, "position", "white_cd_m2")
 _TOP = {"schema", "display", "sessions"}
 _DISPLAY = ("name", "hours_per_day", "note")
 
-#: A campaign with more sessions is an error: this many are one a day for five years.
+#: Largest number of sessions: about one session per day for five years.
 MOST_SESSIONS = 2000
 
 _SESSIONS = re.compile(r"^[ \t]*\[\[[ \t]*sessions[ \t]*\]\]", re.MULTILINE)
@@ -60,9 +60,10 @@ def claims(source: FileText) -> bool:
 
 
 def read(source: FileText) -> Campaign:
-    """Read a campaign file and all sessions that it names, which lie beside it.
+    """Read a campaign file and all sessions that the file names, relative to its folder.
 
-    Raises LutgenError: no TOML, an unknown or wrong key, or a session that cannot be read; names file and line.
+    Raises LutgenError: the file is no TOML, a key is unknown or wrong, or a session is unreadable. The message names
+    file and line.
     """
     text, file = source.text, source.file
     try:

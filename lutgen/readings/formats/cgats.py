@@ -1,9 +1,9 @@
-"""CGATS, ArgyllCMS' (.ti3) and that of others: drive and XYZ, xyY or Lab of every patch, and Argyll's calibration.
+"""CGATS of ArgyllCMS (.ti3) and of other programs: drive and XYZ, xyY or Lab of every patch, and Argyll's calibration.
 
-For an ArgyllCMS file the scales are known: drive is in percent, ``NORMALIZED_TO_Y_100`` says whether Y of white is 100,
-and ``LUMINANCE_XYZ_CDM2`` what white is in cd/m² (https://www.argyllcms.com/doc/ti3_format.html). Its rows are in the
-order of reading, and a second table, CAL, holds the curves in the graphics card. For a file of another program nothing
-is assumed that the file does not state.
+The scales of an ArgyllCMS file are known: drive is in percent, ``NORMALIZED_TO_Y_100`` states whether Y of white is
+100, and ``LUMINANCE_XYZ_CDM2`` is the XYZ of white in cd/m² (https://www.argyllcms.com/doc/ti3_format.html). The rows
+are in the order of reading. A second table, CAL, holds the curves in the graphics card. For a file of another program
+the reader assumes nothing that the file does not state.
 """
 
 from __future__ import annotations
@@ -37,16 +37,16 @@ _LAB = ("LAB_L", "LAB_A", "LAB_B")
 _SPECTRUM = re.compile(r"(?:SPEC_|SPECTRAL_NM_?|SPECTRAL_|NM_?)([0-9]{3,4})")
 _NAMES = ("SAMPLE_LOC", "SAMPLE_NAME", "SAMPLE_ID", "SAMPLEID", "STRING")
 
-#: Whites of Lab that files name, relative with Y = 1: D50 as ICC.1:2022 7.2.16 prints it, and sRGB's D65.
+#: Reference whites of Lab by name, relative with Y = 1: D50 of ICC.1:2022 7.2.16, and sRGB's D65.
 _LAB_WHITES = {"D50": np.array([0.9642, 1.0, 0.8249]), "D65": D65}
 
-#: Smallest X, Y or Z from Lab, relative to white: rounding and the noise of black give no smaller values.
+#: Smallest X, Y or Z from Lab, relative to white. Rounding and the noise of black do not give smaller values.
 _LEAST_RATIO = -0.02
 
-#: White of a file that is normalised to 100 may drift during the session; outside this range it was not normalised.
+#: Allowed range of white in a file that is normalised to 100; white may drift during the session.
 _NORMALISED = (50.0, 200.0)
 
-#: In a file of another program, a white this near to 100, or below 2, is relative.
+#: In a file of another program a white counts as relative if it differs from 100 by at most this, or is at most 2.
 _LOOKS_RELATIVE = 0.5
 
 
@@ -58,13 +58,13 @@ class _Light(NamedTuple):
 
 
 def claims(source: FileText) -> bool:
-    """Whether this is CGATS: its identifiers, or a data format."""
+    """Whether the file is CGATS: it begins with a known identifier, or contains BEGIN_DATA."""
     head = source.text.lstrip()[:8].upper()
     return head.startswith(("CTI", "CGATS", "CAL", "IT8", "NCLR")) or "BEGIN_DATA" in source.text
 
 
 def read(source: FileText) -> Session:
-    """Read a CGATS file. Raises LutgenError naming file, line and column."""
+    """Read a CGATS file. Raises LutgenError; the message names file, line and column."""
     if not claims(source):
         message = f"{source.file}: is no CGATS: no table in it begins with BEGIN_DATA: {source.text.lstrip()[:24]!r}."
         raise LutgenError(f"{message} Readable are .ti3, CGATS or CSV.")
@@ -74,7 +74,7 @@ def read(source: FileText) -> Session:
     drive = _drive(source, readings, argyll=argyll)
     light = _light(source, readings, drive, argyll=argyll)
     keywords = dict(readings.keywords)
-    created, doubt = date_of(keywords.get("CREATED", ""))
+    created, date_remark = date_of(keywords.get("CREATED", ""))
     spectra, wavelengths = _spectra(source, readings)
     calibration = next((table for table in file_tables if set(_CAL) <= set(table.fields)), None)
     if calibration is not None:
@@ -95,7 +95,7 @@ def read(source: FileText) -> Session:
         instrument=keywords.get("TARGET_INSTRUMENT") or keywords.get("INSTRUMENTATION") or "",
         display=keywords.get("DISPLAY") or _named(keywords.get("ARGYLL_COLPROF_ARGS", "")) or "",
         remedy=light.remedy,
-        remarks=(*light.remarks, *([doubt] if doubt else [])),
+        remarks=(*light.remarks, *([date_remark] if date_remark else [])),
         metadata=keywords,
         file=source.file,
         sha256=source.sha256,
@@ -103,7 +103,7 @@ def read(source: FileText) -> Session:
 
 
 def _named(arguments: str) -> str:
-    """Return the display's name: DisplayCAL gives it to colprof as the model, ``-M``."""
+    """Return the display's name from the arguments of colprof: DisplayCAL writes the name after ``-M``."""
     try:
         words = shlex.split(arguments)
     except ValueError:
@@ -112,7 +112,7 @@ def _named(arguments: str) -> str:
 
 
 def _readings(source: FileText, file_tables: list[CgatsTable]) -> CgatsTable:
-    """Return the one table that holds drive and colours."""
+    """Return the table with drive and colours. Raises LutgenError: there is not exactly one."""
     for table in file_tables:
         if any(name.startswith(("CMYK_", "CMY_")) for name in table.fields):
             raise LutgenError(
@@ -180,7 +180,7 @@ def _light(source: FileText, table: CgatsTable, drive: Array, *, argyll: bool) -
 
 
 def _from_lab(source: FileText, table: CgatsTable, *, argyll: bool) -> _Light:
-    """Lab to XYZ relative to the white that it was given under (CIE 15:2018, 8.2.1)."""
+    """Convert Lab to XYZ relative to its reference white (CIE 15:2018, 8.2.1)."""
     keywords = " ".join(
         table.keywords.get(name, "")
         for name in ("ILLUMINANT", "ILLUMINATION_NAME", "WEIGHTING_FUNCTION", "WHITE_POINT")
@@ -210,7 +210,7 @@ def _from_lab(source: FileText, table: CgatsTable, *, argyll: bool) -> _Light:
 
 
 def _scaled(source: FileText, table: CgatsTable, xyz: Array, drive: Array, *, argyll: bool) -> _Light:
-    """Scale XYZ to cd/m², or to Y = 1 for white where the luminance of white is not known."""
+    """Scale XYZ to cd/m², or to Y = 1 for white if the luminance of white is unknown."""
     keywords = table.keywords
     luminance = _luminance(source, keywords["LUMINANCE_XYZ_CDM2"]) if "LUMINANCE_XYZ_CDM2" in keywords else None
     normalised = keywords.get("NORMALIZED_TO_Y_100", "").upper()
@@ -240,7 +240,7 @@ def _scaled(source: FileText, table: CgatsTable, xyz: Array, drive: Array, *, ar
 
 _RELATIVE = "XYZ are relative to white; how many cd/m² white has, the file does not say: good for ratios alone."
 
-#: What makes such a file absolute without a change to it, and what more may be so where a file states nothing.
+#: Remedy for a relative file, without a change to the file; and the remedy for a file that does not state the unit.
 _REMEDY = "Say white_cd_m2 = 120.0, white's luminance, in a campaign file (lutgen sessions init drafts one)."
 _IF_ABSOLUTE = (
     'White has Y = {0:.6g}: if that is in cd/m², add the line NORMALIZED_TO_Y_100 "NO", or say white_cd_m2 = {0:.6g} '
@@ -249,14 +249,14 @@ _IF_ABSOLUTE = (
 
 
 def _undeclared(source: FileText, xyz: Array, white: float | None, *, argyll: bool) -> _Light:
-    """Take XYZ of an unknown unit as relative: divided by white, XYZ in cd/m² are correct too."""
+    """Treat XYZ of an unknown unit as relative: XYZ over white are correct for every unit."""
     if white is None:
         raise LutgenError(
             f"{source.file}: does not say whether XYZ are in cd/m², and has no white that shows it. Add a reading of "
             "white."
         )
     looks_relative = white <= 2.0 or abs(white - 100.0) <= _LOOKS_RELATIVE
-    doubt = (
+    remark = (
         _RELATIVE
         if argyll or looks_relative
         else (
@@ -265,7 +265,7 @@ def _undeclared(source: FileText, xyz: Array, white: float | None, *, argyll: bo
         )
     )
     remedy = _REMEDY if looks_relative else _IF_ABSOLUTE.format(white)
-    return _Light(xyz / white, absolute=False, remarks=(doubt,), remedy=remedy)
+    return _Light(xyz / white, absolute=False, remarks=(remark,), remedy=remedy)
 
 
 def _luminance(source: FileText, text: str) -> Array:
@@ -287,7 +287,7 @@ def _luminance(source: FileText, text: str) -> Array:
 
 
 def _contradiction(luminance: Array, xyz: Array, places: NDArray[np.intp]) -> tuple[str, ...]:
-    """Return a remark where the first white and LUMINANCE_XYZ_CDM2, which are one reading, differ in colour."""
+    """Return a remark if the first white and LUMINANCE_XYZ_CDM2, which should be one reading, differ in colour."""
     if not places.size:
         return ()
     first = xyz[places[0]] / xyz[places[0], 1]

@@ -1,11 +1,12 @@
-"""Tables of readings (CSV): a header, then one row a reading, as people, scripts and spreadsheets write them.
+"""Tables of readings (CSV) from people, scripts and spreadsheets: a header, then one row for each reading.
 
-Required columns: ``R,G,B`` and ``X,Y,Z`` in cd/m² or ``x,y,Y``. With ``hour`` the table holds the life of a display:
-code values are 0..1 and light is absolute. Without ``hour`` the table is one session: full drive is its largest value
-(1, 100, 255 or 1023) or stated by ``# drive: percent``, and light may be relative to white. Optional: the columns of
-conditions (``u,v,ambient_lx,…``), ``session``, ``order`` (a number that grows with the time of reading), ``note`` and
-the name of a patch. The order of rows means nothing. Lines that begin with ``#`` are comments, ``# key: value`` is
-metadata; ``# start_hour: 2400`` is taken from every hour. Fields are separated by commas, semicolons or tabs.
+Required columns: ``R,G,B`` and ``X,Y,Z`` in cd/m² or ``x,y,Y``. A table with ``hour`` holds the life of a display: code
+values are 0..1 and light is absolute. A table without ``hour`` holds one session: full drive is its largest value (1,
+100, 255 or 1023) or the scale in ``# drive: percent``, and light may be relative to white. Optional columns: the
+columns of conditions (``u,v,ambient_lx,…``), ``session``, ``order`` (a number that grows with the time of reading),
+``note`` and the name of a patch. The order of rows has no meaning. Lines that begin with ``#`` are comments; ``# key:
+value`` is metadata. lutgen subtracts the value of ``# start_hour: 2400`` from every hour. Commas, semicolons or tabs
+separate fields.
 """
 
 from __future__ import annotations
@@ -36,8 +37,8 @@ _TEXT = ("session", "note")
 _KNOWN = ("hour", "R", "G", "B", "X", "Y", "Z", "x", "y", *OPTIONAL, "order", *_TEXT)
 _NAMES = ("set", "name", "patch", "sample", "sample_id", "note")
 
-#: "X_cdm2", "Y (cd/m²)", "Z nits": a column of light that names its unit; "Device R", "CIE X": one that says whose its
-#: numbers are; and other names of drive.
+#: Units in column names ("X_cdm2", "Y (cd/m²)", "Z nits"); prefixes in column names ("Device R", "CIE X"); other names
+#: of columns.
 _UNIT = re.compile(r"[_ ]?[(\[]?(?:cd[_ /]?m2|cd/m²|nits?)[)\]]?$", re.IGNORECASE)
 _WHOSE = re.compile(r"^(?i:device|code|drive|cie|measured|meas)[_ ]?(?=[RGBXYZxy]$)")
 _OTHER_NAMES = {
@@ -45,30 +46,31 @@ _OTHER_NAMES = {
     **{f"{names}_{name}": name for names in ("RGB", "XYZ") for name in names},
 }
 
-#: First line by which spreadsheets say what stands between fields.
+#: First line in which spreadsheets state the separator of fields.
 _SEPARATOR_LINE = re.compile(r"\ufeff?\"?sep=.\"?[,;\t]*", re.IGNORECASE)
 
-#: Similarity (0..1) from which on an unknown name counts as a misspelt column: "ambient_lux" or "hours", not "gamma".
+#: Smallest similarity (0..1) at which an unknown name counts as a misspelt column: "ambient_lux", "hours", not "gamma".
 _NEAR = 0.7
 
-#: No colour has a smaller y than the violet end of the spectrum, 0.005; far below, xY/y overflows.
+#: Smallest allowed y. The smallest y of a colour is 0.005, at the violet end of the spectrum; a far smaller y overflows
+#: xY/y.
 MIN_Y = 1e-4
 
 _REMEDY = "Add the line # white_cd_m2: 120.0, with white's luminance; or name the columns X_cdm2, Y_cdm2, Z_cdm2."
 
-#: White below this, or exactly 1 or 100, is relative unless the header names the unit.
+#: A white below the first number, or equal to 1 or 100, counts as relative unless the header names the unit.
 _LEAST_WHITE, _RELATIVE_WHITES = 2.0, (1.0, 100.0)
 
 
 def claims(source: FileText) -> bool:
-    """Whether the first line that is no comment is a header with drive and five more fields."""
-    head = next((line for line in source.text.splitlines() if line.strip() and not _says_nothing(line)), "")
+    """Whether the first line that is no comment is a header with R, G, B and at least three more fields."""
+    head = next((line for line in source.text.splitlines() if line.strip() and not _is_ignored(line)), "")
     cells = [_plain(cell) for cell in head.split(separator_of(head))]
     return len(cells) > 5 and {"R", "G", "B"} <= {*cells} and "BEGIN_DATA" not in source.text
 
 
 def read(source: FileText) -> CsvTable:
-    """Read such a table. Raises LutgenError naming file, line and column."""
+    """Read a table of readings. Raises LutgenError; the message names file, line and column."""
     comments: dict[str, str] = {}
     header: tuple[str, ...] = ()
     separator = ","
@@ -77,7 +79,7 @@ def read(source: FileText) -> CsvTable:
     for at, line in enumerate(source.text.splitlines(), start=1):
         if is_comment(line):
             comments |= dict(filter(None, [metadata(line)]))
-        elif _says_nothing(line):
+        elif _is_ignored(line):
             continue
         elif line.strip() and not header:
             separator = separator_of(line)
@@ -99,23 +101,23 @@ def read(source: FileText) -> CsvTable:
 
 @dataclass(frozen=True)
 class CsvTable:
-    """A table whose header and number of fields are checked; its values are read on demand."""
+    """A table with checked header and number of fields; methods parse the values on demand."""
 
-    #: The file.
+    #: Text and name of the file.
     source: FileText
     #: The ``# key: value`` lines.
     metadata: Mapping[str, str]
-    #: Names of the columns as written, and without their units.
+    #: Names of the columns as written, and normalised (see ``_plain``).
     header: tuple[str, ...]
     columns: tuple[str, ...]
-    #: Fields of each reading, and its line in the file.
+    #: Fields of each reading, and its line number in the file.
     cells: list[list[str]]
     lines: list[int]
-    #: Sentences on columns that are ignored.
+    #: Remarks on ignored columns.
     remarks: tuple[str, ...]
 
     def measurements(self) -> Measurements:
-        """Return the table of a display's life; without hours, of a display at hour 0."""
+        """Return the table of a display's life; a table without hours counts as hour 0."""
         if "hour" not in self.columns:
             return self._session().measurements()
         if "white_cd_m2" in self.metadata:
@@ -139,7 +141,7 @@ class CsvTable:
         )
 
     def campaign(self) -> Campaign:
-        """Return the sessions: readings of one hour and one name of a session."""
+        """Return the sessions; a session has one hour and one session name."""
         hours = self._numbers("hour") if "hour" in self.columns else np.zeros(len(self.cells))
         if len({*zip(hours.tolist(), self._texts("session"), strict=True)}) > 1 and "hour" in self.columns:
             return sessions_of(self.measurements())
@@ -152,7 +154,7 @@ class CsvTable:
         drive = drive / self._full_drive(drive)
         xyz = self._xyz(values)
         white, unit_remark = self._white(drive, xyz)
-        created, doubt = date_of(self.metadata.get("date", ""))
+        created, date_remark = date_of(self.metadata.get("date", ""))
         label = next((name for name in self.header if name.lower() in _NAMES), "")
         places = [values.get(name, np.full(len(drive), OPTIONAL[name])) for name in "uv"]
         session = Session(
@@ -170,7 +172,7 @@ class CsvTable:
             created=created,
             instrument=self.metadata.get("instrument", ""),
             display=self.metadata.get("display", ""),
-            remarks=tuple(filter(None, (unit_remark, doubt, *self.remarks))),
+            remarks=tuple(filter(None, (unit_remark, date_remark, *self.remarks))),
             metadata=self.metadata,
             file=self.source.file,
             sha256=self.source.sha256,
@@ -179,7 +181,7 @@ class CsvTable:
         return session if luminance is None else session.with_white(luminance, "by the file itself")
 
     def _stated_white(self) -> float | None:
-        """White's luminance, where the file states it: then light is relative to white, whatever its scale."""
+        """Return white's luminance from the metadata, or None. If stated, light is relative to white on any scale."""
         text = self.metadata.get("white_cd_m2")
         if text is None:
             return None
@@ -191,7 +193,7 @@ class CsvTable:
         return value
 
     def _white(self, drive: Array, xyz: Array) -> tuple[float | None, str]:
-        """Return Y of white where light is relative to it, else None; and a remark."""
+        """Return Y of white if light is relative to white, otherwise None; and a remark."""
         absolute = any(_plain(name) == "Y" and _UNIT.search(name.strip(' "')) for name in self.header)
         places = whites(drive)
         white = float(np.median(xyz[places, 1])) if places.size else float(xyz[:, 1].max())
@@ -228,7 +230,7 @@ class CsvTable:
         return known[declared]
 
     def _since_start(self, hours: Array) -> Array:
-        """Hours since the un-aged display: the counter less ``# start_hour``, where the file states one."""
+        """Return the hours since the un-aged display: the counter less ``# start_hour``, if stated."""
         text = self.metadata.get("start_hour")
         if text is None:
             return hours
@@ -257,12 +259,12 @@ class CsvTable:
         ):
             if bad.any():
                 row = int(np.argmax(bad))
-                given = f"x = {x[row]:g}, y = {y[row]:g}, Y = {luminance[row]:g}"
-                raise LutgenError(f"{self.source.at(self.lines[row])}, column {column}: {why} ({given}).")
+                values_text = f"x = {x[row]:g}, y = {y[row]:g}, Y = {luminance[row]:g}"
+                raise LutgenError(f"{self.source.at(self.lines[row])}, column {column}: {why} ({values_text}).")
         return xyY_to_xyz(np.column_stack([x, y, luminance]))
 
     def _order(self, values: Mapping[str, Array]) -> Array | None:
-        """The order of reading; None where a reading has no number."""
+        """Return the order of reading; None if a reading has no number."""
         self._check_ranges({"order": values["order"]} if "order" in values else {})
         order = values.get("order")
         return None if order is None or np.isnan(order).any() else order
@@ -296,7 +298,7 @@ class CsvTable:
         return tuple(row[place] for row in self.cells)
 
     def check_end(self) -> None:
-        """Refuse a file that ends inside its last number: no line end, and fewer decimals than all rows before."""
+        """Raise LutgenError if the file is truncated: no final line end, and fewer decimals than in all other rows."""
         if self.source.text.endswith(("\n", "\r")) or len(self.cells) < 3:
             return
         *before, last = [len(row[-1].rpartition(".")[2]) if "." in row[-1] else 0 for row in self.cells]
@@ -308,13 +310,13 @@ class CsvTable:
 
 
 def _plain(cell: str) -> str:
-    """Name of a column without its unit, and without whose it is; drive as R, G and B."""
+    """Return the name of a column without unit and prefix, one of R, G, B, X, Y, Z for its other names."""
     name = _WHOSE.sub("", _UNIT.sub("", cell.strip().strip('"')))
     return _OTHER_NAMES.get(name.upper(), name)
 
 
-def _says_nothing(line: str) -> bool:
-    """Whether a line is a comment, or says what stands between fields, which the header shows."""
+def _is_ignored(line: str) -> bool:
+    """Whether a line is a comment, or states the separator, which lutgen reads from the header."""
     return is_comment(line) or bool(_SEPARATOR_LINE.fullmatch(line.strip()))
 
 
@@ -330,7 +332,7 @@ def _checked_row(source: FileText, fields: list[str], width: int, at: int, separ
 
 
 def _check_header(header: tuple[str, ...], where: str) -> tuple[str, ...]:
-    """Refuse a header with a missing, doubled or misspelt column; return remarks on unknown columns."""
+    """Return remarks on unknown columns. Raises LutgenError: a column is missing, doubled or misspelt."""
     columns = [_plain(name) for name in header]
     unknown = [name for name in columns if name not in _KNOWN and name.lower() not in _NAMES and name]
     for name in unknown:
@@ -359,7 +361,7 @@ def _check_header(header: tuple[str, ...], where: str) -> tuple[str, ...]:
 
 
 def _known_name(name: str) -> str:
-    """The known column that a name is a misspelling or the beginning of; "" where there is none."""
+    """Return the known column that a name abbreviates or misspells; "" if there is none."""
     known = [each for each in _KNOWN if len(each) > 1]
     written = name.casefold()[:40]
     begun = [each for each in known if len(written) >= 4 and each.startswith(written)]

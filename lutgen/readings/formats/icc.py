@@ -1,7 +1,7 @@
-"""The readings that an ICC profile carries: the CGATS text that it was made from.
+"""The readings inside an ICC profile: the CGATS text from which the profile was made.
 
-ICC.1:2022, 9.2.14, gives ``targ`` for that; ArgyllCMS' colprof, and so DisplayCAL, put the whole .ti3 there, and again
-into the private tags ``CIED`` and ``DevD``, in which other programs store colours and drive.
+ICC.1:2022, 9.2.14, defines the tag ``targ`` for this text. ArgyllCMS' colprof, and so DisplayCAL, write the whole .ti3
+into ``targ``, and again into the private tags ``CIED`` and ``DevD``, in which other programs store colours and drive.
 """
 
 from __future__ import annotations
@@ -22,22 +22,22 @@ if TYPE_CHECKING:
 NAME = "ICC profile with readings"
 SUFFIXES = (".icc", ".icm")
 
-#: Tags that may hold readings, the standard's first.
+#: Tags that may hold readings; the standard's tag first.
 TAGS = ("targ", "CIED", "DevD")
 
-#: Readings of a display have a column of drive and a column of colour, one of each group.
+#: Groups of columns; readings of a display have at least one column of each group: drive and colour.
 _NEEDED = ((b"RGB_R",), (b"XYZ_X", b"XYY_X", b"LAB_L"))
 
 
 def claims(source: FileText) -> bool:
-    """Whether this is an ICC profile, with readings or without."""
+    """Whether the file is an ICC profile, with or without readings."""
     return is_profile(source.data)
 
 
 def read(source: FileText) -> Session:
     """Read the session in a profile.
 
-    Raises LutgenError: no tag holds readings, the tag table points outside the file, or the readings are refused.
+    Raises LutgenError: no tag holds readings, the tag table points outside the file, or the readings are invalid.
     """
     tag, text = _readings_in(source.data, source.file)
     session = cgats.read(FileText(decoded(text, source.file), f"{source.file}, tag {tag}", source.sha256))
@@ -46,7 +46,7 @@ def read(source: FileText) -> Session:
 
 
 def _readings_in(data: bytes, file: str) -> tuple[str, bytes]:
-    """Return the first tag of a profile that holds readings, and its text."""
+    """Return the name and the text of the first tag of a profile with readings."""
     tags = tag_table(data, file)
     for name, text in _texts(data, tags):
         if all(any(column in text.upper() for column in columns) for columns in _NEEDED):
@@ -58,8 +58,8 @@ def _readings_in(data: bytes, file: str) -> tuple[str, bytes]:
 
 
 def _texts(data: bytes, tags: tuple[Tag, ...]) -> Iterator[tuple[str, bytes]]:
-    for wanted in TAGS:
+    for name in TAGS:
         for tag in tags:
             content = data[tag.start : tag.start + tag.size]
-            if tag.name == wanted and content[:4] == b"text":
-                yield wanted, content[8:].partition(b"\0")[0]
+            if tag.name == name and content[:4] == b"text":
+                yield name, content[8:].partition(b"\0")[0]

@@ -1,7 +1,7 @@
 """DisplayCAL's uniformity check as a table (CSV): four greys on a grid, ``position,row,col,level_index,X,Y,Z``.
 
-The levels are taken as 100, 75, 50 and 25 % grey. The table does not state them; in a real one the luminances then
-follow γ 2.14 within 2 %. X, Y and Z are in cd/m².
+The table does not state the levels of grey. The reader takes 100, 75, 50 and 25 %: with these levels the luminances of
+a real table follow γ 2.14 within 2 %. X, Y and Z are in cd/m².
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ SUFFIXES: tuple[str, ...] = ()
 _LEVELS = (1.0, 0.75, 0.5, 0.25)
 _COLUMNS = ("row", "col", "level_index", "X", "Y", "Z")
 
-#: DisplayCAL's finest grid is 9 × 9.
+#: Largest row and column. DisplayCAL's finest grid is 9 × 9.
 _MOST = 64
 
 
 def claims(source: FileText) -> bool:
-    """Whether the first line names a grid's columns."""
+    """Whether the first line names the columns of a uniformity grid."""
     return {"row", "col", "level_index"} <= {
         cell.strip() for cell in source.text.lstrip().partition("\n")[0].split(",")
     }
 
 
 def read(source: FileText) -> Session:
-    """Read such a table. Raises LutgenError naming file, line and column."""
+    """Read a uniformity table. Raises LutgenError; the message names file, line and column."""
     first, *rest = source.text.lstrip().splitlines()
     names = source.row(first, 1)
     missing = [name for name in _COLUMNS if name not in names]

@@ -1,9 +1,10 @@
-"""The noise of named instruments: one TOML file each in this folder, found by its name (``--instrument cr-100``).
+"""The noise of named instruments: one TOML file for each instrument in this folder (``--instrument cr-100``).
 
-A user's own file has the same keys: ``name``, ``source``, ``relative`` and ``floor_cd_m2`` (one number, or one each for
-X, Y and Z), and where they are known ``decimals`` or ``significant`` (digits that it prints), ``dark_offset_cd_m2`` and
-``gain_wander``. All sizes are 1 σ. A comment says where each figure comes from: a data sheet, a paper or repeated
-readings; what nobody published says *Assumption*, or is left out and taken as an ordinary colorimeter's.
+A user's own file has the same keys. Required: ``name``, ``source``, ``relative`` and ``floor_cd_m2`` (one number, or
+one number each for X, Y and Z). Optional: ``decimals`` or ``significant`` (printed digits), ``dark_offset_cd_m2`` and
+``gain_wander``. All sizes are 1 σ. A comment names the source of each figure: a data sheet, a paper or repeated
+readings. A figure that nobody published is marked *Assumption*, or is left out; lutgen then uses the figure of an
+ordinary colorimeter.
 """
 
 from __future__ import annotations
@@ -21,10 +22,10 @@ from lutgen.names import INSTRUMENTS
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-#: What an instrument says, and how large it may be at most; each is above 0.
+#: Key of a size in an instrument file → largest allowed value; every size is above 0.
 MOST = {"relative": 0.5, "floor_cd_m2": 100.0, "dark_offset_cd_m2": 100.0, "gain_wander": 0.3}
 
-#: Digits that an instrument prints, at least and at most.
+#: Key of a number of digits → smallest and largest allowed value.
 DIGITS = {"decimals": (0, 9), "significant": (1, 9)}
 
 MAX_BYTES = 100_000
@@ -32,25 +33,25 @@ MAX_BYTES = 100_000
 
 @dataclass(frozen=True)
 class Instrument:
-    """The noise of an instrument, 1 σ each; None: not known."""
+    """The noise of an instrument (1 σ); None: not known."""
 
-    #: Of X, Y, Z: share of the light, and cd/m² that are there in the dark too.
+    #: Noise of X, Y, Z as a share of the light, and noise floor of X, Y, Z in cd/m², also in the dark.
     relative: tuple[float, float, float]
     floor_cd_m2: tuple[float, float, float]
-    #: As people call it, and where its figures come from; "" for bare numbers.
+    #: Name for people, and source of the figures; "" for an instrument given as two numbers.
     name: str = ""
     source: str = ""
-    #: Digits that it prints: after the point, or in all.
+    #: Printed digits: after the decimal point, or significant digits.
     decimals: int | None = None
     significant: int | None = None
-    #: By how much its zero differs from session to session.
+    #: Variation of the zero between sessions.
     dark_offset_cd_m2: float | None = None
-    #: By how much its gain wanders within a session, a share of the light.
+    #: Variation of the gain within a session, as a share of the light.
     gain_wander: float | None = None
 
     @property
     def ratios(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-        """σ of X, Y, Z over that of Y: of the share, and of the floor."""
+        """σ of X, Y, Z over σ of Y: of the relative noise, and of the floor."""
         (x, y, z), (dark_x, dark_y, dark_z) = self.relative, self.floor_cd_m2
         return (x / y, 1.0, z / y), (dark_x / dark_y, 1.0, dark_z / dark_y)
 
@@ -58,7 +59,8 @@ class Instrument:
 def instrument_of(text: str) -> Instrument:
     """Return the instrument of ``--instrument``: two numbers, a name, or a TOML file.
 
-    Raises LutgenError: none of these, or a file that describes no instrument; names file, key and what is allowed.
+    Raises LutgenError: the text is none of these, or the file is invalid. The message names file, key and allowed
+    values.
     """
     if text.endswith(".toml"):
         return _read(Path(text))
@@ -76,7 +78,7 @@ def instrument_of(text: str) -> Instrument:
 
 
 def stated_instrument(metadata: Mapping[str, str], text: str | None) -> Instrument | None:
-    """Return the instrument of ``--instrument``, or of a table's metadata; None where neither states one.
+    """Return the instrument of ``--instrument``, or of a table's metadata; None if neither states one.
 
     Raises LutgenError as :func:`instrument_of`.
     """
@@ -86,7 +88,7 @@ def stated_instrument(metadata: Mapping[str, str], text: str | None) -> Instrume
 
 
 def session_gain(metadata: Mapping[str, str], file: str) -> float | None:
-    """Return the 1 σ gain of a session that a table states (``# session_gain:``). Raises LutgenError for none."""
+    """Return the 1 σ gain of a session from ``# session_gain:``, or None. Raises LutgenError: the value is invalid."""
     text = metadata.get("session_gain", "")
     if not text:
         return None
@@ -132,7 +134,7 @@ def _triple(value: Any, key: str, path: Path) -> tuple[float, float, float]:
 
 
 def _size(value: Any, key: str, path: Path) -> float:
-    # NaN is above nothing; true and false are numbers to Python.
+    # `0 < NaN` is False, so NaN is refused; bool is a subclass of int.
     if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value <= MOST[key]:
         raise LutgenError(f"{path}: {key} = {value!r} must be a number above 0, at most {MOST[key]:g}.")
     return float(value)
