@@ -151,8 +151,8 @@ class FirstDay:
             dark = (~capped & ~first) * (1.0 - lit)
             moved = (capped & first)[:, np.newaxis] - dark[:, np.newaxis] * white
             columns.append(np.eye(3)[:, np.newaxis] * problem.offset_cd_m2 * moved)
-        if problem.doubted is not None:
-            columns.append(problem.doubted)
+        if problem.drive_errors is not None:
+            columns.append(problem.drive_errors)
         return np.concatenate(columns)
 
     def error_of_met(self, sizes: Array) -> Array:

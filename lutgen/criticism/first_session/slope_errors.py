@@ -27,21 +27,23 @@ if TYPE_CHECKING:
 SLOPE = 0.15
 
 
-def with_doubts(found: Fit) -> Fit:
+def with_drive_errors(found: Fit) -> Fit:
     """Fit the same effects where what those of the stage ``drive`` do is known roughly; as it is, where none are."""
     problem, state = found.problem, State(found.terms, found.tips, found.gains)
     moving = [term for term in found.terms if term.effect.stage == "drive"]
     if not moving or problem.native is None:
         return found
-    doubted = np.concatenate([_steps(found, term) if term.effect.propose else _slopes(found, term) for term in moving])
-    return fit(replace(problem, doubted=doubted), found.terms, state)
+    drive_errors = np.concatenate(
+        [_steps(found, term) if term.effect.propose else _slopes(found, term) for term in moving]
+    )
+    return fit(replace(problem, drive_errors=drive_errors), found.terms, state)
 
 
-def gain_beside(doubted: Fit, effect: Effect) -> float:
+def bic_gain(drive_errors: Fit, effect: Effect) -> float:
     """By how much BIC falls with one of a fit's effects, beside the doubts of the others."""
-    others = [term for term in doubted.terms if term.effect.name != effect.name]
-    without = fit(doubted.problem, others, State(tuple(others), doubted.tips, doubted.gains))
-    return without.bic - doubted.bic
+    others = [term for term in drive_errors.terms if term.effect.name != effect.name]
+    without = fit(drive_errors.problem, others, State(tuple(others), drive_errors.tips, drive_errors.gains))
+    return without.bic - drive_errors.bic
 
 
 def _slopes(found: Fit, term: Term) -> Array:

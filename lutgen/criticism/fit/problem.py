@@ -88,7 +88,7 @@ class Problem:
     remembers
         Whether colours that the first session has read are foretold from that reading where curves miss it: as fits
         do, and baked displays do not.
-    doubted
+    drive_errors
         What errors of 1 σ in what effects do to code values change, (e, n, 3), cd/m²
         (:mod:`lutgen.criticism.first_session.slope_errors`); None: none.
 
@@ -108,7 +108,7 @@ class Problem:
     wander: float = 0.0
     weights: Array | None = None
     remembers: bool = True
-    doubted: Array | None = None
+    drive_errors: Array | None = None
 
     @classmethod
     def of(
