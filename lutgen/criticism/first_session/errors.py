@@ -45,7 +45,7 @@ class FirstErrors:
         """Take a problem's; None where nothing is foretold from a first session's readings."""
         if problem.native is None:
             return None
-        whitened = np.einsum("nij,enj->eni", problem.whitener, problem.first_day.errors)
+        whitened = np.einsum("nij,enj->eni", problem.whitener, problem.first_session_model.errors)
         if not len(whitened):
             return None
         state = State((), problem.measured_tips, np.zeros(problem.gain_count))

@@ -72,7 +72,7 @@ class FirstReadings:
 
 
 @dataclass(frozen=True)
-class FirstDay:
+class FirstSessionModel:
     """What the first session says at each reading of a problem."""
 
     problem: Problem

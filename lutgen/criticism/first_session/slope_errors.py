@@ -50,7 +50,7 @@ def _slopes(found: Fit, term: Term) -> Array:
     """Light that the slopes of curves may give or take of what an effect does to X, Y or Z of a colour, (e, n, 3)."""
     still = State(tuple(other for other in found.terms if other is not term), found.tips, found.gains)
     change = SLOPE * (found.predicted - predict(found.problem, still))
-    codes, place = found.problem.first_day.codes
+    codes, place = found.problem.first_session_model.codes
     of_colour = np.arange(len(codes))[:, np.newaxis] == place
     columns = of_colour[:, np.newaxis, :, np.newaxis] * np.eye(3)[:, np.newaxis] * change
     return np.asarray(columns.reshape(-1, *change.shape))

@@ -132,7 +132,7 @@ def _by_tips(problem: Problem, state: State, before: Panel, xyz: Array) -> Array
     """Derivatives by the twelve numbers of the tips of a reading's own hour, relative to their size: (12, n, 3)."""
     size = tip_scale(problem)
     if not problem.foretells and not any(term.effect.stage in BEHIND_PANEL for term in state.terms):
-        before = problem.first_day.begun(state.terms, before)
+        before = problem.first_session_model.begun(state.terms, before)
         shares = before.shares * (1.0 - problem.scene(state.tips).capped)
         direct = np.zeros((4, 3, *xyz.shape))
         for k in range(3):

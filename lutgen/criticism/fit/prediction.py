@@ -101,7 +101,7 @@ class Prediction:
             mixed = any(each.effect.stage == "mixing" for each in applied)
             level = self._panel([*self.problem.known, *moved]) if mixed else before
             return before.with_light(self.problem.remembered.beside.at(level.linear))
-        return before.times(self.problem.first_day.held_out_gain)
+        return before.times(self.problem.first_session_model.held_out_gain)
 
     def _panel(self, applied: Sequence[Applied]) -> Panel:
         """The panel, of each code value once an hour as long as effects ask for no more."""
@@ -144,7 +144,7 @@ class Prediction:
 
     def predict(self, applied: Sequence[Applied], before: Panel, tips: Array) -> Array:
         """XYZ that the meter should report, (..., n, 3), of latent tips (..., H, 4, 3)."""
-        before = self.problem.first_day.begun(applied, before)
+        before = self.problem.first_session_model.begun(applied, before)
         if self.problem.holds:
             tips = self._held(applied, tips)
         scene, emission = self.scene(tips), [each for each in applied if each.effect.stage == "emission"]

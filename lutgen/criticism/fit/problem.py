@@ -21,7 +21,7 @@ import numpy as np
 
 from lutgen.criticism.first_session.curve_errors import curve_doubt, drawn_displays, mode_weights
 from lutgen.criticism.first_session.errors import FirstErrors
-from lutgen.criticism.first_session.model import FirstDay, is_held
+from lutgen.criticism.first_session.model import FirstSessionModel, is_held
 from lutgen.criticism.fit.measured_tips import measured_tips, slack
 from lutgen.criticism.fit.prediction import Prediction
 from lutgen.criticism.noise.discrepancy import NONE, Discrepancy, discrepancy_of_native
@@ -306,7 +306,9 @@ class Problem:
         """Covariance of readings of light (n, 3) about the model, errors of the first session in it: (n, 3, 3)."""
         covariance = self._own_covariance(xyz_cd_m2)
         if self.native:
-            covariance = covariance + np.einsum("eni,enj->nij", self.first_day.errors, self.first_day.errors)
+            covariance = covariance + np.einsum(
+                "eni,enj->nij", self.first_session_model.errors, self.first_session_model.errors
+            )
         return covariance
 
     def _own_covariance(self, xyz_cd_m2: Array) -> Array:
@@ -348,15 +350,15 @@ class Problem:
         return slack(self)
 
     @cached_property
-    def first_day(self) -> FirstDay:
+    def first_session_model(self) -> FirstSessionModel:
         """The display's own model at the readings."""
-        return FirstDay(self)
+        return FirstSessionModel(self)
 
     @property
     def remembered(self) -> FirstReadings | None:
         """What the first session says of single colours; None where curves, or an own model, foretell them well."""
         curves_alone = self.remembers and self.native is not None and not self.native.own
-        return self.first_day.remembered if curves_alone and self.discrepancy else None
+        return self.first_session_model.remembered if curves_alone and self.discrepancy else None
 
     @property
     def as_baked(self) -> Problem:

@@ -60,7 +60,7 @@ def shared_columns(problem: Problem, here: NDArray[np.intp]) -> tuple[list[str],
     sessions, whitener = problem.readings.sessions[problem.rows][here], problem.whitener[here]
     for session in np.unique(sessions):
         mine = sessions == session
-        # A native display's black has the dark offset of the first session in it (``first_day.errors``).
+        # A native display's black has the dark offset of the first session in it (``first_session_model.errors``).
         if problem.offset_cd_m2 > 0 and not (problem.native and (problem.hour_of[here][mine] == 0).all()):
             names += ["X", "Y", "Z"]
             columns.append(np.moveaxis(whitener * problem.offset_cd_m2, 2, 0) * mine[:, np.newaxis])
