@@ -605,13 +605,13 @@ def test_white_and_primaries_do_not_hang_on_the_last_digit_of_a_curve(monkeypatc
 
 def test_a_slip_of_the_first_session_says_little_of_its_colour() -> None:
     problem = Problem.of(bright_mixtures(), baseline="native")
-    memory = problem.remembered
+    memory = problem.first_readings
     assert memory
     colour = int(memory.colour.max())
     drive = problem.readings.drive
     code = drive[problem.rows][memory.colour == colour][0]
     weights = np.where((drive == code).all(axis=1) & (problem.readings.hours == 0), 0.01, 1.0)
-    slipped = replace(problem, weights=weights).remembered
+    slipped = replace(problem, weights=weights).first_readings
     assert slipped
     wider = np.where(memory.colour == colour, 10.0, 1.0)[:, np.newaxis, np.newaxis]
     assert slipped.error == pytest.approx(memory.error * wider, rel=1e-9)

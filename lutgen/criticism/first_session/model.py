@@ -91,7 +91,7 @@ class FirstSessionModel:
         return factor
 
     @cached_property
-    def remembered(self) -> FirstReadings:
+    def first_readings(self) -> FirstReadings:
         """What the first session says of the colours that it has read, beside the colour points."""
         problem, readings, (codes, place) = self.problem, self.problem.readings, self.codes
         first = first_session_rows(readings, problem.noise.slips)
@@ -130,7 +130,7 @@ class FirstSessionModel:
         primaries are in what curves missed of all of them. Its dark offset is in the display's black, and not before a
         capped lens.
         """
-        problem, memory, columns = self.problem, self.problem.remembered, [np.zeros((0, self.problem.rows.size, 3))]
+        problem, memory, columns = self.problem, self.problem.first_readings, [np.zeros((0, self.problem.rows.size, 3))]
         if memory:
             columns += [
                 np.moveaxis(memory.error * (memory.colour == colour)[:, np.newaxis, np.newaxis], 2, 0)
@@ -160,7 +160,7 @@ class FirstSessionModel:
 
         0 at other readings.
         """
-        memory, (codes, place) = self.problem.remembered, self.codes
+        memory, (codes, place) = self.problem.first_readings, self.codes
         found = np.zeros((self.problem.rows.size, 3))
         if memory:
             of_code = np.zeros((len(codes), 3))

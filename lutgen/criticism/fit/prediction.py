@@ -93,14 +93,14 @@ class Prediction:
     def panel(self, applied: Sequence[Applied]) -> Panel:
         """Send the readings' code values through drive, transfer and mixing."""
         before = self._panel([*self.problem.known, *(each for each in applied if each.effect.stage in BEFORE_EMISSION)])
-        if self.problem.remembered:
+        if self.problem.first_readings:
             moved = [each for each in applied if each.effect.stage in BEFORE_MIXING]
             if not moved:
-                return before.with_light(self.problem.remembered.light)
+                return before.with_light(self.problem.first_readings.light)
             # What mixes the channels' light leaves the channels at their levels.
             mixed = any(each.effect.stage == "mixing" for each in applied)
             level = self._panel([*self.problem.known, *moved]) if mixed else before
-            return before.with_light(self.problem.remembered.beside.at(level.linear))
+            return before.with_light(self.problem.first_readings.beside.at(level.linear))
         return before.times(self.problem.first_session_model.held_out_gain)
 
     def _panel(self, applied: Sequence[Applied]) -> Panel:

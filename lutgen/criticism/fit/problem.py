@@ -85,7 +85,7 @@ class Problem:
         the last reading of a session, as a share; 0: none.
     weights
         Weight of every reading in the file, beside that of its noise; None: 1.
-    remembers
+    uses_first_readings
         Whether colours that the first session has read are foretold from that reading where curves miss it: as fits
         do, and baked displays do not.
     drive_errors
@@ -107,7 +107,7 @@ class Problem:
     offset_cd_m2: float = 0.0
     wander: float = 0.0
     weights: Array | None = None
-    remembers: bool = True
+    uses_first_readings: bool = True
     drive_errors: Array | None = None
 
     @classmethod
@@ -187,12 +187,12 @@ class Problem:
         if self.native is None:
             return np.zeros(self.rows.size, dtype=bool)
         points = self.native.made_from(self.readings)[self.rows]
-        return points | self.remembered.met if self.remembered else points
+        return points | self.first_readings.met if self.first_readings else points
 
     @cached_property
     def counts(self) -> Array:
         """For how many each reading counts, (n,)."""
-        return self.remembered.counts if self.remembered else np.ones(self.rows.size)
+        return self.first_readings.counts if self.first_readings else np.ones(self.rows.size)
 
     @cached_property
     def is_tip_anchor(self) -> NDArray[np.bool_]:
@@ -284,7 +284,7 @@ class Problem:
         """
         mean = group_means(self.xyz, self.groups)
         whitener = np.linalg.inv(np.linalg.cholesky(self._own_covariance(mean)))
-        if self.remembered:
+        if self.first_readings:
             whitener *= (self.counts > 0)[:, np.newaxis, np.newaxis]
         if self.weights is None:
             return whitener
@@ -317,7 +317,7 @@ class Problem:
         if not self.discrepancy:
             return meter
         # Black and the colour points are what the model is made to meet.
-        drive, memory = self.readings.drive[self.rows], self.remembered
+        drive, memory = self.readings.drive[self.rows], self.first_readings
         missed = memory.missed if memory else np.asarray(drive.any(axis=1) & ~is_tip(drive).any(axis=1))
         return np.asarray(meter + self.discrepancy.covariance(xyz_cd_m2) * missed[:, np.newaxis, np.newaxis])
 
@@ -334,7 +334,7 @@ class Problem:
     @cached_property
     def curve_modes(self) -> Array:
         """What noise of the first session leaves open in the prediction, (q, n, 3), cd/m²."""
-        if self.remembered:
+        if self.first_readings:
             return np.zeros((0, self.rows.size, 3))
         weights = mode_weights(self.curve_doubt, self.whitener)
         return np.tensordot(weights, self.curve_doubt, axes=1) if weights.size else self.curve_doubt[:0]
@@ -355,15 +355,15 @@ class Problem:
         return FirstSessionModel(self)
 
     @property
-    def remembered(self) -> FirstReadings | None:
+    def first_readings(self) -> FirstReadings | None:
         """What the first session says of single colours; None where curves, or an own model, foretell them well."""
-        curves_alone = self.remembers and self.native is not None and not self.native.own
-        return self.first_session_model.remembered if curves_alone and self.discrepancy else None
+        curves_alone = self.uses_first_readings and self.native is not None and not self.native.own
+        return self.first_session_model.first_readings if curves_alone and self.discrepancy else None
 
     @property
     def as_baked(self) -> Problem:
         """The same problem without a memory of single colours, which no baked display has."""
-        return replace(self, remembers=False) if self.remembered else self
+        return replace(self, uses_first_readings=False) if self.first_readings else self
 
     @cached_property
     def known(self) -> tuple[LoadedCalibrations, ...]:

@@ -35,7 +35,7 @@ class PureError:
     def of(cls, problem: Problem) -> PureError:
         """Take the scatter from the readings that count; the stated noise where there are too few replicates."""
         # Colours of the first session are foretold by how they age; others are missed as their neighbours are.
-        if problem.discrepancy and not problem.remembered:
+        if problem.discrepancy and not problem.first_readings:
             sessions = problem.hours.size if problem.native and problem.native.own else 1
             alike = max(1.0, problem.rows.size / sessions / COLOURS)
             return cls(0.0, 0, ALLOWANCE * alike, alike=alike)
@@ -49,7 +49,7 @@ class PureError:
         # digit, is the least yardstick.
         inside = float((white**2).sum())
         # Replicates say nothing of how well what curves miss of a colour ages as its channels do.
-        allowance = ALLOWANCE if problem.remembered else 1.0
+        allowance = ALLOWANCE if problem.first_readings else 1.0
         return cls(max(inside, float(freedom)), freedom, allowance, inside=inside)
 
     @property

@@ -81,10 +81,10 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
         found = fit(plain, fixed)
         weights = np.ones(problem.readings.hours.size)
         weights[problem.rows] = weights_of(plain, found.residual, tails)
-        if plain.remembered and plain.first_errors:
+        if plain.first_readings and plain.first_errors:
             # A slip of the first session is in all later readings of its colour.
             off = plain.first_session_model.error_of_met(plain.first_errors.taken_from(found.linear.residual)[1])
-            met = plain.remembered.met
+            met = plain.first_readings.met
             weights[problem.rows[met]] = weights_at((off[met] ** 2).sum(axis=1) / tails.scale**2, tails)
         problem, plain = replace(problem, weights=weights), replace(plain, weights=weights)
     found = fit(plain, fixed)
