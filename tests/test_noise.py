@@ -228,7 +228,7 @@ def test_a_replicate_that_stands_alone_is_a_slip(row: int, by: tuple[float, floa
     xyz: Array = right.xyz_cd_m2.copy()
     xyz[row] += by
     noise = estimate_noise(replace(right, xyz_cd_m2=xyz))
-    assert noise.slips == (row,)
+    assert noise.outliers == (row,)
     assert noise.relative == pytest.approx(0.002, rel=0.4)
     assert row not in Problem.of(replace(right, xyz_cd_m2=xyz)).rows
 
@@ -406,11 +406,11 @@ def test_shot_noise_of_a_sensor_for_z_that_sees_less_light_is_larger() -> None:
 @pytest.mark.parametrize("slips", [(), (3,)])
 def test_an_instrument_with_heavy_tails_keeps_its_slips(slips: tuple[int, ...]) -> None:
     problem = Problem.of(with_noise(readings(), 3))
-    problem = replace(problem, noise=replace(problem.noise, slips=slips)).without(slips)
-    again = problem.with_slips()
+    problem = replace(problem, noise=replace(problem.noise, outliers=slips)).without(slips)
+    again = problem.with_outliers()
     assert again.rows.tolist() == list(range(problem.readings.hours.size))
     assert again.xyz.shape == (again.rows.size, 3)
-    assert again.noise.slips == ()
+    assert again.noise.outliers == ()
 
 
 @pytest.mark.slow(every=True)

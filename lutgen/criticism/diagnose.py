@@ -230,7 +230,7 @@ def candidates(effects: Mapping[str, Effect] | None, baseline: str, without: Seq
 def _suspicion(base: Fit, error: PureError, rows: Sequence[int]) -> Suspicion:
     problem = base.problem
     scale = error.variance
-    wrong = tuple(sorted({*problem.noise.slips, *rows}))
+    wrong = tuple(sorted({*problem.noise.outliers, *rows}))
     return Suspicion(wrong, wrong_sessions(base, scale), suspicious_noise(problem))
 
 

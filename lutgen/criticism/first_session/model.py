@@ -94,7 +94,7 @@ class FirstSessionModel:
     def first_readings(self) -> FirstReadings:
         """What the first session says of the colours that it has read, beside the colour points."""
         problem, readings, (codes, place) = self.problem, self.problem.readings, self.codes
-        first = first_session_rows(readings, problem.noise.slips)
+        first = first_session_rows(readings, problem.noise.outliers)
         other = np.asarray(~is_tip(codes).any(axis=1))
         same = (readings.drive[first][:, np.newaxis] == codes).all(axis=2) & other
         times, met = same.sum(axis=0), np.isin(problem.rows, first) & other[place]

@@ -70,7 +70,7 @@ class Problem:
     held
         Whether a sensor holds white's luminance (only asked under ``first-hour``).
     rows
-        Indices of the readings that count: slips are left out.
+        Indices of the readings that count: outliers are left out.
     assumed
         Conditions that nobody logged, taken as the same at all readings: (column, value). What the notes call
         shrouded or capped is free of them.
@@ -137,7 +137,7 @@ class Problem:
         if baseline not in BASELINES:
             raise pick_one("baseline", baseline, BASELINES)
         noise = estimate_noise(readings, instrument)
-        out = list(noise.slips)
+        out = list(noise.outliers)
         rows = np.setdiff1d(np.arange(readings.hours.size), out)
         native = NativeDisplay.of(readings, out) if baseline in NATIVE_BASELINES else None
         drawn = drawn_displays(readings, noise, out, native.source) if native and not native.own else ()
@@ -156,10 +156,10 @@ class Problem:
         """Return the same problem without some readings, by their indices in the file."""
         return replace(self, rows=np.setdiff1d(self.rows, rows))
 
-    def with_slips(self) -> Problem:
+    def with_outliers(self) -> Problem:
         """Return the same problem with the readings that replicates show to be wrong."""
-        slips = np.array(self.noise.slips, dtype=np.intp)
-        return replace(self, rows=np.union1d(self.rows, slips), noise=replace(self.noise, slips=()))
+        outliers = np.array(self.noise.outliers, dtype=np.intp)
+        return replace(self, rows=np.union1d(self.rows, outliers), noise=replace(self.noise, outliers=()))
 
     @cached_property
     def xyz(self) -> Array:

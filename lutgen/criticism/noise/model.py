@@ -60,7 +60,7 @@ ENOUGH = 6
 DARK_CD_M2 = 1.0
 
 #: A replicate further than this many robust sigmas from its fellows is a slip, not noise.
-SLIP = 12.0
+OUTLIER_SIGMA = 12.0
 
 
 #: Contrasts that the prior counts as, for the bright part and for the floor, whose replicates are few.
@@ -83,7 +83,7 @@ class Noise:
         Independent comparisons between replicates, vectors of three.
     scatter
         Their sum of squares in units of this noise; about 3 × ``contrasts`` when the noise is right.
-    slips
+    outliers
         Rows that replicates show to be wrong, indices of readings.
     copied
         Share of the replicated patches, other than dark ones, whose readings agree to the last digit.
@@ -111,7 +111,7 @@ class Noise:
     source: str
     contrasts: int = 0
     scatter: float = 0.0
-    slips: tuple[int, ...] = ()
+    outliers: tuple[int, ...] = ()
     copied: float = 0.0
     ratio: tuple[float, float, float] = (1.0, 1.0, 1.0)
     floor_ratio: tuple[float, float, float] = (1.0, 1.0, 1.0)
@@ -182,8 +182,8 @@ def estimate_noise(readings: Measurements, instrument: str | None = None) -> Noi
     stated = stated_instrument(readings.metadata, instrument)
     start = _start(stated, session_gain(readings.metadata, readings.file))
     groups = replicate_groups(readings)
-    slips = _slips(readings.xyz_cd_m2, groups, (start.relative, start.floor_cd_m2))
-    keep = ~np.isin(np.arange(groups.size), slips)
+    outliers = _outliers(readings.xyz_cd_m2, groups, (start.relative, start.floor_cd_m2))
+    keep = ~np.isin(np.arange(groups.size), outliers)
     rows, across = np.flatnonzero(keep), False
     pooled = _Pooled.of(readings.xyz_cd_m2[rows], Replicates.of(readings, rows))
     if pooled.bright < ENOUGH:
@@ -203,7 +203,7 @@ def estimate_noise(readings: Measurements, instrument: str | None = None) -> Noi
     return replace(
         noise,
         scatter=pooled.squares(noise),
-        slips=_still_slips(readings.xyz_cd_m2, groups, slips, noise),
+        outliers=_confirmed_outliers(readings.xyz_cd_m2, groups, outliers, noise),
         copied=_copied(readings.xyz_cd_m2, groups),
     )
 
@@ -214,13 +214,15 @@ def _no_smaller(noise: Noise, usual: Noise, *, floor_told: bool) -> Noise:
     return replace(noise, relative=max(noise.relative, usual.relative), floor_cd_m2=floor)
 
 
-def _still_slips(xyz: Array, groups: NDArray[np.intp], slips: tuple[int, ...], noise: Noise) -> tuple[int, ...]:
-    """Those of the suspected slips that stand far off in units of the noise that the others have."""
+def _confirmed_outliers(
+    xyz: Array, groups: NDArray[np.intp], outliers: tuple[int, ...], noise: Noise
+) -> tuple[int, ...]:
+    """Those of the suspected outliers that stand far off in units of the noise that the others have."""
     found = []
-    for row in slips:
+    for row in outliers:
         middle = np.median(xyz[groups == groups[row]], axis=0)
         off = noise.whitener(middle[np.newaxis])[0] @ (xyz[row] - middle)
-        if float(off @ off) > (SLIP / 2) ** 2:
+        if float(off @ off) > (OUTLIER_SIGMA / 2) ** 2:
             found.append(row)
     return tuple(found)
 
@@ -327,7 +329,7 @@ class _Pooled:
         return replace(start, **NoisePoints.at(point[np.newaxis], shot=shot).first()), least
 
 
-def _slips(xyz: Array, groups: NDArray[np.intp], start: tuple[float, float]) -> tuple[int, ...]:
+def _outliers(xyz: Array, groups: NDArray[np.intp], start: tuple[float, float]) -> tuple[int, ...]:
     """Replicates that stand alone, in groups of three or more: further from the others' median than noise goes."""
     found: list[int] = []
     deviations, rows = [], []
@@ -343,6 +345,6 @@ def _slips(xyz: Array, groups: NDArray[np.intp], start: tuple[float, float]) -> 
     usual = max(float(np.median([np.sort(each)[-2] for each in deviations])), 0.05)
     for each, here in zip(deviations, rows, strict=True):
         order = np.argsort(each)
-        if each[order[-1]] > SLIP * max(usual, each[order[-2]]):
+        if each[order[-1]] > OUTLIER_SIGMA * max(usual, each[order[-2]]):
             found.append(int(here[order[-1]]))
     return tuple(found)

@@ -77,7 +77,7 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
     plain, fixed = problem, [replace(term, free=()) for term in terms]
     if tails := tails_of(plain):
         # An instrument with heavy tails slips now and then: its slips are weighed down like the rest, not left out.
-        problem, plain = problem.with_slips(), plain.with_slips()
+        problem, plain = problem.with_outliers(), plain.with_outliers()
         found = fit(plain, fixed)
         weights = np.ones(problem.readings.hours.size)
         weights[problem.rows] = weights_of(plain, found.residual, tails)
