@@ -86,7 +86,7 @@ def _as_one_session(xyz: Array, groups: NDArray[np.intp], session: NDArray[np.in
     return steady, (weight * light**2 / of_gain[session] + weight / of_offset[session]).mean(axis=1)
 
 
-def patch_kin(readings: Measurements) -> NDArray[np.intp]:
+def patch_numbers(readings: Measurements) -> NDArray[np.intp]:
     """Number the readings of the same patch under the same conditions, at whatever hour: (n,)."""
     return _numbered(_patches(readings))
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.special import gammaln
 
-from lutgen.criticism.noise.replicates import Replicates, patch_kin
+from lutgen.criticism.noise.replicates import Replicates, patch_numbers
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -102,7 +102,7 @@ def _expected(problem: Problem, residual: Array) -> tuple[Array, NDArray[np.bool
     Three replicates of one hour or more are their own kin.
     """
     expected, known = np.zeros_like(residual), np.zeros(len(residual), dtype=bool)
-    kin = patch_kin(problem.readings)[problem.rows]
+    kin = patch_numbers(problem.readings)[problem.rows]
     for each in np.unique(kin):
         here = np.flatnonzero(kin == each)
         hours = problem.hour_of[here]
