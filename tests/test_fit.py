@@ -216,7 +216,7 @@ def test_chi2_counts_the_residuals_and_what_gains_and_tips_cost() -> None:
     for reading, light, cov in zip(problem.xyz, found.predicted, _covariances(found), strict=True):
         total += float((reading - light) @ np.linalg.solve(cov, reading - light))
     total += float(((found.gains / problem.noise.session) ** 2).sum())
-    off = (found.tips - interpolated(problem, found.tips))[2] / problem.slack[2]
+    off = (found.tips - interpolated(problem, found.tips))[2] / problem.interpolation_sigma[2]
     assert found.chi2 == pytest.approx(total + float((off**2).sum()), rel=1e-4)
     assert found.freedom == 3 * len(patches) - 3 * 12 - 1
 

@@ -82,7 +82,9 @@ def noise_only(problem: Problem, predicted: Array, draws: int = DRAWS) -> Iterat
             shift[hour, tip] = noise[here].mean(axis=0)
         shift = np.broadcast_to(shift[0], shift.shape) if fresh else interpolated(problem, shift)
         # Between sessions the tips are off by what a straight line misses as well.
-        bend = np.where(np.isfinite(problem.slack), problem.slack, 0.0) * rng.standard_normal(shift.shape)
+        bend = np.where(
+            np.isfinite(problem.interpolation_sigma), problem.interpolation_sigma, 0.0
+        ) * rng.standard_normal(shift.shape)
         shift = shift + (0.0 if fresh else bend)
         if problem.drawn:
             noise = noise - problem.curve_doubt[draw]

@@ -45,7 +45,7 @@ def interpolated(problem: Problem, tips: Array) -> Array:
     return tips
 
 
-def slack(problem: Problem) -> Array:
+def interpolation_sigma(problem: Problem) -> Array:
     """How well interpolation knows the tips of each hour, 1 σ, (H, 4, 3); infinite at hours that have their own."""
     error = np.full((problem.hours.size, 4, 3), np.inf)
     times, values = problem.hours[problem.is_knot], problem.measured_tips[problem.is_knot]

@@ -22,7 +22,7 @@ import numpy as np
 from lutgen.criticism.first_session.curve_errors import curve_doubt, drawn_displays, mode_weights
 from lutgen.criticism.first_session.errors import FirstErrors
 from lutgen.criticism.first_session.model import FirstSessionModel, is_held
-from lutgen.criticism.fit.measured_tips import measured_tips, slack
+from lutgen.criticism.fit.measured_tips import interpolation_sigma, measured_tips
 from lutgen.criticism.fit.prediction import Prediction
 from lutgen.criticism.noise.discrepancy import NONE, Discrepancy, discrepancy_of_native
 from lutgen.criticism.noise.model import estimate_noise
@@ -345,9 +345,9 @@ class Problem:
         return measured_tips(self)
 
     @cached_property
-    def slack(self) -> Array:
+    def interpolation_sigma(self) -> Array:
         """How well interpolation knows the tips of each hour, 1 σ, (H, 4, 3); infinite at hours that have their own."""
-        return slack(self)
+        return interpolation_sigma(self)
 
     @cached_property
     def first_session_model(self) -> FirstSessionModel:

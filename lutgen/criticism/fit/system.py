@@ -267,9 +267,11 @@ def prior_rows(problem: Problem, state: State, hour: int, gains: tuple[int, ...]
     off = np.concatenate([-state.gains[list(gains)] / sigma, np.zeros(shared)])
     if not tips or problem.is_knot[hour]:
         return rows, off
-    slack = problem.slack[hour]
-    of_tips = np.column_stack([np.diag((tip_scale(problem) / slack).ravel()), np.zeros((12, len(gains) + shared))])
-    off_tips = ((interpolated(problem, state.tips)[hour] - state.tips[hour]) / slack).ravel()
+    interpolation_sigma = problem.interpolation_sigma[hour]
+    of_tips = np.column_stack(
+        [np.diag((tip_scale(problem) / interpolation_sigma).ravel()), np.zeros((12, len(gains) + shared))]
+    )
+    off_tips = ((interpolated(problem, state.tips)[hour] - state.tips[hour]) / interpolation_sigma).ravel()
     return np.concatenate([rows, of_tips]), np.concatenate([off, off_tips])
 
 
