@@ -31,21 +31,21 @@ SEED, DRAWS = 20150319, 1999
 
 def is_noise(found: Fit, error: PureError) -> bool:
     """Whether noise alone may have left what a fit leaves."""
-    return error.p_of_leftover(found) >= SIGNIFICANT or p_of_unevenness(found) >= SIGNIFICANT
+    return error.p_of_lack_of_fit(found) >= SIGNIFICANT or p_of_unevenness(found) >= SIGNIFICANT
 
 
 def is_within_scatter(error: PureError, found: Fit) -> bool:
     """Whether the F test for lack of fit accepts what a fit leaves."""
-    return error.p_of_leftover(found) >= SIGNIFICANT
+    return error.p_of_lack_of_fit(found) >= SIGNIFICANT
 
 
 def is_even(found: Fit) -> bool:
     """Whether what a fit leaves is spread over colours, conditions and hours as evenly as noise; False of one cell."""
     parted = any(np.unique(labels).size > 1 for labels in _partitions(found))
-    return parted and p_of_unevenness(found) >= SIGNIFICANT and p_of_likeness(found) >= SIGNIFICANT
+    return parted and p_of_unevenness(found) >= SIGNIFICANT and p_of_autocorrelation(found) >= SIGNIFICANT
 
 
-def p_of_likeness(found: Fit) -> float:
+def p_of_autocorrelation(found: Fit) -> float:
     """Probability that patches of neighbouring levels err alike by chance, as they do where a curve is wrong.
 
     Patches of one kind and hour stand in the order of their levels. By chance the product of the mean residuals of two

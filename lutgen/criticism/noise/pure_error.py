@@ -81,7 +81,7 @@ class PureError:
             return self.allowance * float(chdtri(1, chance))
         return self.variance * float(fdtri(1, self.freedom, 1.0 - chance))
 
-    def p_of_leftover(self, found: Fit) -> float:
+    def p_of_lack_of_fit(self, found: Fit) -> float:
         """Probability that noise alone leaves so much (F test for lack of fit)."""
         if not self.measured:
             return float(chdtrc(max(found.freedom, 1) / self.alike, found.chi2 / self.allowance))
