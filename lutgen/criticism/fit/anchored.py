@@ -44,7 +44,7 @@ def anchored_tips(problem: Problem, terms: Sequence[Term]) -> Array:
     part = replace(problem, rows=problem.rows[problem.is_tip_anchor], drawn=())
     solved = fit(part, _given(terms))
     tips = problem.measured_tips.copy()
-    if problem.foretells:
+    if problem.from_first_hour:
         tips[:] = solved.tips[0]
         return tips
     tips[np.isin(problem.hours, part.hours)] = solved.tips
@@ -61,7 +61,7 @@ def noise_only(problem: Problem, predicted: Array, draws: int = DRAWS) -> Iterat
     root = np.linalg.cholesky(problem.covariance(predicted))
     unwhitened = np.linalg.pinv(problem.whitener)
     anchor, before = problem.is_tip_anchor, problem.panel(())
-    fresh = problem.foretells
+    fresh = problem.from_first_hour
     drive = problem.readings.drive[problem.rows]
     of_tip = [
         (hour, tip, anchor & (problem.hour_of == hour) & (drive == TIP_DRIVES[tip]).all(axis=1))

@@ -135,7 +135,7 @@ def held_out(found: Fit, *, by_cells: bool = False) -> HeldOut:
         number[here] = index
     limits = system.limits(found.terms)
     later = [index for index, here in enumerate(problem.blocks) if problem.hour_of[here[0]] > 0]
-    if problem.foretells and len(later) > 1 and not by_cells:
+    if problem.from_first_hour and len(later) > 1 and not by_cells:
         return _sessions_held_out(problem, system, limits, later)
     withheld = cells(problem)
     squares = []
@@ -149,7 +149,7 @@ def held_out(found: Fit, *, by_cells: bool = False) -> HeldOut:
         step = None if rests_on.any() else _step(rows, limits)
         squares.append(np.nan if step is None else _error(system, block, problem.blocks[index], cell, step))
     numbers = np.array([3 * cell.size for cell in withheld], dtype=np.intp)
-    return HeldOut(np.array(squares), numbers, of_one_session=problem.foretells and len(later) < 2)
+    return HeldOut(np.array(squares), numbers, of_one_session=problem.from_first_hour and len(later) < 2)
 
 
 def _information(reduced: Array, count: int) -> Array:

@@ -33,7 +33,7 @@ def joint_covariance(found: Fit) -> FitCovariance:
     names = [(term.effect.name, name) for term in found.terms for name in term.free]
     told = [place for place in range(len(names)) if not blind[place]]
     factor = spread[told]
-    if problem.foretells:
+    if problem.from_first_hour:
         tips = spread[len(names) : len(names) + 12] * scale[:, np.newaxis]
         factor = np.concatenate([factor, tips])
     else:

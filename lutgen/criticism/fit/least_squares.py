@@ -143,7 +143,7 @@ class Fit:
 
 def unknowns(problem: Problem) -> int:
     """Local unknowns that the data, rather than a prior, determine."""
-    tips = 12 if problem.foretells else 12 * int(problem.is_knot.sum())
+    tips = 12 if problem.from_first_hour else 12 * int(problem.is_knot.sum())
     return tips + (len(problem.curve_modes) if problem.native else 0)
 
 
@@ -159,7 +159,7 @@ def switching_penalty(problem: Problem) -> float:
 def start_state(problem: Problem, terms: Sequence[Term]) -> State:
     """Begin at the measured tips, with no gains."""
     tips = problem.measured_tips
-    if problem.foretells:
+    if problem.from_first_hour:
         tips = np.broadcast_to(tips[0], tips.shape)
     return State(tuple(terms), tips, np.zeros(problem.gain_count))
 

@@ -105,7 +105,7 @@ def linearise(problem: Problem, state: State) -> Linear:
     free = _by_parameters(problem, state, before, xyz) * gain
     by_tips = _by_tips(problem, state, before, xyz) * gain
     # A fresh display's tips are the same unknowns in every block: global ones.
-    if problem.foretells:
+    if problem.from_first_hour:
         free, by_tips = np.concatenate([free, by_tips]), by_tips[:0]
     # So is what noise of the first session leaves open of a native display; a state holds no sizes of these modes.
     if problem.native and len(problem.curve_modes):
@@ -131,7 +131,7 @@ def _by_parameters(problem: Problem, state: State, before: Panel, xyz: Array) ->
 def _by_tips(problem: Problem, state: State, before: Panel, xyz: Array) -> Array:
     """Derivatives by the twelve numbers of the tips of a reading's own hour, relative to their size: (12, n, 3)."""
     size = tip_scale(problem)
-    if not problem.foretells and not any(term.effect.stage in BEHIND_PANEL for term in state.terms):
+    if not problem.from_first_hour and not any(term.effect.stage in BEHIND_PANEL for term in state.terms):
         before = problem.first_session_model.begun(state.terms, before)
         shares = before.shares * (1.0 - problem.scene(state.tips).capped)
         direct = np.zeros((4, 3, *xyz.shape))

@@ -177,7 +177,7 @@ class Problem:
         return np.searchsorted(self.hours, self.readings.hours[self.rows])
 
     @property
-    def foretells(self) -> bool:
+    def from_first_hour(self) -> bool:
         """Whether the model knows nothing of the display after hour 0."""
         return self.baseline in FORETELLING_BASELINES
 
@@ -199,7 +199,7 @@ class Problem:
         """Readings of the tips at rest that the tips are solved from, (n,)."""
         rest = self.readings.at_rest()[self.rows] & ~is_capped(self.readings)[self.rows]
         anchor = is_tip(self.readings.drive[self.rows]).any(axis=1) & rest
-        return np.asarray(anchor & (self.hour_of == 0) if self.foretells else anchor)
+        return np.asarray(anchor & (self.hour_of == 0) if self.from_first_hour else anchor)
 
     @cached_property
     def is_anchor(self) -> NDArray[np.bool_]:
@@ -242,7 +242,7 @@ class Problem:
         taken = {
             float(hour)
             for hour, knot in zip(self.hours, self.is_knot, strict=True)
-            if not self.foretells and knot and len(of_hour[float(hour)]) == 1
+            if not self.from_first_hour and knot and len(of_hour[float(hour)]) == 1
         }
         known = sorted({key for key in keys if key[0] not in taken})
         number = {key: place for place, key in enumerate(known)}
@@ -250,8 +250,8 @@ class Problem:
 
     @cached_property
     def blocks(self) -> list[NDArray[np.intp]]:
-        """Readings that share local unknowns: of an hour (its tips), or of a session (its gain) under ``foretells``."""
-        number = self.gains if self.foretells else self.hour_of
+        """Readings that share local unknowns: of an hour (its tips), or of a session (its gain) under ``from_first_hour``."""
+        number = self.gains if self.from_first_hour else self.hour_of
         return [np.flatnonzero(number == each) for each in np.unique(number)]
 
     @cached_property
@@ -368,7 +368,7 @@ class Problem:
     @cached_property
     def known(self) -> tuple[LoadedCalibrations, ...]:
         """What changed and is no finding: calibrations that files of later sessions hold."""
-        return LoadedCalibrations.of(self.readings, told=not self.foretells) if self.native else ()
+        return LoadedCalibrations.of(self.readings, told=not self.from_first_hour) if self.native else ()
 
     @cached_property
     def light(self) -> SpectralDisplay:
@@ -395,4 +395,4 @@ class Problem:
     @property
     def holds(self) -> bool:
         """Whether a sensor's holding of white is predicted: under ``tips`` the tips have it in them."""
-        return self.foretells and self.held
+        return self.from_first_hour and self.held

@@ -86,7 +86,7 @@ class System:
             place += now.size
         tips, gains = state.tips.copy(), state.gains.copy()
         scale = tip_scale(self.problem)
-        if self.problem.foretells:
+        if self.problem.from_first_hour:
             tips = tips + parameters[place : place + 12].reshape(4, 3) * scale
         for block in self.blocks:
             local = block.local_step(parameters)
@@ -176,7 +176,7 @@ class Block:
         # The transpose is laid out as LAPACK wants it.
         factors = scipy.linalg.lapack.dgeqrf(np.concatenate([rows, beside], axis=1).T, overwrite_a=1)[0]
         upper = factors[: len(rows)] * _triangle(*factors[: len(rows)].shape)
-        hour = None if problem.foretells else int(problem.hour_of[whole[0]])
+        hour = None if problem.from_first_hour else int(problem.hour_of[whole[0]])
         return cls(upper[:local], upper[local:, local:], hour, gains)
 
     def local_step(self, parameters: Array) -> Array:
@@ -241,7 +241,7 @@ def own_columns(
 ) -> tuple[Array, tuple[int, ...]]:
     """The same without the errors that sessions share."""
     gains = problem.gains_of[int(whole[0])]
-    tips = 0 if problem.foretells else 12
+    tips = 0 if problem.from_first_hour else 12
     rows, of_gains = readings_at(here), local[[tips + gain for gain in gains]]
     return np.concatenate([local[:tips, rows], of_gains[:, rows]]), gains
 
@@ -258,7 +258,7 @@ def prior_rows(problem: Problem, state: State, hour: int, gains: tuple[int, ...]
     Gains are 0 within the session's σ, and so are ``shared`` errors within theirs; the tips of an hour between sessions
     are those of its neighbours, interpolated.
     """
-    tips = 0 if problem.foretells else 12
+    tips = 0 if problem.from_first_hour else 12
     if not gains and not shared and (not tips or problem.is_knot[hour]):
         return np.zeros((0, tips)), np.zeros(0)
     sigma = max(problem.noise.session, 1e-6)

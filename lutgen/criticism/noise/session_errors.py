@@ -119,7 +119,7 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
 
 def _wander(problem: Problem, told: list[Told]) -> float:
     # What is foretold from hour 0 departs from the readings as the display ages, which is no instrument's gain.
-    return problem.noise.wander if problem.foretells else _unsteady(told, problem.noise.wander)
+    return problem.noise.wander if problem.from_first_hour else _unsteady(told, problem.noise.wander)
 
 
 def _unsteady(told: list[Told], least: float) -> float:

@@ -91,7 +91,7 @@ def wrong_sessions(found: Fit, scale: float) -> tuple[float, ...]:
     ``scale`` is the variance of the noise in the fit's own units.
     """
     problem = found.problem
-    if problem.foretells or problem.hours.size < 4:
+    if problem.from_first_hour or problem.hours.size < 4:
         return ()
     # Conditions that few sessions hold, as places on the screen, say nothing of the session.
     rest = problem.readings.at_rest()[problem.rows]

@@ -27,7 +27,7 @@ def remarks_of(explanation: Explanation, blind: Sequence[str], suspicion: Suspic
             f"readings three times, or give --instrument."
         )
     problem = explanation.base.problem
-    if problem.foretells and problem.readings.metadata.get("luminance") == "held" and not problem.held:
+    if problem.from_first_hour and problem.readings.metadata.get("luminance") == "held" and not problem.held:
         remarks.append(
             f"The file says that luminance is held, but white has changed by {white_moved(problem.readings):+.0%}: no "
             f"sensor held it, or the sensor had no reserve left. Luminance is taken as free."
