@@ -97,7 +97,7 @@ def test_scatter_that_is_too_large_and_even_is_the_measurements() -> None:
 def test_no_form_has_more_parameters_than_the_readings_bear() -> None:
     few = tips_and((1.3, 1.2, 1.1), (1.25, 1.2, 1.15))
     problem = Problem.of(few, instrument="0.002,0.003")
-    assert problem.bears == 0
+    assert problem.max_parameters == 0
     found = diagnose(few, instrument="0.002,0.003")
     assert found.verdict.effects == ()
     assert {each.effect for each in found.ranking} <= {"matrix-switching"}  # which has no parameters
@@ -105,7 +105,7 @@ def test_no_form_has_more_parameters_than_the_readings_bear() -> None:
     base = fit(rich)
     for effect in catalogue().values():
         for each in contenders(base, [effect], np.inf):
-            assert each.best.fit.parameters <= rich.bears
+            assert each.best.fit.parameters <= rich.max_parameters
 
 
 @pytest.mark.parametrize("name", mostly_slow(["leak", "curve"], "leak"))

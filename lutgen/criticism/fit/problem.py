@@ -207,7 +207,7 @@ class Problem:
         return self.is_tip_anchor | self.curve_points
 
     @cached_property
-    def bears(self) -> int:
+    def max_parameters(self) -> int:
         """Number of free parameters that the different readings beside the anchors bear."""
         return int(np.unique(self.groups[~self.is_anchor]).size) // READINGS_A_PARAMETER
 
