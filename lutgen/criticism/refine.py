@@ -318,8 +318,8 @@ def _check_enough(current: Fit, effect: Effect) -> None:
         spare = np.unique(problem.groups[~problem.is_anchor]).size
         raise LutgenError(
             f"{problem.readings.file}: beside white and primaries there are {spare} different readings, which bear "
-            f"{problem.max_parameters} free parameters; with {effect.name} the model has {current.parameters + free}. Measure "
-            f"greys and ramps too: lutgen plan lists them."
+            f"{problem.max_parameters} free parameters; with {effect.name} the model has {current.parameters + free}. "
+            f"Measure greys and ramps too: lutgen plan lists them."
         )
 
 

@@ -250,7 +250,7 @@ class Problem:
 
     @cached_property
     def blocks(self) -> list[NDArray[np.intp]]:
-        """Readings that share local unknowns: of an hour (its tips), or of a session (its gain) under ``from_first_hour``."""
+        """Readings that share local unknowns: of one hour, or of one session under ``from_first_hour``."""
         number = self.gains if self.from_first_hour else self.hour_of
         return [np.flatnonzero(number == each) for each in np.unique(number)]
 

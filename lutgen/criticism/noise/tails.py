@@ -31,7 +31,7 @@ ENOUGH = 30
 LEAST_LEFT = 0.1
 
 #: A reading that counts less than this is named.
-OUTLIER_WEIGHT = 0.1
+OUTLIER = 0.1
 
 
 class Tails(NamedTuple):

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from lutgen.criticism.compare.drift import drifts
 from lutgen.criticism.first_session.model import white_moved
-from lutgen.criticism.noise.tails import OUTLIER_WEIGHT
+from lutgen.criticism.noise.tails import OUTLIER
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -47,7 +47,7 @@ def _weighed_down(explanation: Explanation) -> str:
     problem = explanation.base.problem
     if problem.weights is None:
         return ""
-    rows = [int(row) for row in problem.rows if problem.weights[row] < OUTLIER_WEIGHT]
+    rows = [int(row) for row in problem.rows if problem.weights[row] < OUTLIER]
     more = f" and {len(rows) - NAMED_LINES} more" if len(rows) > NAMED_LINES else ""
     return f"{problem.readings.places(rows[:NAMED_LINES])}{more}" if rows else ""
 
