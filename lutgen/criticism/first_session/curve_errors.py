@@ -49,7 +49,7 @@ def drawn_displays(
     return tuple(drawn)
 
 
-def curve_doubt(problem: Problem) -> Array:
+def curve_deviations(problem: Problem) -> Array:
     """What each drawn display does to the prediction, (draws, n, 3), cd/m²; no draws without a native display."""
     tips = problem.measured_tips
     scene, here = problem.scene(tips), tips[problem.hour_of]

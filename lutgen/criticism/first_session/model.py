@@ -62,7 +62,7 @@ class FirstReadings:
     met: NDArray[np.bool_]
     colour: NDArray[np.intp]
     error: Array
-    missed: Array
+    discrepancy_factor: Array
     counts: Array
 
     @property
@@ -118,7 +118,7 @@ class FirstSessionModel:
             met=met,
             colour=colour,
             error=self._aged @ spread[place] * (colour >= 0)[:, np.newaxis, np.newaxis],
-            missed=once[place] * alike,
+            discrepancy_factor=once[place] * alike,
             counts=np.where(met, 0.0, 1.0 - taken),
         )
 
