@@ -17,7 +17,7 @@ from lutgen.criticism.fit.least_squares import fit
 from lutgen.criticism.fit.linear import State, Term, predict
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.pure_error import PureError
-from lutgen.criticism.noise.session_errors import _spread_of_median, with_shared_errors
+from lutgen.criticism.noise.session_errors import _sd_by_median, with_shared_errors
 from lutgen.criticism.search import stepwise
 from lutgen.criticism.search.candidates import HALF, STRONG, contenders, family
 from lutgen.criticism.search.influence import Suspicion, wrong_sessions
@@ -508,4 +508,4 @@ def test_no_instruments_gain_wanders_by_more_than_two_percent(spread: float, wan
     """What moves readings of a session by more is the display's doing."""
     drawn = np.random.default_rng(2).standard_normal(4001) * np.hypot(spread, 0.001)
     departures = np.array([drawn**2, np.full(4001, 0.001**2), np.ones(4001)])
-    assert _spread_of_median(departures, 0.0003) == pytest.approx(wander, rel=0.05)
+    assert _sd_by_median(departures, 0.0003) == pytest.approx(wander, rel=0.05)
