@@ -245,7 +245,7 @@ def test_rows_left_out_do_not_count() -> None:
 def test_leaving_out_the_last_reading_of_a_tip_is_refused() -> None:
     readings = table(measured("crosstalk"))
     whites = np.flatnonzero((readings.drive == 1.0).all(axis=1) & (readings.hours == HOURS[1]))
-    with pytest.raises(LutgenError, match=r"hour 7000: no reading of a tip is left"):
+    with pytest.raises(LutgenError, match=r"hour 7000: all readings of white or of one primary"):
         fit(Problem.of(readings).without([int(row) for row in whites]))
 
 

@@ -27,8 +27,8 @@ def measured_tips(problem: Problem) -> Array:
             chosen = here & (drive == TIP_DRIVES[tip]).all(axis=1)
             if not chosen.any():
                 message = (
-                    f"{problem.readings.file}: hour {problem.hours[index]:g}: no reading of a tip is left beside those "
-                    f"that contradict it. Measure white, red, green and blue of that hour again."
+                    f"{problem.readings.file}: hour {problem.hours[index]:g}: all readings of white or of one primary "
+                    f"contradict others, and are left out. Measure white, red, green and blue of that hour again."
                 )
                 raise LutgenError(message)
             tips[index, tip] = problem.xyz[chosen].mean(axis=0)

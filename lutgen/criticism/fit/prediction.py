@@ -100,7 +100,7 @@ class Prediction:
             # Effects of mixing do not change the linear light of the channels.
             mixed = any(each.effect.stage == "mixing" for each in applied)
             level = self._panel([*self.problem.known, *moved]) if mixed else before
-            return before.with_light(self.problem.first_readings.beside.at(level.linear))
+            return before.with_light(self.problem.first_readings.residual_light.at(level.linear))
         return before.times(self.problem.first_session_model.held_out_gain)
 
     def _panel(self, applied: Sequence[Applied]) -> Panel:

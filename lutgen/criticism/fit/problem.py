@@ -187,7 +187,7 @@ class Problem:
         if self.native is None:
             return np.zeros(self.rows.size, dtype=bool)
         points = self.native.made_from(self.readings)[self.rows]
-        return points | self.first_readings.met if self.first_readings else points
+        return points | self.first_readings.exact if self.first_readings else points
 
     @cached_property
     def counts(self) -> Array:

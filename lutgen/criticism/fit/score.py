@@ -49,7 +49,7 @@ class Score:
         """Part of columns (..., n, 3) that local unknowns cannot absorb; ``priors``: with the right sides of priors."""
         sizes, shared = np.zeros((*columns.shape[:-2], 0)), self.problem.first_errors
         if shared:
-            columns, sizes = shared.taken_from(columns)
+            columns, sizes = shared.subtracted_from(columns)
         rows, start = np.empty((*columns.shape[:-2], self.rows + sizes.shape[-1])), 0
         for part in self.parts:
             end = start + len(part.basis)

@@ -203,7 +203,7 @@ def without_first_errors(problem: Problem, linear: Linear) -> tuple[Linear, Arra
     shared = problem.first_errors
     if not shared:
         return linear, np.zeros((0, len(linear.free) + 1))
-    both, sizes = shared.taken_from(np.concatenate([linear.free, linear.residual[np.newaxis]]))
+    both, sizes = shared.subtracted_from(np.concatenate([linear.free, linear.residual[np.newaxis]]))
     return linear._replace(free=both[:-1], residual=both[-1]), -sizes.T
 
 
