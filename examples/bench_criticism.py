@@ -166,7 +166,7 @@ class AllAtOnce:
         gains = vector[place + tips.size :]
         residual = whiten(problem, problem.xyz - predict(problem, State(tuple(terms), tips, gains)))
         between = ~problem.is_knot
-        off = (interpolated(problem, tips) - tips)[between] / problem.slack[between]
+        off = (interpolated(problem, tips) - tips)[between] / problem.interpolation_sigma[between]
         return np.concatenate([residual.ravel(), off.ravel(), gains / max(problem.noise.session, 1e-6)])
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lutgen.criticism.diagnose import diagnose
-from lutgen.criticism.first_session.slope_errors import SLOPE, with_doubts
+from lutgen.criticism.first_session.slope_errors import SLOPE, with_drive_errors
 from lutgen.criticism.fit.least_squares import fit, start_state
 from lutgen.criticism.fit.linear import Term, predict
 from lutgen.criticism.fit.problem import Problem
@@ -38,12 +38,12 @@ def test_what_a_loss_of_drive_does_is_known_as_the_slopes_of_curves_are() -> Non
     xyz *= 1.0 + 0.002 * random.standard_normal(xyz.shape)
     problem = with_shared_errors(Problem.of(replace(still, xyz_cd_m2=xyz), baseline="native"), ())
     found = fit(problem, [Term.at_rest(effect, ("grown",), grown=0.04)])
-    beside = with_doubts(found)
+    beside = with_drive_errors(found)
     assert found.chi2 > 1.5 * found.freedom
     assert beside.chi2 < 1.2 * beside.freedom
-    # Without the effect there are no slopes to be doubted, and others are not moved by them.
-    assert with_doubts(fit(problem)).problem.doubted is None
-    assert with_doubts(fit(problem, [Term.at_rest(other, ("grown",))])).problem.doubted is None
+    # Without the effect there are no slopes to be drive_errors, and others are not moved by them.
+    assert with_drive_errors(fit(problem)).problem.drive_errors is None
+    assert with_drive_errors(fit(problem, [Term.at_rest(other, ("grown",))])).problem.drive_errors is None
 
 
 def test_a_rounding_that_came_later_behind_tables_that_nobody_knows_is_told() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lutgen.colorimetry import code_to_linear
-from lutgen.criticism.first_session.colours import FirstColours
+from lutgen.criticism.first_session.residual_light import ResidualLight
 from lutgen.criticism.fit.least_squares import fit
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.session_errors import with_shared_errors
@@ -30,14 +30,14 @@ def test_light_beside_the_curves_goes_where_effects_take_the_channels() -> None:
     level = np.array([[0.25, 0.0, 0.0], [0.5, 0.0, 0.0], [0.75, 0.0, 0.0], [0.6, 0.4, 0.0]])
     linear = code_to_linear(level)
     light = np.array([[0.0, 0.02, 0.01], [0.0, 0.05, 0.0], [0.0, 0.03, 0.02], [0.01, 0.04, 0.1]])
-    beside = FirstColours.of(linear, light, np.ones(4, dtype=bool), np.arange(4))
+    beside = ResidualLight.of(linear, light, np.ones(4, dtype=bool), np.arange(4))
     assert beside.at(linear) == pytest.approx(light, abs=1e-12)
     # A channel alone takes the colour of the level where it is: here that of the reading below.
     lower = beside.at(linear[[0, 0, 1, 3]])
     assert lower[1:3] == pytest.approx(light[:2], abs=1e-12)
     # What several channels have together goes as the product of their code values.
     halved = beside.at(code_to_linear(level / 2.0))[3]
-    alone = FirstColours.of(linear, light, np.ones(4, dtype=bool), np.zeros(4, dtype=int))
+    alone = ResidualLight.of(linear, light, np.ones(4, dtype=bool), np.zeros(4, dtype=int))
 
     def of_red(code: float) -> Array:
         return np.asarray(alone.at(code_to_linear(np.array([[code, 0.0, 0.0]] * 4)))[0])

@@ -216,7 +216,7 @@ def test_chi2_counts_the_residuals_and_what_gains_and_tips_cost() -> None:
     for reading, light, cov in zip(problem.xyz, found.predicted, _covariances(found), strict=True):
         total += float((reading - light) @ np.linalg.solve(cov, reading - light))
     total += float(((found.gains / problem.noise.session) ** 2).sum())
-    off = (found.tips - interpolated(problem, found.tips))[2] / problem.slack[2]
+    off = (found.tips - interpolated(problem, found.tips))[2] / problem.interpolation_sigma[2]
     assert found.chi2 == pytest.approx(total + float((off**2).sum()), rel=1e-4)
     assert found.freedom == 3 * len(patches) - 3 * 12 - 1
 
@@ -245,7 +245,7 @@ def test_rows_left_out_do_not_count() -> None:
 def test_leaving_out_the_last_reading_of_a_tip_is_refused() -> None:
     readings = table(measured("crosstalk"))
     whites = np.flatnonzero((readings.drive == 1.0).all(axis=1) & (readings.hours == HOURS[1]))
-    with pytest.raises(LutgenError, match=r"hour 7000: no reading of a tip is left"):
+    with pytest.raises(LutgenError, match=r"hour 7000: all readings of white or of one primary"):
         fit(Problem.of(readings).without([int(row) for row in whites]))
 
 

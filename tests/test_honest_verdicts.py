@@ -12,12 +12,12 @@ import pytest
 from lutgen.criticism.compare.comparison import compare
 from lutgen.criticism.diagnose import diagnose, parameters_of
 from lutgen.criticism.fit.heldout import held_out
-from lutgen.criticism.fit.lack_of_fit import p_of_likeness
+from lutgen.criticism.fit.lack_of_fit import p_of_autocorrelation
 from lutgen.criticism.fit.least_squares import fit
 from lutgen.criticism.fit.linear import State, Term, predict
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.pure_error import PureError
-from lutgen.criticism.noise.session_errors import _spread_of_median, with_shared_errors
+from lutgen.criticism.noise.session_errors import _sd_by_median, with_shared_errors
 from lutgen.criticism.search import stepwise
 from lutgen.criticism.search.candidates import HALF, STRONG, contenders, family
 from lutgen.criticism.search.influence import Suspicion, wrong_sessions
@@ -75,7 +75,7 @@ def tips_and(*greys: tuple[float, float, float], repeats: int = 1) -> Measuremen
 def test_nothing_is_consistent_that_the_f_test_rejects(greys: tuple[tuple[float, float, float], ...]) -> None:
     found = diagnose(tips_and(*greys, repeats=4))
     assert found.comparison.error.delta_e_mean > 4.0 * found.comparison.floor.delta_e_mean
-    assert found.error.p_of_leftover(found.explanation.base) < 0.01
+    assert found.error.p_of_lack_of_fit(found.explanation.base) < 0.01
     assert found.verdict.name != "consistent"
 
 
@@ -97,7 +97,7 @@ def test_scatter_that_is_too_large_and_even_is_the_measurements() -> None:
 def test_no_form_has_more_parameters_than_the_readings_bear() -> None:
     few = tips_and((1.3, 1.2, 1.1), (1.25, 1.2, 1.15))
     problem = Problem.of(few, instrument="0.002,0.003")
-    assert problem.bears == 0
+    assert problem.max_parameters == 0
     found = diagnose(few, instrument="0.002,0.003")
     assert found.verdict.effects == ()
     assert {each.effect for each in found.ranking} <= {"matrix-switching"}  # which has no parameters
@@ -105,7 +105,7 @@ def test_no_form_has_more_parameters_than_the_readings_bear() -> None:
     base = fit(rich)
     for effect in catalogue().values():
         for each in contenders(base, [effect], np.inf):
-            assert each.best.fit.parameters <= rich.bears
+            assert each.best.fit.parameters <= rich.max_parameters
 
 
 @pytest.mark.parametrize("name", mostly_slow(["leak", "curve"], "leak"))
@@ -236,7 +236,7 @@ LUCKY = Campaign(design="full", hours=(0.0, 1000.0, 2500.0, 4500.0, 6000.0, 8500
 def test_scatter_is_even_where_only_bright_patches_have_more_of_it_than_lucky_replicates() -> None:
     """Bright readings scatter by 1.3 times the variance that 72 replicates show, dark ones do not."""
     found = diagnose(read(csv_text(LUCKY), file="lucky.csv", sha256=""))
-    assert found.error.p_of_leftover(found.explanation.base) < 0.01
+    assert found.error.p_of_lack_of_fit(found.explanation.base) < 0.01
     assert found.verdict.name == "measurement-problem", found.verdict.sentence
 
 
@@ -269,7 +269,7 @@ def test_the_noise_of_white_is_no_wander_of_the_gain(seed: int) -> None:
 def test_neighbouring_levels_err_alike_where_the_curve_is_wrong_and_not_by_noise() -> None:
     drifting = replace(LUCKY, seed=1, hidden=(("eotf-drift", 0.01, "same"),))
     p_of = {
-        name: p_of_likeness(fit(Problem.of(read(csv_text(each), file="ramps.csv", sha256=""))))
+        name: p_of_autocorrelation(fit(Problem.of(read(csv_text(each), file="ramps.csv", sha256=""))))
         for name, each in (("healthy", replace(LUCKY, seed=1)), ("drifting", drifting))
     }
     assert p_of["drifting"] < 0.01 <= p_of["healthy"]
@@ -508,4 +508,4 @@ def test_no_instruments_gain_wanders_by_more_than_two_percent(spread: float, wan
     """What moves readings of a session by more is the display's doing."""
     drawn = np.random.default_rng(2).standard_normal(4001) * np.hypot(spread, 0.001)
     departures = np.array([drawn**2, np.full(4001, 0.001**2), np.ones(4001)])
-    assert _spread_of_median(departures, 0.0003) == pytest.approx(wander, rel=0.05)
+    assert _sd_by_median(departures, 0.0003) == pytest.approx(wander, rel=0.05)

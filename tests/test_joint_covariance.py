@@ -50,7 +50,7 @@ def found(baseline: str, gain: float = 0.0) -> Fit:
 def twin(of: Fit, scale: float = 1e-4) -> Array:
     """Inverse of the normal equations of all unknowns at once, by differences: parameters, tips, and gains."""
     problem, (term,) = of.problem, of.terms
-    tips = of.tips if not problem.foretells else of.tips[:1]
+    tips = of.tips if not problem.from_first_hour else of.tips[:1]
 
     def at(unknowns: Array) -> Array:
         there = term.moved(unknowns[:2].tolist())

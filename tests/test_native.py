@@ -605,13 +605,13 @@ def test_white_and_primaries_do_not_hang_on_the_last_digit_of_a_curve(monkeypatc
 
 def test_a_slip_of_the_first_session_says_little_of_its_colour() -> None:
     problem = Problem.of(bright_mixtures(), baseline="native")
-    memory = problem.remembered
+    memory = problem.first_readings
     assert memory
     colour = int(memory.colour.max())
     drive = problem.readings.drive
     code = drive[problem.rows][memory.colour == colour][0]
     weights = np.where((drive == code).all(axis=1) & (problem.readings.hours == 0), 0.01, 1.0)
-    slipped = replace(problem, weights=weights).remembered
+    slipped = replace(problem, weights=weights).first_readings
     assert slipped
     wider = np.where(memory.colour == colour, 10.0, 1.0)[:, np.newaxis, np.newaxis]
     assert slipped.error == pytest.approx(memory.error * wider, rel=1e-9)
@@ -642,7 +642,7 @@ def test_the_first_session_of_a_native_display_is_no_wrong_one(
     )
     rest = SimpleNamespace(at_rest=lambda: np.ones(200, dtype=bool))
     problem = SimpleNamespace(
-        foretells=False, native=native or None, hours=hours, hour_of=hour_of, rows=np.arange(200), readings=rest
+        from_first_hour=False, native=native or None, hours=hours, hour_of=hour_of, rows=np.arange(200), readings=rest
     )
     assert wrong_sessions(cast("Fit", SimpleNamespace(problem=problem, residual=residual)), 1.0) == wrong
 
@@ -664,7 +664,7 @@ def test_a_session_is_wrong_where_other_later_ones_are_sound_and_not_for_conditi
     rest = np.tile(np.arange(60) < 40, 5)
     size = np.where(np.isin(hour_of, bad) & (rest if at_rest else ~rest), 30.0, 1.0)[:, np.newaxis]
     problem = SimpleNamespace(
-        foretells=False, native=None, hours=hours, hour_of=hour_of, rows=np.arange(300),
+        from_first_hour=False, native=None, hours=hours, hour_of=hour_of, rows=np.arange(300),
         readings=SimpleNamespace(at_rest=lambda: rest),
     )  # fmt: skip
     residual = np.random.default_rng(1).normal(size=(300, 3)) * size

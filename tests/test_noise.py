@@ -1,4 +1,4 @@
-"""The noise of the readings: from replicates, as stated, or assumed; and replicates that are slips."""
+"""The noise of the readings: from replicates, as stated, or assumed; and replicates that are outliers."""
 
 from __future__ import annotations
 
@@ -228,7 +228,7 @@ def test_a_replicate_that_stands_alone_is_a_slip(row: int, by: tuple[float, floa
     xyz: Array = right.xyz_cd_m2.copy()
     xyz[row] += by
     noise = estimate_noise(replace(right, xyz_cd_m2=xyz))
-    assert noise.slips == (row,)
+    assert noise.outliers == (row,)
     assert noise.relative == pytest.approx(0.002, rel=0.4)
     assert row not in Problem.of(replace(right, xyz_cd_m2=xyz)).rows
 
@@ -236,17 +236,17 @@ def test_a_replicate_that_stands_alone_is_a_slip(row: int, by: tuple[float, floa
 def test_two_replicates_do_not_tell_which_of_them_slipped() -> None:
     xyz = with_noise(readings(repeats=2), 5).xyz_cd_m2.copy()
     xyz[0] *= 1.2
-    assert estimate_noise(replace(readings(repeats=2), xyz_cd_m2=xyz)).slips == ()
+    assert estimate_noise(replace(readings(repeats=2), xyz_cd_m2=xyz)).outliers == ()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("repeats", [3, 5])
 @pytest.mark.parametrize(
-    "campaigns", [100, pytest.param(500, marks=pytest.mark.rare(instead="test_pure_noise_has_no_slips"))]
+    "campaigns", [100, pytest.param(500, marks=pytest.mark.rare(instead="test_pure_noise_has_no_outliers"))]
 )
-def test_pure_noise_has_no_slips(repeats: int, campaigns: int) -> None:
+def test_pure_noise_has_no_outliers(repeats: int, campaigns: int) -> None:
     exact = readings(repeats=repeats, hours=HOURS[:2])
-    assert not [seed for seed in range(campaigns) if estimate_noise(with_noise(exact, seed)).slips]
+    assert not [seed for seed in range(campaigns) if estimate_noise(with_noise(exact, seed)).outliers]
 
 
 def test_replicates_share_hour_code_session_conditions_and_cap() -> None:
@@ -403,14 +403,14 @@ def test_shot_noise_of_a_sensor_for_z_that_sees_less_light_is_larger() -> None:
     np.testing.assert_allclose(np.mean(scatter, axis=0), 1.0, atol=0.15)
 
 
-@pytest.mark.parametrize("slips", [(), (3,)])
-def test_an_instrument_with_heavy_tails_keeps_its_slips(slips: tuple[int, ...]) -> None:
+@pytest.mark.parametrize("outliers", [(), (3,)])
+def test_an_instrument_with_heavy_tails_keeps_its_outliers(outliers: tuple[int, ...]) -> None:
     problem = Problem.of(with_noise(readings(), 3))
-    problem = replace(problem, noise=replace(problem.noise, slips=slips)).without(slips)
-    again = problem.with_slips()
+    problem = replace(problem, noise=replace(problem.noise, outliers=outliers)).without(outliers)
+    again = problem.with_outliers()
     assert again.rows.tolist() == list(range(problem.readings.hours.size))
     assert again.xyz.shape == (again.rows.size, 3)
-    assert again.noise.slips == ()
+    assert again.noise.outliers == ()
 
 
 @pytest.mark.slow(every=True)

@@ -296,7 +296,7 @@ def test_what_noise_leaves_of_healthy_displays_is_as_probable_as_it_should_be() 
     chances = []
     for seed in range(60):
         base = healthy(seed)
-        chances.append(PureError.of(base.problem).p_of_leftover(base))
+        chances.append(PureError.of(base.problem).p_of_lack_of_fit(base))
     # What replicates leave open of the noise is added to it: a little more probable, never less.
     assert stats.kstest(chances, "uniform", alternative="greater").pvalue > 0.01
     assert stats.kstest(chances, "uniform").pvalue > 0.001
@@ -308,5 +308,5 @@ def test_what_a_fault_leaves_is_improbable_until_it_is_added() -> None:
     readings = noisy(patches, display(HOURS), FAULTS["crosstalk"], truth, seed=2)
     problem = Problem.of(table(readings))
     error, term = PureError.of(problem), Term.at_rest(catalogue()["crosstalk"], ("new", "grown"))
-    assert error.p_of_leftover(fit(problem)) < 1e-6
-    assert error.p_of_leftover(fit(problem, (term,))) > 0.01
+    assert error.p_of_lack_of_fit(fit(problem)) < 1e-6
+    assert error.p_of_lack_of_fit(fit(problem, (term,))) > 0.01

@@ -82,7 +82,7 @@ def test_local_unknowns_are_drawn_to_rest_and_to_their_neighbours() -> None:
         scale = np.concatenate([np.zeros(12), np.full(len(gains), 0.004), [1.0]])
         if not knot:
             back[:12] = ((interpolated(problem, tips)[hour] - tips[hour]) / tip_scale(problem)).ravel()
-            scale[:12] = (problem.slack[hour] / tip_scale(problem)).ravel()
+            scale[:12] = (problem.interpolation_sigma[hour] / tip_scale(problem)).ravel()
         # One equation for each unknown, which the way back solves, and of which one σ is 1.
         known = scale > 0
         assert np.count_nonzero(rows) == np.count_nonzero(known) == len(rows)

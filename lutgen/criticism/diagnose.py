@@ -179,7 +179,7 @@ def diagnose(
     problem = Problem.of(readings, baseline=baseline, selection=selection, instrument=instrument)
     problem = with_shared_errors(problem, terms)
     choices = candidates(effects, baseline, (*without, *(term.effect.name for term in terms)))
-    if problem.remembered:
+    if problem.first_readings:
         # Which of the paper's matrices a colour takes makes no difference where its own reading foretells it.
         choices = [each for each in choices if each.stage != "selection"]
     base, error = fit(problem, terms), PureError.of(problem)
@@ -230,7 +230,7 @@ def candidates(effects: Mapping[str, Effect] | None, baseline: str, without: Seq
 def _suspicion(base: Fit, error: PureError, rows: Sequence[int]) -> Suspicion:
     problem = base.problem
     scale = error.variance
-    wrong = tuple(sorted({*problem.noise.slips, *rows}))
+    wrong = tuple(sorted({*problem.noise.outliers, *rows}))
     return Suspicion(wrong, wrong_sessions(base, scale), suspicious_noise(problem))
 
 

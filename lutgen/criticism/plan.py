@@ -184,7 +184,7 @@ def base_of(truth: Fit) -> Fit:
 
 
 def _for_effect(base: Fit, effect: Effect) -> MeasurementPlan:
-    if effect.baseline == "first-hour" and not base.problem.foretells:
+    if effect.baseline == "first-hour" and not base.problem.from_first_hour:
         raise LutgenError(
             f"no patch in one more session would show {effect.name}: re-measured white and primaries hide it. Use "
             f"--baseline first-hour."

@@ -314,12 +314,12 @@ def _check_seen(effect: Effect, baseline: str) -> None:
 
 def _check_enough(current: Fit, effect: Effect) -> None:
     problem, free = current.problem, min((len(form) for form in effect.forms), default=0)
-    if current.parameters + free > problem.bears:
+    if current.parameters + free > problem.max_parameters:
         spare = np.unique(problem.groups[~problem.is_anchor]).size
         raise LutgenError(
             f"{problem.readings.file}: beside white and primaries there are {spare} different readings, which bear "
-            f"{problem.bears} free parameters; with {effect.name} the model has {current.parameters + free}. Measure "
-            f"greys and ramps too: lutgen plan lists them."
+            f"{problem.max_parameters} free parameters; with {effect.name} the model has {current.parameters + free}. "
+            f"Measure greys and ramps too: lutgen plan lists them."
         )
 
 

@@ -301,7 +301,7 @@ def plot_fit(views: Sequence[View], path: Path, *, title: str, foot: str, force:
     """Draw one row an effect. Errors as :func:`lutgen.report.drawing.picture`."""
     shown = list(views)[:MOST]
     height = 1.9 + 4.3 * len(shown)
-    when = " of hour 0" if shown[0].problem.foretells else ""
+    when = " of hour 0" if shown[0].problem.from_first_hour else ""
     legend = (
         "Dots: measured, ± 1 σ. Dashed: the model without the effect. Solid: with it. All readings are predicted from "
         f"white and primaries{when} alone. "

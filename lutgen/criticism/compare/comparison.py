@@ -152,7 +152,7 @@ class Comparison:
         few = self.error.delta_e_mean <= self.floor.delta_e_mean
         where = " in few readings, or in dark ones" if few else ""
         # Fits know single colours from the first session; a baked display has the curves alone.
-        model = "The model" if self.problem.remembers else "The model as it is baked, with curves alone,"
+        model = "The model" if self.problem.uses_first_readings else "The model as it is baked, with curves alone,"
         return f"{model} fails by {times(self.ratio)} the noise{where}: {size}. {self.direction.sentence()}"
 
     def as_json(self) -> dict[str, Any]:

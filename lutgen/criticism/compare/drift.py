@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.criticism.noise.replicates import replicate_groups
-from lutgen.criticism.noise.tails import SLIP
+from lutgen.criticism.noise.tails import OUTLIER
 from lutgen.readings.steadiness import FEWEST, SessionDrift, steadiness_of
 from lutgen.readings.table import is_capped
 
@@ -101,8 +101,8 @@ def _drift(
 
 def _wrong(problem: Problem) -> NDArray[np.bool_]:
     """Readings that replicates show to be wrong, or that hardly count, (n,)."""
-    wrong = np.zeros(problem.readings.hours.size, dtype=bool) if problem.weights is None else problem.weights < SLIP
-    wrong[list(problem.noise.slips)] = True
+    wrong = np.zeros(problem.readings.hours.size, dtype=bool) if problem.weights is None else problem.weights < OUTLIER
+    wrong[list(problem.noise.outliers)] = True
     return wrong
 
 

@@ -146,7 +146,7 @@ class View:
                 # A session has one or two temperatures: hours are taken together.
                 return Way(condition.axis, spread(values), (*names, *(("hour",) if condition.cell == "heat" else ())))
         if self.effect.stage in {"drive", "transfer", "mixing"} or (
-            self.effect.stage == "emission" and not problem.foretells
+            self.effect.stage == "emission" and not problem.from_first_hour
         ):
             return Way("code value", problem.readings.drive[problem.rows].max(axis=1), ())
         return Way("operating hours", problem.hours[problem.hour_of], ("hour",))

@@ -1,4 +1,4 @@
-"""The first session beside two fresh displays: how far the paper's is from this one, and what its own curves leave."""
+"""Errors of two models of the fresh display at the first session: the paper's display and the native display."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.problem import Problem
     from lutgen.display.own_model import OwnModel
 
-#: The paper's fresh display is another than this one from this mean ΔE2000 on, if the native one leaves half of it.
+#: The display is not the paper's if the paper's mean ΔE2000 exceeds this, and the native one is below half of that.
 ANOTHER = 0.5
 
 
 @dataclass(frozen=True)
 class FirstSession:
-    """Mean ΔE2000 of two fresh displays on readings at hour 0 that neither runs through.
+    """Mean ΔE2000 of two models of the fresh display, at readings of hour 0 to which neither is fitted.
 
     Attributes
     ----------
     readings
-        Their number: neither white and primaries nor the ramps and black of the native display are among them.
+        Number of these readings; white, primaries, and the native display's ramps and black are left out.
     paper, native
-        Of the paper's fresh display, and of the native one; None where the readings make none.
+        Mean ΔE2000 of the paper's fresh display, and of the native one; None if no native display can be made.
     own
-        Of the display's own model (:mod:`lutgen.display.own_model`) on mixtures, held out by patch; None where these
-        are too few.
+        Mean ΔE2000 of the display's own model (:mod:`lutgen.display.own_model`) on mixtures, held out by patch; None if
+        there are too few.
     rungs
-        What its ladder says, one sentence each.
+        Sentences on the ladder of the own model, one each.
 
     """
 
@@ -48,45 +48,49 @@ class FirstSession:
 
     @property
     def is_another(self) -> bool:
-        """Whether this display clearly is not the paper's from the first day, and its own curves tell it better."""
+        """Whether the fresh display clearly is not the paper's, and the native display predicts it better."""
         return self.native is not None and self.paper > ANOTHER and self.native < self.paper / 2
 
     def sentence(self) -> str:
-        """Say both in plain words."""
-        said = (
+        """State both errors in one sentence."""
+        sentence = (
             f"First session: the paper's fresh display misses {self.readings} readings by mean ΔE2000 {self.paper:.2f}"
         )
         if self.native is None:
-            return f"{said}."
-        said = f"{said}, the native one by {self.native:.2f}"
-        return f"{said}." if self.native < self.paper else f"{said}: curves and black of its own do not tell it better."
+            return f"{sentence}."
+        sentence = f"{sentence}, the native one by {self.native:.2f}"
+        return (
+            f"{sentence}."
+            if self.native < self.paper
+            else f"{sentence}: its own curves and black do not predict them better."
+        )
 
 
 def first_session(problem: Problem) -> FirstSession | None:
-    """Hold the readings of hour 0 against the paper's fresh display and the native one; None where none are left."""
+    """Compare readings of hour 0 with the paper's fresh display and the native one; None if none are left."""
     paper = replace(problem, baseline="colour-points", native=None, drawn=(), rows=problem.rows[problem.hour_of == 0])
-    out = np.setdiff1d(np.arange(problem.readings.hours.size), problem.rows)
+    left_out = np.setdiff1d(np.arange(problem.readings.hours.size), problem.rows)
     try:
-        own = problem.native or NativeDisplay.of(problem.readings, [int(row) for row in out])
+        own = problem.native or NativeDisplay.of(problem.readings, [int(row) for row in left_out])
     except LutgenError:
         own = None
     native = replace(paper, baseline="native", native=own)
-    judged = paper.readings.at_rest()[paper.rows] & ~paper.is_tip_anchor & ~native.curve_points
-    if not judged.any():
+    compared = paper.readings.at_rest()[paper.rows] & ~paper.is_tip_anchor & ~native.curve_points
+    if not compared.any():
         return None
 
-    def error(asked: Problem) -> float:
-        white = asked.measured_tips[0, 0]
-        found = delta_e_2000(xyz_to_lab(anchored(asked, ()), white), xyz_to_lab(asked.xyz, white))
-        return float(found[judged].mean())
+    def error(posed: Problem) -> float:
+        white = posed.measured_tips[0, 0]
+        delta_e = delta_e_2000(xyz_to_lab(anchored(posed, ()), white), xyz_to_lab(posed.xyz, white))
+        return float(delta_e[compared].mean())
 
     model = own.ladder if own else _own_model(problem)
-    held_out, said = (model.error, model.sentences()) if model else (None, ())
-    return FirstSession(int(judged.sum()), error(paper), error(native) if own else None, held_out, said)
+    held_out, sentences = (model.error, model.sentences()) if model else (None, ())
+    return FirstSession(int(compared.sum()), error(paper), error(native) if own else None, held_out, sentences)
 
 
 def _own_model(problem: Problem) -> OwnModel | None:
-    """Fit the first session's own model; None where its readings are too few."""
+    """Fit the own model to the first session; None if there are too few readings."""
     readings = problem.readings
     rows = problem.rows[problem.hour_of == 0]
     rows = rows[readings.at_rest()[rows] & ~is_capped(readings)[rows]]

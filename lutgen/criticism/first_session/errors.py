@@ -1,12 +1,12 @@
-"""What is wrong in the first session is wrong in all later readings that a fit foretells from it.
+"""Errors of the first session, which propagate to all later readings that a fit predicts from it.
 
-Readings of a colour share the errors of the first session's reading of that colour, and all of them those of its white
-and primaries and of its dark offset. Such errors are unknowns, of which an instrument's noise tells the size: a fit
-finds the likeliest ones, and χ² has their squares in units of σ. So what readings of a colour have in common counts for
-less, and what grows from hour to hour counts in full.
+Later readings of a colour share the error of the first session's reading of that colour. All later readings share the
+errors of the first session's white, primaries and dark offset. These errors are unknowns with a prior, whose σ is the
+noise of the instrument: a fit estimates them, and χ² includes their squares in units of σ. So a residual that all
+readings of a colour share has a lower weight, and a change from hour to hour keeps its full weight.
 
-The unknowns of a block (its tips, gains and shared errors) can do part of what they do; :meth:`FirstErrors.of` takes
-that out with the derivatives at the measured tips, from which latent ones hardly differ.
+The local unknowns of a block (tips, gains and shared errors) can absorb part of these errors. :meth:`FirstErrors.of`
+removes this part with the derivatives at the measured tips, from which the latent tips hardly differ.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FirstErrors:
-    """Errors of the first session as unknowns (e) that all blocks share.
+    """Errors of the first session, e unknowns that all blocks share.
 
-    ``columns`` (3n, e) is what each does to the whitened readings at one standard deviation, ``blocks`` are the
-    readings of each block and what its unknowns can do to them, (3m, l); ``inverse`` (e, e) is the covariance of the
-    errors once the readings are known.
+    ``columns`` (3n, e): change of the whitened readings by 1 σ of each error. ``blocks``: the readings of each block,
+    and a basis of the changes by its local unknowns, (3m, l). ``inverse`` (e, e): posterior covariance of the errors in
+    units of their prior σ.
     """
 
     columns: Any
@@ -42,10 +42,10 @@ class FirstErrors:
 
     @classmethod
     def of(cls, problem: Problem) -> FirstErrors | None:
-        """Take a problem's; None where nothing is foretold from a first session's readings."""
+        """Make the errors of a problem; None if no prediction depends on errors of the first session."""
         if problem.native is None:
             return None
-        whitened = np.einsum("nij,enj->eni", problem.whitener, problem.first_day.errors)
+        whitened = np.einsum("nij,enj->eni", problem.whitener, problem.first_session_model.errors)
         if not len(whitened):
             return None
         state = State((), problem.measured_tips, np.zeros(problem.gain_count))
@@ -53,22 +53,22 @@ class FirstErrors:
         bases = [local_basis(problem, local, state, here)[: 3 * here.size] for here in problem.blocks]
         blocks = tuple(zip(problem.blocks, bases, strict=True))
         columns = scipy.sparse.csr_array(whitened.reshape(len(whitened), -1).T)
-        left = _outside(blocks, whitened).reshape(len(whitened), -1)
-        return cls(columns, blocks, np.linalg.inv(np.eye(len(left)) + left @ columns))
+        unabsorbed = _outside(blocks, whitened).reshape(len(whitened), -1)
+        return cls(columns, blocks, np.linalg.inv(np.eye(len(unabsorbed)) + unabsorbed @ columns))
 
-    def taken_from(self, white: Array) -> tuple[Array, Array]:
-        """Take the likeliest errors out of whitened residuals or signatures (..., n, 3); also their sizes (..., e)."""
+    def subtracted_from(self, white: Array) -> tuple[Array, Array]:
+        """Subtract the most likely errors, of sizes (..., e), from whitened residuals or signatures (..., n, 3)."""
         flat = white.reshape(-1, *white.shape[-2:])
-        told = _outside(self.blocks, flat).reshape(len(flat), self.columns.shape[0]) @ self.columns
-        sizes = told @ self.inverse
-        left = white - (self.columns @ sizes.T).T.reshape(white.shape)
-        return left, sizes.reshape(*white.shape[:-2], len(self.inverse))
+        projections = _outside(self.blocks, flat).reshape(len(flat), self.columns.shape[0]) @ self.columns
+        sizes = projections @ self.inverse
+        residual = white - (self.columns @ sizes.T).T.reshape(white.shape)
+        return residual, sizes.reshape(*white.shape[:-2], len(self.inverse))
 
 
 def _outside(blocks: tuple[tuple[NDArray[np.intp], Array], ...], white: Array) -> Array:
-    """What the unknowns of blocks cannot do of whitened columns (k, n, 3)."""
-    left = white.copy()
+    """Part of whitened columns (k, n, 3) that the local unknowns of blocks cannot absorb."""
+    unabsorbed = white.copy()
     for here, basis in blocks:
-        mine = white[:, here].reshape(len(white), 3 * here.size)
-        left[:, here] -= (mine @ basis @ basis.T).reshape(len(white), here.size, 3)
-    return left
+        block = white[:, here].reshape(len(white), 3 * here.size)
+        unabsorbed[:, here] -= (block @ basis @ basis.T).reshape(len(white), here.size, 3)
+    return unabsorbed

@@ -1,8 +1,8 @@
-"""A native display's first session at the readings of a problem: its own model, and what effects had done by then.
+"""A native display's first session, evaluated at the readings of a problem: residual light of curves, errors, effects.
 
-Curves alone miss most colours by much more than the noise, and by the same share at every hour. So a fit foretells a
-colour that the first session has read from that reading: what curves miss is so much light of the three channels,
-which ages as they do. What is wrong with the one reading is in all later readings of the colour
+Curves alone have errors at most colours that exceed the noise, by the same share at every hour. So if the first session
+has read a colour, a fit predicts the colour from that reading: the residual of the curves is expressed as light of the
+three channels, which ages as the channels do. An error of that reading propagates to all later readings of the colour
 (:mod:`lutgen.criticism.first_session.errors`).
 """
 
@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.criticism.first_session.colours import FirstColours
+from lutgen.criticism.first_session.residual_light import ResidualLight
 from lutgen.display.native import first_session_rows
 from lutgen.display.trace import panel, since_first_session
 from lutgen.effects import Scene
@@ -34,52 +34,53 @@ if TYPE_CHECKING:
     from lutgen.readings import Measurements
 
 
-#: A sensor holds white within so much, as a share; further away, it has no reserve, or there is none.
+#: A sensor holds white within this share; if white has changed by more, the sensor has no reserve, or does not exist.
 HELD_WITHIN = 0.03
 
 
-#: Colours of a session that curves miss each in its own way: within a quarter of the range of code values they err
-#: alike.
+#: Number of colours of a session with independent errors of curves: errors are correlated within a quarter of the range
+#: of code values.
 COLOURS = 4.0**3
 
-#: Nothing is named that twice an error would explain that nobody measured: four times its variance.
+#: Factor of the variance of errors that are not measured: no effect is named that twice their σ would explain.
 ALLOWANCE = 4.0
 
 
 @dataclass(frozen=True)
 class FirstReadings:
-    """What readings of the first session say of all readings of a problem, (n, …).
+    """Readings of the first session and their errors, evaluated at the n readings of a problem.
 
-    ``beside`` has what curves miss, in full red, green and blue, and ``met`` are the readings that it is made of.
-    ``colour`` (n,) numbers the colours whose later readings share an error, −1 at others; ``error`` (n, 3, 3) is what
-    1 σ of it does to them, in cd/m²: noise of the first session, or what curves miss of a colour that it has not read.
-    ``missed`` is how many readings err as one, of colours that were read once, in a later session; else 0. ``counts``
-    says for how many each reading counts: none of ``met``, which say by ``light`` all that they know; less than 1 where
-    an unknown of its own, or a likeness to others, takes it up.
+    ``residual_light``: light that the curves do not predict. ``exact`` (n,): whether the residual light was made from
+    the reading, so that it is predicted exactly. ``colour`` (n,): number of the colour, if later readings of the colour
+    share an error, else −1. ``error`` (n, 3, 3): changes of these readings by 1 σ of that error, cd/m²: noise of the
+    first session, or the discrepancy of curves at a colour that the first session has not read.
+    ``discrepancy_factor`` (n,): factor of the discrepancy's covariance, at colours that were read only once, in a later
+    session; else 0. ``counts`` (n,): effective number of readings; 0 for ``exact``, whose information is in ``light``;
+    below 1 if the errors are correlated, or an unknown of the colour absorbs part of the reading.
     """
 
-    beside: FirstColours
-    met: NDArray[np.bool_]
+    residual_light: ResidualLight
+    exact: NDArray[np.bool_]
     colour: NDArray[np.intp]
     error: Array
-    missed: Array
+    discrepancy_factor: Array
     counts: Array
 
     @property
     def light(self) -> Array:
-        """What curves miss, (n, 3)."""
-        return self.beside.light
+        """Residual light of the curves, (n, 3), in units of full red, green and blue."""
+        return self.residual_light.light
 
 
 @dataclass(frozen=True)
-class FirstDay:
-    """What the first session says at each reading of a problem."""
+class FirstSessionModel:
+    """The first session of a native display, evaluated at each reading of a problem."""
 
     problem: Problem
 
     @cached_property
     def held_out_gain(self) -> Array | None:
-        """Factor (n, 3) that takes the own model from a reading of the first session; None without one."""
+        """Factor (n, 3) that turns the own model's prediction of the first session into the held-out one, if any."""
         native, drive = self.problem.native, self.problem.readings.drive[self.problem.rows]
         gain, first = native.own_gain(drive) if native else None, self.problem.hour_of == 0
         if native is None or native.ladder is None or gain is None:
@@ -91,100 +92,103 @@ class FirstDay:
         return factor
 
     @cached_property
-    def remembered(self) -> FirstReadings:
-        """What the first session says of the colours that it has read, beside the colour points."""
+    def first_readings(self) -> FirstReadings:
+        """The first session's readings of colours other than the tips, evaluated at the readings."""
         problem, readings, (codes, place) = self.problem, self.problem.readings, self.codes
-        first = first_session_rows(readings, problem.noise.slips)
+        first = first_session_rows(readings, problem.noise.outliers)
         other = np.asarray(~is_tip(codes).any(axis=1))
         same = (readings.drive[first][:, np.newaxis] == codes).all(axis=2) & other
-        times, met = same.sum(axis=0), np.isin(problem.rows, first) & other[place]
+        times, exact = same.sum(axis=0), np.isin(problem.rows, first) & other[place]
         mean = same.T.astype(np.float64) @ readings.xyz_cd_m2[first] / np.maximum(times, 1)[:, np.newaxis]
         plain = self._plain.emit(problem.measured_tips[:1])
-        off = np.where((times > 0)[:, np.newaxis], mean - plain, 0.0)
-        # Colours that the first session has not read are missed as their neighbours are.
-        foreign, later = other & codes.any(axis=1) & (times == 0), np.bincount(place[~met], minlength=len(codes))
-        alike = ALLOWANCE * max(1.0, foreign.sum() / COLOURS)
+        residual = np.where((times > 0)[:, np.newaxis], mean - plain, 0.0)
+        # At colours that the first session has not read, the errors of curves are correlated with their neighbours'.
+        is_unread, later = other & codes.any(axis=1) & (times == 0), np.bincount(place[~exact], minlength=len(codes))
+        inflation = ALLOWANCE * max(1.0, is_unread.sum() / COLOURS)
         weight = np.ones(len(first)) if problem.weights is None else problem.weights[first]
         known = np.where(times > 0, same.T.astype(np.float64) @ weight, 1.0)
         noise = problem.noise.covariance(mean) / known[:, np.newaxis, np.newaxis]
-        missed = problem.discrepancy.covariance(plain) * alike
-        spread = np.linalg.cholesky(np.where(foreign[:, np.newaxis, np.newaxis], missed, noise))
-        once = foreign & (later == 1)
-        light = np.linalg.solve(self._channels[0], off.T).T
-        colour = np.where(met | ((times == 0) & ~foreign | once)[place], -1, place)
-        taken = np.where(foreign, (1.0 - 1.0 / alike) / np.maximum(later, 1), 0.0)[place]
+        discrepancy = problem.discrepancy.covariance(plain) * inflation
+        spread = np.linalg.cholesky(np.where(is_unread[:, np.newaxis, np.newaxis], discrepancy, noise))
+        once = is_unread & (later == 1)
+        light = np.linalg.solve(self._channels[0], residual.T).T
+        colour = np.where(exact | ((times == 0) & ~is_unread | once)[place], -1, place)
+        absorbed = np.where(is_unread, (1.0 - 1.0 / inflation) / np.maximum(later, 1), 0.0)[place]
         return FirstReadings(
-            beside=FirstColours.of(self._plain.linear, light, times > 0, place),
-            met=met,
+            residual_light=ResidualLight.of(self._plain.linear, light, times > 0, place),
+            exact=exact,
             colour=colour,
             error=self._aged @ spread[place] * (colour >= 0)[:, np.newaxis, np.newaxis],
-            missed=once[place] * alike,
-            counts=np.where(met, 0.0, 1.0 - taken),
+            discrepancy_factor=once[place] * inflation,
+            counts=np.where(exact, 0.0, 1.0 - absorbed),
         )
 
     @cached_property
     def errors(self) -> Array:
-        """What 1 σ of each error of the first session does to later readings, (e, n, 3), cd/m².
+        """Changes of later readings by 1 σ of each error of the first session, (e, n, 3), cd/m².
 
-        What is wrong with its reading of a colour is in all later ones of that colour; errors of its white and
-        primaries are in what curves missed of all of them. Its dark offset is in the display's black, and not before a
-        capped lens.
+        An error of the reading of a colour propagates to all later readings of the colour. Errors of white and
+        primaries propagate to the residual light of all colours. The dark offset is part of the display's black, but a
+        capped lens does not see it.
         """
-        problem, memory, columns = self.problem, self.problem.remembered, [np.zeros((0, self.problem.rows.size, 3))]
-        if memory:
+        problem, first_readings, columns = (
+            self.problem,
+            self.problem.first_readings,
+            [np.zeros((0, self.problem.rows.size, 3))],
+        )
+        if first_readings:
             columns += [
-                np.moveaxis(memory.error * (memory.colour == colour)[:, np.newaxis, np.newaxis], 2, 0)
-                for colour in np.unique(memory.colour[memory.colour >= 0])
+                np.moveaxis(first_readings.error * (first_readings.colour == colour)[:, np.newaxis, np.newaxis], 2, 0)
+                for colour in np.unique(first_readings.colour[first_readings.colour >= 0])
             ]
-            shares = self._plain.shares[self.codes[1]] + np.pad(memory.light, ((0, 0), (1, 0)))
-            shares = shares * (memory.colour >= 0)[:, np.newaxis]
+            shares = self._plain.shares[self.codes[1]] + np.pad(first_readings.light, ((0, 0), (1, 0)))
+            shares = shares * (first_readings.colour >= 0)[:, np.newaxis]
             drive, tips = problem.readings.drive[problem.rows], problem.measured_tips[0]
             of_tips = np.linalg.cholesky(problem.noise.covariance(tips))
             for tip, spread in enumerate(of_tips):
                 times = (problem.is_tip_anchor & (problem.hour_of == 0) & (drive == TIP_DRIVES[tip]).all(axis=1)).sum()
-                moved = self._aged @ spread * shares[:, tip, np.newaxis, np.newaxis] / np.sqrt(max(int(times), 1))
-                columns.append(np.moveaxis(moved, 2, 0))
+                change = self._aged @ spread * shares[:, tip, np.newaxis, np.newaxis] / np.sqrt(max(int(times), 1))
+                columns.append(np.moveaxis(change, 2, 0))
         if problem.offset_cd_m2 > 0:
-            lit = self._plain.shares.sum(axis=1)[self.codes[1]] + (memory.light.sum(axis=1) if memory else 0.0)
+            lit = self._plain.shares.sum(axis=1)[self.codes[1]] + (
+                first_readings.light.sum(axis=1) if first_readings else 0.0
+            )
             white = (problem.measured_tips[:, 0] / problem.measured_tips[0, 0])[problem.hour_of]
-            capped, first = is_capped(problem.readings)[problem.rows], problem.hour_of == 0
-            dark = (~capped & ~first) * (1.0 - lit)
-            moved = (capped & first)[:, np.newaxis] - dark[:, np.newaxis] * white
-            columns.append(np.eye(3)[:, np.newaxis] * problem.offset_cd_m2 * moved)
-        if problem.doubted is not None:
-            columns.append(problem.doubted)
+            capped, at_start = is_capped(problem.readings)[problem.rows], problem.hour_of == 0
+            dark = (~capped & ~at_start) * (1.0 - lit)
+            change = (capped & at_start)[:, np.newaxis] - dark[:, np.newaxis] * white
+            columns.append(np.eye(3)[:, np.newaxis] * problem.offset_cd_m2 * change)
+        if problem.drive_errors is not None:
+            columns.append(problem.drive_errors)
         return np.concatenate(columns)
 
-    def error_of_met(self, sizes: Array) -> Array:
-        """Errors of single colours, (e,) in σ, at the readings of the first session that have them: (n, 3).
-
-        0 at other readings.
-        """
-        memory, (codes, place) = self.problem.remembered, self.codes
-        found = np.zeros((self.problem.rows.size, 3))
-        if memory:
+    def errors_of_exact(self, sizes: Array) -> Array:
+        """Errors of single colours, from ``sizes`` (e,) in σ, at the readings in ``exact``, (n, 3); 0 at others."""
+        first_readings, (codes, place) = self.problem.first_readings, self.codes
+        errors = np.zeros((self.problem.rows.size, 3))
+        if first_readings:
             of_code = np.zeros((len(codes), 3))
-            shared = np.unique(memory.colour[memory.colour >= 0])
+            shared = np.unique(first_readings.colour[first_readings.colour >= 0])
             of_code[shared] = sizes[: 3 * len(shared)].reshape(-1, 3)
-            found[memory.met] = of_code[place[memory.met]]
-        return found
+            errors[first_readings.exact] = of_code[place[first_readings.exact]]
+        return errors
 
     @cached_property
     def _channels(self) -> Array:
-        """Light of the channels alone at each hour, (H, 3, 3), cd/m²: columns are red, green and blue."""
+        """Light of the single channels without black at each hour, (H, 3, 3), cd/m²: columns are red, green, blue."""
         tips, black = self.problem.measured_tips, np.array(self._plain.black or (0.0, 0.0, 0.0))
         return np.swapaxes(tips[:, 1:] - (black * tips[:, 0])[:, np.newaxis], 1, 2)
 
     @cached_property
     def _aged(self) -> Array:
-        """What becomes at each reading of X, Y and Z of the first session that age as the channels do, (n, 3, 3)."""
+        """Matrix at each reading that ages XYZ of the first session as the channels age, (n, 3, 3)."""
         return (self._channels @ np.linalg.inv(self._channels[0]))[self.problem.hour_of]
 
     def begun(self, applied: Sequence[Applied], before: Panel) -> Panel:
-        """Let effects begin with the first session where the display is native: its readings had them in."""
+        """Return the panel with effects relative to hour 0, if the display is native: it was made with the effects."""
         if not (self.problem.native and applied):
             return before
-        # The same effects are asked for many times.
+        # The factors are cached: the same effects are needed many times.
         key = tuple((each.effect.name, *each.values.values()) for each in applied)
         if key not in self._factors:
             self._factors.clear()
@@ -196,6 +200,7 @@ class FirstDay:
 
     @cached_property
     def _plain(self) -> Panel:
+        """The panel of the distinct code values in the first session, without effects."""
         return panel((), self._first_scene, self.problem.selection, native=self.problem.native)
 
     @cached_property
@@ -204,22 +209,22 @@ class FirstDay:
 
     @cached_property
     def codes(self) -> tuple[Array, NDArray[np.intp]]:
-        """The different code values (m, 3), and each reading's place among them, (n,)."""
+        """The distinct code values (m, 3), and the index of each reading's code value, (n,)."""
         codes, place = np.unique(self.problem.readings.drive[self.problem.rows], axis=0, return_inverse=True)
         return codes, place.reshape(-1)
 
     @cached_property
     def _first_scene(self) -> Scene:
-        """The different code values at hour 0, at the campaign's rest."""
-        usual = {name: column.usual for name, column in COLUMNS.items()}
-        rest = usual | self.problem.readings.usual() | dict(self.problem.assumed)
+        """The scene of the distinct code values at hour 0, at the rest conditions of the campaign."""
+        defaults = {name: column.usual for name, column in COLUMNS.items()}
+        rest = defaults | self.problem.readings.usual() | dict(self.problem.assumed)
         white = self.problem.measured_tips[:1, 0]
         columns = {name: np.full((1, 1), value) for name, value in rest.items()}
         return Scene(np.zeros((1, 1)), self.codes[0], white, white, light=self.problem.light, **columns)
 
 
 def is_held(readings: Measurements) -> bool:
-    """Whether a sensor holds white's luminance: unless the file says that it is free, or white has moved by 3 %."""
+    """Whether a sensor holds the luminance of white: no if the file says so, or if white has changed by 3 % or more."""
     stated = readings.metadata.get("luminance", "held")
     if stated not in {"held", "free"}:
         message = f"{readings.file}: luminance is {stated!r}. Pick one of: held, free."
@@ -228,6 +233,6 @@ def is_held(readings: Measurements) -> bool:
 
 
 def white_moved(readings: Measurements) -> float:
-    """Change of white's luminance from the first session to the last, as a share."""
+    """Relative change of the luminance of white from the first session to the last."""
     white = readings.tips()[1][:, 0, 2]
     return float(white[-1] / white[0] - 1.0)

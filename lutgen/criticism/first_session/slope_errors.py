@@ -1,9 +1,9 @@
-"""What effects on code values do behind a display's own curves, which know it only roughly.
+"""Uncertainty of effects on code values with a display's own curves.
 
-A code value that an effect moves gives light by the slope of the curve there, and between its levels a curve of few
-levels knows its slope to some 15 %. A rounding behind a calibration table moves each code value of each channel by a
-part of a step, which the table alone would tell. Beside these doubts it is judged whether an effect explains enough,
-and whether others are needed; formulas are fitted without them.
+An effect that shifts a code value changes the light by the slope of the curve, and a curve through few levels gives its
+slope between them to some 15 %. A rounding after a calibration table shifts each code value of each channel by a
+fraction of a step, which only the table would determine. The errors of slopes and steps are unknowns in the tests of
+whether an effect explains enough and whether others are needed; the formulas of effects are fitted without them.
 """
 
 from __future__ import annotations
@@ -23,47 +23,49 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.linear import Term
     from lutgen.effects import Effect
 
-#: Share to which a curve through few levels knows its slope between them, 1 σ; ``tests/test_doubts.py`` measures it.
+#: Relative error of the slope of a curve through few levels, between them, 1 σ; ``tests/test_doubts.py`` measures it.
 SLOPE = 0.15
 
 
-def with_doubts(found: Fit) -> Fit:
-    """Fit the same effects where what those of the stage ``drive`` do is known roughly; as it is, where none are."""
-    problem, state = found.problem, State(found.terms, found.tips, found.gains)
-    moving = [term for term in found.terms if term.effect.stage == "drive"]
-    if not moving or problem.native is None:
-        return found
-    doubted = np.concatenate([_steps(found, term) if term.effect.propose else _slopes(found, term) for term in moving])
-    return fit(replace(problem, doubted=doubted), found.terms, state)
+def with_drive_errors(fitted: Fit) -> Fit:
+    """Fit the same effects again with errors of those of stage ``drive``; return the fit itself if it has none."""
+    problem, state = fitted.problem, State(fitted.terms, fitted.tips, fitted.gains)
+    drive_terms = [term for term in fitted.terms if term.effect.stage == "drive"]
+    if not drive_terms or problem.native is None:
+        return fitted
+    drive_errors = np.concatenate(
+        [_steps(fitted, term) if term.effect.propose else _slopes(fitted, term) for term in drive_terms]
+    )
+    return fit(replace(problem, drive_errors=drive_errors), fitted.terms, state)
 
 
-def gain_beside(doubted: Fit, effect: Effect) -> float:
-    """By how much BIC falls with one of a fit's effects, beside the doubts of the others."""
-    others = [term for term in doubted.terms if term.effect.name != effect.name]
-    without = fit(doubted.problem, others, State(tuple(others), doubted.tips, doubted.gains))
-    return without.bic - doubted.bic
+def bic_gain(fitted: Fit, effect: Effect) -> float:
+    """Fall of BIC by one of the effects of a fit with drive errors, compared with the fit without this effect."""
+    others = [term for term in fitted.terms if term.effect.name != effect.name]
+    without = fit(fitted.problem, others, State(tuple(others), fitted.tips, fitted.gains))
+    return without.bic - fitted.bic
 
 
-def _slopes(found: Fit, term: Term) -> Array:
-    """Light that the slopes of curves may give or take of what an effect does to X, Y or Z of a colour, (e, n, 3)."""
-    still = State(tuple(other for other in found.terms if other is not term), found.tips, found.gains)
-    change = SLOPE * (found.predicted - predict(found.problem, still))
-    codes, place = found.problem.first_day.codes
+def _slopes(fitted: Fit, term: Term) -> Array:
+    """1 σ errors of an effect's change of X, Y or Z of one colour, by the slopes of curves, (e, n, 3), cd/m²."""
+    without = State(tuple(other for other in fitted.terms if other is not term), fitted.tips, fitted.gains)
+    change = SLOPE * (fitted.predicted - predict(fitted.problem, without))
+    codes, place = fitted.problem.first_session_model.codes
     of_colour = np.arange(len(codes))[:, np.newaxis] == place
     columns = of_colour[:, np.newaxis, :, np.newaxis] * np.eye(3)[:, np.newaxis] * change
     return np.asarray(columns.reshape(-1, *change.shape))
 
 
-def _steps(found: Fit, term: Term) -> Array:
-    """Light by a shift of one code value of one channel, as large as an effect's shifts are, (e, n, 3)."""
-    problem, drive = found.problem, found.problem.readings.drive[found.problem.rows]
-    between, later = (drive > 0.0) & (drive < 1.0), problem.hour_of > 0
-    moved = term.effect.function(drive, problem.scene(found.tips), **term.values) - drive
-    spread = float(np.sqrt(np.mean(np.square(moved[later][between[later]]))))
+def _steps(fitted: Fit, term: Term) -> Array:
+    """Change of the light by a shift of one code value of one channel, of the effect's RMS shift, (e, n, 3), cd/m²."""
+    problem, drive = fitted.problem, fitted.problem.readings.drive[fitted.problem.rows]
+    is_between, later = (drive > 0.0) & (drive < 1.0), problem.hour_of > 0
+    shift = term.effect.function(drive, problem.scene(fitted.tips), **term.values) - drive
+    rms_shift = float(np.sqrt(np.mean(np.square(shift[later][is_between[later]]))))
     columns = []
     for channel in range(3):
-        shifted = State((*found.terms, shift_of(problem, channel)), found.tips, found.gains)
-        slope = (predict(problem, shifted) - found.predicted) / -STEP
-        levels = np.unique(drive[between[:, channel], channel])
-        columns += [spread * slope * (drive[:, channel] == level)[:, np.newaxis] for level in levels]
+        shifted = State((*fitted.terms, shift_of(problem, channel)), fitted.tips, fitted.gains)
+        slope = (predict(problem, shifted) - fitted.predicted) / -STEP
+        levels = np.unique(drive[is_between[:, channel], channel])
+        columns += [rms_shift * slope * (drive[:, channel] == level)[:, np.newaxis] for level in levels]
     return np.asarray(columns)

@@ -1,8 +1,9 @@
-"""Prediction as a user would bake it: tips from their own readings alone, everything else predicted.
+"""The prediction of a baked model: tips are solved from their own readings alone, all other readings are predicted.
 
-A fit lets all readings pull at the tips, which is right for weighing evidence and wrong for looking: a fault off the
-centre would seem to darken the white. Here the tips are solved, with the effects in place, from their own readings, so
-that the error shows where it is. The floor is what noise alone does to the same procedure.
+In a fit all readings influence the tips. This is right for statistical tests, but it misplaces errors: a fault off the
+centre of the screen would appear as an error of white. Here the effects are given, and the tips are solved from their
+own readings only, so that an error appears at the readings that have it. Simulated noise gives the errors that this
+procedure shows where the model is true.
 """
 
 from __future__ import annotations
@@ -26,25 +27,25 @@ if TYPE_CHECKING:
 
 SEED = 20150319
 
-#: Campaigns of pure noise that the floor is the mean of.
+#: Number of simulated campaigns of pure noise; their mean is the noise floor of an error.
 DRAWS = 32
 
 
 def anchored(problem: Problem, terms: Sequence[Term]) -> Array:
-    """XYZ that the model predicts, (n, 3), cd/m², solved from the readings that it is anchored to, effects given.
+    """XYZ that the model predicts, (n, 3), cd/m²: effects given, tips solved from their own readings.
 
-    Tips are solved at every hour, under baselines that foretell at hour 0 only.
+    Tips are solved at every hour; under baselines that predict from the first hour, at hour 0 only.
     """
     return predict(problem, State(_given(terms), anchored_tips(problem, terms), np.zeros(problem.gain_count)))
 
 
 def anchored_tips(problem: Problem, terms: Sequence[Term]) -> Array:
-    """Latent tips behind that prediction, (H, 4, 3), cd/m²."""
-    # White and primaries are full drive, which says nothing of curves: none but the first session's own is drawn.
+    """Latent tips of :func:`anchored`, (H, 4, 3), cd/m²."""
+    # Tips are read at full drive, which has no information on curves: the curve modes are left out.
     part = replace(problem, rows=problem.rows[problem.is_tip_anchor], drawn=())
     solved = fit(part, _given(terms))
     tips = problem.measured_tips.copy()
-    if problem.foretells:
+    if problem.from_first_hour:
         tips[:] = solved.tips[0]
         return tips
     tips[np.isin(problem.hours, part.hours)] = solved.tips
@@ -56,20 +57,20 @@ def _given(terms: Sequence[Term]) -> tuple[Term, ...]:
 
 
 def noise_only(problem: Problem, predicted: Array, draws: int = DRAWS) -> Iterator[Array]:
-    """Residuals (n, 3) in cd/m² of campaigns in which the prediction is true and only noise is added; seeded."""
+    """Simulate campaigns in which the prediction is true and noise is added: yield residuals (n, 3), cd/m²; seeded."""
     rng = np.random.default_rng(SEED)
-    root = np.linalg.cholesky(problem.covariance(predicted))
+    cholesky = np.linalg.cholesky(problem.covariance(predicted))
     unwhitened = np.linalg.pinv(problem.whitener)
     anchor, before = problem.is_tip_anchor, problem.panel(())
-    fresh = problem.foretells
+    first_hour_only = problem.from_first_hour
     drive = problem.readings.drive[problem.rows]
-    of_tip = [
+    tip_rows = [
         (hour, tip, anchor & (problem.hour_of == hour) & (drive == TIP_DRIVES[tip]).all(axis=1))
-        for hour in np.flatnonzero(problem.is_knot)[: 1 if fresh else None]
+        for hour in np.flatnonzero(problem.is_knot)[: 1 if first_hour_only else None]
         for tip in range(4)
     ]
     for draw in range(draws):
-        noise = np.einsum("nij,nj->ni", root, rng.standard_normal(predicted.shape))
+        noise = np.einsum("nij,nj->ni", cholesky, rng.standard_normal(predicted.shape))
         gains = problem.noise.session * rng.standard_normal(problem.gain_count)
         noise += np.where(problem.gains >= 0, gains[problem.gains], 0.0)[:, np.newaxis] * predicted
         shared = np.zeros_like(noise)
@@ -78,12 +79,14 @@ def noise_only(problem: Problem, predicted: Array, draws: int = DRAWS) -> Iterat
             shared[whole] = np.tensordot(rng.standard_normal(len(columns)), columns, axes=1)
         noise += (unwhitened @ shared[..., np.newaxis])[..., 0]
         shift = np.zeros((problem.hours.size, 4, 3))
-        for hour, tip, here in of_tip:
+        for hour, tip, here in tip_rows:
             shift[hour, tip] = noise[here].mean(axis=0)
-        shift = np.broadcast_to(shift[0], shift.shape) if fresh else interpolated(problem, shift)
-        # Between sessions the tips are off by what a straight line misses as well.
-        bend = np.where(np.isfinite(problem.slack), problem.slack, 0.0) * rng.standard_normal(shift.shape)
-        shift = shift + (0.0 if fresh else bend)
+        shift = np.broadcast_to(shift[0], shift.shape) if first_hour_only else interpolated(problem, shift)
+        # At hours between sessions the tips also have the error of their interpolation.
+        error = np.where(
+            np.isfinite(problem.interpolation_sigma), problem.interpolation_sigma, 0.0
+        ) * rng.standard_normal(shift.shape)
+        shift = shift + (0.0 if first_hour_only else error)
         if problem.drawn:
-            noise = noise - problem.curve_doubt[draw]
+            noise = noise - problem.curve_deviations[draw]
         yield noise - before.emit(shift[problem.hour_of])

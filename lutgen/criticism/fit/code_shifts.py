@@ -1,8 +1,8 @@
-"""How far each code value seems to be shifted: what the readings say of effects that round codes, before one is fitted.
+"""Estimated shifts of the code values: a fast test for effects that round code values, before one of them is fitted.
 
-A rounding has as many settings as there are tables in front of it, far too many to fit. But what it does to the light
-is, to first order, a shift of each code value, the same in all channels at all hours. The readings' information on
-those shifts is worked out once; after that a setting costs one product of vectors.
+A rounding has one setting for each table that may precede it: too many settings to fit each. To first order a rounding
+shifts each code value, by the same amount in all channels at all hours. The information matrix of these shifts is
+computed once; each setting then costs one product of vectors.
 """
 
 from __future__ import annotations
@@ -24,36 +24,36 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.problem import Problem
     from lutgen.effects import Scene
 
-#: Step of a code value for a derivative, towards black.
+#: Step of a code value for a numerical derivative, towards black.
 STEP = 1e-4
 
-#: Code values whose shifts are asked for at most: those of which the readings say most.
+#: Largest number of code values whose shifts are estimated: those with the most information.
 MOST = 150
 
-#: A smooth curve of the code value of so many terms is no rounding.
+#: Number of Legendre smooth_rank of a smooth smooth_gain of the code value, which is no rounding.
 SMOOTH = 7
 
-#: Jagged is what gains more than a smooth curve of the code value by so many standard deviations of chance.
+#: Shifts are jagged if they gain more χ² than a smooth smooth_gain by so many standard deviations of chance.
 BEYOND_CHANCE = 3.0
 
-#: Settings that are fitted of all that are proposed.
+#: Number of proposed settings that are fitted.
 FITTED = 24
 
 
 @dataclass(frozen=True)
 class CodeShifts:
-    """What readings say of the shift of each code value.
+    """Information of the readings on the shift of each code value.
 
     Attributes
     ----------
     code
         Code values, (m,), without 0 and 1.
     information
-        Of their shifts with the tips and all admitted effects free, (m, m).
+        Information matrix of the shifts, tips and admitted effects marginalised, (m, m).
     pull
-        Product of that with the shifts that the residuals ask for, (m,).
+        Information matrix times the shifts that fit the residuals best, (m,).
     scatter
-        Variance of all residuals in units of their noise, 1 at least.
+        Variance of all residuals in units of their noise, at least 1.
 
     """
 
@@ -66,18 +66,18 @@ class CodeShifts:
     def of(
         cls, problem: Problem, changed: Callable[[Term], Array], project: Callable[[Array], Array], residual: Array
     ) -> CodeShifts:
-        """Work them out.
+        """Compute the information matrix and the pull.
 
         Parameters
         ----------
         problem
             The readings.
         changed
-            Whitened change of the readings (n, 3) by one more term.
+            Function that returns the whitened change of the readings, (n, 3), by one more term.
         project
-            What of such a change (n, 3) the fit's unknowns cannot absorb, (r,).
+            Function that returns the part of a whitened change (n, 3) that the fit's unknowns cannot absorb, (r,).
         residual
-            The same of the residuals, (r,).
+            The part of the residuals that the fit's unknowns cannot absorb, (r,).
 
         """
         drive = np.round(problem.readings.drive[problem.rows], 9)
@@ -94,49 +94,50 @@ class CodeShifts:
 
     @cached_property
     def most(self) -> float:
-        """Gain in χ² that a rounding can have at most: that of shifts beyond chance and a smooth curve of the code."""
+        """Largest gain in χ² that a rounding can have, beyond chance and a smooth smooth_gain of the code value."""
         gain, freedom = self._jagged
         beyond = max(gain - freedom, 0.0)
         return beyond + BEYOND_CHANCE * float(np.sqrt(2.0 * freedom + 4.0 * beyond)) if freedom > 0 else 0.0
 
     @property
     def is_jagged(self) -> bool:
-        """Whether the shifts gain more than chance and a smooth curve of the code value do."""
+        """Whether the shifts gain more χ² than chance and a smooth smooth_gain of the code value."""
         gain, freedom = self._jagged
         return freedom > 0 and bool(gain / self.scatter > freedom + BEYOND_CHANCE * np.sqrt(2.0 * freedom))
 
     @cached_property
     def _jagged(self) -> tuple[float, int]:
-        """What shifts of any size gain in χ² beside a smooth curve of the code value, and how many numbers they are."""
+        """Gain in χ² of free shifts over a smooth smooth_gain of the code value, and its degrees of freedom."""
         if self.code.size <= SMOOTH:
             return 0.0, 0
         smooth = np.polynomial.legendre.legvander(2.0 * self.code - 1.0, SMOOTH - 1)
-        everything, rank = _gain(self.information, self.pull)
-        curve, terms = _gain(smooth.T @ self.information @ smooth, smooth.T @ self.pull)
-        return everything - curve, rank - terms
+        total, rank = _gain(self.information, self.pull)
+        smooth_gain, smooth_rank = _gain(smooth.T @ self.information @ smooth, smooth.T @ self.pull)
+        return total - smooth_gain, rank - smooth_rank
 
 
 def _gain(information: Array, pull: Array) -> tuple[float, int]:
+    """Gain in χ² of the best shifts, and the rank of their information matrix."""
     values, vectors = np.linalg.eigh(information)
-    seen = values > 1e-9 * max(float(values.max()), 1e-300)
-    return float(((vectors[:, seen].T @ pull) ** 2 / values[seen]).sum()), int(seen.sum())
+    determined = values > 1e-9 * max(float(values.max()), 1e-300)
+    return float(((vectors[:, determined].T @ pull) ** 2 / values[determined]).sum()), int(determined.sum())
 
 
 def _shift(code: Array, _scene: Scene, /, **channel: float) -> Array:
-    """Shift one channel's code values by a step towards black."""
+    """Shift the code values of one channel by a step towards black."""
     moved = np.array(code)
     moved[..., int(channel["channel"])] -= STEP
     return moved
 
 
-def _shift_soon(code: Array, scene: Scene, /, **channel: float) -> Array:
-    """Shift them after the first session, which a display's own model contains."""
+def _shift_later(code: Array, scene: Scene, /, **channel: float) -> Array:
+    """Shift the code values of one channel after the first session, to which a native display is fitted."""
     return np.where(scene.hours >= SOON_H, _shift(code, scene, **channel), code)
 
 
-_ALWAYS, _SOON = (Effect("shifted-codes", "drive", {}, {}, ((),), moved) for moved in (_shift, _shift_soon))
+_ALWAYS, _LATER = (Effect("shifted-codes", "drive", {}, {}, ((),), moved) for moved in (_shift, _shift_later))
 
 
 def shift_of(problem: Problem, channel: int) -> Term:
-    """Shift of all code values of a channel by ``STEP`` towards black; of a native display after its first session."""
-    return Term(_ALWAYS if problem.native is None else _SOON, {"channel": float(channel)})
+    """Term that shifts a channel's code values by ``STEP`` towards black; native: after the first session only."""
+    return Term(_ALWAYS if problem.native is None else _LATER, {"channel": float(channel)})

@@ -1,4 +1,4 @@
-"""Readings that belong together: by hour, level, colour family, position and condition."""
+"""Groups of readings: by hour, level, colour family, position and condition."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.problem import Problem
     from lutgen.readings.conditions import Condition
 
-#: Levels are reported in these bands of the largest code value.
+#: Limits of the bands of the largest code value, in which errors by level are reported.
 LEVELS = (0.0, 0.1, 0.25, 0.5, 0.75, 1.0)
 
 
@@ -29,18 +29,18 @@ def family_of(problem: Problem) -> NDArray[np.str_]:
     lit = red.astype(int) + green + blue
     top = drive.max(axis=1)
     full = ((drive == 0) | (drive == 1)).all(axis=1)
-    even = np.ptp(drive, axis=1) == 0
-    pair = (lit == 2) & (np.ptp(np.sort(drive, axis=1)[:, 1:], axis=1) == 0)
+    is_grey = np.ptp(drive, axis=1) == 0
+    is_secondary = (lit == 2) & (np.ptp(np.sort(drive, axis=1)[:, 1:], axis=1) == 0)
     names = np.select(
         [
             is_capped(problem.readings)[problem.rows],
             top == 0,
             full & ((lit == 1) | (lit == 3)),
-            even,
+            is_grey,
             (lit == 1) & red,
             (lit == 1) & green,
             (lit == 1) & blue,
-            pair,
+            is_secondary,
         ],
         ["lens cap", "black", "colour points", "grey", "red ramp", "green ramp", "blue ramp", "secondary"],
         "mixture",
@@ -49,7 +49,7 @@ def family_of(problem: Problem) -> NDArray[np.str_]:
 
 
 def condition_of(problem: Problem) -> NDArray[np.str_]:
-    """What is unusual about how each reading was taken, (n,): the cell of the first condition away from rest, or ''."""
+    """Cell name of the first condition that is away from rest at each reading, or '', (n,)."""
     named = np.full(problem.rows.size, "", dtype="<U16")
     for cell, away in reversed(list(problem.readings.rest.away.items())):
         named[away[problem.rows]] = cell
@@ -57,21 +57,21 @@ def condition_of(problem: Problem) -> NDArray[np.str_]:
 
 
 def kind_of(problem: Problem) -> NDArray[np.str_]:
-    """Kind of each reading, (n,): the cell of the condition that is away from rest, else its colour family."""
+    """Kind of each reading, (n,): the cell name of the condition that is away from rest, else the colour family."""
     condition = condition_of(problem)
     return np.where(condition == "", family_of(problem), condition)
 
 
 def dimension(condition: Condition) -> str:
-    """Name of a condition as a dimension of errors: that of its column, where it has one."""
+    """Name of a condition as a dimension of errors: the name of its column, if it has exactly one."""
     return condition.columns[0].name if len(condition.columns) == 1 else condition.name
 
 
 def slices(problem: Problem) -> Mapping[str, NDArray[np.str_]]:
-    """Label every reading in every way in which errors are reported: dimension → labels (n,); '' is left out.
+    """Label every reading for each dimension in which errors are reported: dimension → labels (n,); '': left out.
 
-    Values of a condition are compared on like readings: of the patches that were read away from rest by it, and by no
-    other condition.
+    For a condition, only comparable readings are labelled: those of patches that were also read with this condition,
+    and no other condition, away from rest.
     """
     hours = np.array([f"{hour:g} h" for hour in problem.hours])[problem.hour_of]
     top = problem.readings.drive[problem.rows].max(axis=1)
@@ -82,28 +82,31 @@ def slices(problem: Problem) -> Mapping[str, NDArray[np.str_]]:
     for condition in CONDITIONS:
         names = [column.name for column in condition.columns]
         if condition.heading and any(name in problem.readings.conditions for name in names):
-            alike = _alike(problem, condition, patch)
+            comparable = _comparable(problem, condition, patch)
             values = np.column_stack([problem.readings.column(name)[problem.rows] for name in names])
             cells, cell = np.unique(values, axis=0, return_inverse=True)
-            said = np.array([condition.label(*each) for each in cells])[cell.reshape(-1)]
-            labels[dimension(condition)] = np.where(alike, said, "")
+            names_of_cells = np.array([condition.label(*each) for each in cells])[cell.reshape(-1)]
+            labels[dimension(condition)] = np.where(comparable, names_of_cells, "")
     return {by: label for by, label in labels.items() if np.unique(label[label != ""]).size > 1}
 
 
-def _alike(problem: Problem, condition: Condition, patch: NDArray[np.intp]) -> NDArray[np.bool_]:
-    """Readings away from rest by this condition alone, and those at rest of the same patches, by number: (n,).
+def _comparable(problem: Problem, condition: Condition, patch: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Whether a reading is away from rest by this condition alone, or at rest and of the same patch: (n,).
 
-    Patches at rest that the prediction starts from cannot be compared; where others were read too, they are left out.
+    ``patch`` numbers the patches, (n,). Anchors are left out of the readings at rest. Where no
+    patch was read both ways, only the readings away from rest count.
     """
-    others = [away[problem.rows] for cell, away in problem.readings.rest.away.items() if cell not in _beside(condition)]
-    usual = ~np.any(others, axis=0) if others else np.ones(problem.rows.size, dtype=bool)
-    usual &= ~is_capped(problem.readings)[problem.rows]
+    others = [
+        away[problem.rows] for cell, away in problem.readings.rest.away.items() if cell not in _related_cells(condition)
+    ]
+    eligible = ~np.any(others, axis=0) if others else np.ones(problem.rows.size, dtype=bool)
+    eligible &= ~is_capped(problem.readings)[problem.rows]
     away = problem.readings.rest.away[condition.cell][problem.rows]
-    read_away, read_at_rest = patch[usual & away], patch[usual & ~away & ~problem.is_anchor]
-    both = np.intersect1d(read_away, read_at_rest)
-    return np.asarray(usual & (np.isin(patch, both) if both.size else away))
+    read_away, read_at_rest = patch[eligible & away], patch[eligible & ~away & ~problem.is_anchor]
+    common = np.intersect1d(read_away, read_at_rest)
+    return np.asarray(eligible & (np.isin(patch, common) if common.size else away))
 
 
-def _beside(condition: Condition) -> set[str]:
-    """Cells of the conditions that vary with one: a window and what surrounds it are one picture on the screen."""
+def _related_cells(condition: Condition) -> set[str]:
+    """Cells of the conditions that vary with this condition, as a window and its surround do."""
     return {each.cell for each in CONDITIONS if each.depends == condition.depends}

@@ -1,7 +1,8 @@
-"""How the errors of all that a fit has found hang together: parameters of effects, and white and primaries before them.
+"""Joint covariance of the estimates of a fit: parameters of effects, and the latent white and primaries.
 
-A parameter that trades off with another, or with white, is known less than a picture that both make. What a fit has
-eliminated follows from its global unknowns: t = R⁻¹ (z − U δ), with the blocks of :mod:`lutgen.criticism.fit.system`.
+Where a parameter is correlated with another one or with white, the standard error of a picture is smaller than their
+standard errors suggest. The eliminated unknowns t follow from the global ones δ: t = R⁻¹ (z − U δ), with the blocks of
+:mod:`lutgen.criticism.fit.system`.
 """
 
 from __future__ import annotations
@@ -20,47 +21,47 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.least_squares import Fit
     from lutgen.criticism.fit.system import Block
 
-#: Directions of white and primaries that readings hold by less than this share of the best known one are not moved.
-HELD = 1e-12
+#: Relative cutoff of singular values: directions of white and primaries with less information have no covariance.
+RCOND = 1e-12
 
 
-def joint_covariance(found: Fit) -> FitCovariance:
-    """Covariance of the free parameters, and of the latent tips of each hour at which tips were read, cd/m²."""
-    problem = found.problem
-    system = System(problem, found.linear, State(found.terms, found.tips, found.gains))
-    spread, blind = system.spread(found.terms)
+def joint_covariance(fitted: Fit) -> FitCovariance:
+    """Covariance of the free parameters and of the latent tips, cd/m², of each hour at which tips were read."""
+    problem = fitted.problem
+    system = System(problem, fitted.linear, State(fitted.terms, fitted.tips, fitted.gains))
+    spread, blind = system.spread(fitted.terms)
     scale = tip_scale(problem).ravel()
-    names = [(term.effect.name, name) for term in found.terms for name in term.free]
-    told = [place for place in range(len(names)) if not blind[place]]
-    factor = spread[told]
-    if problem.foretells:
+    names = [(term.effect.name, name) for term in fitted.terms for name in term.free]
+    known = [place for place in range(len(names)) if not blind[place]]
+    factor = spread[known]
+    if problem.from_first_hour:
         tips = spread[len(names) : len(names) + 12] * scale[:, np.newaxis]
         factor = np.concatenate([factor, tips])
     else:
         for block in system.blocks:
             if block.tips_of is not None and problem.is_knot[block.tips_of]:
-                gain = _session_gain(found, block.tips_of)
+                gain = _session_gain(fitted, block.tips_of)
                 factor = _with_tips(factor, block, spread, scale, gain)
-    return FitCovariance(tuple(names[place] for place in told), factor @ factor.T)
+    return FitCovariance(tuple(names[place] for place in known), factor @ factor.T)
 
 
 def _with_tips(factor: Array, block: Block, spread: Array, scale: Array, gain: Array) -> Array:
-    """Append the tips of a block: what they owe to global unknowns, to noise of their own, and to a session's gain."""
+    """Append rows for the tips of a block: errors by the global unknowns, by their own noise, by the session's gain."""
     local = block.upper.shape[0]
-    solved = np.linalg.pinv(block.upper[:, :local], rcond=HELD)[:12] * scale[:, np.newaxis]
-    follow = -solved @ block.upper[:, local:-1] @ spread
-    before = np.pad(factor, ((0, 0), (0, solved.shape[1] + 1)))
-    known = np.zeros((12, factor.shape[1]))
-    known[:, : spread.shape[1]] = follow
-    return np.concatenate([before, np.column_stack([known, solved, gain])])
+    inverse = np.linalg.pinv(block.upper[:, :local], rcond=RCOND)[:12] * scale[:, np.newaxis]
+    by_globals = -inverse @ block.upper[:, local:-1] @ spread
+    before = np.pad(factor, ((0, 0), (0, inverse.shape[1] + 1)))
+    shared_part = np.zeros((12, factor.shape[1]))
+    shared_part[:, : spread.shape[1]] = by_globals
+    return np.concatenate([before, np.column_stack([shared_part, inverse, gain])])
 
 
-def _session_gain(found: Fit, hour: int) -> Array:
-    """1 σ that a session's stated gain makes in the tips of an hour, (12,) in cd/m²; 0 where a fit has told it.
+def _session_gain(fitted: Fit, hour: int) -> Array:
+    """1 σ error of the tips of an hour by the stated gain of the session, (12,), cd/m²; 0 where the gain is fitted.
 
-    What lutgen assumes of gains that nobody stated is no knowledge of this instrument.
+    Only a stated gain counts: lutgen's default is no measurement of this instrument.
     """
-    problem = found.problem
+    problem = fitted.problem
     stated = session_gain(problem.readings.metadata, problem.readings.file) or 0.0
-    taken = (problem.gains[problem.hour_of == hour] < 0).all()
-    return np.asarray(stated * found.tips[hour].ravel() * taken)
+    in_tips = (problem.gains[problem.hour_of == hour] < 0).all()
+    return np.asarray(stated * fitted.tips[hour].ravel() * in_tips)

@@ -1,11 +1,12 @@
-"""Is what remains noise? Its size against the scatter of replicates, and its evenness.
+"""Whether the residuals of a fit are noise: tests of their size and of their evenness.
 
-Size is an F test for lack of fit. But noise known from a few dozen replicates is not known well, and a campaign whose
-replicates happened to agree would then call every display faulty. What a wrong model leaves is uneven: it sits in some
-colours, conditions or hours. So an effect that is named may leave what is too large yet even. But nothing is called
-consistent that the F test rejects: scatter that is too large and even has no structure that a display could have, so
-the measurement is blamed. Nor do patches of neighbouring levels err alike by noise. How uneven noise is, seeded draws
-of χ² tell; the noise of bright patches, and that of dark ones, is in each draw another one that the replicates allow.
+The size is tested by an F test for lack of fit, against the scatter of replicates. A few dozen replicates estimate the
+noise badly: where they agree by chance, the F test alone would reject every model. The residuals of a wrong model are
+also uneven: they are large in some colours, conditions or hours. So an effect may be named if the residuals beside it
+are too large but even. But no campaign is called consistent if the F test rejects it: residuals that are too large and
+even have no structure that a display could cause, so the measurement is blamed. A second sign of a wrong model are
+correlated residuals of neighbouring levels. Seeded draws of χ² give the distribution of the unevenness of noise; each
+draw takes another variance of bright patches, and of dark ones, within the uncertainty of the replicates.
 """
 
 from __future__ import annotations
@@ -23,93 +24,96 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.least_squares import Fit
     from lutgen.criticism.noise.pure_error import PureError
 
-#: Leftover less likely than this is no noise.
+#: Residuals with a probability below this one are no noise.
 SIGNIFICANT = 0.01
 
 SEED, DRAWS = 20150319, 1999
 
 
-def is_noise(found: Fit, error: PureError) -> bool:
-    """Whether noise alone may have left what a fit leaves."""
-    return error.p_of_leftover(found) >= SIGNIFICANT or p_of_unevenness(found) >= SIGNIFICANT
+def is_noise(fitted: Fit, error: PureError) -> bool:
+    """Whether the residuals of a fit may be noise alone: by their size or by their evenness."""
+    return error.p_of_lack_of_fit(fitted) >= SIGNIFICANT or p_of_unevenness(fitted) >= SIGNIFICANT
 
 
-def is_within_scatter(error: PureError, found: Fit) -> bool:
-    """Whether the F test for lack of fit accepts what a fit leaves."""
-    return error.p_of_leftover(found) >= SIGNIFICANT
+def is_within_scatter(error: PureError, fitted: Fit) -> bool:
+    """Whether the F test for lack of fit accepts the residuals of a fit."""
+    return error.p_of_lack_of_fit(fitted) >= SIGNIFICANT
 
 
-def is_even(found: Fit) -> bool:
-    """Whether what a fit leaves is spread over colours, conditions and hours as evenly as noise; False of one cell."""
-    parted = any(np.unique(labels).size > 1 for labels in _partitions(found))
-    return parted and p_of_unevenness(found) >= SIGNIFICANT and p_of_likeness(found) >= SIGNIFICANT
+def is_even(fitted: Fit) -> bool:
+    """Whether the residuals are as even over colours, conditions and hours as noise; False if all are of one cell."""
+    is_partitioned = any(np.unique(labels).size > 1 for labels in _partitions(fitted))
+    return is_partitioned and p_of_unevenness(fitted) >= SIGNIFICANT and p_of_autocorrelation(fitted) >= SIGNIFICANT
 
 
-def p_of_likeness(found: Fit) -> float:
-    """Probability that patches of neighbouring levels err alike by chance, as they do where a curve is wrong.
+def p_of_autocorrelation(fitted: Fit) -> float:
+    """Probability that the residuals of neighbouring levels are so correlated by chance, and not by a wrong curve.
 
-    Patches of one kind and hour stand in the order of their levels. By chance the product of the mean residuals of two
-    neighbours has either sign as often: draws give it one.
+    The patches of one kind and hour are sorted by level. By chance the product of the mean residuals of two neighbours
+    has either sign with equal probability: each draw gives random signs to the products.
     """
-    problem, judged = found.problem, _judged(found)
-    named, hour = kind_of(problem)[judged], problem.hour_of[judged]
-    code = problem.readings.drive[problem.rows][judged]
-    _, kind = np.unique(named, return_inverse=True)
+    problem, tested = fitted.problem, _tested(fitted)
+    kinds, hour = kind_of(problem)[tested], problem.hour_of[tested]
+    code = problem.readings.drive[problem.rows][tested]
+    _, kind = np.unique(kinds, return_inverse=True)
     order = np.column_stack([kind.reshape(-1), hour, code.max(axis=1), code])
     patches, which = np.unique(order, axis=0, return_inverse=True)
     which = which.reshape(-1)
     mean = np.zeros((len(patches), 3))
-    np.add.at(mean, which, found.residual[judged])
+    np.add.at(mean, which, fitted.residual[tested])
     mean /= np.bincount(which)[:, np.newaxis]
-    follows = (patches[1:, :2] == patches[:-1, :2]).all(axis=1)
-    products = (mean[1:] * mean[:-1]).sum(axis=1)[follows]
+    are_neighbours = (patches[1:, :2] == patches[:-1, :2]).all(axis=1)
+    products = (mean[1:] * mean[:-1]).sum(axis=1)[are_neighbours]
     drawn = np.random.default_rng(SEED).choice((-1.0, 1.0), size=(DRAWS, products.size)) @ products
     return float((1 + np.count_nonzero(drawn >= products.sum())) / (DRAWS + 1))
 
 
-def p_of_unevenness(found: Fit) -> float:
-    """Probability that noise of one size spreads so unevenly: the least of three ways to look, times three."""
-    squares = (found.residual**2).sum(axis=1)[_judged(found)]
-    chances = [_p_of_parts(squares, labels, found) for labels in _partitions(found)]
-    return min(1.0, 3.0 * min(chances))
+def p_of_unevenness(fitted: Fit) -> float:
+    """Probability of so uneven residuals if all are noise of one size: the least of three partitions, times three."""
+    squares = (fitted.residual**2).sum(axis=1)[_tested(fitted)]
+    probabilities = [_p_of_parts(squares, labels, fitted) for labels in _partitions(fitted)]
+    return min(1.0, 3.0 * min(probabilities))
 
 
-def _judged(found: Fit) -> NDArray[np.bool_]:
-    """Readings that the fit does not start from, (n,): it meets the tips whatever is wrong. Else all."""
-    anchor = found.problem.is_anchor
+def _tested(fitted: Fit) -> NDArray[np.bool_]:
+    """Whether each reading is tested, (n,): all but the anchors, which any model fits; all, if all are anchors."""
+    anchor = fitted.problem.is_anchor
     return np.ones_like(anchor) if anchor.all() else ~anchor
 
 
-def _partitions(found: Fit) -> tuple[NDArray[np.generic], ...]:
-    """Three ways to part the readings that are judged, labels (m,) each: by colour or condition, by hour, by both."""
-    problem, judged = found.problem, _judged(found)
-    named = kind_of(problem)
-    cells = np.char.add(np.char.add(named.astype(str), "@"), problem.hour_of.astype(str))
-    return named[judged], problem.hour_of[judged], cells[judged]
+def _partitions(fitted: Fit) -> tuple[NDArray[np.generic], ...]:
+    """Three partitions of the tested readings, labels (m,) each: by colour or condition, by hour, by both."""
+    problem, tested = fitted.problem, _tested(fitted)
+    kinds = kind_of(problem)
+    cells = np.char.add(np.char.add(kinds.astype(str), "@"), problem.hour_of.astype(str))
+    return kinds[tested], problem.hour_of[tested], cells[tested]
 
 
-def _p_of_parts(squares: Array, labels: NDArray[np.generic], found: Fit) -> float:
+def _p_of_parts(squares: Array, labels: NDArray[np.generic], fitted: Fit) -> float:
+    """Probability of so uneven squares (m,) of residuals over the parts of one partition."""
     _, part = np.unique(labels, return_inverse=True)
     part = part.reshape(-1)
-    counts = found.problem.counts
-    count = np.bincount(part, counts[_judged(found)])
+    counts = fitted.problem.counts
+    count = np.bincount(part, counts[_tested(fitted)])
     if count.size < 2:
         return 1.0
-    freedom = count * max(found.freedom, 1) / counts.sum()
-    seen = _unevenness(np.bincount(part, squares).astype(np.float64), freedom)
-    rng, problem = np.random.default_rng(SEED), found.problem
+    freedom = count * max(fitted.freedom, 1) / counts.sum()
+    observed = _unevenness(np.bincount(part, squares).astype(np.float64), freedom)
+    rng, problem = np.random.default_rng(SEED), fitted.problem
     draws = rng.chisquare(freedom, size=(DRAWS, freedom.size))
-    known = 3.0 * np.array(problem.noise.known_from)
-    if np.isfinite(known).all():
-        bright = problem.noise.bright_share(np.abs(found.predicted))[_judged(found)]
+    freedom_of_noise = 3.0 * np.array(problem.noise.known_from)
+    if np.isfinite(freedom_of_noise).all():
+        bright = problem.noise.bright_share(np.abs(fitted.predicted))[_tested(fitted)]
         share = np.bincount(part, bright) / np.bincount(part)
-        of_bright, of_dark = rng.chisquare(known, size=(DRAWS, 2)).T / known[:, np.newaxis]
-        draws *= share / of_bright[:, np.newaxis] + (1.0 - share) / of_dark[:, np.newaxis]
-    return float((1 + np.count_nonzero(_unevenness(draws, freedom) >= seen)) / (DRAWS + 1))
+        variance_bright, variance_dark = (
+            rng.chisquare(freedom_of_noise, size=(DRAWS, 2)).T / freedom_of_noise[:, np.newaxis]
+        )
+        draws *= share / variance_bright[:, np.newaxis] + (1.0 - share) / variance_dark[:, np.newaxis]
+    return float((1 + np.count_nonzero(_unevenness(draws, freedom) >= observed)) / (DRAWS + 1))
 
 
 def _unevenness(sums: Array, freedom: Array) -> Array:
-    """Σ of squared standardised departures of parts (..., parts) from their share of the whole."""
+    """Σ of the squared standardised deviations of the sums of parts (..., parts) from their expected values."""
     expected = freedom * (sums.sum(axis=-1, keepdims=True) / freedom.sum())
     scale = sums.sum(axis=-1, keepdims=True) / freedom.sum()
     return np.asarray((((sums - expected) / scale) ** 2 / (2.0 * freedom)).sum(axis=-1))

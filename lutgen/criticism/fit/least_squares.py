@@ -1,8 +1,9 @@
-"""Weighted least squares in XYZ, the unknown tips eliminated: Gauss-Newton with bounds (variable projection).
+"""Weighted least squares in XYZ with the unknown tips eliminated: Gauss-Newton with bounds (variable projection).
 
-One iteration linearises the prediction (:mod:`lutgen.criticism.fit.linear`), eliminates what is local to a block of
-readings (:mod:`lutgen.criticism.fit.system`), and solves the small system of effects that is left; a step that does not
-keep its promise is tried again, damped. χ² is that of whitened residuals; it is never rescaled by the misfit.
+One iteration linearises the prediction (:mod:`lutgen.criticism.fit.linear`), eliminates the unknowns that are local to
+a block of readings (:mod:`lutgen.criticism.fit.system`), and solves the remaining small system of the effects. A step
+that does not lower χ² is tried again with damping. χ² is the sum of squared whitened residuals; it is
+never rescaled by the misfit.
 """
 
 from __future__ import annotations
@@ -24,38 +25,38 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.criticism.fit.problem import Problem
 
-#: χ² that one more iteration may still gain when a fit counts as converged: far below any threshold.
+#: A fit has converged if one more iteration would gain less χ² than this: far below any threshold.
 CONVERGED = 0.005
 
-#: A promise of less is not worth a second try: effects with jumps, and tips that lean on their neighbours', break such.
+#: A failed step that predicts a smaller gain is not tried again: jumps of effects and interpolated tips make it fail.
 NEGLIGIBLE = 0.3
 
-#: The same as shares of the misfit that is left, where a model is so wrong that nothing hangs on its last digits.
+#: The same two limits as shares of the misfit; they apply to wrong models, whose last digits do not matter.
 CONVERGED_SHARE, NEGLIGIBLE_SHARE = 1e-4, 1e-3
 
 MAX_ITERATIONS = 30
 
-#: Damping in units of the parameters' own curvature: the first that is tried, its growth, and where trying ends.
+#: Damping in units of the parameters' own curvature: its first value, its growth factor, its largest value.
 DAMPING, HARDER, MOST_DAMPING = 1e-2, 20.0, 100.0
 
-#: Rounds of solving the tips alone before effects move.
+#: Number of rounds in which only the tips are solved, before the effects move.
 RELAXATIONS = 3
 
 
 @dataclass(frozen=True)
 class Fit:
-    """What a fit found.
+    """The result of a fit.
 
     Attributes
     ----------
     problem, terms, tips, gains
-        The question, and the effects, latent tips (H, 4, 3) and gains that answer it best.
+        The problem, and the estimates: effects, latent tips (H, 4, 3), gains.
     chi2
         Σ of squared whitened residuals and of the priors' terms.
     parameters
         Number of free parameters of effects.
     last
-        The state that was linearised last, one step of the local unknowns before the end.
+        The state of the last linearisation, one step of the local unknowns before the estimates.
 
     """
 
@@ -69,24 +70,24 @@ class Fit:
 
     @cached_property
     def _system(self) -> System:
-        """The system at the last linearisation: most fits of a search are asked for their χ² alone."""
+        """The system at the last linearisation, made on demand: a search needs only χ² of most fits."""
         return System(self.problem, linearise(self.problem, self.last), self.last)
 
     @cached_property
     def linear(self) -> Linear:
-        """The problem linearised at the end, the residuals without the errors that sessions share."""
+        """The linearised problem with the residuals of the estimates, shared errors of sessions subtracted."""
         problem, system = self.problem, self._system
         residual = whiten(problem, problem.xyz - self.predicted)
-        residual = residual - np.tensordot(system.still, system.linear.free, axes=1)
-        apart = without_first_errors(problem, system.linear._replace(residual=residual))[0].residual
+        residual = residual - np.tensordot(system.mode_step, system.linear.free, axes=1)
+        corrected = without_first_errors(problem, system.linear._replace(residual=residual))[0].residual
         for whole in problem.blocks:
-            shared = problem.marginal[int(whole[0])].expected(apart[whole].ravel())
+            shared = problem.marginal[int(whole[0])].expected(corrected[whole].ravel())
             residual[whole] -= shared.reshape(-1, 3)
         return system.linear._replace(residual=residual)
 
     @cached_property
     def residual(self) -> Array:
-        """Whitened residuals without the likeliest errors that readings share, (n, 3)."""
+        """Whitened residuals (n, 3) after subtraction of the most likely errors that readings share."""
         return without_first_errors(self.problem, self.linear)[0].residual
 
     @cached_property
@@ -96,22 +97,22 @@ class Fit:
 
     @cached_property
     def modes(self) -> Array:
-        """Sizes of the curve modes of a native display, (q,)."""
-        return self._system.still[self._system.global_count - self._system.mode_count :]
+        """Estimated sizes of the curve modes of a native display, (q,)."""
+        return self._system.mode_step[self._system.global_count - self._system.mode_count :]
 
     @cached_property
     def score(self) -> Score:
-        """What first steps from here promise."""
+        """Predicted gains of first steps from this fit."""
         return Score(self)
 
     @cached_property
     def withheld(self) -> HeldOut:
-        """Errors of readings that are withheld from it."""
+        """Errors of withheld readings."""
         return held_out(self)
 
     @property
     def readings(self) -> int:
-        """Numbers that were fitted: three a reading."""
+        """Number of fitted values: three a reading."""
         return 3 * self.problem.rows.size
 
     @property
@@ -121,7 +122,7 @@ class Fit:
 
     @property
     def bic(self) -> float:
-        """χ² + k ln n (Schwarz 1978); the local unknowns are left out, being the same for all fits of a problem."""
+        """χ² + k ln n (Schwarz 1978); k leaves out the local unknowns, which all fits of a problem have."""
         searched = self.parameters + sum(len(term.gridded) for term in self.terms)
         switched = any(term.effect.stage == "selection" for term in self.terms)
         return self.chi2 + searched * float(np.log(self.readings)) + switched * switching_penalty(self.problem)
@@ -133,33 +134,33 @@ class Fit:
 
     @cached_property
     def stderr(self) -> tuple[dict[str, float], ...]:
-        """Standard error of each free parameter, one dict a term; NaN where the data say nothing."""
-        sigma, place, found = np.sqrt(np.diag(self.covariance)), 0, []
+        """Standard error of each free parameter, one dict a term; infinite where the data have no information."""
+        sigma, place, errors = np.sqrt(np.diag(self.covariance)), 0, []
         for term in self.terms:
-            found.append({name: float(sigma[place + k]) for k, name in enumerate(term.free)})
+            errors.append({name: float(sigma[place + k]) for k, name in enumerate(term.free)})
             place += len(term.free)
-        return tuple(found)
+        return tuple(errors)
 
 
 def unknowns(problem: Problem) -> int:
-    """Local unknowns that the data, rather than a prior, determine."""
-    tips = 12 if problem.foretells else 12 * int(problem.is_knot.sum())
+    """Number of tip and curve unknowns that the data determine, and not a prior."""
+    tips = 12 if problem.from_first_hour else 12 * int(problem.is_knot.sum())
     return tips + (len(problem.curve_modes) if problem.native else 0)
 
 
 def switching_penalty(problem: Problem) -> float:
-    """χ² by which another selection must win to be more than luck.
+    """Penalty in χ² for another selection of the paper's matrices, which has no parameter that BIC would count.
 
-    It has no parameter to count. But the non-additivity, three numbers an hour, then is drawn from other colours:
-    where there is none, χ² under both selections differs by two correlated χ²(3) an hour, of variance 12 at most.
+    Another selection takes the non-additivity, three numbers an hour, from other colours. Where there is none, the χ²
+    of the two selections differ by two correlated χ²(3) an hour: a variance of 12 an hour at most.
     """
     return 3.7 * float(np.sqrt(12.0 * problem.is_knot.sum()))
 
 
 def start_state(problem: Problem, terms: Sequence[Term]) -> State:
-    """Begin at the measured tips, with no gains."""
+    """Return the state with the measured tips and zero gains."""
     tips = problem.measured_tips
-    if problem.foretells:
+    if problem.from_first_hour:
         tips = np.broadcast_to(tips[0], tips.shape)
     return State(tuple(terms), tips, np.zeros(problem.gain_count))
 
@@ -174,14 +175,14 @@ def fit(problem: Problem, terms: Sequence[Term] = (), start: State | None = None
     terms
         Effects with starting values.
     start
-        A state whose tips and gains are a better beginning than the measured ones.
+        A state with better starting values of tips and gains than the measured tips and zero; the fit is cached.
 
     """
     if start is None:
         return _fitted(problem, start_state(problem, terms))
-    # A search asks for many fits again, from the same start.
-    asked = tuple((id(term.effect), *term.values.items(), term.free, term.gridded) for term in terms)
-    key = asked, start.tips.tobytes(), start.gains.tobytes()
+    # A search repeats many fits from the same start.
+    values = tuple((id(term.effect), *term.values.items(), term.free, term.gridded) for term in terms)
+    key = values, start.tips.tobytes(), start.gains.tobytes()
     if key not in problem.fits:
         problem.fits[key] = _fitted(problem, State(tuple(terms), start.tips, start.gains), relaxations=0)
     return problem.fits[key]
@@ -190,33 +191,33 @@ def fit(problem: Problem, terms: Sequence[Term] = (), start: State | None = None
 def _fitted(problem: Problem, state: State, relaxations: int = RELAXATIONS) -> Fit:
     system = System(problem, linearise(problem, state), state)
     for _ in range(relaxations):
-        # Tips between sessions lean on those of their neighbours, which the first round has moved.
-        state = system.moved(state, system.still)
+        # The prior of tips at hours between sessions depends on the neighbouring tips, which the first round moves.
+        state = system.moved(state, system.mode_step)
         system = System(problem, linearise(problem, state), state)
-    last, system = _descended(problem, state, system)
-    end = system.moved(last, system.still)
+    last, system = _minimised(problem, state, system)
+    end = system.moved(last, system.mode_step)
     return Fit(problem, end.terms, end.tips, end.gains, system.chi2, system.effect_count, last)
 
 
-def _descended(problem: Problem, state: State, system: System) -> tuple[State, System]:
-    """Go down to where no step promises more; a step that does not keep its promise is tried again, damped."""
+def _minimised(problem: Problem, state: State, system: System) -> tuple[State, System]:
+    """Iterate until no step predicts a relevant gain; a step that does not lower χ² is damped."""
     damping = 0.0
     for _ in range(MAX_ITERATIONS):
         move = system.step(state.terms, damping)
-        promise = system.chi2 - move.chi2
+        predicted_gain = system.chi2 - move.chi2
         misfit = system.chi2 - 3 * problem.rows.size
-        enough, little = max(CONVERGED, CONVERGED_SHARE * misfit), max(NEGLIGIBLE, NEGLIGIBLE_SHARE * misfit)
-        if promise < enough:
+        converged, negligible = max(CONVERGED, CONVERGED_SHARE * misfit), max(NEGLIGIBLE, NEGLIGIBLE_SHARE * misfit)
+        if predicted_gain < converged:
             break
         moved = system.moved(state, move.parameters)
         trial = System(problem, linearise(problem, moved), moved)
         gain = system.chi2 - trial.chi2
         if gain > 0.0:
             state, system = moved, trial
-            if gain < (little if damping else enough):
+            if gain < (negligible if damping else converged):
                 break
             damping = damping / HARDER if damping > DAMPING else 0.0
-        elif promise < little or damping > MOST_DAMPING:
+        elif predicted_gain < negligible or damping > MOST_DAMPING:
             break
         else:
             damping = max(HARDER * damping, DAMPING)

@@ -1,4 +1,4 @@
-"""The problem linearised about a state: derivatives of the whitened residuals by effects, tips and gains."""
+"""The problem linearised about a state: Jacobian of the whitened prediction by effects, tips and gains."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ if TYPE_CHECKING:
     from lutgen.display.trace import Panel
     from lutgen.effects import Effect
 
-#: Conditions of two readings under which every effect shows.
+#: Conditions of two readings under which every effect changes the prediction.
 UNUSUAL: dict[str, Any] = {name: np.full((2, 1), column.shown) for name, column in COLUMNS.items()}
 
-#: A parameter moves by this share of its range for a derivative.
+#: Step of a parameter for a numerical derivative, as a share of its range.
 STEP = 1e-4
 
-#: Stages whose effects leave what drive, transfer and mixing have made of the code values as it is.
+#: Stages whose effects do not change the light of the panel, the result of drive, transfer and mixing.
 BEHIND_PANEL = frozenset({"emission", "optics", "viewing", "instrument"})
 
-#: A tip moves by this share of its unit for a derivative.
+#: Step of a tip for a numerical derivative, as a share of its unit.
 NUDGE = 1e-2
 
 
 @dataclass(frozen=True)
 class Term:
-    """An effect in a fit: values of all parameters, which of them slide freely, and which were tried on a grid."""
+    """An effect in a fit: values of all parameters, names of the free ones, and of those searched on a grid."""
 
     effect: Effect
     values: Mapping[str, float]
@@ -44,7 +44,7 @@ class Term:
 
     @classmethod
     def at_rest(cls, effect: Effect, form: tuple[str, ...], **values: float) -> Term:
-        """Start where the effect does nothing; grid parameters of a form are given, not free."""
+        """Return the term with ``values``, and otherwise values of no effect; grid parameters of a form are fixed."""
         free = tuple(name for name in form if not effect.parameters[name].grid)
         gridded = tuple(name for name in form if effect.parameters[name].grid)
         return cls(effect, effect.rest() | values, free, gridded)
@@ -60,7 +60,7 @@ class Term:
 
 
 class State(NamedTuple):
-    """A point of the search: terms, tips (H, 4, 3) in cd/m², session gains (G,) as relative deviations."""
+    """Values of all unknowns: terms, tips (H, 4, 3) in cd/m², session gains (G,) as relative deviations."""
 
     terms: tuple[Term, ...]
     tips: Array
@@ -68,9 +68,9 @@ class State(NamedTuple):
 
 
 class Linear(NamedTuple):
-    """The problem linearised at a state, whitened, rows (n, 3) of readings.
+    """The problem linearised at a state, whitened.
 
-    ``residual`` (n, 3); ``local`` (L, n, 3) derivatives by local unknowns; ``free`` (p, n, 3) by global ones.
+    ``residual`` (n, 3); ``local`` (L, n, 3) derivatives by local unknowns; ``free`` (p, n, 3) by global unknowns.
     """
 
     residual: Array
@@ -79,7 +79,7 @@ class Linear(NamedTuple):
 
 
 def predict(problem: Problem, state: State) -> Array:
-    """XYZ (n, 3) of a state."""
+    """XYZ (n, 3) that a state predicts, cd/m²."""
     xyz = problem.predict(state.terms, problem.panel(state.terms), state.tips)
     return xyz * (1.0 + _gain_of(problem, state.gains))[:, np.newaxis]
 
@@ -89,7 +89,7 @@ def _gain_of(problem: Problem, gains: Array) -> Array:
 
 
 def whiten(problem: Problem, xyz: Array) -> Array:
-    """Whiten residuals (..., n, 3). The whiteners are lower triangles: written out, they are fastest."""
+    """Whiten residuals (..., n, 3). The whiteners are lower triangles; the product is written out for speed."""
     diagonal, y_by_x, z_by_x, z_by_y = problem.whitener_parts
     white = np.asarray(xyz * diagonal)
     white[..., 1] += y_by_x * xyz[..., 0]
@@ -104,10 +104,10 @@ def linearise(problem: Problem, state: State) -> Linear:
     xyz = problem.predict(state.terms, before, state.tips)
     free = _by_parameters(problem, state, before, xyz) * gain
     by_tips = _by_tips(problem, state, before, xyz) * gain
-    # A fresh display's tips are the same unknowns in every block: global ones.
-    if problem.foretells:
+    # Tips of hour 0 are the same unknowns in every block: they are global.
+    if problem.from_first_hour:
         free, by_tips = np.concatenate([free, by_tips]), by_tips[:0]
-    # So is what noise of the first session leaves open of a native display; a state holds no sizes of these modes.
+    # Curve modes of a native display are global too; a state holds no sizes of these modes.
     if problem.native and len(problem.curve_modes):
         free = np.concatenate([free, problem.curve_modes * gain])
     local = np.concatenate([by_tips, _by_gains(problem, xyz, state.gains.size)])
@@ -115,6 +115,7 @@ def linearise(problem: Problem, state: State) -> Linear:
 
 
 def _by_parameters(problem: Problem, state: State, before: Panel, xyz: Array) -> Array:
+    """Numerical derivatives by the free parameters of effects, (p, n, 3)."""
     columns = []
     for index, term in enumerate(state.terms):
         for name, (low, high) in zip(term.free, term.bounds, strict=True):
@@ -129,10 +130,10 @@ def _by_parameters(problem: Problem, state: State, before: Panel, xyz: Array) ->
 
 
 def _by_tips(problem: Problem, state: State, before: Panel, xyz: Array) -> Array:
-    """Derivatives by the twelve numbers of the tips of a reading's own hour, relative to their size: (12, n, 3)."""
+    """Derivatives by the twelve values of the tips of a reading's own hour, in units of ``tip_scale``: (12, n, 3)."""
     size = tip_scale(problem)
-    if not problem.foretells and not any(term.effect.stage in BEHIND_PANEL for term in state.terms):
-        before = problem.first_day.begun(state.terms, before)
+    if not problem.from_first_hour and not any(term.effect.stage in BEHIND_PANEL for term in state.terms):
+        before = problem.first_session_model.begun(state.terms, before)
         shares = before.shares * (1.0 - problem.scene(state.tips).capped)
         direct = np.zeros((4, 3, *xyz.shape))
         for k in range(3):
@@ -142,10 +143,10 @@ def _by_tips(problem: Problem, state: State, before: Panel, xyz: Array) -> Array
         if before.gain is not None:
             direct *= before.gain
         return direct.reshape(12, *xyz.shape)
-    if problem.holds or any(mixes(term) for term in state.terms):
+    if problem.holds_white or any(mixes(term) for term in state.terms):
         moved = state.tips + (np.eye(12).reshape(12, 4, 3) * size * NUDGE)[:, np.newaxis]
         return (problem.predict(state.terms, before, moved) - xyz) / NUDGE
-    # X, Y and Z pass every effect apart, unless Y holds all: one step of all three tells their derivatives.
+    # No effect mixes X, Y and Z here: a step of all three together gives the derivatives of each.
     moved = state.tips + (np.eye(4)[:, :, np.newaxis] * size * NUDGE)[:, np.newaxis]
     together = (problem.predict(state.terms, before, moved) - xyz) / NUDGE
     apart = np.zeros((4, 3, *xyz.shape))
@@ -155,12 +156,12 @@ def _by_tips(problem: Problem, state: State, before: Panel, xyz: Array) -> Array
 
 
 def mixes(term: Term) -> bool:
-    """Whether behind the panel an effect makes X, Y or Z depend on one another: tried on two greys."""
+    """Whether an effect behind the panel makes X, Y and Z depend on one another: tested on two colours."""
     stage = term.effect.stage
     if stage not in {"emission", "optics", "viewing", "instrument"}:
         return False
-    signal = np.array([[[0.9, 1.0, 1.1], [0.4, 0.2, 0.1], [0.3, 0.6, 0.1], [0.2, 0.1, 0.9]]] * 2)
-    signal = signal if stage == "emission" else signal[:, 0]
+    light = np.array([[[0.9, 1.0, 1.1], [0.4, 0.2, 0.1], [0.3, 0.6, 0.1], [0.2, 0.1, 0.9]]] * 2)
+    light = light if stage == "emission" else light[:, 0]
     scene = Scene(
         hours=np.full((2, 1), LIFE_H / 2),
         code=np.array([[0.7, 0.7, 0.7], [0.2, 0.2, 0.2]]),
@@ -169,22 +170,23 @@ def mixes(term: Term) -> bool:
         **UNUSUAL,
     )
     try:
-        plain = term.effect.function(signal, scene, **term.values)
-        nudged = term.effect.function(signal * np.array([1.01, 1.0, 1.0]), scene, **term.values)
+        plain = term.effect.function(light, scene, **term.values)
+        nudged = term.effect.function(light * np.array([1.01, 1.0, 1.0]), scene, **term.values)
     except LutgenError:
-        # It acts on spectra, which this scene has none of: it does.
+        # The effect acts on spectra, which this scene lacks: it mixes X, Y and Z.
         return True
     return bool(np.any(plain[..., 1:] != nudged[..., 1:]))
 
 
 def tip_scale(problem: Problem) -> Array:
-    """Size of a unit of each tip unknown, (4, 3), cd/m²: a thousandth of the tip."""
+    """Unit of each tip unknown, (4, 3), cd/m²: a thousandth of the tip."""
     tips = problem.measured_tips[0]
     return np.asarray(1e-3 * np.maximum(np.abs(tips), 0.05 * tips[:, 1:2]))
 
 
 def _by_gains(problem: Problem, xyz: Array, count: int) -> Array:
+    """Derivatives by the session gains, (G, n, 3); (0, n, 3) if no reading has a gain."""
     if (problem.gains < 0).all():
         return np.zeros((0, *xyz.shape))
-    mine = problem.gains[np.newaxis] == np.arange(count)[:, np.newaxis]
-    return np.asarray(mine[..., np.newaxis] * xyz)
+    of_gain = problem.gains[np.newaxis] == np.arange(count)[:, np.newaxis]
+    return np.asarray(of_gain[..., np.newaxis] * xyz)

@@ -1,4 +1,4 @@
-"""White and primaries of every hour: as measured, or between measured hours by the law of time."""
+"""White and primaries (tips) of every hour: as measured, or interpolated in time between measured hours."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ def measured_tips(problem: Problem) -> Array:
             chosen = here & (drive == TIP_DRIVES[tip]).all(axis=1)
             if not chosen.any():
                 message = (
-                    f"{problem.readings.file}: hour {problem.hours[index]:g}: no reading of a tip is left beside those "
-                    f"that contradict it. Measure white, red, green and blue of that hour again."
+                    f"{problem.readings.file}: hour {problem.hours[index]:g}: all readings of white or of one primary "
+                    f"contradict others, and are left out. Measure white, red, green and blue of that hour again."
                 )
                 raise LutgenError(message)
             tips[index, tip] = problem.xyz[chosen].mean(axis=0)
@@ -36,7 +36,7 @@ def measured_tips(problem: Problem) -> Array:
 
 
 def interpolated(problem: Problem, tips: Array) -> Array:
-    """Fill the hours without tips from their neighbours, by the law of :mod:`lutgen.time_law`: (..., H, 4, 3)."""
+    """Interpolate the hours without measured tips by the law of :mod:`lutgen.time_law`: (..., H, 4, 3)."""
     tips = tips.copy()
     by_hour = np.moveaxis(tips, -3, 0)
     times, values = problem.hours[problem.is_knot], by_hour[problem.is_knot]
@@ -45,8 +45,8 @@ def interpolated(problem: Problem, tips: Array) -> Array:
     return tips
 
 
-def slack(problem: Problem) -> Array:
-    """How well interpolation knows the tips of each hour, 1 σ, (H, 4, 3); infinite at hours that have their own."""
+def interpolation_sigma(problem: Problem) -> Array:
+    """Error of the interpolated tips of each hour, 1 σ, (H, 4, 3), cd/m²; infinite at hours with measured tips."""
     error = np.full((problem.hours.size, 4, 3), np.inf)
     times, values = problem.hours[problem.is_knot], problem.measured_tips[problem.is_knot]
     for index in np.flatnonzero(~problem.is_knot):

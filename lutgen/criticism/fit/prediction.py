@@ -1,8 +1,8 @@
-"""What effects make of a problem's code values and tips: XYZ that the meter should report.
+"""The prediction of a problem's readings, XYZ that the meter should report, from code values, tips and effects.
 
-A fit asks thousands of times. So effects on code values are worked out once for each code value and hour, and effects
-of the emission once for each hour, unless they ask for the conditions of a reading; and what lies in front of an effect
-that moves is kept.
+A fit needs thousands of predictions. So effects on code values are evaluated once for each code value and hour, and
+effects of the emission once for each hour, unless they use the conditions of a reading. The result of the stages before
+an effect that changes is cached.
 """
 
 from __future__ import annotations
@@ -31,29 +31,29 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.problem import Problem
     from lutgen.display.trace import Applied
 
-#: Stages that move a channel along its curve.
+#: Stages that change the linear light of single channels.
 BEFORE_MIXING = ("drive", "transfer")
 
-#: Stages that light passes before white and primaries come in.
+#: Stages before the emission, where the tips enter.
 BEFORE_EMISSION = ("drive", "transfer", "mixing", "selection")
 
-#: Stages that it passes before it leaves the display, where a sensor sees it.
+#: Stages before light leaves the display, where a sensor measures it.
 BEFORE_ROOM = (*BEFORE_EMISSION, "emission", "optics")
 
 T = TypeVar("T")
 
 
 @dataclass(frozen=True)
-class _Answer:
-    """What effects make of tips, and of a panel."""
+class _Cached:
+    """A cached result, with its arguments: effects, tips and panel."""
 
     applied: Sequence[Applied]
     tips: Array
-    answer: Array
+    result: Array
     before: Panel | None = None
 
-    def by(self, others: Sequence[Applied]) -> bool:
-        """Whether these effects are the same."""
+    def is_of(self, others: Sequence[Applied]) -> bool:
+        """Whether the cached result is of these effects."""
         return len(self.applied) == len(others) and all(
             each.effect is other.effect and each.values == other.values
             for each, other in zip(self.applied, others, strict=True)
@@ -62,7 +62,7 @@ class _Answer:
 
 @dataclass(frozen=True)
 class Prediction:
-    """The prediction of a problem's readings."""
+    """The predicted readings of a problem."""
 
     problem: Problem
 
@@ -82,7 +82,7 @@ class Prediction:
         return columns
 
     def scene(self, tips: Array) -> Scene:
-        """What surrounds each reading; ``tips`` (..., H, 4, 3) give the whites."""
+        """The scene of each reading: its conditions, and the whites of ``tips`` (..., H, 4, 3)."""
         return Scene(
             **self._columns,
             white=np.take(tips[..., 0, :], self.problem.hour_of, axis=-2),
@@ -93,40 +93,44 @@ class Prediction:
     def panel(self, applied: Sequence[Applied]) -> Panel:
         """Send the readings' code values through drive, transfer and mixing."""
         before = self._panel([*self.problem.known, *(each for each in applied if each.effect.stage in BEFORE_EMISSION)])
-        if self.problem.remembered:
+        if self.problem.first_readings:
             moved = [each for each in applied if each.effect.stage in BEFORE_MIXING]
             if not moved:
-                return before.with_light(self.problem.remembered.light)
-            # What mixes the channels' light leaves the channels at their levels.
+                return before.with_light(self.problem.first_readings.light)
+            # Effects of mixing do not change the linear light of the channels.
             mixed = any(each.effect.stage == "mixing" for each in applied)
             level = self._panel([*self.problem.known, *moved]) if mixed else before
-            return before.with_light(self.problem.remembered.beside.at(level.linear))
-        return before.times(self.problem.first_day.held_out_gain)
+            return before.with_light(self.problem.first_readings.residual_light.at(level.linear))
+        return before.times(self.problem.first_session_model.held_out_gain)
 
     def _panel(self, applied: Sequence[Applied]) -> Panel:
-        """The panel, of each code value once an hour as long as effects ask for no more."""
-        # Products with an own model's tips are rounded otherwise for other colours beside them: a change of nothing
-        # would be one.
+        """The panel; evaluated once for each code value and hour, unless effects need more of the scene."""
+        # With an own model each reading is evaluated: rounding of its matrix products depends on the other colours, so
+        # that an effect that does nothing would change the result.
         if not (self.problem.native and self.problem.native.own):
-            first, place, scene = self._codes
+            first, inverse, scene = self._codes
             weights = self._weights[first]
-            found = self._without_conditions(
+            reduced = self._without_conditions(
                 applied, lambda: panel(applied, scene, self.problem.selection, weights, native=self.problem.native)
             )
-            if found:
-                return replace(found, shares=np.take(found.shares, place, axis=0))
+            if reduced:
+                return replace(reduced, shares=np.take(reduced.shares, inverse, axis=0))
         return panel(applied, self._plain_scene, self.problem.selection, self._weights, native=self.problem.native)
 
     @cached_property
     def _codes(self) -> tuple[NDArray[np.intp], NDArray[np.intp], Scene]:
-        """A reading of each code value at each hour, the place of every reading among these, and their scene."""
-        both = np.column_stack([self.problem.hour_of, self.problem.readings.drive[self.problem.rows]])
-        _, first, place = np.unique(both, axis=0, return_index=True, return_inverse=True)
+        """Index of one reading of each code value and hour, the inverse index of every reading, and their scene."""
+        hours_and_codes = np.column_stack([self.problem.hour_of, self.problem.readings.drive[self.problem.rows]])
+        _, first, inverse = np.unique(hours_and_codes, axis=0, return_index=True, return_inverse=True)
         white, hour = self.problem.measured_tips[:, 0], self.problem.hour_of[first]
         scene = CodeScene(
-            self.problem.hours[hour][:, np.newaxis], white[hour], white[:1], self.problem.light, both[first, 1:]
+            self.problem.hours[hour][:, np.newaxis],
+            white[hour],
+            white[:1],
+            self.problem.light,
+            hours_and_codes[first, 1:],
         )
-        return first, place.reshape(-1), cast("Scene", scene)
+        return first, inverse.reshape(-1), cast("Scene", scene)
 
     @cached_property
     def _plain_scene(self) -> Scene:
@@ -134,40 +138,40 @@ class Prediction:
 
     @cached_property
     def _weights(self) -> Array:
-        """Shares of the paper's matrices, which no effect changes."""
+        """Shares of the paper's matrices at each reading, which no effect changes, (n, 4)."""
         return nearest_weights(code_to_linear(self.problem.readings.drive[self.problem.rows]))
 
     @cached_property
     def _white_weights(self) -> Array:
-        """The same of white, (1, 4)."""
+        """Shares of the paper's matrices at white, (1, 4)."""
         return nearest_weights(np.ones((1, 3)))
 
     def predict(self, applied: Sequence[Applied], before: Panel, tips: Array) -> Array:
-        """XYZ that the meter should report, (..., n, 3), of latent tips (..., H, 4, 3)."""
-        before = self.problem.first_day.begun(applied, before)
-        if self.problem.holds:
+        """XYZ that the meter should report, (..., n, 3), cd/m², for latent tips (..., H, 4, 3)."""
+        before = self.problem.first_session_model.begun(applied, before)
+        if self.problem.holds_white:
             tips = self._held(applied, tips)
         scene, emission = self.scene(tips), [each for each in applied if each.effect.stage == "emission"]
         return metered(applied, self._emitted(emission, before, tips, scene), scene)
 
     def _emitted(self, emission: Sequence[Applied], before: Panel, tips: Array, scene: Scene) -> Array:
-        """XYZ behind the emission: what was asked for last is kept, as derivatives by effects behind it ask again."""
+        """XYZ after the emission; the last result is cached, since derivatives by later effects need it again."""
         last = self._last.get("emitted")
-        if last and last.tips is tips and last.before is before and last.by(emission):
-            return last.answer
+        if last and last.tips is tips and last.before is before and last.is_of(emission):
+            return last.result
         aged = self._aged(emission, tips)
         if aged is not None and aged.ndim > 3:
             xyz = before.emit_by(aged, self._readings_of_hours)
         elif aged is not None:
-            # Summed as below: an effect that does nothing changes nothing, not even by rounding.
+            # The same order of sums as below: an effect that does nothing must not even change the rounding.
             xyz = before.emit(np.take(aged, self.problem.hour_of, axis=0))
         else:
             xyz = before.emit(through(emission, ("emission",), np.take(tips, self.problem.hour_of, axis=-3), scene))
-        self._last["emitted"] = _Answer(emission, tips, xyz, before)
+        self._last["emitted"] = _Cached(emission, tips, xyz, before)
         return xyz
 
     @cached_property
-    def _last(self) -> dict[str, _Answer]:
+    def _last(self) -> dict[str, _Cached]:
         return {}
 
     @cached_property
@@ -175,39 +179,39 @@ class Prediction:
         return [readings_at(np.flatnonzero(self.problem.hour_of == hour)) for hour in range(self.problem.hours.size)]
 
     def _aged(self, emission: Sequence[Applied], tips: Array) -> Array | None:
-        """Send the tips of the hours (..., H, 4, 3) through the emission; None if it asks for more than the hour."""
+        """Apply the emission to the tips of the hours (..., H, 4, 3); None if an effect needs more than the hour."""
         white = tips[..., 0, :]
         scene = cast(
             "Scene", HourScene(self.problem.hours[:, np.newaxis], white, white[..., :1, :], self.problem.light)
         )
         return self._without_conditions(emission, lambda: through(emission, ("emission",), tips, scene))
 
-    def _without_conditions(self, applied: Sequence[Applied], answer: Callable[[], T]) -> T | None:
-        """What effects make of a scene without conditions; None if they ask for more, which is tried once."""
+    def _without_conditions(self, applied: Sequence[Applied], result: Callable[[], T]) -> T | None:
+        """Return the result for a scene without conditions; None if effects need more, which is tried only once."""
         names = frozenset(each.effect.name for each in applied)
-        if names not in self._asking_for_more:
+        if names not in self._needing_conditions:
             try:
-                return answer()
+                return result()
             except AttributeError:
-                self._asking_for_more.add(names)
+                self._needing_conditions.add(names)
         return None
 
     @cached_property
-    def _asking_for_more(self) -> set[frozenset[str]]:
+    def _needing_conditions(self) -> set[frozenset[str]]:
         return set()
 
     def _held(self, applied: Sequence[Applied], tips: Array) -> Array:
-        """Tips whose white a sensor holds at that of hour 0 as long as it can; what was asked for last is kept."""
+        """Tips after a sensor has held the luminance of white at that of hour 0; the last result is cached."""
         acting = [each for each in applied if each.effect.compensated and each.effect.stage in BEFORE_ROOM]
         last = self._last.get("held")
-        if last and last.tips is tips and last.by(acting):
-            return last.answer
+        if last and last.tips is tips and last.is_of(acting):
+            return last.result
         held = tips * self._held_gain(acting, tips)[..., np.newaxis, np.newaxis]
-        self._last["held"] = _Answer(acting, tips, held)
+        self._last["held"] = _Cached(acting, tips, held)
         return held
 
     def _held_gain(self, applied: Sequence[Applied], tips: Array) -> Array:
-        """Gain by which a sensor holds the white of every hour, (..., H)."""
+        """Gain by which a sensor corrects the white of every hour, (..., H)."""
         scene = Scene(
             hours=self.problem.hours[:, np.newaxis],
             code=np.ones((self.problem.hours.size, 3)),

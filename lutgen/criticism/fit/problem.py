@@ -1,14 +1,14 @@
-"""The question that a fit answers: which tips and effects would have given these readings.
+"""The data, the unknowns and the noise of a fit of tips (white and primaries) and effects to readings.
 
-Under the baseline ``colour-points`` every hour's tips are unknown, with their own readings among the data: effects act
-on the latent display, and its tips are solved again whenever an effect changes. At an hour without readings of the tips
-they are known only from the neighbouring hours, within what a straight line between those misses. Under ``first-hour``
-only the tips of hour 0 are unknown; sessions have gains of their own. ``native`` is ``colour-points`` from another
-start: transfer curves and black are those of the first session, and what its noise leaves open of them are unknowns
-that all sessions share.
+Under the baseline ``colour-points`` the tips of every hour are unknown, and their own readings are among the data.
+Effects act on the latent display, so a fit solves the tips again whenever an effect changes. At an hour without
+readings of the tips, the prior of its tips is the interpolation between the neighbouring hours, with the error of that.
+Under ``first-hour`` only the tips of hour 0 are unknown, and each session has a gain. ``native`` is ``colour-points``
+with another fresh display: transfer curves and black are measured in the first session, and their errors by the noise
+of that session are unknowns that all sessions share.
 
-Unknown tips and gains are *local* to a block of readings and enter the prediction (nearly) linearly, so
-a fit eliminates them block by block (:mod:`lutgen.criticism.fit.least_squares`).
+Tips and gains are *local* to a block of readings, and the prediction is (nearly) linear in them. So a fit eliminates
+them block by block (:mod:`lutgen.criticism.fit.least_squares`).
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.criticism.first_session.curve_errors import curve_doubt, drawn_displays, mode_weights
+from lutgen.criticism.first_session.curve_errors import curve_deviations, drawn_displays, mode_weights
 from lutgen.criticism.first_session.errors import FirstErrors
-from lutgen.criticism.first_session.model import FirstDay, is_held
-from lutgen.criticism.fit.measured_tips import measured_tips, slack
+from lutgen.criticism.first_session.model import FirstSessionModel, is_held
+from lutgen.criticism.fit.measured_tips import interpolation_sigma, measured_tips
 from lutgen.criticism.fit.prediction import Prediction
 from lutgen.criticism.noise.discrepancy import NONE, Discrepancy, discrepancy_of_native
 from lutgen.criticism.noise.model import estimate_noise
@@ -51,45 +51,45 @@ if TYPE_CHECKING:
     from lutgen.readings import Measurements
 
 
-#: Readings (three numbers each) that a free parameter needs beside those of the tips.
+#: Number of readings (three values each), other than anchors, that one free parameter needs.
 READINGS_A_PARAMETER = 2
 
 
 @dataclass(frozen=True)
 class Problem:
-    """Readings, what surrounds them, and their noise.
+    """Readings, their conditions, the model of the fresh display, and the noise.
 
     Attributes
     ----------
     readings
         The data.
     noise
-        Their noise.
+        Noise of the readings.
     baseline, selection
         One of ``BASELINES``; the paper's choice of matrix.
     held
-        Whether a sensor holds white's luminance (only asked under ``first-hour``).
+        Whether a sensor holds the luminance of white (used under ``first-hour`` only).
     rows
-        Indices of the readings that count: slips are left out.
+        Indices of the n readings that are fitted; outliers are left out.
     assumed
-        Conditions that nobody logged, taken as the same at all readings: (column, value). What the notes call
-        shrouded or capped is free of them.
+        Assumed values of conditions that were not logged, the same at all readings but shrouded or capped ones:
+        (column, value).
     native
-        The fresh display of native baselines, else None: the paper's.
+        The fresh display of native baselines; None: the paper's.
     drawn
-        Native displays as noise of the first session might have had them; none beside an own model's discrepancy.
+        Native displays of simulated first sessions, which differ by noise; empty with an own model.
     discrepancy
-        How far the display's own model misses what it has not seen, beside the noise.
+        Model discrepancy: error of the display's own model at colours to which it was not fitted.
     offset_cd_m2, wander
-        Spread from session to session of the instrument's dark offset in X, Y and Z, and of its gain from the first to
-        the last reading of a session, as a share; 0: none.
+        Standard deviation, between sessions, of the instrument's dark offset in X, Y and Z, and of the drift of its
+        gain within a session, as a share; 0: none.
     weights
-        Weight of every reading in the file, beside that of its noise; None: 1.
-    remembers
-        Whether colours that the first session has read are foretold from that reading where curves miss it: as fits
-        do, and baked displays do not.
-    doubted
-        What errors of 1 σ in what effects do to code values change, (e, n, 3), cd/m²
+        Weight of every reading in the file, a factor of the inverse variance; None: 1.
+    uses_first_readings
+        Whether colours that the first session has read are predicted from that reading and not from the curves alone:
+        yes in fits, no in baked displays.
+    drive_errors
+        Change of the readings by 1 σ errors of effects on code values, (e, n, 3), cd/m²
         (:mod:`lutgen.criticism.first_session.slope_errors`); None: none.
 
     """
@@ -107,8 +107,8 @@ class Problem:
     offset_cd_m2: float = 0.0
     wander: float = 0.0
     weights: Array | None = None
-    remembers: bool = True
-    doubted: Array | None = None
+    uses_first_readings: bool = True
+    drive_errors: Array | None = None
 
     @classmethod
     def of(
@@ -119,56 +119,56 @@ class Problem:
         selection: str = "nearest",
         instrument: str | None = None,
     ) -> Problem:
-        """Pose the problem of ``readings``.
+        """Make the problem of ``readings``.
 
         Parameters
         ----------
         readings, baseline, selection
             The data, one of ``BASELINES``, one of ``SELECTIONS``.
         instrument
-            Stated noise, ``relative,floor``; None: replicates tell.
+            Stated noise, ``relative,floor``; None: estimated from replicates.
 
         Raises
         ------
         LutgenError
-            Unknown baseline, or readings that make no native display.
+            Unknown baseline, or readings from which no native display can be made.
 
         """
         if baseline not in BASELINES:
             raise pick_one("baseline", baseline, BASELINES)
         noise = estimate_noise(readings, instrument)
-        out = list(noise.slips)
-        rows = np.setdiff1d(np.arange(readings.hours.size), out)
-        native = NativeDisplay.of(readings, out) if baseline in NATIVE_BASELINES else None
-        drawn = drawn_displays(readings, noise, out, native.source) if native and not native.own else ()
+        outliers = list(noise.outliers)
+        rows = np.setdiff1d(np.arange(readings.hours.size), outliers)
+        native = NativeDisplay.of(readings, outliers) if baseline in NATIVE_BASELINES else None
+        drawn = drawn_displays(readings, noise, outliers, native.source) if native and not native.own else ()
         return cls(
             readings, noise, baseline, selection, is_held(readings), rows, native=native, drawn=drawn,
-            discrepancy=discrepancy_of_native(native, drawn, readings, noise, out),
+            discrepancy=discrepancy_of_native(native, drawn, readings, noise, outliers),
         )  # fmt: skip
 
     def unlogged(self, columns: Sequence[str]) -> Problem | None:
-        """Return the problem with some columns as they might have been, unlogged; None when any of them was logged."""
+        """Return the problem with assumed values of unlogged conditions ``columns``; None if any of them was logged."""
         if not columns or any(name in self.readings.conditions for name in columns):
             return None
         return replace(self, assumed=tuple((name, COLUMNS[name].unlogged) for name in columns))
 
     def without(self, rows: Sequence[int]) -> Problem:
-        """Return the same problem without some readings, by their indices in the file."""
+        """Return the problem without some readings, by their indices in the file."""
         return replace(self, rows=np.setdiff1d(self.rows, rows))
 
-    def with_slips(self) -> Problem:
-        """Return the same problem with the readings that replicates show to be wrong."""
-        slips = np.array(self.noise.slips, dtype=np.intp)
-        return replace(self, rows=np.union1d(self.rows, slips), noise=replace(self.noise, slips=()))
+    def with_outliers(self) -> Problem:
+        """Return the problem with the readings that replicates show to be outliers."""
+        outliers = np.array(self.noise.outliers, dtype=np.intp)
+        return replace(self, rows=np.union1d(self.rows, outliers), noise=replace(self.noise, outliers=()))
 
     @cached_property
     def xyz(self) -> Array:
-        """What was measured, (n, 3), cd/m²."""
+        """Measured XYZ, (n, 3), cd/m²."""
         return self.readings.xyz_cd_m2[self.rows]
 
     @cached_property
     def hours(self) -> Array:
-        """The different hours, (H,)."""
+        """The distinct hours, increasing, (H,)."""
         return np.unique(self.readings.hours[self.rows])
 
     @cached_property
@@ -177,38 +177,38 @@ class Problem:
         return np.searchsorted(self.hours, self.readings.hours[self.rows])
 
     @property
-    def foretells(self) -> bool:
-        """Whether the model knows nothing of the display after hour 0."""
+    def from_first_hour(self) -> bool:
+        """Whether every session is predicted from hour 0: tips of later hours are no unknowns."""
         return self.baseline in FORETELLING_BASELINES
 
     @cached_property
     def curve_points(self) -> NDArray[np.bool_]:
-        """Readings that a native display's curves and black are made of, and so meets, (n,)."""
+        """Whether a native display is made from each reading, so that it predicts the reading exactly, (n,)."""
         if self.native is None:
             return np.zeros(self.rows.size, dtype=bool)
         points = self.native.made_from(self.readings)[self.rows]
-        return points | self.remembered.met if self.remembered else points
+        return points | self.first_readings.exact if self.first_readings else points
 
     @cached_property
     def counts(self) -> Array:
-        """For how many each reading counts, (n,)."""
-        return self.remembered.counts if self.remembered else np.ones(self.rows.size)
+        """Effective number of readings that each reading counts as, (n,)."""
+        return self.first_readings.counts if self.first_readings else np.ones(self.rows.size)
 
     @cached_property
     def is_tip_anchor(self) -> NDArray[np.bool_]:
-        """Readings of the tips at rest that the tips are solved from, (n,)."""
+        """Whether each reading is one of a tip at rest, from which the tips are solved, (n,)."""
         rest = self.readings.at_rest()[self.rows] & ~is_capped(self.readings)[self.rows]
         anchor = is_tip(self.readings.drive[self.rows]).any(axis=1) & rest
-        return np.asarray(anchor & (self.hour_of == 0) if self.foretells else anchor)
+        return np.asarray(anchor & (self.hour_of == 0) if self.from_first_hour else anchor)
 
     @cached_property
     def is_anchor(self) -> NDArray[np.bool_]:
-        """Readings at rest that the model is anchored to, (n,): of tips, and those that a native display is made of."""
+        """Whether each reading is an anchor, (n,): one of a tip at rest, or one that makes the native display."""
         return self.is_tip_anchor | self.curve_points
 
     @cached_property
-    def bears(self) -> int:
-        """Number of free parameters that the different readings beside the anchors bear."""
+    def max_parameters(self) -> int:
+        """Largest number of free parameters, by the number of distinct readings other than anchors."""
         return int(np.unique(self.groups[~self.is_anchor]).size) // READINGS_A_PARAMETER
 
     @cached_property
@@ -218,7 +218,7 @@ class Problem:
 
     @cached_property
     def gains(self) -> NDArray[np.intp]:
-        """Number of each reading's session gain, (n,); −1 where the tips of that hour have taken it in already."""
+        """Number of each reading's session gain, (n,); −1 where the tips of the hour include the gain."""
         return self._gains[0]
 
     @property
@@ -228,7 +228,7 @@ class Problem:
 
     @property
     def gain_count(self) -> int:
-        """Number of session gains, one at least, since a state holds an array of them."""
+        """Number of session gains, at least one, since a state holds an array of them."""
         return max(len(self.gain_keys), 1)
 
     @cached_property
@@ -238,20 +238,20 @@ class Problem:
         of_hour: dict[float, set[str]] = {}
         for hour, name in keys:
             of_hour.setdefault(hour, set()).add(name)
-        # Tips that are read anew at an hour of one session have that session's gain in them.
-        taken = {
+        # Tips that are read at an hour with one session include the gain of that session.
+        includes_gain = {
             float(hour)
             for hour, knot in zip(self.hours, self.is_knot, strict=True)
-            if not self.foretells and knot and len(of_hour[float(hour)]) == 1
+            if not self.from_first_hour and knot and len(of_hour[float(hour)]) == 1
         }
-        known = sorted({key for key in keys if key[0] not in taken})
+        known = sorted({key for key in keys if key[0] not in includes_gain})
         number = {key: place for place, key in enumerate(known)}
         return np.array([number.get(key, -1) for key in keys], dtype=np.intp), known
 
     @cached_property
     def blocks(self) -> list[NDArray[np.intp]]:
-        """Readings that share local unknowns: of an hour (its tips), or of a session (its gain) under ``foretells``."""
-        number = self.gains if self.foretells else self.hour_of
+        """Readings that share local unknowns: of one hour, or of one session under ``from_first_hour``."""
+        number = self.gains if self.from_first_hour else self.hour_of
         return [np.flatnonzero(number == each) for each in np.unique(number)]
 
     @cached_property
@@ -263,28 +263,25 @@ class Problem:
 
     @cached_property
     def shared(self) -> dict[int, Array]:
-        """Errors that readings of a session share, whitened, (k, m, 3), by the first reading of each block."""
+        """Errors shared by the readings of a session, 1 σ, whitened, (k, m, 3), by the first reading of each block."""
         return {int(here[0]): shared_columns(self, here)[1] for here in self.blocks}
 
     @cached_property
     def marginal(self) -> dict[int, Marginal]:
-        """The same errors as a part of the noise of each block, by its first reading."""
+        """Covariance of each block with the shared errors marginalised, by its first reading."""
         return {first: Marginal.of(columns) for first, columns in self.shared.items()}
 
     @cached_property
     def is_knot(self) -> NDArray[np.bool_]:
-        """Whether the tips were read at each hour, (H,)."""
+        """Whether the tips were read at each hour: the knots of the interpolation in time, (H,)."""
         return np.isin(self.hours, self.readings.tips()[0])
 
     @cached_property
     def whitener(self) -> Array:
-        """Matrices (n, 3, 3) that make residuals independent with variance 1; noise goes by the replicates' mean.
-
-        0 for readings that count for nothing.
-        """
+        """Matrices (n, 3, 3) that whiten residuals, with the noise at the mean of replicates; 0 if ``counts`` is 0."""
         mean = group_means(self.xyz, self.groups)
         whitener = np.linalg.inv(np.linalg.cholesky(self._own_covariance(mean)))
-        if self.remembered:
+        if self.first_readings:
             whitener *= (self.counts > 0)[:, np.newaxis, np.newaxis]
         if self.weights is None:
             return whitener
@@ -292,50 +289,52 @@ class Problem:
 
     @cached_property
     def whitener_parts(self) -> tuple[Array, Array, Array, Array]:
-        """The diagonals of the whiteners, (n, 3), and what is below them: of Y by X, Z by X, Z by Y, (n,) each."""
+        """Diagonals of the whiteners, (n, 3), and the elements below: Y by X, Z by X, Z by Y, (n,) each."""
         white = self.whitener
         below = [np.ascontiguousarray(white[:, row, column]) for row, column in ((1, 0), (2, 0), (2, 1))]
         return np.ascontiguousarray(np.diagonal(white, axis1=1, axis2=2)), below[0], below[1], below[2]
 
     @cached_property
     def first_errors(self) -> FirstErrors | None:
-        """Errors of a native display's first session that later readings share; None where none do."""
+        """Errors of a native display's first session that later readings share; None if there are none."""
         return FirstErrors.of(self)
 
     def covariance(self, xyz_cd_m2: Array) -> Array:
-        """Covariance of readings of light (n, 3) about the model, errors of the first session in it: (n, 3, 3)."""
+        """Covariance (n, 3, 3) of readings of light (n, 3) about the model, with the errors of the first session."""
         covariance = self._own_covariance(xyz_cd_m2)
         if self.native:
-            covariance = covariance + np.einsum("eni,enj->nij", self.first_day.errors, self.first_day.errors)
+            covariance = covariance + np.einsum(
+                "eni,enj->nij", self.first_session_model.errors, self.first_session_model.errors
+            )
         return covariance
 
     def _own_covariance(self, xyz_cd_m2: Array) -> Array:
-        """Covariance without what the first session's noise does."""
+        """Covariance without the errors of the first session."""
         meter = self.noise.covariance(xyz_cd_m2)
         if not self.discrepancy:
             return meter
-        # Black and the colour points are what the model is made to meet.
-        drive, memory = self.readings.drive[self.rows], self.remembered
-        missed = memory.missed if memory else np.asarray(drive.any(axis=1) & ~is_tip(drive).any(axis=1))
-        return np.asarray(meter + self.discrepancy.covariance(xyz_cd_m2) * missed[:, np.newaxis, np.newaxis])
+        # The model predicts black and the tips exactly: they have no discrepancy.
+        drive, first = self.readings.drive[self.rows], self.first_readings
+        factor = first.discrepancy_factor if first else np.asarray(drive.any(axis=1) & ~is_tip(drive).any(axis=1))
+        return np.asarray(meter + self.discrepancy.covariance(xyz_cd_m2) * factor[:, np.newaxis, np.newaxis])
 
     @cached_property
     def fits(self) -> dict[Any, Fit]:
-        """What a search has fitted, by terms and start."""
+        """Cache of the fits of a search, by terms and start."""
         return {}
 
     @cached_property
-    def curve_doubt(self) -> Array:
-        """What other first sessions would do to the prediction, (draws, n, 3), cd/m²; none without a native display."""
-        return curve_doubt(self)
+    def curve_deviations(self) -> Array:
+        """Change of the prediction by each of ``drawn``, (draws, n, 3), cd/m²; no draws without a native display."""
+        return curve_deviations(self)
 
     @cached_property
     def curve_modes(self) -> Array:
-        """What noise of the first session leaves open in the prediction, (q, n, 3), cd/m²."""
-        if self.remembered:
+        """Principal modes of the errors of the curves by noise of the first session, (q, n, 3), cd/m²."""
+        if self.first_readings:
             return np.zeros((0, self.rows.size, 3))
-        weights = mode_weights(self.curve_doubt, self.whitener)
-        return np.tensordot(weights, self.curve_doubt, axes=1) if weights.size else self.curve_doubt[:0]
+        weights = mode_weights(self.curve_deviations, self.whitener)
+        return np.tensordot(weights, self.curve_deviations, axes=1) if weights.size else self.curve_deviations[:0]
 
     @cached_property
     def measured_tips(self) -> Array:
@@ -343,30 +342,30 @@ class Problem:
         return measured_tips(self)
 
     @cached_property
-    def slack(self) -> Array:
-        """How well interpolation knows the tips of each hour, 1 σ, (H, 4, 3); infinite at hours that have their own."""
-        return slack(self)
+    def interpolation_sigma(self) -> Array:
+        """Error of the interpolated tips of each hour, 1 σ, (H, 4, 3), cd/m²; infinite at hours with measured tips."""
+        return interpolation_sigma(self)
 
     @cached_property
-    def first_day(self) -> FirstDay:
-        """The display's own model at the readings."""
-        return FirstDay(self)
+    def first_session_model(self) -> FirstSessionModel:
+        """The first session of a native display, evaluated at the readings."""
+        return FirstSessionModel(self)
 
     @property
-    def remembered(self) -> FirstReadings | None:
-        """What the first session says of single colours; None where curves, or an own model, foretell them well."""
-        curves_alone = self.remembers and self.native is not None and not self.native.own
-        return self.first_day.remembered if curves_alone and self.discrepancy else None
+    def first_readings(self) -> FirstReadings | None:
+        """The first session's readings of single colours; None where curves, or an own model, predict these well."""
+        curves_alone = self.uses_first_readings and self.native is not None and not self.native.own
+        return self.first_session_model.first_readings if curves_alone and self.discrepancy else None
 
     @property
     def as_baked(self) -> Problem:
-        """The same problem without a memory of single colours, which no baked display has."""
-        return replace(self, remembers=False) if self.remembered else self
+        """The problem without the first session's readings of single colours, which no baked display has."""
+        return replace(self, uses_first_readings=False) if self.first_readings else self
 
     @cached_property
     def known(self) -> tuple[LoadedCalibrations, ...]:
-        """What changed and is no finding: calibrations that files of later sessions hold."""
-        return LoadedCalibrations.of(self.readings, told=not self.foretells) if self.native else ()
+        """Known changes, which are no effects of aging: calibrations that files of later sessions hold."""
+        return LoadedCalibrations.of(self.readings, told=not self.from_first_hour) if self.native else ()
 
     @cached_property
     def light(self) -> SpectralDisplay:
@@ -375,11 +374,11 @@ class Problem:
 
     @cached_property
     def prediction(self) -> Prediction:
-        """What effects make of the readings' code values."""
+        """The predicted readings."""
         return Prediction(self)
 
     def scene(self, tips: Array) -> Scene:
-        """What surrounds each reading; ``tips`` (..., H, 4, 3) give the whites."""
+        """The scene of each reading: its conditions, and the whites of ``tips`` (..., H, 4, 3)."""
         return self.prediction.scene(tips)
 
     def panel(self, applied: Sequence[Applied]) -> Panel:
@@ -387,10 +386,10 @@ class Problem:
         return self.prediction.panel(applied)
 
     def predict(self, applied: Sequence[Applied], before: Panel, tips: Array) -> Array:
-        """XYZ that the meter should report, (..., n, 3), of latent tips (..., H, 4, 3)."""
+        """XYZ that the meter should report, (..., n, 3), cd/m², for latent tips (..., H, 4, 3)."""
         return self.prediction.predict(applied, before, tips)
 
     @property
-    def holds(self) -> bool:
-        """Whether a sensor's holding of white is predicted: under ``tips`` the tips have it in them."""
-        return self.foretells and self.held
+    def holds_white(self) -> bool:
+        """Whether a sensor's control of white is predicted; where tips are measured, the tips include it."""
+        return self.from_first_hour and self.held

@@ -1,4 +1,4 @@
-"""What the first step of a fit promises: gains of χ² from one linearisation that all candidates share."""
+"""Predicted gains in χ² of a first step of each candidate effect, from one linearisation for all candidates."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from lutgen.effects import Effect
 
 
-#: Directions in which parameters do the same, to this share of variance, promise nothing of their own.
-TOLD = 1e-12
+#: Relative cutoff of eigenvalues: directions of collinear parameters with less variance have no gain.
+COLLINEAR = 1e-12
 
 
 class Score:
-    """Gains in χ² that a first step promises, from one linearisation that all candidates share."""
+    """Predicted gains in χ² of first steps, from one linearisation about a fit, the base fit."""
 
     def __init__(self, base: Fit) -> None:
         """Linearise about a fit."""
@@ -40,16 +40,16 @@ class Score:
         self.free = np.linalg.qr(free.T)[0] if len(free) else None
         self.residual = self._without_free(self._outside(base.linear.residual, priors=True))
         self._proposed: dict[str, tuple[list[dict[str, float]], int]] = {}
-        self._of_effect = ""
-        self._seen: dict[tuple[object, ...], tuple[Array, Array]] = {}
-        #: Starts of forms that a search has found already, and what they promise.
+        self._last_effect = ""
+        self._last_signatures: dict[tuple[object, ...], tuple[Array, Array]] = {}
+        #: Cache of a search: predicted gain and starting values of forms.
         self.starts: dict[tuple[object, ...], tuple[float, Term]] = {}
 
     def _outside(self, columns: Array, *, priors: bool = False) -> Array:
-        """What blocks cannot absorb of columns (..., n, 3); of residuals also where blocks are off their ``priors``."""
+        """Part of columns (..., n, 3) that local unknowns cannot absorb; ``priors``: with the right sides of priors."""
         sizes, shared = np.zeros((*columns.shape[:-2], 0)), self.problem.first_errors
         if shared:
-            columns, sizes = shared.taken_from(columns)
+            columns, sizes = shared.subtracted_from(columns)
         rows, start = np.empty((*columns.shape[:-2], self.rows + sizes.shape[-1])), 0
         for part in self.parts:
             end = start + len(part.basis)
@@ -63,14 +63,15 @@ class Score:
         return rows
 
     def _without_free(self, rows: Array) -> Array:
+        """Part of rows that the global unknowns of the base fit cannot absorb."""
         return rows if self.free is None else np.asarray(rows - (rows @ self.free) @ self.free.T)
 
     def project(self, columns: Array) -> Array:
-        """What the base fit's unknowns cannot absorb of whitened signatures (..., n, 3), with priors: (..., 3n + k)."""
+        """Part of signatures (..., n, 3) that the base fit's unknowns cannot absorb, with k priors: (..., 3n + k)."""
         return self._without_free(self._outside(columns))
 
     def signature(self, term: Term, name: str) -> Array:
-        """Whitened change of the readings per unit of a parameter, tips held: (n, 3)."""
+        """Whitened change of the readings per unit of a parameter, tips fixed: (n, 3)."""
         low, high = term.effect.parameters[name].bounds
         value = term.values[name]
         step = STEP * (high - low) * (1 if value + STEP * (high - low) <= high else -1)
@@ -78,83 +79,83 @@ class Score:
         return whiten(self.problem, self._change_by(moved) / step)
 
     def seen(self, term: Term, name: str) -> tuple[Array, Array]:
-        """Return a parameter's signature, and what of it the base fit's unknowns cannot absorb, (3n,) each.
+        """Return a parameter's signature, (3n,), and its part that the base fit's unknowns cannot absorb, (3n + k,).
 
-        Forms of one effect share their parameters: what one has asked for is kept until another effect is asked for.
+        Forms of one effect share their parameters, so the results of the last effect are cached.
         """
         return self._seen_all(term, (name,))[0]
 
     def _seen_all(self, term: Term, names: Sequence[str]) -> list[tuple[Array, Array]]:
-        if term.effect.name != self._of_effect:
-            self._of_effect, self._seen = term.effect.name, {}
+        if term.effect.name != self._last_effect:
+            self._last_effect, self._last_signatures = term.effect.name, {}
         keys = [(name, *term.values.values()) for name in names]
-        new = [at for at, key in enumerate(keys) if key not in self._seen]
-        if new:
-            signatures = np.array([self.signature(term, names[at]) for at in new])
-            for at, signature, left in zip(new, signatures, self.project(signatures), strict=True):
-                self._seen[keys[at]] = signature.ravel(), left
-        return [self._seen[key] for key in keys]
+        missing = [place for place, key in enumerate(keys) if key not in self._last_signatures]
+        if missing:
+            signatures = np.array([self.signature(term, names[place]) for place in missing])
+            for place, signature, unabsorbed in zip(missing, signatures, self.project(signatures), strict=True):
+                self._last_signatures[keys[place]] = signature.ravel(), unabsorbed
+        return [self._last_signatures[key] for key in keys]
 
     def gain(self, term: Term, names: Sequence[str]) -> float:
-        """χ² that a step of some parameters from where the effect does nothing would gain, bounds ignored."""
+        """Gain in χ² of the best step of some parameters, from values of no effect, bounds ignored."""
         if not names:
             return self._plain_gain(term)
-        columns = np.array([left for _, left in self._seen_all(term, names)]).T
+        columns = np.array([unabsorbed for _, unabsorbed in self._seen_all(term, names)]).T
         size = np.linalg.norm(columns, axis=0)
         columns = columns[:, size > 1e-9] / size[size > 1e-9]
         if not columns.shape[1]:
             return 0.0
         variances, directions = np.linalg.eigh(columns.T @ columns)
-        told = variances > TOLD * variances[-1]
-        return float((((columns.T @ self.residual) @ directions[:, told]) ** 2 / variances[told]).sum())
+        determined = variances > COLLINEAR * variances[-1]
+        return float((((columns.T @ self.residual) @ directions[:, determined]) ** 2 / variances[determined]).sum())
 
     def gain_of_typical(self, term: Term) -> float:
-        """χ² that the signature of an effect at given values, scaled at will, gains."""
+        """Gain in χ² of the signature of an effect at given values, with its best scale."""
         column = self.project(self.switched_on(term))
         size = float(np.linalg.norm(column))
         return float((column @ self.residual / size) ** 2) if size > 1e-9 else 0.0
 
     def _plain_gain(self, term: Term) -> float:
-        """χ² that switching on an effect without amplitudes gains."""
-        after = self.residual - self.project(self.switched_on(term))
-        return float(self.residual @ self.residual - after @ after)
+        """Gain in χ² of an effect without free parameters."""
+        residual = self.residual - self.project(self.switched_on(term))
+        return float(self.residual @ self.residual - residual @ residual)
 
     def switched_on(self, term: Term) -> Array:
-        """Whitened change of the readings by one more term, tips held: (n, 3)."""
+        """Whitened change of the readings by one more term, tips fixed: (n, 3)."""
         return whiten(self.problem, self._change_by(term))
 
     def _change_by(self, term: Term) -> Array:
-        """Change of the readings by one more term, tips held: (n, 3), cd/m²."""
+        """Change of the readings by one more term, tips fixed: (n, 3), cd/m²."""
         terms = (*self.base.terms, term)
         before = self.before if term.effect.stage in BEHIND_PANEL else self.problem.panel(terms)
         return self.problem.predict(terms, before, self.base.tips) - self.predicted
 
     @cached_property
     def code_shifts(self) -> CodeShifts:
-        """What the readings say of the shift of each code value."""
+        """Information of the readings on the shift of each code value."""
         return CodeShifts.of(self.problem, self.switched_on, self.project, self.residual)
 
     def proposed(self, effect: Effect) -> tuple[list[dict[str, float]], int]:
-        """Settings that an effect proposes for jagged shifts of code values, best first, and how many it looked at."""
+        """Settings that an effect proposes for jagged shifts of code values, best first, and how many it examined."""
         if effect.name not in self._proposed:
             shifts = self.code_shifts
-            settings, looked = (
+            settings, examined = (
                 effect.propose(shifts.code, shifts.pull, shifts.information)
                 if effect.propose and shifts.is_jagged
                 else ([], 1)
             )
-            self._proposed[effect.name] = settings, looked
+            self._proposed[effect.name] = settings, examined
         return self._proposed[effect.name]
 
     def switched(self, term: Term) -> tuple[float, float]:
-        """Whitened norm of what an effect at given values changes, and of what cannot be absorbed of that."""
+        """Whitened norm of the change by an effect at given values, and of the part that cannot be absorbed."""
         changed = self.switched_on(term)
         return float(np.linalg.norm(changed)), float(np.linalg.norm(self.project(changed)))
 
 
 @dataclass(frozen=True)
 class _Part:
-    """A block's readings ``here``, an orthonormal basis of what its local unknowns do, and the priors' right sides."""
+    """A block's readings ``here``, an orthonormal basis of its local unknowns' changes, and the priors' right sides."""
 
     here: NDArray[np.intp] | slice
     basis: Array
@@ -162,7 +163,7 @@ class _Part:
 
     @classmethod
     def of(cls, base: Fit, state: State, here: NDArray[np.intp]) -> _Part:
-        """Take a block of the problem at a fit."""
+        """Make the part of one block of the base fit's problem."""
         problem, shared = base.problem, len(base.problem.shared[int(here[0])])
         off = prior_rows(problem, state, int(problem.hour_of[here[0]]), problem.gains_of[int(here[0])], shared)[1]
         return cls(readings_at(here), local_basis(problem, base.linear.local, state, here), off)

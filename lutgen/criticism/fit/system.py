@@ -1,4 +1,4 @@
-"""Least squares with the local unknowns eliminated: every block of readings is reduced by QR to what it cannot explain.
+"""Least squares with the local unknowns eliminated: QR reduces every block to equations for the global unknowns.
 
 Golub & Pereyra, SIAM J. Numer. Anal. 10, 413-432 (1973), doi:10.1137/0710036.
 """
@@ -25,18 +25,18 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.problem import Problem
 
 
-#: Directions in which parameters trade off, to the accuracy of a numerical derivative, are left where they are.
-TRADED = 1e-6
+#: Relative cutoff of singular values, the accuracy of a numerical derivative: collinear parameters do not move.
+COLLINEAR = 1e-6
 
-#: A triangle whose diagonal spans more than this may be singular, and is solved by least squares.
+#: A triangle is solved by least squares if the ratio of its smallest to its largest diagonal element is smaller.
 SINGULAR = 1e-9
 
-#: A direction that holds less than this share (of variance) of a parameter has nothing to do with it.
-BARELY = 1e-3
+#: Shares (of variance) of a parameter in a direction below this one are taken as 0.
+NEGLIGIBLE_SHARE = 1e-3
 
 
 class Move(NamedTuple):
-    """A step of the global unknowns and the χ² that it promises."""
+    """A step of the global unknowns and the χ² that it predicts."""
 
     parameters: Array
     chi2: float
@@ -50,43 +50,43 @@ class System:
         self.problem, self.linear = problem, linear
         self.global_count = len(linear.free)
         self.effect_count = sum(len(term.free) for term in state.terms)
-        self.apart, self.rest = without_first_errors(problem, linear)
-        self.blocks = [Block.of(problem, self.apart, state, here) for here in problem.blocks]
+        self.corrected, self.rest = without_first_errors(problem, linear)
+        self.blocks = [Block.of(problem, self.corrected, state, here) for here in problem.blocks]
         reduced = np.concatenate([*(block.reduced for block in self.blocks), self.rest])
         self.A, self.z = reduced[:, :-1], reduced[:, -1]
         self.mode_count = len(problem.curve_modes) if problem.native else 0
         modes = self.A[:, self.global_count - self.mode_count :]
         sizes = np.linalg.lstsq(modes, self.z, rcond=1e-9)[0]
-        #: The step that moves no effect: modes of a native display, which a state does not hold, as they fit best.
-        self.still = np.concatenate([np.zeros(self.global_count - self.mode_count), sizes])
-        left = self.z - modes @ sizes
-        self.chi2 = float(left @ left)
+        #: The step that moves no effect. A state holds no sizes of curve modes, so the step has their best values.
+        self.mode_step = np.concatenate([np.zeros(self.global_count - self.mode_count), sizes])
+        residual = self.z - modes @ sizes
+        self.chi2 = float(residual @ residual)
 
     def step(self, terms: Sequence[Term], damping: float = 0.0) -> Move:
         """Best step of the global unknowns within the parameters' bounds."""
         return bounded(self.A, self.z, *self.limits(terms), damping)
 
     def limits(self, terms: Sequence[Term]) -> tuple[Array, Array]:
-        """How far each global unknown may move down and up, (p,) each."""
+        """Largest allowed steps of each global unknown down and up, (p,) each."""
         low = np.full(self.global_count, -np.inf)
         high = np.full(self.global_count, np.inf)
         if self.effect_count:
             bounds = np.concatenate([term.bounds for term in terms if term.free])
-            here = np.array([term.values[name] for term in terms for name in term.free])
-            low[: self.effect_count], high[: self.effect_count] = (bounds - here[:, np.newaxis]).T
+            values = np.array([term.values[name] for term in terms for name in term.free])
+            low[: self.effect_count], high[: self.effect_count] = (bounds - values[:, np.newaxis]).T
         return low, high
 
     def moved(self, state: State, parameters: Array) -> State:
-        """Move a state by a step; local unknowns follow."""
+        """Return a state after a step of the global unknowns and the local step that it implies."""
         terms, place = [], 0
         for term in state.terms:
-            now = np.array([term.values[name] for name in term.free])
-            to = np.clip(now + parameters[place : place + now.size], *term.bounds.T)
-            terms.append(term.moved(to.tolist()))
-            place += now.size
+            values = np.array([term.values[name] for name in term.free])
+            new = np.clip(values + parameters[place : place + values.size], *term.bounds.T)
+            terms.append(term.moved(new.tolist()))
+            place += values.size
         tips, gains = state.tips.copy(), state.gains.copy()
         scale = tip_scale(self.problem)
-        if self.problem.foretells:
+        if self.problem.from_first_hour:
             tips = tips + parameters[place : place + 12].reshape(4, 3) * scale
         for block in self.blocks:
             local = block.local_step(parameters)
@@ -97,42 +97,42 @@ class System:
         return State(tuple(terms), tips, gains)
 
     def covariance(self, terms: Sequence[Term]) -> Array:
-        """Covariance of the effects' parameters, (p, p); infinite where the data say nothing."""
+        """Covariance of the effects' parameters, (p, p); infinite where the data have no information."""
         if not self.effect_count:
             return np.zeros((0, 0))
-        spread, blind = self.spread(terms)
+        spread, undetermined = self.spread(terms)
         covariance = (spread @ spread.T)[: self.effect_count, : self.effect_count]
-        covariance[blind, :] = covariance[:, blind] = 0.0
-        covariance[blind, blind] = np.inf
+        covariance[undetermined, :] = covariance[:, undetermined] = 0.0
+        covariance[undetermined, undetermined] = np.inf
         return np.asarray(covariance)
 
     def spread(self, terms: Sequence[Term]) -> tuple[Array, NDArray[np.bool_]]:
-        """Return V with V·Vᵀ the covariance of the global unknowns, (g, k), and of which parameters data say nothing.
+        """Return V (g, k), with V·Vᵀ the covariance of the global unknowns; and which parameters are undetermined.
 
-        They say nothing of a direction in which all parameters may cross their whole bounds without moving the readings
-        by one standard deviation altogether. Derivatives are numerical: ranks are no measure of what they know.
+        The data have no information on a direction in which parameters may cross their whole range while the readings
+        together change by less than one standard deviation. Derivatives are numerical, so the rank is no criterion.
         """
         count = self.effect_count
         if not self.global_count:
             return np.zeros((0, 0)), np.zeros(0, dtype=bool)
         size = np.linalg.norm(self.A, axis=0)
-        unit = np.where(size > 0, 1.0 / np.where(size > 0, size, 1.0), 1.0)
+        scale = np.where(size > 0, 1.0 / np.where(size > 0, size, 1.0), 1.0)
         if count:
             bounds = np.concatenate([term.bounds for term in terms if term.free])
-            unit[:count] = bounds[:, 1] - bounds[:, 0]
-        _, s, vt = np.linalg.svd(self.A * unit, full_matrices=False)
-        moves = np.abs(vt[:, :count]).max(axis=1, initial=0.0) > BARELY
-        seen = s > np.where(moves, 1.0, TRADED * max(float(s.max(initial=0.0)), 1e-300))
-        blind = 1.0 - (vt[seen] ** 2).sum(axis=0)[:count] > BARELY
-        return vt[seen].T / s[seen] * unit[:, np.newaxis], np.asarray(blind)
+            scale[:count] = bounds[:, 1] - bounds[:, 0]
+        _, s, vt = np.linalg.svd(self.A * scale, full_matrices=False)
+        has_parameter = np.abs(vt[:, :count]).max(axis=1, initial=0.0) > NEGLIGIBLE_SHARE
+        determined = s > np.where(has_parameter, 1.0, COLLINEAR * max(float(s.max(initial=0.0)), 1e-300))
+        undetermined = 1.0 - (vt[determined] ** 2).sum(axis=0)[:count] > NEGLIGIBLE_SHARE
+        return vt[determined].T / s[determined] * scale[:, np.newaxis], np.asarray(undetermined)
 
 
 @dataclass(frozen=True)
 class Block:
-    """Readings that share local unknowns, reduced by QR: of an hour, or of a session under ``first-hour``.
+    """Readings that share local unknowns, reduced by QR: of one hour, or of one session under ``from_first_hour``.
 
-    The errors that sessions share are not among the unknowns of a whole block, but in its weights. ``upper``
-    (L, L + p + 1) determines the local unknowns, ``reduced`` (≤ p + 1, p + 1) is what they leave.
+    The shared errors of sessions are not unknowns of a whole block, but part of its covariance. The rows ``upper``
+    (L, L + p + 1) determine the local unknowns; the rows ``reduced`` (≤ p + 1, p + 1) are free of local unknowns.
     """
 
     upper: Array
@@ -142,7 +142,7 @@ class Block:
 
     @classmethod
     def of(cls, problem: Problem, linear: Linear, state: State, whole: NDArray[np.intp]) -> Block:
-        """Reduce the readings of a whole block."""
+        """Reduce all readings of a block."""
         columns, gains = own_columns(problem, linear.local, whole, whole)
         at = readings_at(whole)
         parts = np.concatenate([columns, linear.free[:, at], linear.residual[np.newaxis, at]])
@@ -155,7 +155,7 @@ class Block:
     def without(
         cls, problem: Problem, linear: Linear, state: State, whole: NDArray[np.intp], cell: NDArray[np.intp]
     ) -> Block:
-        """Reduce the readings of a block without some, the errors that sessions share among the unknowns."""
+        """Reduce the readings of a block without those of ``cell``; here the shared errors of sessions are unknowns."""
         here = np.setdiff1d(whole, cell)
         columns, gains = local_columns(problem, linear.local, whole, here)
         at = readings_at(here)
@@ -166,21 +166,21 @@ class Block:
 
     @classmethod
     def _reduced(
-        cls, rows: Array, known: tuple[Array, Array], gains: tuple[int, ...], problem: Problem, whole: NDArray[np.intp]
+        cls, rows: Array, priors: tuple[Array, Array], gains: tuple[int, ...], problem: Problem, whole: NDArray[np.intp]
     ) -> Block:
-        """Reduce columns of readings (L + p + 1, m), and what is known beside them."""
-        prior, off = known
+        """Reduce columns of readings (L + p + 1, m) together with prior equations."""
+        prior, off = priors
         local = prior.shape[1]
-        beside = np.zeros((len(rows), off.size))
-        beside[:local], beside[-1] = prior.T, off
-        # The transpose is laid out as LAPACK wants it.
-        factors = scipy.linalg.lapack.dgeqrf(np.concatenate([rows, beside], axis=1).T, overwrite_a=1)[0]
+        prior_columns = np.zeros((len(rows), off.size))
+        prior_columns[:local], prior_columns[-1] = prior.T, off
+        # The transpose is in the column-major layout of LAPACK, so it is not copied.
+        factors = scipy.linalg.lapack.dgeqrf(np.concatenate([rows, prior_columns], axis=1).T, overwrite_a=1)[0]
         upper = factors[: len(rows)] * _triangle(*factors[: len(rows)].shape)
-        hour = None if problem.foretells else int(problem.hour_of[whole[0]])
+        hour = None if problem.from_first_hour else int(problem.hour_of[whole[0]])
         return cls(upper[:local], upper[local:, local:], hour, gains)
 
     def local_step(self, parameters: Array) -> Array:
-        """Local unknowns that go with a step of the global ones."""
+        """Best step of the local unknowns, given a step of the global ones."""
         local = self.upper.shape[0]
         if not local:
             return np.zeros(0)
@@ -199,23 +199,23 @@ def _triangle(rows: int, columns: int) -> Array:
 
 
 def without_first_errors(problem: Problem, linear: Linear) -> tuple[Linear, Array]:
-    """Take out the likeliest errors of the first session, and what is known of them as equations, (e, p + 1)."""
+    """Subtract the most likely errors of the first session; also return their prior as equations, (e, p + 1)."""
     shared = problem.first_errors
     if not shared:
         return linear, np.zeros((0, len(linear.free) + 1))
-    both, sizes = shared.taken_from(np.concatenate([linear.free, linear.residual[np.newaxis]]))
+    both, sizes = shared.subtracted_from(np.concatenate([linear.free, linear.residual[np.newaxis]]))
     return linear._replace(free=both[:-1], residual=both[-1]), -sizes.T
 
 
 def local_basis(problem: Problem, local: Array, state: State, here: NDArray[np.intp]) -> Array:
-    """Orthonormal basis of what a block's unknowns do, (3m + k, l): to its readings, and to what is known of them."""
+    """Orthonormal basis of the changes that a block's unknowns make in its readings and priors, (3m + k, l)."""
     columns, gains = local_columns(problem, local, here, here)
     prior, _ = prior_rows(problem, state, int(problem.hour_of[here[0]]), gains, len(problem.shared[int(here[0])]))
     return spanned(np.concatenate([columns.reshape(len(columns), 3 * here.size).T, prior]))
 
 
 def spanned(columns: Array) -> Array:
-    """Orthonormal basis of what columns (m, k) span, (m, ≤ k)."""
+    """Orthonormal basis of the span of columns (m, k), (m, ≤ k)."""
     if not columns.shape[1]:
         return columns
     u, s, _ = np.linalg.svd(columns, full_matrices=False)
@@ -225,10 +225,10 @@ def spanned(columns: Array) -> Array:
 def local_columns(
     problem: Problem, local: Array, whole: NDArray[np.intp], here: NDArray[np.intp]
 ) -> tuple[Array, tuple[int, ...]]:
-    """Derivatives of some readings ``here`` of a ``whole`` block by its local unknowns, (L, m, 3), and its gains.
+    """Derivatives of readings ``here`` of a ``whole`` block by its local unknowns, (L, m, 3), and numbers of its gains.
 
-    In this order: the tips of the hour, the gains of sessions, the errors that sessions share. ``local`` has those of
-    all readings by tips and gains.
+    The order of the unknowns: tips of the hour, gains of sessions, shared errors of sessions. ``local`` holds the
+    derivatives of all readings by tips and gains.
     """
     columns, gains = own_columns(problem, local, whole, here)
     shared = problem.shared[int(whole[0])]
@@ -239,26 +239,26 @@ def local_columns(
 def own_columns(
     problem: Problem, local: Array, whole: NDArray[np.intp], here: NDArray[np.intp]
 ) -> tuple[Array, tuple[int, ...]]:
-    """The same without the errors that sessions share."""
+    """The same as :func:`local_columns`, without the shared errors of sessions."""
     gains = problem.gains_of[int(whole[0])]
-    tips = 0 if problem.foretells else 12
+    tips = 0 if problem.from_first_hour else 12
     rows, of_gains = readings_at(here), local[[tips + gain for gain in gains]]
     return np.concatenate([local[:tips, rows], of_gains[:, rows]]), gains
 
 
 def readings_at(here: NDArray[np.intp]) -> NDArray[np.intp] | slice:
-    """Return a block's readings, in order, as a slice where no other stands between them: that costs no copy."""
-    follow = here.size and here[-1] - here[0] == here.size - 1
-    return slice(int(here[0]), int(here[-1]) + 1) if follow else here
+    """Return sorted indices of readings as a slice if they are consecutive: a slice costs no copy."""
+    consecutive = here.size and here[-1] - here[0] == here.size - 1
+    return slice(int(here[0]), int(here[-1]) + 1) if consecutive else here
 
 
 def prior_rows(problem: Problem, state: State, hour: int, gains: tuple[int, ...], shared: int) -> tuple[Array, Array]:
-    """What is known of local unknowns beside the readings, as equations in units of σ: (k, L) and right sides (k,).
+    """Priors of local unknowns as equations in units of σ: coefficients (k, L) and right sides (k,).
 
-    Gains are 0 within the session's σ, and so are ``shared`` errors within theirs; the tips of an hour between sessions
-    are those of its neighbours, interpolated.
+    Gains are 0 ± the session's σ, and ``shared`` errors 0 ± 1. The tips of an hour between sessions are those
+    interpolated from its neighbours, ± the error of the interpolation.
     """
-    tips = 0 if problem.foretells else 12
+    tips = 0 if problem.from_first_hour else 12
     if not gains and not shared and (not tips or problem.is_knot[hour]):
         return np.zeros((0, tips)), np.zeros(0)
     sigma = max(problem.noise.session, 1e-6)
@@ -267,9 +267,11 @@ def prior_rows(problem: Problem, state: State, hour: int, gains: tuple[int, ...]
     off = np.concatenate([-state.gains[list(gains)] / sigma, np.zeros(shared)])
     if not tips or problem.is_knot[hour]:
         return rows, off
-    slack = problem.slack[hour]
-    of_tips = np.column_stack([np.diag((tip_scale(problem) / slack).ravel()), np.zeros((12, len(gains) + shared))])
-    off_tips = ((interpolated(problem, state.tips)[hour] - state.tips[hour]) / slack).ravel()
+    interpolation_sigma = problem.interpolation_sigma[hour]
+    of_tips = np.column_stack(
+        [np.diag((tip_scale(problem) / interpolation_sigma).ravel()), np.zeros((12, len(gains) + shared))]
+    )
+    off_tips = ((interpolated(problem, state.tips)[hour] - state.tips[hour]) / interpolation_sigma).ravel()
     return np.concatenate([rows, of_tips]), np.concatenate([off, off_tips])
 
 
@@ -277,7 +279,7 @@ def bounded(A: Array, z: Array, low: Array, high: Array, damping: float = 0.0) -
     """Minimise ‖z − A δ‖² for low ≤ δ ≤ high.
 
     ``damping`` adds ``damping`` · ‖D δ‖² with D the norms of A's columns (Marquardt, J. SIAM 11, 431-441 (1963),
-    doi:10.1137/0111030); the χ² that is promised is without it.
+    doi:10.1137/0111030); the returned χ² does not include this term.
     """
     count = A.shape[1]
     size = np.linalg.norm(A, axis=0)
@@ -286,31 +288,32 @@ def bounded(A: Array, z: Array, low: Array, high: Array, damping: float = 0.0) -
     if damping:
         unit = np.concatenate([unit, np.sqrt(damping) * np.eye(count)])
         right = np.concatenate([z, np.zeros(count)])
-    delta = np.linalg.lstsq(unit, right, rcond=TRADED)[0] / size
+    delta = np.linalg.lstsq(unit, right, rcond=COLLINEAR)[0] / size
     if ((delta < low) | (delta > high)).any():
-        # Directions that trade off have no end; the least damping gives them one.
-        unit = np.concatenate([unit, TRADED * np.eye(count)])
+        # Collinear parameters have no unique minimum; the smallest damping makes it unique.
+        unit = np.concatenate([unit, COLLINEAR * np.eye(count)])
         right = np.concatenate([right, np.zeros(count)])
         fixed = high <= low
         delta = np.where(fixed, low, 0.0)
         if not fixed.all():
             limits = low[~fixed] * size[~fixed], high[~fixed] * size[~fixed]
             delta[~fixed] = _within(unit[:, ~fixed], right - unit @ (size * delta), limits) / size[~fixed]
-    left = z - A @ delta
-    return Move(delta, float(left @ left))
+    residual = z - A @ delta
+    return Move(delta, float(residual @ residual))
 
 
 def _within(A: Array, z: Array, limits: tuple[Array, Array]) -> Array:
     """Minimise ‖z − A x‖² within limits.
 
-    Numbers that would be beyond a limit lie on it as a rule, which their slopes then prove; else all sets are searched.
+    First set the unknowns that the free minimum puts beyond a limit to that limit. If the gradients do not prove this
+    to be the minimum, search all active sets.
     """
     free = np.linalg.lstsq(A, z, rcond=None)[0]
     x = np.asarray(np.clip(free, *limits))
-    held = x != free
-    if not held.all():
-        x[~held] = np.linalg.lstsq(A[:, ~held], z - A[:, held] @ x[held], rcond=None)[0]
-    uphill = (A[:, held].T @ (A @ x - z)) * np.where(x[held] == limits[0][held], 1.0, -1.0)
+    at_limit = x != free
+    if not at_limit.all():
+        x[~at_limit] = np.linalg.lstsq(A[:, ~at_limit], z - A[:, at_limit] @ x[at_limit], rcond=None)[0]
+    uphill = (A[:, at_limit].T @ (A @ x - z)) * np.where(x[at_limit] == limits[0][at_limit], 1.0, -1.0)
     if (np.clip(x, *limits) == x).all() and (uphill >= 0).all():
         return x
     return np.asarray(scipy.optimize.lsq_linear(A, z, limits, method="bvls").x)

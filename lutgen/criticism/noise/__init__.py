@@ -1,5 +1,5 @@
-"""Noise of readings: covariance, tails, the estimate from repeated readings, and errors that a session shares.
+"""Noise of readings: covariance, tails, the estimate from replicates, and errors that the readings of a session share.
 
-``model`` holds the noise of one reading; the other files estimate its parts or add errors that several readings
-share. A file here holds one part of the noise, with its estimate and its unit.
+``model`` holds the noise of one reading; the other files estimate parts of this noise, or add errors that several
+readings share. Each file holds one part of the noise, with its estimate and its unit.
 """

@@ -1,4 +1,4 @@
-"""The covariance that noise gives to readings, and the noises at many points of a search, all at once."""
+"""Covariance of readings by noise, for many values of the noise parameters at once, and Fisher scoring."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-#: Steps of a search, and halvings of one, at most; a step that promises a smaller gain ends the search.
+#: Largest number of steps of a search and of halvings of a step; a step with a smaller predicted gain ends the search.
 SCORINGS, HALVINGS, ENOUGH_GAIN = 100, 30, 1e-6
 
 
 @dataclass(frozen=True)
 class NoisePoints:
-    """Noises at p points of the search for the likeliest, all at once: its slope asks for a dozen of neighbours."""
+    """Noise parameters at p points of the likelihood search; numerical derivatives need a dozen points at once."""
 
     #: (p, 1).
     relative: Array
@@ -33,7 +33,7 @@ class NoisePoints:
 
     @classmethod
     def at(cls, points: Array, *, shot: bool) -> NoisePoints:
-        """Read points (p, 12), or (p, 13) with shot noise: logarithms of sizes and ratios, then partials as atanh."""
+        """Decode points (p, 12), or (p, 13) with shot noise: log of sizes and ratios, atanh of partial correlations."""
         sizes, partials = np.exp(points[:, :6]), 0.999 * np.tanh(points[:, 6:12])
         one = np.ones(len(points))
         return cls(
@@ -54,7 +54,7 @@ class NoisePoints:
         return covariance_of(bright, floor, self.correlation, self.floor_correlation, rounding)
 
     def first(self) -> dict[str, Any]:
-        """Return the fields of the noise at the first point, by their names in ``Noise``."""
+        """Return the noise parameters of the first point, by their names in ``Noise``."""
         return {
             "relative": float(self.relative[0, 0]),
             "floor_cd_m2": float(self.floor_cd_m2[0, 0]),
@@ -75,12 +75,12 @@ def covariance_of(bright: Array, floor: Array, correlation: Array, floor_correla
 
 
 def partials_of(rho: float) -> tuple[float, float, float]:
-    """Return the arguments of :func:`_correlated` for one correlation of all three, as atanh."""
+    """Return the arguments of :func:`_correlated` for three equal correlations, as atanh."""
     return float(np.arctanh(rho)), float(np.arctanh(rho)), float(np.arctanh(rho / (1.0 + rho)))
 
 
 def _correlated(xy: Array, yz: Array, xz_given_y: Array) -> Array:
-    """Correlations (p, 3, 3) of X, Y, Z from two of them and the partial one: positive definite whatever these are."""
+    """Correlations (p, 3, 3) of X, Y, Z from two of them and a partial one: positive definite for all arguments."""
     xz = xy * yz + xz_given_y * np.sqrt((1.0 - xy**2) * (1.0 - yz**2))
     one = np.ones_like(xy)
     return np.moveaxis(np.array([[one, xy, xz], [xy, one, yz], [xz, yz, one]]), -1, 0)
@@ -89,25 +89,25 @@ def _correlated(xy: Array, yz: Array, xz_given_y: Array) -> Array:
 def by_scoring(
     loss: Callable[[Array], tuple[float, Array, Array]], start: Array, low: Array, high: Array
 ) -> tuple[Array, float]:
-    """Return the point within bounds where ``loss`` is least, and that loss, by Fisher's scoring.
+    """Return the point within bounds that minimises ``loss``, and its loss, by Fisher scoring.
 
-    ``loss`` returns its value, slope (p,) and expected curvature (p, p). A step that does not lower it is halved.
-    (Harville 1977, doi:10.1080/01621459.1977.10480998; to import scipy's minimisers takes ten times as long.)
+    ``loss`` returns its value, gradient (p,) and expected Hessian (p, p). A step that does not lower it is halved
+    (Harville 1977, doi:10.1080/01621459.1977.10480998; the import of scipy's minimisers takes ten times as long).
     """
     point = start
-    value, slope, curvature = loss(point)
+    value, gradient, hessian = loss(point)
     for _ in range(SCORINGS):
-        held = ((point <= low) & (slope > 0)) | ((point >= high) & (slope < 0))
+        at_bound = ((point <= low) & (gradient > 0)) | ((point >= high) & (gradient < 0))
         step = np.zeros_like(point)
-        step[~held] = -np.linalg.solve(curvature[np.ix_(~held, ~held)], slope[~held])
-        if -slope @ step < ENOUGH_GAIN:
+        step[~at_bound] = -np.linalg.solve(hessian[np.ix_(~at_bound, ~at_bound)], gradient[~at_bound])
+        if -gradient @ step < ENOUGH_GAIN:
             break
-        for halved in range(HALVINGS):
-            ahead = np.clip(point + step / 2**halved, low, high)
-            there = loss(ahead)
-            if there[0] < value:
+        for halvings in range(HALVINGS):
+            trial_point = np.clip(point + step / 2**halvings, low, high)
+            trial = loss(trial_point)
+            if trial[0] < value:
                 break
         else:
             break
-        point, (value, slope, curvature) = ahead, there
+        point, (value, gradient, hessian) = trial_point, trial
     return point, value

@@ -1,7 +1,7 @@
-"""The last digit of an instrument: the step between the values that it can print.
+"""Quantisation by the last printed digit: the step between the values that an instrument can print.
 
-An instrument prints a fixed number of decimals, or of significant digits. The digits of the values tell which and how
-many, not those of the text: appended zeros say nothing. A step q adds an error of variance q²/12 to a reading.
+An instrument prints a fixed number of decimals, or of significant digits. Both are inferred from the values and not
+from their text, since zeros may have been appended. A step q adds an error of variance q²/12 to a reading.
 """
 
 from __future__ import annotations
@@ -13,25 +13,25 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-#: Values with more decimals or significant digits than this have no step that matters.
+#: The step of values with more decimals or significant digits than this is negligible.
 MOST_DECIMALS, MOST_SIGNIFICANT = 7, 7
 
-#: Fewer values than this tell no step.
+#: Smallest number of values from which a step is inferred.
 ENOUGH = 24
 
-#: A value is printed with so many digits when rounding to them changes it by no more than this share of a step.
+#: A value has so many digits if rounding to them changes it by at most this share of a step.
 NOTHING = 1e-6
 
 
 @dataclass(frozen=True)
 class Digits:
-    """Digits of printed values: ``decimals``, or ``significant`` ones; None of both: no step is known."""
+    """Number of ``decimals`` or of ``significant`` digits of printed values; both None: no step is known."""
 
     decimals: int | None = None
     significant: int | None = None
 
     def step(self, values: Array) -> Array:
-        """Step between the values that can be printed near ``values``, of their shape."""
+        """Step between printable values near ``values``, of the same shape; 0 if unknown."""
         if self.decimals is not None:
             return np.full(values.shape, 10.0**-self.decimals)
         if self.significant is not None:
@@ -41,15 +41,15 @@ class Digits:
 
 
 def digits_of(values: Array) -> Digits:
-    """Find how values were printed, from the values themselves."""
+    """Infer the number of printed digits from the values."""
     numbers = values[(values != 0) & np.isfinite(values)]
     if numbers.size < ENOUGH:
         return Digits()
     decimals = _needed(numbers, np.zeros(numbers.size), MOST_DECIMALS)
     top = np.floor(np.log10(np.abs(numbers))) + 1
     significant = _needed(numbers, top, MOST_SIGNIFICANT)
-    # Nine of ten values use the last digit that there is: the rule that most values use to the full is the right one.
-    found = [
+    # The last printed digit is not 0 in nine of ten values: choose the rule by which most values use all digits.
+    rules = [
         (float((needed == needed.max()).mean()), kind, int(needed.max()))
         for kind, needed, most in (
             ("decimals", decimals, MOST_DECIMALS),
@@ -57,14 +57,14 @@ def digits_of(values: Array) -> Digits:
         )
         if needed.max() <= most
     ]
-    if not found:
+    if not rules:
         return Digits()
-    _, kind, count = max(found)
+    _, kind, count = max(rules)
     return Digits(decimals=count) if kind == "decimals" else Digits(significant=count)
 
 
 def _needed(numbers: Array, top: Array, most: int) -> NDArray[np.intp]:
-    """Digits that each number needs, counted from ``top`` digits before the point; ``most`` + 1 where more."""
+    """Digits that each number needs, counted from ``top`` digits before the point; ``most`` + 1 if more."""
     needed = np.full(numbers.size, most + 1)
     for count in range(most, -1, -1):
         scaled = numbers * 10.0 ** (count - top)

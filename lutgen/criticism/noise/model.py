@@ -1,13 +1,13 @@
-"""The noise of a reading: a relative part, a floor, shot noise, the last digit, and what its X, Y and Z share.
+"""The noise of one reading: a relative part, a floor, shot noise, the last digit, and the correlation of X, Y and Z.
 
 Covariance of a reading of light M: Σ = C ∘ s sᵀ + D ∘ b bᵀ + diag(q²/12) with s_k² = (a_k·M_k)² + g·|M_k|, C and D the
-correlations of X, Y, Z in the bright part and in the floor, and q the step of the last digit. Light that flickers moves
-X, Y and Z together; a floor is often each detector's own. Replicates (readings of one session that differ in nothing)
-tell a_k, b_k, C and D by maximum likelihood, and g where they ask for it. Few replicates, or none of dark patches,
-leave parts of it open; a weak prior then keeps them near an ordinary good colorimeter.
+correlations of X, Y, Z in the bright part and in the floor, and q the step of the last digit. Flicker moves X, Y and Z
+together; the floor is often independent in each detector. a_k, b_k, C and D are estimated by maximum likelihood from
+replicates (readings of one session under equal conditions), and g if the likelihood requires it. Few replicates, or
+none of dark patches, do not determine all parameters; a weak prior keeps these near an ordinary good colorimeter.
 
-A session's gain, shared by all its readings, cannot be known from one session an hour: the file states it
-(``# session_gain: 0.003``), or it is assumed.
+The gain of a session, which all its readings share, cannot be estimated from one session an hour: the file states its
+σ (``# session_gain: 0.003``), or a default is assumed.
 """
 
 from __future__ import annotations
@@ -31,39 +31,39 @@ if TYPE_CHECKING:
 #: Gain of an ordinary good colorimeter from session to session, 1 σ.
 SESSION = 0.003
 
-#: Correlation of X, Y and Z in one reading, where replicates do not tell: between that of simulated colorimeters and
-#: the 0.87 to 0.98 of repeated whites of real ones.
+#: Default correlation of X, Y and Z in one reading: between simulated colorimeters and the 0.87 to 0.98 of repeated
+#: whites of real colorimeters.
 CORRELATION = 0.6
 
-#: The same of the floor: between none, where each detector has its own, and that of the bright part.
+#: Default correlation in the floor: between 0, of independent detectors, and the correlation of the bright part.
 FLOOR_CORRELATION = 0.3
 
-#: σ of Z over that of Y in real colorimeters: the median of repeated whites of twelve real sessions.
-#: The prior lies half way, in powers of e, between that and 1, which simulated colorimeters have.
+#: Ratio of σ of Z to σ of Y in real colorimeters: the median of repeated whites of twelve real sessions.
+#: The prior is the geometric mean of this and of 1, the ratio of simulated colorimeters.
 Z_OVER_Y = 1.74
 
-#: Standard deviations of the weak prior: of sizes and of ratios of X and Z to Y, in powers of e, and of atanh ρ.
+#: Standard deviations of the weak prior: log of sizes, log of ratios of X and Z to Y, atanh of correlations.
 PRIOR_SD, RATIO_SD, CORRELATION_SD = 1.3, 0.3, 0.5
 
-#: Step of a parameter for a derivative, in powers of e.
+#: Step of a parameter, a logarithm or atanh, for a numerical derivative.
 NUDGE = 1e-5
 
-#: Spread of the dark offset, cd/m², and of the gain within a session, of an ordinary colorimeter: assumptions.
+#: Assumed standard deviation of an ordinary colorimeter's dark offset, cd/m², and of its gain drift within a session.
 OFFSET_CD_M2, WANDER = 0.001, 0.0003
 
 NO_DIGITS = Digits()
 
-#: Contrasts between replicates that are enough to call the noise measured.
+#: Smallest number of contrasts between replicates with which the noise counts as measured.
 ENOUGH = 6
 
-#: Readings of less light may agree to the last digit that an instrument shows.
+#: Readings of less light may agree to the last printed digit by chance.
 DARK_CD_M2 = 1.0
 
-#: A replicate further than this many robust sigmas from its fellows is a slip, not noise.
-SLIP = 12.0
+#: A replicate further than this many robust sigmas from the others is an outlier, not noise.
+OUTLIER_SIGMA = 12.0
 
 
-#: Contrasts that the prior counts as, for the bright part and for the floor, whose replicates are few.
+#: Number of contrasts to which the prior is equivalent: for the bright part, and for the floor with its few replicates.
 PRIOR_CONTRASTS = 2.0, 5.0
 
 
@@ -74,33 +74,33 @@ class Noise:
     Attributes
     ----------
     relative, floor_cd_m2, session
-        1 σ of Y: share of the light; cd/m²; share that a session has in common.
+        1 σ of Y: share of the light; floor, cd/m²; gain of a session, a share that all its readings have in common.
     correlation, floor_correlation
-        Of X, Y and Z of one reading, (3, 3): of the part that grows with the light, and of the floor.
+        Correlations of X, Y and Z of one reading, (3, 3): of the part that grows with the light, and of the floor.
     source
         ``replicates``, ``instrument`` (stated) or ``assumed``.
     contrasts
-        Independent comparisons between replicates, vectors of three.
+        Number of independent contrasts between replicates, vectors of three.
     scatter
-        Their sum of squares in units of this noise; about 3 × ``contrasts`` when the noise is right.
-    slips
-        Rows that replicates show to be wrong, indices of readings.
+        Sum of squares of the contrasts in units of this noise; about 3 × ``contrasts`` if the noise is right.
+    outliers
+        Indices of the readings that replicates show to be wrong.
     copied
         Share of the replicated patches, other than dark ones, whose readings agree to the last digit.
     ratio, floor_ratio
-        σ of X, Y, Z over that of Y, of the part that grows with the light and of the floor.
+        Ratio of σ of X, Y, Z to σ of Y, of the part that grows with the light and of the floor.
     shot_cd_m2
-        Variance of Y per cd/m², which grows with the light, as counted photons have it.
+        Shot noise: variance of Y per cd/m².
     digits
-        How the instrument prints.
+        Printed digits of the instrument.
     offset_cd_m2, wander
-        Spreads that are usual: of the dark offset from session to session, and of the gain within a session.
+        Usual standard deviations: of the dark offset between sessions, and of the gain drift within a session.
     instrument
-        Name of the instrument that the noise is of, or that it is held near; "" for none.
+        Name of the instrument whose noise this is, or is the prior; "" for none.
     known_from
-        Contrasts from which the bright part and the floor are known, with what the prior counts; infinite: stated.
+        Effective number of contrasts, the prior's included, for the bright part and for the floor; infinite: stated.
     across_sessions
-        Whether the replicates lie in different sessions of one hour, whose gains were taken out.
+        Whether replicates are compared across the sessions of one hour, after a correction of gains and offsets.
 
     """
 
@@ -111,7 +111,7 @@ class Noise:
     source: str
     contrasts: int = 0
     scatter: float = 0.0
-    slips: tuple[int, ...] = ()
+    outliers: tuple[int, ...] = ()
     copied: float = 0.0
     ratio: tuple[float, float, float] = (1.0, 1.0, 1.0)
     floor_ratio: tuple[float, float, float] = (1.0, 1.0, 1.0)
@@ -125,37 +125,37 @@ class Noise:
     instrument: str = ""
 
     def covariance(self, xyz_cd_m2: Array) -> Array:
-        """Covariance of readings of light (n, 3): (n, 3, 3)."""
+        """Covariance (n, 3, 3) of readings of light (n, 3)."""
         bright, floor = self._variances(xyz_cd_m2)
         return covariance_of(bright, floor, self.correlation, self.floor_correlation, self.digits.step(xyz_cd_m2))
 
     def bright_share(self, xyz_cd_m2: Array) -> Array:
-        """Share of the variance of readings of light (n, 3) that goes with the light: (n,)."""
+        """Share of the variance of readings of light (n, 3) in the part that grows with the light: (n,)."""
         bright, floor = self._variances(xyz_cd_m2)
         return np.asarray(bright.sum(axis=1) / (bright + floor).sum(axis=1))
 
     def _variances(self, xyz_cd_m2: Array) -> tuple[Array, Array]:
-        """Variances of the part that goes with the light (n, 3), and of the floor (3,).
+        """Variances of the part that grows with the light (n, 3), and of the floor (3,).
 
-        The inverse of a covariance that was estimated from n contrasts of three numbers is n/(n − 4) too large
+        The inverse of a covariance estimated from n contrasts of three numbers is too large by n/(n − 4) on average
         (Muirhead 1982, doi:10.1002/9780470316559, theorem 3.2.12).
         """
-        too_small, floor_too_small = (n / max(n - 4.0, 2.0) if np.isfinite(n) else 1.0 for n in self.known_from)
+        factor, floor_factor = (n / max(n - 4.0, 2.0) if np.isfinite(n) else 1.0 for n in self.known_from)
         bright = (self.relative * xyz_cd_m2) ** 2 + self.shot_cd_m2 * np.abs(xyz_cd_m2)
         floor = self.floor_cd_m2 * np.array(self.floor_ratio)
-        return too_small * np.array(self.ratio) ** 2 * bright, floor_too_small * floor**2
+        return factor * np.array(self.ratio) ** 2 * bright, floor_factor * floor**2
 
     def beside_share(self, Y_cd_m2: Array) -> Array:
-        """σ of readings of Y (n,) as a share of it, without the part that is the same share of all light: (n,)."""
+        """Relative σ of readings of Y (n,) by shot noise and floor, without the relative part: (n,)."""
         return np.asarray(np.sqrt(self.shot_cd_m2 * Y_cd_m2 + self.floor_cd_m2**2) / Y_cd_m2)
 
     def whitener(self, xyz_cd_m2: Array) -> Array:
-        """Matrices (n, 3, 3) that turn residuals of readings into independent ones of variance 1."""
+        """Matrices (n, 3, 3) that whiten residuals of readings of light (n, 3)."""
         return np.linalg.inv(np.linalg.cholesky(self.covariance(xyz_cd_m2)))
 
 
 def _start(stated: Instrument | None, session: float | None) -> Noise:
-    """Noise before any reading is seen: that of an instrument, or an ordinary colorimeter's."""
+    """Noise before any replicate is used: of the stated instrument, or of an ordinary colorimeter."""
     session = SESSION if session is None else session
     if stated is None:
         return Noise(RELATIVE, FLOOR_CD_M2, session, _matrix(CORRELATION), "assumed")
@@ -169,74 +169,77 @@ def _start(stated: Instrument | None, session: float | None) -> Noise:
 
 
 def estimate_noise(readings: Measurements, instrument: str | None = None) -> Noise:
-    """Estimate the noise from replicates, or take it as stated, or assume that of a good colorimeter.
+    """Estimate the noise from replicates, or take the stated noise, or assume that of a good colorimeter.
 
-    Two numbers are taken as stated; a named instrument is what replicates are shrunk towards.
+    Two stated numbers are used as they are; a named instrument is the prior of the estimate from replicates.
 
     Raises
     ------
     LutgenError
-        A stated noise that is none.
+        Invalid stated noise.
 
     """
     stated = stated_instrument(readings.metadata, instrument)
     start = _start(stated, session_gain(readings.metadata, readings.file))
     groups = replicate_groups(readings)
-    slips = _slips(readings.xyz_cd_m2, groups, (start.relative, start.floor_cd_m2))
-    keep = ~np.isin(np.arange(groups.size), slips)
+    outliers = _outliers(readings.xyz_cd_m2, groups, (start.relative, start.floor_cd_m2))
+    keep = ~np.isin(np.arange(groups.size), outliers)
     rows, across = np.flatnonzero(keep), False
     pooled = _Pooled.of(readings.xyz_cd_m2[rows], Replicates.of(readings, rows))
     if pooled.bright < ENOUGH:
-        wider = _Pooled.of(readings.xyz_cd_m2[rows], Replicates.of(readings, rows, across_sessions=True))
-        if across := wider.bright >= ENOUGH:
-            pooled = wider
+        pooled_across = _Pooled.of(readings.xyz_cd_m2[rows], Replicates.of(readings, rows, across_sessions=True))
+        if across := pooled_across.bright >= ENOUGH:
+            pooled = pooled_across
     digits = digits_of(readings.xyz_cd_m2)
     noise = replace(start, contrasts=pooled.contrasts, digits=start.digits if digits == NO_DIGITS else digits)
     noise = replace(noise, across_sessions=across)
     if (stated is None or stated.name) and pooled.contrasts >= ENOUGH:
-        # Black alone tells the floor, and nothing of how noise grows with the light.
+        # Replicates of black alone determine the floor only, not the part that grows with the light.
         source = "replicates" if pooled.bright >= ENOUGH else noise.source
         usual = noise if stated else replace(noise, ratio=(1.0, 1.0, Z_OVER_Y**0.5))
         noise = replace(pooled.most_likely(usual), source=source, known_from=pooled.known_from)
         if source != "replicates":
-            noise = _no_smaller(noise, usual, floor_told=pooled.contrasts - pooled.bright >= ENOUGH)
+            noise = _no_smaller(noise, usual, floor_measured=pooled.contrasts - pooled.bright >= ENOUGH)
     return replace(
         noise,
         scatter=pooled.squares(noise),
-        slips=_still_slips(readings.xyz_cd_m2, groups, slips, noise),
+        outliers=_confirmed_outliers(readings.xyz_cd_m2, groups, outliers, noise),
         copied=_copied(readings.xyz_cd_m2, groups),
     )
 
 
-def _no_smaller(noise: Noise, usual: Noise, *, floor_told: bool) -> Noise:
-    """Keep noise from being taken for smaller than usual, since a few bright patches happen to agree."""
-    floor = noise.floor_cd_m2 if floor_told else max(noise.floor_cd_m2, usual.floor_cd_m2)
+def _no_smaller(noise: Noise, usual: Noise, *, floor_measured: bool) -> Noise:
+    """Return the noise, but not smaller than ``usual``: a few bright patches may agree by chance."""
+    floor = noise.floor_cd_m2 if floor_measured else max(noise.floor_cd_m2, usual.floor_cd_m2)
     return replace(noise, relative=max(noise.relative, usual.relative), floor_cd_m2=floor)
 
 
-def _still_slips(xyz: Array, groups: NDArray[np.intp], slips: tuple[int, ...], noise: Noise) -> tuple[int, ...]:
-    """Those of the suspected slips that stand far off in units of the noise that the others have."""
-    found = []
-    for row in slips:
+def _confirmed_outliers(
+    xyz: Array, groups: NDArray[np.intp], outliers: tuple[int, ...], noise: Noise
+) -> tuple[int, ...]:
+    """Suspected outliers that are far from the median in units of the noise estimated from the others."""
+    confirmed = []
+    for row in outliers:
         middle = np.median(xyz[groups == groups[row]], axis=0)
-        off = noise.whitener(middle[np.newaxis])[0] @ (xyz[row] - middle)
-        if float(off @ off) > (SLIP / 2) ** 2:
-            found.append(row)
-    return tuple(found)
+        deviation = noise.whitener(middle[np.newaxis])[0] @ (xyz[row] - middle)
+        if float(deviation @ deviation) > (OUTLIER_SIGMA / 2) ** 2:
+            confirmed.append(row)
+    return tuple(confirmed)
 
 
 def _matrix(correlation: float) -> Array:
+    """Correlation matrix (3, 3) with equal correlations."""
     return np.full((3, 3), correlation) + (1.0 - correlation) * np.eye(3)
 
 
 def _copied(xyz: Array, groups: NDArray[np.intp]) -> float:
-    """Share of groups of replicates, but for dark ones, that agree to the last digit."""
-    alike = [
+    """Share of groups of replicates, other than dark ones, that agree to the last digit."""
+    agree = [
         bool((xyz[here] == xyz[here[0]]).all())
         for group in np.flatnonzero(np.bincount(groups) > 1)
         if xyz[here := np.flatnonzero(groups == group), 1].mean() > DARK_CD_M2
     ]
-    return float(np.mean(alike)) if alike else 0.0
+    return float(np.mean(agree)) if agree else 0.0
 
 
 @dataclass(frozen=True)
@@ -249,17 +252,17 @@ class _Pooled:
 
     @classmethod
     def of(cls, xyz: Array, replicates: Replicates) -> _Pooled:
-        off = replicates.deviations
+        deviations = replicates.deviations
         _, first, groups, counts = np.unique(
             replicates.groups, return_index=True, return_inverse=True, return_counts=True
         )
         groups = groups.reshape(-1)
         mean = group_means(xyz, groups)[first]
         scatter = np.zeros((counts.size, 3, 3))
-        np.add.at(scatter, groups, off[:, :, np.newaxis] * off[:, np.newaxis, :])
-        more = counts > 1
+        np.add.at(scatter, groups, deviations[:, :, np.newaxis] * deviations[:, np.newaxis, :])
+        replicated = counts > 1
         freedom = np.asarray(counts - 1 - np.bincount(groups, replicates.lost), dtype=np.float64)
-        return cls(mean[more], scatter[more], np.maximum(freedom[more], 0.0))
+        return cls(mean[replicated], scatter[replicated], np.maximum(freedom[replicated], 0.0))
 
     @property
     def contrasts(self) -> int:
@@ -267,30 +270,32 @@ class _Pooled:
 
     @property
     def bright(self) -> int:
-        """Contrasts of patches at which an ordinary colorimeter's noise goes with the light."""
+        """Number of contrasts of patches at which the relative part dominates an ordinary colorimeter's noise."""
         return int(self.freedom[self.mean[:, 1] > FLOOR_CD_M2 / RELATIVE].sum())
 
     @property
     def known_from(self) -> tuple[float, float]:
-        """Contrasts of bright patches and of dark ones, to which the prior adds."""
+        """Effective number of contrasts of bright patches and of dark ones, the prior's included."""
         return self.bright + PRIOR_CONTRASTS[0], self.contrasts - self.bright + PRIOR_CONTRASTS[1]
 
     def squares(self, noise: Noise) -> float:
+        """Sum of squares of the contrasts in units of a noise."""
         if not self.contrasts:
             return 0.0
         return float((np.linalg.inv(noise.covariance(self.mean)) * self.scatter).sum())
 
     def most_likely(self, start: Noise) -> Noise:
-        """Return the noise of largest posterior; with shot noise where that gains more than a parameter is worth.
+        """Return the noise of largest posterior; with shot noise if that gains more than BIC's penalty of a parameter.
 
-        Sizes, ratios and partial correlations are free in logarithms and atanh, so that every point is a covariance.
+        The search uses logarithms of sizes and ratios and atanh of partial correlations: every point is a covariance.
         """
-        best, without = self._minimised(start, shot=False)
-        with_shot, gained = self._minimised(start, shot=True)
-        return with_shot if without - gained > np.log(3.0 * self.contrasts) else best
+        without_shot, without_loss = self._minimised(start, shot=False)
+        with_shot, with_shot_loss = self._minimised(start, shot=True)
+        return with_shot if without_loss - with_shot_loss > np.log(3.0 * self.contrasts) else without_shot
 
     def _minimised(self, start: Noise, *, shot: bool) -> tuple[Noise, float]:
-        middle = np.array(
+        """Noise of largest posterior, and −2 log of that posterior up to a constant."""
+        mean = np.array(
             [
                 *np.log([start.relative, start.floor_cd_m2, *start.ratio[::2], *start.floor_ratio[::2]]),
                 *partials_of(CORRELATION),
@@ -298,37 +303,39 @@ class _Pooled:
                 -8.0,
             ]
         )
-        spread = np.array([PRIOR_SD] * 2 + [RATIO_SD] * 4 + [CORRELATION_SD] * 6 + [4.0])
+        sd = np.array([PRIOR_SD] * 2 + [RATIO_SD] * 4 + [CORRELATION_SD] * 6 + [4.0])
         low = np.array([np.log(1e-6)] * 2 + [-2.0] * 4 + [-0.5] * 6 + [-16.0])
         high = np.array([np.log(0.3), np.log(10.0)] + [2.0] * 4 + [3.2] * 6 + [0.0])
         free = slice(None) if shot else slice(None, -1)
-        middle, spread, low, high = middle[free], spread[free], low[free], high[free]
+        mean, sd, low, high = mean[free], sd[free], low[free], high[free]
 
         rounding = start.digits.step(self.mean)
 
         def loss(point: Array) -> tuple[float, Array, Array]:
             nudged = point + NUDGE * np.eye(point.size)
-            sigma, *moved = NoisePoints.at(np.vstack([point, nudged]), shot=shot).covariances(self.mean, rounding)
+            sigma, *nudged_sigma = NoisePoints.at(np.vstack([point, nudged]), shot=shot).covariances(
+                self.mean, rounding
+            )
             inverse = np.linalg.inv(sigma)
             misfit = (self.freedom * np.linalg.slogdet(sigma)[1]).sum() + (inverse * self.scatter).sum()
-            off = (point - middle) / spread
+            off = (point - mean) / sd
             by_sigma = self.freedom[:, np.newaxis, np.newaxis] * inverse - inverse @ self.scatter @ inverse
-            change = (np.array(moved) - sigma) / NUDGE
-            slope = np.einsum("nij,pnij->p", by_sigma, change)
+            change = (np.array(nudged_sigma) - sigma) / NUDGE
+            gradient = np.einsum("nij,pnij->p", by_sigma, change)
             whitened = inverse @ change
-            curvature = np.einsum("n,pnij,qnji->pq", self.freedom, whitened, whitened)
+            hessian = np.einsum("n,pnij,qnji->pq", self.freedom, whitened, whitened)
             return (
                 float(misfit + (off**2).sum()),
-                slope + 2.0 * off / spread,
-                curvature + np.diag(2.0 / spread**2),
+                gradient + 2.0 * off / sd,
+                hessian + np.diag(2.0 / sd**2),
             )
 
-        point, least = by_scoring(loss, middle, low, high)
-        return replace(start, **NoisePoints.at(point[np.newaxis], shot=shot).first()), least
+        point, loss_at_point = by_scoring(loss, mean, low, high)
+        return replace(start, **NoisePoints.at(point[np.newaxis], shot=shot).first()), loss_at_point
 
 
-def _slips(xyz: Array, groups: NDArray[np.intp], start: tuple[float, float]) -> tuple[int, ...]:
-    """Replicates that stand alone, in groups of three or more: further from the others' median than noise goes."""
+def _outliers(xyz: Array, groups: NDArray[np.intp], start: tuple[float, float]) -> tuple[int, ...]:
+    """Replicates in groups of three or more that are further from the group's median than noise explains."""
     found: list[int] = []
     deviations, rows = [], []
     for group in np.flatnonzero(np.bincount(groups) >= 3):
@@ -339,10 +346,10 @@ def _slips(xyz: Array, groups: NDArray[np.intp], start: tuple[float, float]) -> 
         rows.append(here)
     if not rows:
         return ()
-    # The scale comes from the data: the median over groups of their second largest deviation, untouched by a slip.
-    usual = max(float(np.median([np.sort(each)[-2] for each in deviations])), 0.05)
+    # The scale comes from the data: the median over groups of the second largest deviation, robust against one outlier.
+    scale = max(float(np.median([np.sort(each)[-2] for each in deviations])), 0.05)
     for each, here in zip(deviations, rows, strict=True):
         order = np.argsort(each)
-        if each[order[-1]] > SLIP * max(usual, each[order[-2]]):
+        if each[order[-1]] > OUTLIER_SIGMA * max(scale, each[order[-2]]):
             found.append(int(here[order[-1]]))
     return tuple(found)

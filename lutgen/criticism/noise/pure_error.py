@@ -1,4 +1,4 @@
-"""The yardstick of all tests: how far replicates scatter, in the units of the fit."""
+"""Pure error: the scatter of replicates in units of the fit, and the F tests that use it."""
 
 from __future__ import annotations
 
@@ -18,57 +18,60 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PureError:
-    """Scatter of replicates about their means in the fit's own units: the yardstick of all tests.
+    """Scatter of replicates about their means in units of the fit's noise: the reference of all tests.
 
-    ``allowance``: factor of the variance up to which nothing is found, where nobody measured the noise, or a model's
-    discrepancy outweighs it. ``inside``: the part of a fit's χ² that replicates make, where it is not ``squares``.
-    ``alike``: how many readings err as one, which a model's discrepancy makes of neighbouring colours.
+    ``squares``, ``freedom``: sum of squares and degrees of freedom. ``allowance``: factor by which the variance may
+    exceed the assumed one without a finding, if the noise is not measured or a model discrepancy dominates it.
+    ``inside``: the part of a fit's χ² that is scatter of replicates; None: ``squares``. ``correlated``: number of
+    correlated readings that count as one independent reading, by the discrepancy of neighbouring colours.
     """
 
     squares: float
     freedom: int
     allowance: float = 1.0
     inside: float | None = None
-    alike: float = 1.0
+    correlated: float = 1.0
 
     @classmethod
     def of(cls, problem: Problem) -> PureError:
-        """Take the scatter from the readings that count; the stated noise where there are too few replicates."""
-        # Colours of the first session are foretold by how they age; others are missed as their neighbours are.
-        if problem.discrepancy and not problem.remembered:
+        """Compute the scatter of the readings of a problem; if these have too few replicates, use the stated noise."""
+        # Curves or an own model predict each colour: the discrepancy of neighbouring colours is correlated.
+        if problem.discrepancy and not problem.first_readings:
             sessions = problem.hours.size if problem.native and problem.native.own else 1
-            alike = max(1.0, problem.rows.size / sessions / COLOURS)
-            return cls(0.0, 0, ALLOWANCE * alike, alike=alike)
+            correlated = max(1.0, problem.rows.size / sessions / COLOURS)
+            return cls(0.0, 0, ALLOWANCE * correlated, correlated=correlated)
         if problem.noise.source == "assumed":
             return cls(0.0, 0, ALLOWANCE)
         counted = problem.counts > 0
-        found = Replicates.of(problem.readings, problem.rows[counted], across_sessions=problem.noise.across_sessions)
-        white = np.einsum("nij,nj->ni", problem.whitener[counted], found.deviations)
-        freedom = int(3 * found.contrasts)
-        # Replicates that share a rounding agree better than their noise does: the noise model, which knows the last
-        # digit, is the least yardstick.
+        replicates = Replicates.of(
+            problem.readings, problem.rows[counted], across_sessions=problem.noise.across_sessions
+        )
+        white = np.einsum("nij,nj->ni", problem.whitener[counted], replicates.deviations)
+        freedom = int(3 * replicates.contrasts)
+        # Replicates that are rounded to the same value have too little scatter. The noise model includes the rounding:
+        # its variance is the lower bound.
         inside = float((white**2).sum())
-        # Replicates say nothing of how well what curves miss of a colour ages as its channels do.
-        allowance = ALLOWANCE if problem.remembered else 1.0
+        # Replicates do not show whether the error of curves at a colour ages as the channels do, as the model assumes.
+        allowance = ALLOWANCE if problem.first_readings else 1.0
         return cls(max(inside, float(freedom)), freedom, allowance, inside=inside)
 
     @property
     def measured(self) -> bool:
-        """Whether there are replicates enough to serve as a yardstick."""
+        """Whether there are enough replicates for an F test."""
         return self.freedom >= 18
 
     @property
     def variance(self) -> float:
-        """Variance of what replicates scatter in units of the noise model's; 1 where there are too few."""
+        """Variance of replicates in units of the noise model's variance; 1 if there are too few replicates."""
         return self.squares / self.freedom if self.measured else 1.0
 
     @property
     def scale(self) -> float:
-        """The same, 1 at least; where nobody measured the noise, what is allowed."""
+        """Variance of replicates, at least 1; ``allowance`` if there are too few replicates."""
         return max(self.variance, 1.0) if self.measured else self.allowance
 
     def p_of_gain(self, gain: float, parameters: int) -> float:
-        """Probability that an effect that is not there lowers χ² by so much (F test)."""
+        """Probability that an absent effect lowers χ² by this gain or more (F test)."""
         if gain <= 0:
             return 1.0
         if not self.measured:
@@ -76,17 +79,17 @@ class PureError:
         return float(fdtrc(parameters, self.freedom, gain / parameters / self.variance))
 
     def gain_beyond(self, chance: float) -> float:
-        """Gain in χ² that an effect of one parameter that is not there reaches with this probability (F test)."""
+        """Gain in χ² that an absent effect of one parameter exceeds with probability ``chance`` (F test)."""
         if not self.measured:
             return self.allowance * float(chdtri(1, chance))
         return self.variance * float(fdtri(1, self.freedom, 1.0 - chance))
 
-    def p_of_leftover(self, found: Fit) -> float:
-        """Probability that noise alone leaves so much (F test for lack of fit)."""
+    def p_of_lack_of_fit(self, fitted: Fit) -> float:
+        """Probability of so large residuals by noise alone (F test for lack of fit)."""
         if not self.measured:
-            return float(chdtrc(max(found.freedom, 1) / self.alike, found.chi2 / self.allowance))
+            return float(chdtrc(max(fitted.freedom, 1) / self.correlated, fitted.chi2 / self.allowance))
         inside = self.squares if self.inside is None else self.inside
-        squares, freedom = found.chi2 - inside, found.freedom - self.freedom
+        squares, freedom = fitted.chi2 - inside, fitted.freedom - self.freedom
         if freedom < 1 or squares <= 0:
             return 1.0
         return float(fdtrc(freedom, self.freedom, squares / freedom / self.variance))

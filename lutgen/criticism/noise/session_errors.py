@@ -1,12 +1,13 @@
-"""Errors that all readings of a session share beside its gain: a dark offset, and a slow wander of the gain.
+"""Estimated errors that all readings of a session share, besides its gain: a dark offset, and a slow drift of the gain.
 
-An instrument's zero differs from session to session, and its gain wanders while a session is read. Both are random
-effects: unknowns of each session with a known spread. The spreads are estimated from the campaign, by restricted
-maximum likelihood (Patterson & Thompson 1971, doi:10.1093/biomet/58.3.545) on what single sessions tell; a weak prior
-keeps them near an ordinary colorimeter's, never at zero by assumption.
+The zero of an instrument differs from session to session, and its gain drifts within a session (``wander``). Both are
+random effects: unknowns of each session whose variance is the same in all sessions. The variances are estimated from
+the estimates of the single sessions: the offset's by restricted maximum likelihood (Patterson & Thompson 1971,
+doi:10.1093/biomet/58.3.545), with a weak prior near an ordinary colorimeter. No variance is assumed to be zero.
 
-What changes smoothly over the hours is a display's, not an instrument's: of many sessions a polynomial in time is left
-free while the spread of the offsets is estimated, of few the colour in which they differ most.
+Smooth changes over the hours are attributed to the display and not to the instrument. When the variance of the offsets
+is estimated, a polynomial in time is a nuisance parameter if there are many sessions; if there are few, the colour in
+which the offsets differ most is left out.
 """
 
 from __future__ import annotations
@@ -34,36 +35,36 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.linear import Linear, Term
     from lutgen.criticism.fit.problem import Problem
 
-    #: Gains of three sessions that a line would join: place of a session → which of its gains, and its weight.
+    #: A contrast of gains, the departure from a line through three sessions: place of a session → its gain, weight.
     Line = dict[int, tuple[int, float]]
 
-#: No instrument's gain is taken to wander more than this; an assumption.
+#: Largest plausible drift of an instrument's gain, 1 σ; an assumption.
 MOST = 0.02
 
-#: Standard deviation of the prior on both, in powers of e.
+#: Standard deviation of the prior of the logarithm of a standard deviation.
 PRIOR_SD = 1.0
 
-#: How far from the ordinary spread another one is looked for, and in which steps: powers of e.
+#: Range and step of the search about the ordinary standard deviation, on a logarithmic scale.
 REACH, STEP = 7.0, 0.02
 
-#: Share of a gain's change below which a departure tells nothing of it.
+#: Lower bound of a departure's variance by gains, so that no division by 0 occurs.
 TINY = 1e-12
 
-#: Sessions that tell a spread; with fewer the ordinary one is taken.
+#: Smallest number of sessions from which a variance is estimated; with fewer the ordinary one is used.
 ENOUGH = 3
 
-#: Sessions from which on a polynomial of so many terms follows whatever a display does over the hours.
+#: Smallest number of sessions with which a polynomial in time, of so many terms, models the changes of a display.
 MANY, TERMS = 8, 5
 
-#: A meter's own dark signal may grow over its life, as a straight line.
+#: Number of terms of the trend of a meter's own dark signal, which may grow linearly over its life.
 DRIFTING = 2
 
-#: Of an error of which less than this share remains beside tips and gains nothing is told.
+#: An error is estimated only if at least this share of its change cannot be absorbed by tips and gains.
 LEAST_SEEN = 1e-2
 
 
-class Told(NamedTuple):
-    """What a block tells of errors that its readings share: names (k,), estimates (k,), their covariance (k, k)."""
+class SessionEstimate(NamedTuple):
+    """Estimates of the errors that the readings of a block share: names (k,), estimates (k,), covariance (k, k)."""
 
     hour: float
     names: list[str]
@@ -72,128 +73,150 @@ class Told(NamedTuple):
 
 
 def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
-    """Return a problem with its weights and the spreads of offset and wander that sessions show beside ``terms``."""
+    """Return a problem with estimated weights and standard deviations of offset and ``wander``, ``terms`` given."""
     problem = replace(problem, offset_cd_m2=0.0, wander=0.0, weights=None)
     plain, fixed = problem, [replace(term, free=()) for term in terms]
     if tails := tails_of(plain):
-        # An instrument with heavy tails slips now and then: its slips are weighed down like the rest, not left out.
-        problem, plain = problem.with_slips(), plain.with_slips()
-        found = fit(plain, fixed)
+        # With heavy tails, outliers are expected: they get small weights, and are not left out.
+        problem, plain = problem.with_outliers(), plain.with_outliers()
+        fitted = fit(plain, fixed)
         weights = np.ones(problem.readings.hours.size)
-        weights[problem.rows] = weights_of(plain, found.residual, tails)
-        if plain.remembered and plain.first_errors:
-            # A slip of the first session is in all later readings of its colour.
-            off = plain.first_day.error_of_met(plain.first_errors.taken_from(found.linear.residual)[1])
-            met = plain.remembered.met
-            weights[problem.rows[met]] = weights_at((off[met] ** 2).sum(axis=1) / tails.scale**2, tails)
+        weights[problem.rows] = weights_of(plain, fitted.residual, tails)
+        if plain.first_readings and plain.first_errors:
+            # An outlier of the first session affects all later readings of its colour.
+            sizes = plain.first_session_model.errors_of_exact(
+                plain.first_errors.subtracted_from(fitted.linear.residual)[1]
+            )
+            exact = plain.first_readings.exact
+            weights[problem.rows[exact]] = weights_at((sizes[exact] ** 2).sum(axis=1) / tails.scale**2, tails)
         problem, plain = replace(problem, weights=weights), replace(plain, weights=weights)
-    found = fit(plain, fixed)
-    state = State(found.terms, found.tips, found.gains)
-    linear = found.linear
+    fitted = fit(plain, fixed)
+    state = State(fitted.terms, fitted.tips, fitted.gains)
+    linear = fitted.linear
     drive, capped = problem.readings.drive[problem.rows], is_capped(problem.readings)[problem.rows]
-    # Only what no effect on curves, mixing or primaries reaches: black, and the capped lens.
+    # Black and the capped lens: readings that effects on curves, mixing and primaries do not change.
     dark = capped | (problem.readings.at_rest()[problem.rows] & (drive == 0).all(axis=1))
     if problem.native:
-        # The black of a native display goes with its white, which black alone would not hold in place.
+        # The black of a native display scales with its white, which black alone does not determine.
         dark |= problem.is_tip_anchor
-    covered = problem.native is not None and np.unique(problem.hour_of[capped]).size > ENOUGH
-    if covered:
-        # The capped lens alone sees no light of the display, whose black has the first session's offset in it.
+    has_capped = problem.native is not None and np.unique(problem.hour_of[capped]).size > ENOUGH
+    if has_capped:
+        # Only a capped lens is free of the display's black, which includes the offset of the first session.
         dark = capped
-    # Here the first session has an offset like any other, from which those of later ones differ.
-    offsets = _told(plain, state, linear, dark, replace(plain, offset_cd_m2=1.0, native=None))
+    # ``native=None``: here the first session has an offset of its own, as later sessions have.
+    offsets = _session_estimates(plain, state, linear, dark, replace(plain, offset_cd_m2=1.0, native=None))
     offset = usual = problem.noise.offset_cd_m2
-    if covered:
-        offset = _spread(offsets, usual, DRIFTING)
+    if has_capped:
+        offset = _reml_sd(offsets, usual, DRIFTING)
     elif len(offsets) >= MANY:
-        offset = _spread(offsets, usual, TERMS)
+        offset = _reml_sd(offsets, usual, TERMS)
     elif len(offsets) >= ENOUGH:
-        offset = _spread(_beside_the_display(offsets), usual, 1)
-    if problem.native and not covered:
-        # Black alone holds the spread too small: what a leak might do is left out of it.
+        offset = _reml_sd(_without_leak(offsets), usual, 1)
+    if problem.native and not has_capped:
+        # The estimate from black alone is too small, because the changes that a leak may cause are left out.
         offset *= float(np.sqrt(max(len(offsets), 1)))
     everything = np.ones(problem.rows.size, dtype=bool)
-    gains = _told(plain, state, linear._replace(residual=found.residual), everything, replace(plain, wander=1.0))
+    gains = _session_estimates(
+        plain, state, linear._replace(residual=fitted.residual), everything, replace(plain, wander=1.0)
+    )
     return replace(problem, offset_cd_m2=offset, wander=_wander(problem, gains))
 
 
-def _wander(problem: Problem, told: list[Told]) -> float:
-    # What is foretold from hour 0 departs from the readings as the display ages, which is no instrument's gain.
-    return problem.noise.wander if problem.foretells else _unsteady(told, problem.noise.wander)
+def _wander(problem: Problem, estimates: list[SessionEstimate]) -> float:
+    """Standard deviation of the gain drift within a session."""
+    # Predictions from hour 0 deviate from the readings as the display ages: the gains are not the instrument's.
+    return problem.noise.wander if problem.from_first_hour else _gain_sd(estimates, problem.noise.wander)
 
 
-def _unsteady(told: list[Told], least: float) -> float:
-    """Spread of gains that makes the median departure from a steady course as large as it should be.
+def _gain_sd(estimates: list[SessionEstimate], least: float) -> float:
+    """Standard deviation of gains by which the median squared departure from a line in time has its expected value.
 
-    The smaller one of two: that of the gains as they are, which a misfit of some kinds of readings does not move, and
-    that along the axes of their covariance: the noise of white, which all gains of a session share, moves few of these.
+    The smaller of two robust estimates. The gains themselves give one: a misfit of a few kinds of readings does not
+    change its median. The gains along the principal axes of their covariance give the other: the noise of white, which
+    all gains of a session share, changes few of these.
     """
-    sessions = [part for each in told for part in _by_session(each)]
-    found = [each for place in range(len(sessions)) if (each := _departed(sessions, place))]
-    if not found:
+    sessions = [part for each in estimates for part in _by_session(each)]
+    departures = [each for place in range(len(sessions)) if (each := _departures(sessions, place))]
+    if not departures:
         return least
-    plain = [np.array([off**2, np.diag(noise), gain]) for off, noise, gain in found]
-    apart = []
-    for off, noise, gain in found:
+    as_estimated = [np.array([departure**2, np.diag(noise), gain]) for departure, noise, gain in departures]
+    along_axes = []
+    for departure, noise, gain in departures:
         variances, axes = np.linalg.eigh(noise)
-        apart.append(np.array([(axes.T @ off) ** 2, np.maximum(variances, 0.0), (axes**2).T @ gain]))
-    return min(_spread_of_median(np.concatenate(each, axis=1), least) for each in (plain, apart))
+        along_axes.append(np.array([(axes.T @ departure) ** 2, np.maximum(variances, 0.0), (axes**2).T @ gain]))
+    return min(_sd_by_median(np.concatenate(each, axis=1), least) for each in (as_estimated, along_axes))
 
 
-def _spread_of_median(departures: Array, least: float) -> float:
-    """Spread with which the median of departures (3, k), their squares, noise and gain, is that of χ².
+def _sd_by_median(departures: Array, least: float) -> float:
+    """Standard deviation s of gains that puts the median of scaled squared departures at the median of χ²(1).
 
-    A departure is beyond that of χ² exactly where its own spread is beyond the one that is sought.
+    ``departures`` (3, k): squares, variances by noise, variances by gains of s = 1. A scaled square exceeds the median
+    of χ² exactly if s² is below (square/median − noise)/gain. So s² is the median of these values.
     """
     squares, noise, gain = departures
-    usual = 2.0 * float(gammaincinv(0.5, 0.5))
-    spread = float(np.sqrt(max(np.median((squares / usual - noise) / np.maximum(gain, TINY)), 0.0)))
-    return spread if least < spread < MOST else least
+    median = 2.0 * float(gammaincinv(0.5, 0.5))
+    sd = float(np.sqrt(max(np.median((squares / median - noise) / np.maximum(gain, TINY)), 0.0)))
+    return sd if least < sd < MOST else least
 
 
-def _by_session(told: Told) -> list[Told]:
-    """Part what an hour tells where a name comes again: there another session begins."""
+def _by_session(estimates: SessionEstimate) -> list[SessionEstimate]:
+    """Split the estimates of an hour into sessions: the next session begins where a name occurs again."""
     starts = [0]
-    for place, name in enumerate(told.names):
-        if name in told.names[starts[-1] : place]:
+    for place, name in enumerate(estimates.names):
+        if name in estimates.names[starts[-1] : place]:
             starts.append(place)
-    parts = [slice(start, end) for start, end in zip(starts, [*starts[1:], len(told.names)], strict=True)]
-    return [Told(told.hour, told.names[part], told.estimate[part], told.covariance[part, part]) for part in parts]
+    parts = [slice(start, end) for start, end in zip(starts, [*starts[1:], len(estimates.names)], strict=True)]
+    return [
+        SessionEstimate(
+            estimates.hour, estimates.names[part], estimates.estimate[part], estimates.covariance[part, part]
+        )
+        for part in parts
+    ]
 
 
-def _departed(sessions: list[Told], place: int) -> tuple[Array, Array, Array] | None:
-    """How far the gains of a session are from the lines between those of the sessions before and after.
+def _departures(sessions: list[SessionEstimate], place: int) -> tuple[Array, Array, Array] | None:
+    """Departures of a session's gains from the lines between the gains of the sessions before and after.
 
-    Departures (k,), their covariance by noise (k, k), and their variances by a spread of 1 (k,); None: of no gain.
+    Departures (k,), their covariance by noise (k, k), and their variances by gains of σ 1 (k,); None: no gain has both.
     """
     here, lines = sessions[place], []
     for mine, name in enumerate(here.names):
-        before = next((at for at in range(place - 1, -1, -1) if name in sessions[at].names), None)
-        after = next((at for at in range(place + 1, len(sessions)) if name in sessions[at].names), None)
+        before = next((session for session in range(place - 1, -1, -1) if name in sessions[session].names), None)
+        after = next((session for session in range(place + 1, len(sessions)) if name in sessions[session].names), None)
         if before is None or after is None:
             continue
         start, end = sessions[before].hour, sessions[after].hour
         share = (here.hour - start) / (end - start) if end > start else 0.5
-        ends = {at: (sessions[at].names.index(name), size) for at, size in ((before, share - 1.0), (after, -share))}
+        ends = {
+            session: (sessions[session].names.index(name), size)
+            for session, size in ((before, share - 1.0), (after, -share))
+        }
         lines.append({place: (mine, 1.0), **ends})
     if not lines:
         return None
 
-    def shared(left: Line, right: Line) -> float:
+    def covariance(left: Line, right: Line) -> float:
         return sum(
-            size * right[at][1] * float(sessions[at].covariance[which, right[at][0]])
-            for at, (which, size) in left.items()
-            if at in right
+            size * right[session][1] * float(sessions[session].covariance[which, right[session][0]])
+            for session, (which, size) in left.items()
+            if session in right
         )
 
-    off = np.array([sum(size * sessions[at].estimate[which] for at, (which, size) in each.items()) for each in lines])
+    departure = np.array(
+        [sum(size * sessions[session].estimate[which] for session, (which, size) in each.items()) for each in lines]
+    )
     gain = np.array([sum(size**2 for _, size in each.values()) for each in lines])
-    return off, np.array([[shared(left, right) for right in lines] for left in lines]), gain
+    return departure, np.array([[covariance(left, right) for right in lines] for left in lines]), gain
 
 
-def _told(plain: Problem, state: State, linear: Linear, rows: NDArray[np.bool_], unit: Problem) -> list[Told]:
-    """What each block tells of its shared errors of one kind."""
-    told = []
+def _session_estimates(
+    plain: Problem, state: State, linear: Linear, rows: NDArray[np.bool_], unit: Problem
+) -> list[SessionEstimate]:
+    """Estimate the shared errors of one kind in each block, tips and gains of the block marginalised.
+
+    ``unit``: the problem with a standard deviation of 1 of these errors; ``rows``: the readings to use.
+    """
+    estimates = []
     for whole in plain.blocks:
         here = whole[rows[whole]]
         if not here.size:
@@ -204,59 +227,65 @@ def _told(plain: Problem, state: State, linear: Linear, rows: NDArray[np.bool_],
         names, shared = shared_columns(unit, whole)
         shared = shared[:, np.searchsorted(whole, here)]
         count = len(shared)
-        # Either may be of no column, whose length numpy cannot guess.
+        # An array may have no columns: numpy cannot infer the length of a reshape then.
         local = np.concatenate([columns.reshape(len(columns), 3 * here.size).T, prior])
-        asked = np.concatenate([shared.reshape(count, 3 * here.size).T, np.zeros((len(off), count))])
+        signatures = np.concatenate([shared.reshape(count, 3 * here.size).T, np.zeros((len(off), count))])
         right = np.concatenate([linear.residual[here].ravel(), off])
         q = spanned(local)
-        left, right = asked - q @ (q.T @ asked), right - q @ (q.T @ right)
-        # What tips and gains of the block take up altogether, nobody can tell: the gain of the tips themselves.
-        seen = np.linalg.norm(left, axis=0) > LEAST_SEEN * np.linalg.norm(asked, axis=0)
-        if seen.any():
-            covariance = np.linalg.pinv(left[:, seen].T @ left[:, seen], hermitian=True)
-            estimate = covariance @ (left[:, seen].T @ right)
-            scale = _misfit(asked[:, seen] != 0, right - left[:, seen] @ estimate)
+        unabsorbed, right = signatures - q @ (q.T @ signatures), right - q @ (q.T @ right)
+        # Errors that tips and gains of the block absorb completely cannot be estimated, as the gain of the tips.
+        estimable = np.linalg.norm(unabsorbed, axis=0) > LEAST_SEEN * np.linalg.norm(signatures, axis=0)
+        if estimable.any():
+            covariance = np.linalg.pinv(unabsorbed[:, estimable].T @ unabsorbed[:, estimable], hermitian=True)
+            estimate = covariance @ (unabsorbed[:, estimable].T @ right)
+            scale = _misfit(signatures[:, estimable] != 0, right - unabsorbed[:, estimable] @ estimate)
             covariance = covariance * np.outer(scale, scale)
-            told.append(Told(float(plain.hours[hour]), list(compress(names, seen)), estimate, covariance))
-    return told
+            estimates.append(
+                SessionEstimate(float(plain.hours[hour]), list(compress(names, estimable)), estimate, covariance)
+            )
+    return estimates
 
 
-def _misfit(moved: NDArray[np.bool_], left: Array) -> Array:
-    """Root mean square of what is left of the numbers that each error moves, (k,); 1 at least.
+def _misfit(changed: NDArray[np.bool_], residual: Array) -> Array:
+    """Root mean square residual of the values that each error changes, (k,); at least 1.
 
-    A gain moves its readings alike. Where they differ among themselves by more than noise, a display's fault does it,
-    and what their mean does tells the less of a gain.
+    A gain changes all its readings by the same share. If the residuals scatter by more than noise, the model of the
+    display is wrong, and the standard error of the gain is scaled up by this factor.
     """
-    squares = moved.T.astype(float) @ left**2 / np.maximum(moved.sum(axis=0), 1)
+    squares = changed.T.astype(float) @ residual**2 / np.maximum(changed.sum(axis=0), 1)
     return np.asarray(np.sqrt(np.maximum(squares, 1.0)))
 
 
-def _beside_the_display(told: list[Told]) -> list[Told]:
-    """Estimates without the one colour in which they differ most.
+def _without_leak(estimates: list[SessionEstimate]) -> list[SessionEstimate]:
+    """Project the estimates on the colours orthogonal to the one in which they differ most.
 
-    A leak has one colour, and may take any course; a few sessions tell it from an offset by its colour alone. Sessions
-    in which not all of X, Y and Z are seen have no colour.
+    A leak of light has one colour, and any course in time. In a few sessions only the colour distinguishes the leak
+    from an offset. Sessions without an estimate of all of X, Y and Z are left out.
     """
-    most = max(len(each.estimate) for each in told)
-    told = [each for each in told if len(each.estimate) == most]
-    estimates = np.array([each.estimate for each in told])
-    others = np.linalg.svd(estimates - estimates.mean(axis=0))[2][1:]
+    most = max(len(each.estimate) for each in estimates)
+    complete = [each for each in estimates if len(each.estimate) == most]
+    colours = np.array([each.estimate for each in complete])
+    others = np.linalg.svd(colours - colours.mean(axis=0))[2][1:]
     return [
-        each._replace(estimate=others @ each.estimate, covariance=others @ each.covariance @ others.T) for each in told
+        each._replace(estimate=others @ each.estimate, covariance=others @ each.covariance @ others.T)
+        for each in complete
     ]
 
 
-def _spread(told: list[Told], ordinary: float, trend: int) -> float:
-    """Spread of largest posterior, restricted likelihood and prior, of what sessions tell beside a trend in time."""
-    hours = np.array([each.hour for each in told])
+def _reml_sd(estimates: list[SessionEstimate], ordinary: float, trend: int) -> float:
+    """Standard deviation of estimates (REML with a prior) about a polynomial trend in time of ``trend`` terms.
+
+    ``ordinary``: the mode of the prior.
+    """
+    hours = np.array([each.hour for each in estimates])
     tau = hours / max(float(hours.max()), 1.0)
-    count = min(len(each.estimate) for each in told)
+    count = min(len(each.estimate) for each in estimates)
 
     powers = np.arange(-REACH, REACH, STEP)
     variance = (ordinary * np.exp(powers)) ** 2
     loss = (powers / PRIOR_SD) ** 2
     information, right = np.zeros((powers.size, *(trend * count,) * 2)), np.zeros((powers.size, trend * count))
-    for share, (_, _, estimate, covariance) in zip(tau, told, strict=True):
+    for share, (_, _, estimate, covariance) in zip(tau, estimates, strict=True):
         sigma = covariance[:count, :count] + variance[:, np.newaxis, np.newaxis] * np.eye(count)
         inverse = np.linalg.inv(sigma)
         design = np.kron(np.polynomial.chebyshev.chebvander([2.0 * share - 1.0], trend - 1), np.eye(count))

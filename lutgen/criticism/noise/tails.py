@@ -1,9 +1,10 @@
-"""Tails of the noise: an instrument that slips now and then has a Student t distribution, not a normal one.
+"""Tails of the noise: an instrument with occasional outliers has a Student t distribution, not a normal one.
 
-Replicates tell whether tails are heavy: nothing but noise parts them. Where they are, each reading is weighed by how
-far it stands from its own kin, the same patch at the hours before and after: w = (ν + 3)/(ν + d²), with which least
-squares are the likelihood of a t distribution (Lange, Little & Taylor 1989, doi:10.1080/01621459.1989.10478852). A slip
-then costs little, and is named. What a display does to a patch over the hours is no slip: it does not stand alone.
+Replicates show whether the tails are heavy, because they differ by noise only. If so, the weight of each reading
+depends on its distance d from the same patch at the hours before and after: w = (ν + 3)/(ν + d²). Least squares with
+these weights maximises the likelihood of a t distribution (Lange, Little & Taylor 1989,
+doi:10.1080/01621459.1989.10478852). An outlier then has little influence, and is reported. Aging of a patch makes no
+outlier: the neighbours in time age too.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.special import gammaln
 
-from lutgen.criticism.noise.replicates import Replicates, patch_kin
+from lutgen.criticism.noise.replicates import Replicates, patch_numbers
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -21,39 +22,41 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.criticism.fit.problem import Problem
 
-#: Degrees of freedom that are tried; more of them are a normal distribution.
+#: Degrees of freedom that are tried; with more of them the distribution is practically normal.
 DEGREES = (2.5, 3.0, 4.0, 5.0, 7.0, 10.0, 15.0)
 
-#: Fewer replicated readings than this tell nothing of tails.
+#: Smallest number of replicated readings from which tails are estimated.
 ENOUGH = 30
 
-#: Of a replicate no less than this share is left beside the mean of its group and what its session differs by.
+#: Lower bound of the share of a replicate's variance that remains after the fit of group means and session corrections.
 LEAST_LEFT = 0.1
 
-#: A reading that counts less than this is named.
-SLIP = 0.1
+#: A reading with a smaller weight is reported as an outlier.
+OUTLIER = 0.1
 
 
 class Tails(NamedTuple):
-    """Degrees of freedom of the noise, and its scale as a share of its standard deviation."""
+    """Degrees of freedom of the t distribution, and its scale relative to the standard deviation of the noise model."""
 
     degrees: float
     scale: float
 
 
 def tails_of(problem: Problem) -> Tails | None:
-    """Estimate the tails from replicates; None where they are those of a normal distribution, or too few tell."""
-    found = Replicates.of(problem.readings, problem.rows, across_sessions=problem.noise.across_sessions)
-    count = np.bincount(found.groups)[found.groups]
+    """Estimate the tails from replicates; None if a normal distribution suffices, or there are too few replicates."""
+    replicates = Replicates.of(problem.readings, problem.rows, across_sessions=problem.noise.across_sessions)
+    count = np.bincount(replicates.groups)[replicates.groups]
     replicated = (count > 1) & ~_coarse(problem)
     if int(replicated.sum()) < ENOUGH:
         return None
-    # In units of the meter's noise alone: what a model misses is in all replicates alike.
-    off, left = found.deviations[replicated], (1.0 - 1.0 / count - found.lost)[replicated]
-    noise = problem.noise.covariance(problem.xyz[replicated] - off)
-    squares = np.einsum("ni,nij,nj->n", off, np.linalg.inv(noise), off) / np.maximum(left, LEAST_LEFT)
+    # In units of the meter's noise: the model discrepancy is the same in all replicates.
+    deviations, remaining = replicates.deviations[replicated], (1.0 - 1.0 / count - replicates.lost)[replicated]
+    noise = problem.noise.covariance(problem.xyz[replicated] - deviations)
+    squares = np.einsum("ni,nij,nj->n", deviations, np.linalg.inv(noise), deviations) / np.maximum(
+        remaining, LEAST_LEFT
+    )
     if np.median(squares) <= 0.0:
-        return None  # copies have no tails
+        return None  # replicates are copies
     normal = _normal(squares)
     best = max((_student(squares, degrees) for degrees in DEGREES), key=lambda each: each[0])
     # BIC: a t distribution has two parameters more.
@@ -61,19 +64,19 @@ def tails_of(problem: Problem) -> Tails | None:
 
 
 def _coarse(problem: Problem) -> NDArray[np.bool_]:
-    """Readings whose noise is that of the last digit rather than the instrument's, (n,): rounding has no tails."""
+    """Whether rounding dominates the noise of each reading, (n,): rounding has no tails."""
     sigma = np.sqrt(np.diagonal(problem.noise.covariance(problem.xyz), axis1=1, axis2=2))
     return np.asarray((problem.noise.digits.step(problem.xyz) > sigma).any(axis=1))
 
 
 def _normal(squares: Array) -> float:
-    """Log likelihood of squared whitened errors of three numbers each under a normal distribution of free size."""
+    """Log-likelihood of squared whitened errors, of three values each, under a normal distribution of free variance."""
     variance = float(squares.mean()) / 3.0
     return float(-0.5 * squares.sum() / variance - 1.5 * squares.size * np.log(2.0 * np.pi * variance))
 
 
 def _student(squares: Array, degrees: float) -> tuple[float, float, float]:
-    """Log likelihood under a t distribution of free scale, its degrees of freedom, and that scale."""
+    """Log-likelihood under a t distribution of free scale, its degrees of freedom, and that scale."""
     variance = float(np.median(squares)) / 2.4
     for _ in range(50):
         weight = (degrees + 3.0) / (degrees + squares / variance)
@@ -84,11 +87,11 @@ def _student(squares: Array, degrees: float) -> tuple[float, float, float]:
 
 
 def weights_of(problem: Problem, residual: Array, tails: Tails) -> Array:
-    """Weight of each reading, (n,), relative to the variance that replicates show; ``residual`` is whitened, (n, 3)."""
-    expected, known = _expected(problem, residual)
+    """Weight of each reading, (n,), relative to the variance of replicates; ``residual`` is whitened, (n, 3)."""
+    expected, is_known = _expected(problem, residual)
     weights = weights_at(((residual - expected) ** 2).sum(axis=1) / (1.5 * tails.scale**2), tails)
-    # A reading without kin stands by nothing: it keeps the variance that replicates show.
-    return np.where(known, weights, 1.0)
+    # A reading without others of its patch cannot be tested: it keeps the variance of replicates.
+    return np.where(is_known, weights, 1.0)
 
 
 def weights_at(distance: Array, tails: Tails) -> Array:
@@ -97,21 +100,21 @@ def weights_at(distance: Array, tails: Tails) -> Array:
 
 
 def _expected(problem: Problem, residual: Array) -> tuple[Array, NDArray[np.bool_]]:
-    """Residual of the same patch at the hours before and after, (n, 3), and where there is one, (n,).
+    """Expected residual, from the same patch at the hours before and after, (n, 3), and whether there is one, (n,).
 
-    Three replicates of one hour or more are their own kin.
+    Three or more replicates of one hour are compared with their own median instead.
     """
-    expected, known = np.zeros_like(residual), np.zeros(len(residual), dtype=bool)
-    kin = patch_kin(problem.readings)[problem.rows]
-    for each in np.unique(kin):
-        here = np.flatnonzero(kin == each)
+    expected, is_known = np.zeros_like(residual), np.zeros(len(residual), dtype=bool)
+    patch = patch_numbers(problem.readings)[problem.rows]
+    for each in np.unique(patch):
+        here = np.flatnonzero(patch == each)
         hours = problem.hour_of[here]
-        usual = {int(hour): np.median(residual[here[hours == hour]], axis=0) for hour in np.unique(hours)}
-        course = sorted(usual)
-        for place, hour in enumerate(course):
+        medians = {int(hour): np.median(residual[here[hours == hour]], axis=0) for hour in np.unique(hours)}
+        sorted_hours = sorted(medians)
+        for place, hour in enumerate(sorted_hours):
             rows = here[hours == hour]
-            near = [usual[course[k]] for k in (place - 1, place + 1) if 0 <= k < len(course)]
-            beside = [usual[hour]] if rows.size >= 3 else near
-            if beside:
-                expected[rows], known[rows] = np.mean(beside, axis=0), True
-    return expected, known
+            neighbours = [medians[sorted_hours[k]] for k in (place - 1, place + 1) if 0 <= k < len(sorted_hours)]
+            references = [medians[hour]] if rows.size >= 3 else neighbours
+            if references:
+                expected[rows], is_known[rows] = np.mean(references, axis=0), True
+    return expected, is_known

@@ -229,7 +229,7 @@ def _attempts(
     forms = effect.forms or ((),)
     for index in indices:
         form = forms[index]
-        if base.parameters + len(form) > base.problem.bears:
+        if base.parameters + len(form) > base.problem.max_parameters:
             continue  # a fit of more parameters than the readings bear says nothing
         penalty = len(form) * float(np.log(base.readings))
         if _is_proposed(effect, form) and base.bic - luck.optimism * score.code_shifts.most + penalty > limit:

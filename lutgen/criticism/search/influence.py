@@ -9,7 +9,7 @@ import numpy as np
 from scipy.special import chdtrc, chdtri, fdtrc
 
 from lutgen.criticism.fit.least_squares import fit
-from lutgen.criticism.noise.replicates import patch_kin
+from lutgen.criticism.noise.replicates import patch_numbers
 from lutgen.readings.rest import TIP_DRIVES
 
 if TYPE_CHECKING:
@@ -77,7 +77,7 @@ def _worst_alone(found: Fit) -> int | None:
     worst = int(np.argmax(size))
     if size[worst] < 1.5 * float(chdtri(3, UNLIKELY / max(size.size, 1))) or _is_only_tip(problem, worst):
         return None
-    kin = patch_kin(problem.readings)[problem.rows]
+    kin = patch_numbers(problem.readings)[problem.rows]
     others = np.flatnonzero(kin == kin[worst])
     if others.size < 3:
         others = np.flatnonzero(problem.hour_of == problem.hour_of[worst])
@@ -91,7 +91,7 @@ def wrong_sessions(found: Fit, scale: float) -> tuple[float, ...]:
     ``scale`` is the variance of the noise in the fit's own units.
     """
     problem = found.problem
-    if problem.foretells or problem.hours.size < 4:
+    if problem.from_first_hour or problem.hours.size < 4:
         return ()
     # Conditions that few sessions hold, as places on the screen, say nothing of the session.
     rest = problem.readings.at_rest()[problem.rows]

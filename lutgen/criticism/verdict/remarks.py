@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from lutgen.criticism.compare.drift import drifts
 from lutgen.criticism.first_session.model import white_moved
-from lutgen.criticism.noise.tails import SLIP
+from lutgen.criticism.noise.tails import OUTLIER
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -27,7 +27,7 @@ def remarks_of(explanation: Explanation, blind: Sequence[str], suspicion: Suspic
             f"readings three times, or give --instrument."
         )
     problem = explanation.base.problem
-    if problem.foretells and problem.readings.metadata.get("luminance") == "held" and not problem.held:
+    if problem.from_first_hour and problem.readings.metadata.get("luminance") == "held" and not problem.held:
         remarks.append(
             f"The file says that luminance is held, but white has changed by {white_moved(problem.readings):+.0%}: no "
             f"sensor held it, or the sensor had no reserve left. Luminance is taken as free."
@@ -47,7 +47,7 @@ def _weighed_down(explanation: Explanation) -> str:
     problem = explanation.base.problem
     if problem.weights is None:
         return ""
-    rows = [int(row) for row in problem.rows if problem.weights[row] < SLIP]
+    rows = [int(row) for row in problem.rows if problem.weights[row] < OUTLIER]
     more = f" and {len(rows) - NAMED_LINES} more" if len(rows) > NAMED_LINES else ""
     return f"{problem.readings.places(rows[:NAMED_LINES])}{more}" if rows else ""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lutgen.criticism.first_session.slope_errors import gain_beside, with_doubts
+from lutgen.criticism.first_session.slope_errors import bic_gain, with_drive_errors
 from lutgen.criticism.fit.lack_of_fit import is_noise, is_within_scatter
 from lutgen.criticism.search.candidates import HALF, STRONG
 from lutgen.criticism.search.free_term import Probed, free_term, probe
@@ -66,12 +66,10 @@ class Weighed:
         both = final.bic - left.evidence
         leaves_noise = is_noise(final, error)
         # Where formulas leave more, what doubts of a native display's curves leave decides whether that is enough.
-        rough = final if leaves_noise else with_doubts(final)
+        rough = final if leaves_noise else with_drive_errors(final)
         needed = _needed(explanation, error, shares, nothing, both)
         if rough is not final:
-            needed = [
-                step for step in needed if step.effect.stage == "drive" or gain_beside(rough, step.effect) > STRONG
-            ]
+            needed = [step for step in needed if step.effect.stage == "drive" or bic_gain(rough, step.effect) > STRONG]
         seen = shares_of_delta_e(base, final, [step.name for step in needed])
         needed = sorted(needed, key=lambda step: (-seen[step.name], -shares[step.name]))
         trifles = [step for step in needed[1:] if max(seen[step.name], shares[step.name]) < 1.0 - MOST_OF_IT]
@@ -92,7 +90,7 @@ class Weighed:
         beside = 0.0
         if len(kept) < len(steps):
             alone = together(base, chosen)
-            beside = (alone if rough is final else with_doubts(alone)).chi2 - rough.chi2
+            beside = (alone if rough is final else with_drive_errors(alone)).chi2 - rough.chi2
         clean = leaves_noise and not left.names
         # Even scatter that is more than noise may be an effect that the catalogue lacks: half of it must be explained.
         half = is_within_scatter(error, rough) or gain > HALF * excess

@@ -69,7 +69,7 @@ def recalibration(
     level_75: float,
     level_100: float,
 ) -> Array:
-    """Bend and scale the code values from that hour on; a display gives no more than full drive."""
+    """Apply the change of exponent and gain to the code values from ``hour`` on, and clip at full drive."""
     since = (scene.hours >= hour).astype(np.float64)
     change = np.array([gamma + red, gamma + green, gamma + blue])
     knots = (level_00, level_25, level_50, level_75, level_100)
