@@ -84,11 +84,10 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
         weights[problem.rows] = weights_of(plain, fitted.residual, tails)
         if plain.first_readings and plain.first_errors:
             # An outlier of the first session affects all later readings of its colour.
-            sizes = plain.first_session_model.errors_of_exact(
-                plain.first_errors.subtracted_from(fitted.linear.residual)[1]
-            )
+            sizes = plain.first_errors.subtracted_from(fitted.linear.residual)[1]
+            errors = plain.first_session_model.errors_of_exact(sizes)
             exact = plain.first_readings.exact
-            weights[problem.rows[exact]] = weights_at((sizes[exact] ** 2).sum(axis=1) / tails.scale**2, tails)
+            weights[problem.rows[exact]] = weights_at((errors[exact] ** 2).sum(axis=1) / tails.scale**2, tails)
         problem, plain = replace(problem, weights=weights), replace(plain, weights=weights)
     fitted = fit(plain, fixed)
     state = State(fitted.terms, fitted.tips, fitted.gains)
