@@ -1,8 +1,8 @@
-// A reading session: which screen is shown, what keys do, and how long each image was looked at.
+// A reading session: screens, keys, and the time for which each image was seen.
 //
 // The time to score runs from the first paint of the image to the choice of the diagnosis that is then confirmed.
-// A choice that is taken back or changed does not stop it; pauses are left out. Only the page's own clock is used,
-// which no setting of the computer's moves.
+// A choice that is undone or changed does not stop the time. Pauses do not count. Only the page's own clock is used,
+// which does not depend on the computer's clock.
 
 import * as picture from "./image.js";
 import * as screenOf from "./screen.js";
@@ -34,7 +34,8 @@ async function ask(what, body = {}, options = {}) {
       ...options,
     });
   } catch {
-    throw new Refused("gone", "lutgen does not answer: it was stopped, or has ended. What you saved with Enter is kept.");
+    throw new Refused("gone", "lutgen does not answer: it was stopped, or has ended. What you saved with Enter is
+    kept.");
   }
   const content = await reply.json().catch(() => ({ why: "gone", error: "lutgen gave no answer that makes sense." }));
   if (!reply.ok) throw new Refused(content.why, content.error);
@@ -83,7 +84,7 @@ function troubled(error, retry) {
   return show("trouble");
 }
 
-/** Do one thing at a time; where it is refused, say so and offer to try it again. */
+/** Do one action at a time. If an action is refused, show the reason and offer to try again. */
 async function attempt(action) {
   if (busy) return;
   busy = true;
@@ -114,7 +115,7 @@ async function open() {
       setup = await ask("claim");
       break;
     } catch (error) {
-      // After a reload, the page before may not have let go yet.
+      // After a reload, the previous page may still hold the session.
       if (error.why !== "tab" || left === 0) throw error;
       await new Promise((resolve) => setTimeout(resolve, 150));
     }
@@ -136,7 +137,7 @@ setInterval(async () => {
       } else if (!free) $("take").disabled = true;
     }
   } catch (error) {
-    // That lutgen does not answer is said when something is to be saved.
+    // A missing answer of lutgen is reported when an answer is saved.
     if (error.why === "tab") lost();
   }
 }, 2000);
@@ -149,19 +150,19 @@ addEventListener("pageshow", (event) => {
   if (event.persisted) location.reload();
 });
 
-// What speaks against reading here
+// Reasons against reading on this screen
 
-const room = () => ({ width: innerWidth, height: innerHeight - Math.max($("reading").querySelector("footer").offsetHeight, 104) });
-const warnings = () => screenOf.warnings(setup.largest, room());
+const room = () => ({ width: innerWidth, height: innerHeight -
+Math.max($("reading").querySelector("footer").offsetHeight, 104) }); const warnings = () =>
+screenOf.warnings(setup.largest, room());
 
 function listWarnings(found) {
   for (const place of document.querySelectorAll(".warnings")) {
     const list = document.createElement("ul");
     for (const sentence of found.values()) {
       list.append(Object.assign(document.createElement("li"), { textContent: sentence }));
-    }
-    const lead = Object.assign(document.createElement("p"), { textContent: "Put this right before you go on, if you can:" });
-    place.replaceChildren(...(found.size ? [lead, list] : []));
+    } const lead = Object.assign(document.createElement("p"), { textContent: "Put this right before you go on, if you
+    can:" }); place.replaceChildren(...(found.size ? [lead, list] : []));
   }
 }
 
@@ -191,26 +192,21 @@ const spacePauses = () => !setup.categories.some((each) => each.key === " ");
 const letterPauses = () => !setup.categories.some((each) => each.key.toLowerCase() === "p");
 
 function welcome() {
-  const left = setup.images - setup.read;
-  const toPractise = setup.practice - setup.practised;
-  $("who").textContent = setup.reader;
-  $("title").textContent = `Reading session ${setup.session} of ${setup.sessions}`;
-  const going = setup.read || setup.practised;
-  const first = toPractise ? `First ${images(toPractise)} to practise on, which ${toPractise === 1 ? "does" : "do"} not count; then ` : "";
-  const now = first ? `${first}${images(left)}.` : `${images(left)} to read.`;
-  $("task").textContent = going && setup.read ? `Welcome back: ${setup.read} of ${setup.images} are saved. ${images(left)} are left.` : now;
-  $("keys").replaceChildren(...setup.categories.flatMap((each, i) => [i ? ", " : "", key(each.key), ` ${each.name} (${side(each)})`]));
-  const [lowest, highest] = setup.ease;
-  const ten = highest >= 10 && lowest <= 10 ? [", ", key("0"), " is 10"] : [];
-  $("ease-keys").replaceChildren(key(`${lowest}`), ` very hard to ${highest} very easy`, ...ten);
-  $("pause-keys").replaceChildren(...(letterPauses() ? [key("P"), " or "] : []), key("Space"));
-  $("pause-key").textContent = letterPauses() ? "P" : "Space";
-  buttons("diagnosis", setup.categories.map((each) => ({ value: each.name, label: each.name, mark: each.key, small: side(each) })));
-  const marks = Array.from({ length: highest - lowest + 1 }, (_, i) => lowest + i);
-  const ends = { [lowest]: "hard", [highest]: "easy" };
-  buttons("ease", marks.map((value) => ({ value, label: `${value}`, mark: value === 10 ? "0" : "", small: ends[value] ?? "" })));
-  listWarnings(warnings());
-  show("welcome");
+  const left = setup.images - setup.read; const toPractise = setup.practice - setup.practised; $("who").textContent =
+  setup.reader; $("title").textContent = `Reading session ${setup.session} of ${setup.sessions}`; const going =
+  setup.read || setup.practised; const first = toPractise ? `First ${images(toPractise)} to practise on, which
+  ${toPractise === 1 ? "does" : "do"} not count; then ` : ""; const now = first ? `${first}${images(left)}.` :
+  `${images(left)} to read.`; $("task").textContent = going && setup.read ? `Welcome back: ${setup.read} of
+  ${setup.images} are saved. ${images(left)} are left.` : now;
+  $("keys").replaceChildren(...setup.categories.flatMap((each, i) => [i ? ", " : "", key(each.key), ` ${each.name}
+  (${side(each)})`])); const [lowest, highest] = setup.ease; const ten = highest >= 10 && lowest <= 10 ? [", ",
+  key("0"), " is 10"] : []; $("ease-keys").replaceChildren(key(`${lowest}`), ` very hard to ${highest} very easy`,
+  ...ten); $("pause-keys").replaceChildren(...(letterPauses() ? [key("P"), " or "] : []), key("Space"));
+  $("pause-key").textContent = letterPauses() ? "P" : "Space"; buttons("diagnosis", setup.categories.map((each) => ({
+  value: each.name, label: each.name, mark: each.key, small: side(each) }))); const marks = Array.from({ length: highest
+  - lowest + 1 }, (_, i) => lowest + i); const ends = { [lowest]: "hard", [highest]: "easy" }; buttons("ease",
+  marks.map((value) => ({ value, label: `${value}`, mark: value === 10 ? "0" : "", small: ends[value] ?? "" })));
+  listWarnings(warnings()); show("welcome");
 }
 
 const side = (category) => (category.positive ? "positive" : "negative");
@@ -227,7 +223,7 @@ function buttons(group, items) {
     button.addEventListener("click", (event) => {
       if (group === "diagnosis") choose(value, event.timeStamp);
       else rate(value);
-      // After the mouse, keys go to the page again.
+      // After a mouse click, keys go to the page again.
       if (event.detail) button.blur();
     });
     return button;
@@ -250,7 +246,7 @@ async function next() {
   try {
     await showNext();
   } catch (error) {
-    // What came before, such as saving the answer, is not to be done again.
+    // Earlier steps, such as saving the answer, must not be repeated.
     throw Object.assign(error, { again: next });
   }
 }
@@ -261,17 +257,11 @@ async function showNext() {
   if (given.done) {
     await finish(given);
     return;
-  }
-  trial = { ...given, start: null, paint: "animation-frame", category: null, ease: null, decided: null, first: null, pauses: [], pausedAt: null };
-  const mine = trial;
-  $("badge").hidden = !given.practice;
-  $("place").textContent = `${given.number} of ${given.of}`;
-  Object.assign($("bar"), { max: given.of, value: given.number - 1 });
-  refresh();
-  show("reading");
-  const label = `${given.practice ? "Practice image" : "Image"} ${given.number} of ${given.of}`;
-  let start;
-  try {
+  } trial = { ...given, start: null, paint: "animation-frame", category: null, ease: null, decided: null, first: null,
+  pauses: [], pausedAt: null }; const mine = trial; $("badge").hidden = !given.practice; $("place").textContent =
+  `${given.number} of ${given.of}`; Object.assign($("bar"), { max: given.of, value: given.number - 1 }); refresh();
+  show("reading"); const label = `${given.practice ? "Practice image" : "Image"} ${given.number} of ${given.of}`; let
+  start; try {
     start = await picture.display(`picture/${given.picture}`, label, (time) => {
       if (mine.first === null && !mine.pauses.length) Object.assign(mine, { start: time, paint: "element-timing" });
     });
@@ -285,7 +275,7 @@ async function showNext() {
   else await changed();
 }
 
-/** Seconds of looking from the first paint until a time of the page's clock, pauses left out. */
+/** Seconds from the first paint until a time of the page's clock, without pauses. */
 function looked(until) {
   const hidden = trial.pauses.reduce((sum, [from, to]) => sum + Math.max(0, Math.min(to, until) - from), 0);
   return Math.max(0, (until - trial.start - hidden) / 1000);
@@ -354,7 +344,7 @@ async function save() {
   } else await next();
 }
 
-/** Save; an answer that could not be saved is sent again as it is, since the clock stopped before. */
+/** Save the answer. If saving fails, the same answer is sent again: its time has stopped before. */
 function confirm() {
   if (reading() && trial.ease !== null) attempt(save);
 }
@@ -385,7 +375,8 @@ document.addEventListener("visibilitychange", () => {
 
 // Keys and buttons
 
-const fullScreen = () => (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen?.())?.catch(() => {});
+const fullScreen = () => (document.fullscreenElement ? document.exitFullscreen() :
+document.documentElement.requestFullscreen?.())?.catch(() => {});
 
 const presses = {
   begin: () => attempt(async () => { await accept(); await next(); }),
@@ -406,27 +397,23 @@ for (const [id, action] of Object.entries(presses)) {
 }
 
 function keyWhileReading(event) {
-  const category = setup.categories.find((each) => each.key.toLowerCase() === event.key.toLowerCase());
-  const [lowest, highest] = setup.ease;
-  const mark = /^[0-9]$/.test(event.key) ? (event.key === "0" && lowest > 0 ? 10 : Number(event.key)) : NaN;
-  if (event.key === "Backspace") takeBack();
-  else if (event.key === "Enter") confirm();
-  else if (trial?.category === null && category) choose(category.name, event.timeStamp);
-  else if (mark >= lowest && mark <= highest) rate(mark);
-  else if ((letterPauses() && event.key.toLowerCase() === "p") || (event.key === " " && spacePauses())) presses.pause(event);
-  else if (event.key.toLowerCase() === "f") fullScreen();
-  else return picture.moveByKey(event.key);
-  return true;
+  const category = setup.categories.find((each) => each.key.toLowerCase() === event.key.toLowerCase()); const [lowest,
+  highest] = setup.ease; const mark = /^[0-9]$/.test(event.key) ? (event.key === "0" && lowest > 0 ? 10 :
+  Number(event.key)) : NaN; if (event.key === "Backspace") takeBack(); else if (event.key === "Enter") confirm(); else
+  if (trial?.category === null && category) choose(category.name, event.timeStamp); else if (mark >= lowest && mark <=
+  highest) rate(mark); else if ((letterPauses() && event.key.toLowerCase() === "p") || (event.key === " " &&
+  spacePauses())) presses.pause(event); else if (event.key.toLowerCase() === "f") fullScreen(); else return
+  picture.moveByKey(event.key); return true;
 }
 
 addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.altKey || event.metaKey || event.isComposing) return;
   if (event.repeat && !event.key.startsWith("Arrow")) {
-    // A key held down is pressed once: it must not go through the next screen as well.
+    // A key that is held down counts once: it must not act on the next screen too.
     event.preventDefault();
     return;
   }
-  // A button that was reached with the Tab key is pressed with Enter and Space.
+  // Enter and Space press a button that has the focus from the Tab key.
   const onButton = document.activeElement?.tagName === "BUTTON" && (event.key === "Enter" || event.key === " ");
   const name = document.body.dataset.screen;
   if (name === "reading") {
