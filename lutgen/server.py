@@ -89,9 +89,9 @@ class Guard:
 
         async def send_marked(message: Message) -> None:
             if message["type"] == "http.response.start":
-                given = {name.lower() for name, _ in message["headers"]}
+                present = {name.lower() for name, _ in message["headers"]}
                 new = [(name.lower().encode(), value.encode()) for name, value in HEADERS.items()]
-                message["headers"] = [*message["headers"], *(each for each in new if each[0] not in given)]
+                message["headers"] = [*message["headers"], *(each for each in new if each[0] not in present)]
             await send(message)
 
         refusal = self._refusal(scope)

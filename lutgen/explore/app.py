@@ -146,8 +146,8 @@ def _overview_of(window: Window) -> dict[str, Any]:
         "window": window.name,
         "image": window.image or None,
         "error": json.loads(error) if error else None,
-        "on": list(window.asked.on),
-        "written": window.asked.written,
+        "on": list(window.state.on),
+        "written": window.state.written,
         "limits": LIMITS,
     }
     return {**window.overview, **more}
@@ -177,7 +177,7 @@ async def _drop(window: Window, request: Request) -> Response:
 async def _image(window: Window, request: Request) -> Response:
     if request.method == "POST":
         path = await kept(request, window.new_folder(), IMAGE, "An image")
-        window.asked = replace(window.asked, dropped=window.asked.dropped | {str(path)})
+        window.state = replace(window.state, dropped=window.state.dropped | {str(path)})
         return JSONResponse(await window.take_image(str(path)))
     if window.picture is None:
         raise RefusedError(404, "none", "There is no image yet.")
@@ -223,8 +223,8 @@ async def _effects(window: Window, _request: Request) -> Response:
 
 
 async def _switch(window: Window, request: Request) -> Response:
-    asked = await json_body(request)
-    names = asked.get("effects")
+    content = await json_body(request)
+    names = content.get("effects")
     if not (isinstance(names, list) and all(isinstance(name, str) for name in names)):
         raise LutgenError('send {"effects": [names]}.')
     return Response(await window.switch(names), media_type=JSON)
@@ -235,22 +235,22 @@ async def _baseline(window: Window, request: Request) -> Response:
     baseline = (await json_body(request)).get("baseline")
     if not isinstance(baseline, str):
         raise LutgenError('send {"baseline": name}.')
-    await window.open(replace(window.asked, baseline=baseline, on=()))
+    await window.open(replace(window.state, baseline=baseline, on=()))
     return _overview(window)
 
 
 async def _what_if(window: Window, request: Request) -> Response:
-    asked = await json_body(request)
-    if not asked:
+    content = await json_body(request)
+    if not content:
         return Response(await window.what_if(), media_type=JSON)
-    effect, parameter, value = (asked.get(name) for name in ("effect", "parameter", "value"))
+    effect, parameter, value = (content.get(name) for name in ("effect", "parameter", "value"))
     if not (isinstance(effect, str) and isinstance(parameter, str) and isinstance(value, int | float)):
         raise LutgenError('send {"effect": name, "parameter": name, "value": number}, or {} for the fit.')
     return Response(await window.what_if(effect=effect, parameter=parameter, value=float(value)), media_type=JSON)
 
 
 async def _own(window: Window, request: Request) -> Response:
-    asked = window.asked
+    state = window.state
     if "name" in request.query_params:
         if request.query_params.get("trusted") != "yes":
             raise RefusedError(
@@ -258,16 +258,16 @@ async def _own(window: Window, request: Request) -> Response:
             )
         path = await kept(request, window.new_folder(), CODE, "A file of effects")
         # A file of the same name is a new version, and replaces the old version.
-        others = tuple(each for each in asked.files if Path(each).name != path.name)
-        asked = replace(asked, files=(*others, str(path)), dropped=asked.dropped | {str(path)})
+        others = tuple(each for each in state.files if Path(each).name != path.name)
+        state = replace(state, files=(*others, str(path)), dropped=state.dropped | {str(path)})
     else:
         content = await json_body(request)
         name, text = content.get("name"), content.get("expression")
         if not (isinstance(name, str) and isinstance(text, str)):
             raise LutgenError('send {"name": text, "expression": text}.')
-        formulas = tuple(each for each in asked.expressions if each[0] != name)
-        asked = replace(asked, expressions=(*formulas, (name, text)))
-    return Response(await window.own(asked), media_type=JSON)
+        formulas = tuple(each for each in state.expressions if each[0] != name)
+        state = replace(state, expressions=(*formulas, (name, text)))
+    return Response(await window.own(state), media_type=JSON)
 
 
 async def _find(window: Window, _request: Request) -> Response:
@@ -325,4 +325,4 @@ async def _commands(window: Window, request: Request) -> Response:
     keep = bool(support.get("keep")) or not all(each["supported"] for each in error.get("effects", ()))
     last = window.overview["max_hours"]
     shown = {**_seen(request), "kind": _kind(request), "between": window.between}
-    return JSONResponse(commands(window.asked, last=last, keep=keep, **shown))
+    return JSONResponse(commands(window.state, last=last, keep=keep, **shown))

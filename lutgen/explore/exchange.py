@@ -39,12 +39,12 @@ async def taken(window: Window, item: str, *, mode: str, hours: float, kind: str
     if item == "patches":
         return f"{stem}-next.csv", await window.patches()
     if item == "readings":
-        return window.overview["name"], await asyncio.to_thread(Path(window.asked.data).read_bytes)
+        return window.overview["name"], await asyncio.to_thread(Path(window.state.data).read_bytes)
     model = place / MODEL
     await window.fits("save", path=str(model))
     if item == "model":
         return MODEL, await window.fits("model_text")
-    asked, shown = replace(window.asked, dropped=frozenset()), ["--model", str(model)]
+    state, shown = replace(window.state, dropped=frozenset()), ["--model", str(model)]
     if item in LUTS:
         await _run(
             build_words(shown, *lut_options(mode, hours, item, kind), "--no-certificates", to=str(place / "lut"))
@@ -54,7 +54,7 @@ async def taken(window: Window, item: str, *, mode: str, hours: float, kind: str
         await _run(build_words(shown, "--hours", f"0..{window.overview['max_hours']:g}", to=str(place / "aged")))
         return f"{stem}-aged.zip", zipped(place / "aged")
     if item == "report":
-        await _run(report_words(asked, shown, to=str(place / "report.html")))
+        await _run(report_words(state, shown, to=str(place / "report.html")))
         return f"{stem}-report.html", (place / "report.html").read_bytes()
     raise LutgenError(f"take {item!r}: pick one of model, {', '.join(LUTS)}, build, report, patches, readings.")
 

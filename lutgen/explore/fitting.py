@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 class Fitting:
     """Readings and their model. The window calls its methods (:mod:`lutgen.explore.process`)."""
 
-    beside = frozenset[str]()
+    concurrent = frozenset[str]()
 
     def __init__(self, tell: Callable[..., None]) -> None:
         """Take the function that sends events of :meth:`idle` and :meth:`find` to the window."""

@@ -24,7 +24,7 @@ MOST_PIXELS = 150_000_000
 class Imaging:
     """Reads an image. The window calls its methods (:mod:`lutgen.explore.process`)."""
 
-    beside = frozenset[str]()
+    concurrent = frozenset[str]()
 
     def __init__(self, _tell: Callable[..., None]) -> None:
         """Begin without an image."""

@@ -122,11 +122,11 @@ class Process:
 DONE, REFUSED = "done", "refused"
 
 
-class Held(Protocol):
+class Hosted(Protocol):
     """The object in a process."""
 
     #: Names of methods that run in separate threads, so that no other method waits for them.
-    beside: frozenset[str]
+    concurrent: frozenset[str]
 
     def idle(self) -> bool:
         """Do a small part of the background work; return whether there is more work."""
@@ -143,7 +143,7 @@ class _Child:
     def __init__(self, asking: BinaryIO, answering: BinaryIO) -> None:
         self._asking, self._answering, self._lock = asking, answering, Lock()
         self._calls: queue.Queue[tuple[dict[str, Any], bytes]] = queue.Queue()
-        self._beside = ThreadPoolExecutor(2)
+        self._concurrent = ThreadPoolExecutor(2)
 
     def tell(self, topic: str, body: bytes | dict[str, Any] | list[Any], number: int = 0) -> None:
         data = body if isinstance(body, bytes) else json.dumps(body).encode()
@@ -154,15 +154,15 @@ class _Child:
     def serve(self, home: str) -> None:
         Thread(target=self._listen, daemon=True).start()
         module, _, name = home.partition(":")
-        held: Held = getattr(import_module(module), name)(self.tell)
+        hosted: Hosted = getattr(import_module(module), name)(self.tell)
         while True:
-            if self._calls.empty() and held.idle():
+            if self._calls.empty() and hosted.idle():
                 continue
             head, body = self._calls.get()
-            if head["what"] in held.beside:
-                self._beside.submit(self._answer, held, head, body).add_done_callback(_end_with_fault)
+            if head["what"] in hosted.concurrent:
+                self._concurrent.submit(self._answer, hosted, head, body).add_done_callback(_end_with_fault)
             else:
-                self._answer(held, head, body)
+                self._answer(hosted, head, body)
 
     def _listen(self) -> None:
         while line := self._asking.readline():
@@ -171,10 +171,10 @@ class _Child:
         # The window has ended: no result is needed.
         os._exit(0)
 
-    def _answer(self, held: Held, head: dict[str, Any], body: bytes) -> None:
+    def _answer(self, hosted: Hosted, head: dict[str, Any], body: bytes) -> None:
         arguments = {"body": body} if body else {}
         try:
-            result = getattr(held, head["what"])(**arguments, **head["values"])
+            result = getattr(hosted, head["what"])(**arguments, **head["values"])
         except (LutgenError, OSError, MemoryError) as error:
             self.tell(REFUSED, str(error).encode(), head["id"])
         else:

@@ -12,13 +12,13 @@ if TYPE_CHECKING:
     from pathlib import Path
     from socket import socket
 
-    from lutgen.explore.commands import Asked
+    from lutgen.explore.commands import WindowState
 
 
-def serve(asked: Asked, listening: socket, *, opened: Callable[[str], None], wait: bool = True) -> None:
+def serve(state: WindowState, listening: socket, *, opened: Callable[[str], None], wait: bool = True) -> None:
     """Serve windows that start with the arguments of the command.
 
-    ``asked``: readings, image, model and baseline. ``listening``: the socket of :func:`lutgen.server.port_taken`.
+    ``state``: readings, image, model and baseline. ``listening``: the socket of :func:`lutgen.server.port_taken`.
     ``opened``: called with the page's address; the server answers an early request as soon as it runs. ``wait``: open
     the files before ``opened`` is called, since the files may be broken. Raises LutgenError: a file cannot be shown.
     """
@@ -31,7 +31,7 @@ def serve(asked: Asked, listening: socket, *, opened: Callable[[str], None], wai
     from lutgen.explore.windows import Windows
 
     async def run(folder: Path) -> None:
-        windows = Windows(folder, asked)
+        windows = Windows(folder, state)
         windows.prepare()
         # Let the first window's process start while the next module is imported.
         await asyncio.sleep(0)

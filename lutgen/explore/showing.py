@@ -36,7 +36,7 @@ class Showing:
     """A model and colours. The window calls its methods (:mod:`lutgen.explore.process`)."""
 
     #: To measure an image and to search a correction are slow: tables must not wait for these methods.
-    beside = frozenset({"difference", "compensated"})
+    concurrent = frozenset({"difference", "compensated"})
 
     def __init__(self, _tell: Callable[..., None]) -> None:
         """Begin without model and colours."""

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from lutgen.errors import LutgenError
-from lutgen.explore.commands import Asked, tissue
+from lutgen.explore.commands import WindowState, tissue
 from lutgen.explore.process import DIED, Process
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ class Window:
 
     name: str
     folder: Path
-    asked: Asked
+    state: WindowState
     overview: dict[str, Any] = field(default_factory=dict)
     image: dict[str, Any] = field(default_factory=dict)
     picture: Path | None = None
@@ -62,21 +62,21 @@ class Window:
     async def start(self) -> None:
         """Start the showing process, and open the command's files. Raises LutgenError if a file cannot be shown."""
         self._showing = await self._begun(SHOWING, self._hear_showing)
-        if self.asked.image == str(tissue()):
+        if self.state.image == str(tissue()):
             # Every browser can show this file without conversion. Its colours are counted after the first error.
             self.picture = tissue()
-            self._waiting_image = self.asked.image
+            self._waiting_image = self.state.image
             await self._show_first()
         else:
-            works = self._show_first(), self.take_image(self.asked.image)
+            works = self._show_first(), self.take_image(self.state.image)
             for refused in await asyncio.gather(*works, return_exceptions=True):
                 if isinstance(refused, BaseException):
                     raise refused
 
     async def _show_first(self) -> None:
-        asked = self.asked
-        opening = self._showing.ask("open", data=asked.data, baseline=asked.baseline, model=asked.model)
-        self._opened(asked, json.loads(await self._soon(self._showing, opening)))
+        state = self.state
+        opening = self._showing.ask("open", data=state.data, baseline=state.baseline, model=state.model)
+        self._opened(state, json.loads(await self._soon(self._showing, opening)))
 
     def end(self) -> None:
         """End all processes, and end the events of every listener."""
@@ -124,7 +124,7 @@ class Window:
             self._later(self._showing.ask("show", body, without=topic == "without"))
         else:
             if topic == "failed":
-                self.asked = replace(self.asked, on=tuple(json.loads(body)["on"]))
+                self.state = replace(self.state, on=tuple(json.loads(body)["on"]))
             self.tell(topic, body)
 
     def _hear_showing(self, topic: str, body: bytes) -> None:
@@ -177,7 +177,7 @@ class Window:
     async def _fits(self) -> Process:
         """Return the fitting process. The first call or listener starts it: until then the picture has both cores."""
         while FITTING in self._mending or not self._fitting:
-            await (self._mending.get(FITTING) or self._mend(FITTING, self._restart_fitting(self.asked.on)))
+            await (self._mending.get(FITTING) or self._mend(FITTING, self._restart_fitting(self.state.on)))
         return self._fitting
 
     async def fits(self, method: str, **values: Any) -> bytes:
@@ -217,9 +217,9 @@ class Window:
         """Start the fitting process, or start it again, with these effects switched on."""
         if self._fitting:
             self._fitting.end()
-        self.asked = replace(self.asked, on=on)
+        self.state = replace(self.state, on=on)
         self._fitting = await self._begun(FITTING, self._hear_fitting)
-        await self._fitting.ask("open", **_readings(self.asked), switch=self._switches)
+        await self._fitting.ask("open", **_readings(self.state), switch=self._switches)
 
     async def _restart_showing(self) -> None:
         self._showing.end()
@@ -233,13 +233,13 @@ class Window:
 
     # Requests of the page.
 
-    async def open(self, asked: Asked) -> None:
+    async def open(self, state: WindowState) -> None:
         """Open readings. If they are refused, the previous readings stay open."""
         await self.cancel()
-        self._opened(asked, json.loads(await self.fits("open", **_readings(asked), switch=self._switches)))
+        self._opened(state, json.loads(await self.fits("open", **_readings(state), switch=self._switches)))
 
-    def _opened(self, asked: Asked, overview: dict[str, Any]) -> None:
-        self.asked = replace(asked, data=overview.pop("data"), image=self.asked.image)
+    def _opened(self, state: WindowState, overview: dict[str, Any]) -> None:
+        self.state = replace(state, data=overview.pop("data"), image=self.state.image)
         self.overview, self._verdict = overview, {}
         for each in LASTING[:-1]:
             self.news.pop(each, None)
@@ -262,8 +262,8 @@ class Window:
             return dict(gathered)
         self.dropping.clear()
         data = gathered["data"]
-        dropped = self.asked.dropped | {data}
-        await self.open(Asked(data, self.asked.image, dropped=dropped, written=data not in paths))
+        dropped = self.state.dropped | {data}
+        await self.open(WindowState(data, self.state.image, dropped=dropped, written=data not in paths))
         return {}
 
     async def take_image(self, path: str) -> dict[str, Any]:
@@ -276,7 +276,7 @@ class Window:
         except BaseException:
             reading.end()
             raise
-        self.image, self.picture, self.asked = image, picture, replace(self.asked, image=path)
+        self.image, self.picture, self.state = image, picture, replace(self.state, image=path)
         self.tell("image", json.dumps(image).encode())
         self._later(self._count(reading, path, str(folder / "colours")))
         return self.image
@@ -286,7 +286,7 @@ class Window:
             await reading.ask("count", path=path, to=to)
         finally:
             reading.end()
-        if self.asked.image == path:
+        if self.state.image == path:
             self._colours = to
             await self.shows("colours", path=to)
             self.tell("measured", b"{}")
@@ -296,21 +296,21 @@ class Window:
         await self.cancel()
         self._switches += 1
         error = await self.fits("switch", effects=list(effects), switch=self._switches)
-        self.asked, self._unfinished = replace(self.asked, on=tuple(json.loads(error)["on"])), True
+        self.state, self._unfinished = replace(self.state, on=tuple(json.loads(error)["on"])), True
         self.news.pop("support", None)
         return error
 
-    async def what_if(self, **asked: Any) -> bytes:
+    async def what_if(self, **values: Any) -> bytes:
         """Set a parameter; without values, return to the fit."""
         await self.cancel()
-        return await self.fits("what_if", **asked)
+        return await self.fits("what_if", **values)
 
-    async def own(self, asked: Asked) -> bytes:
+    async def own(self, state: WindowState) -> bytes:
         """Take the user's own effects. If one is refused, or does not return, the previous effects stay."""
         await self.cancel()
-        effects = await self.fits("own", files=asked.files, expressions=asked.texts)
+        effects = await self.fits("own", files=state.files, expressions=state.texts)
         on = {each["name"] for each in json.loads(effects) if each["on"]}
-        self.asked = replace(asked, on=tuple(name for name in asked.on if name in on))
+        self.state = replace(state, on=tuple(name for name in state.on if name in on))
         return effects
 
     async def find(self) -> None:
@@ -336,7 +336,7 @@ class Window:
         finding, self._finding = self._finding, None
         if finding and not finding.done():
             finding.cancel()
-            await self._restart_fitting(self.asked.on)
+            await self._restart_fitting(self.state.on)
 
     async def give_up(self) -> None:
         """End a running diagnosis, or else an unfinished fit; after an ended fit no effect is switched on."""
@@ -359,12 +359,12 @@ def _failure(sentence: str) -> bytes:
     return json.dumps({"error": sentence}).encode()
 
 
-def _readings(asked: Asked) -> dict[str, Any]:
+def _readings(state: WindowState) -> dict[str, Any]:
     return {
-        "data": asked.data,
-        "baseline": asked.baseline,
-        "model": asked.model,
-        "files": asked.files,
-        "expressions": asked.texts,
-        "on": asked.on,
+        "data": state.data,
+        "baseline": state.baseline,
+        "model": state.model,
+        "files": state.files,
+        "expressions": state.texts,
+        "on": state.on,
     }

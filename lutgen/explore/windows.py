@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from starlette.requests import Request
 
-    from lutgen.explore.commands import Asked
+    from lutgen.explore.commands import WindowState
 
 #: Most windows that are open at the same time: each has two processes.
 MOST_WINDOWS = 6
@@ -30,7 +30,7 @@ class Windows:
     """The open windows."""
 
     folder: Path
-    first: Asked
+    first: WindowState
     _open: dict[str, Window] = field(default_factory=dict)
     _spare: asyncio.Task[Window] | None = None
     _count: int = 0

@@ -268,7 +268,7 @@ class Target:
         same_format = self.format == source.format
         compression = str(spec.get_string_attribute("compression"))
         for attribute in source.spec.extra_attribs:
-            if not _kept(attribute.name.lower(), same_encoding=self.storage.encoding == source.storage.encoding):
+            if not _is_copied(attribute.name.lower(), same_encoding=self.storage.encoding == source.storage.encoding):
                 spec.erase_attribute(attribute.name)
         if self.format.lossless:
             spec.attribute("compression", compression if same_format and compression in self.format.lossless else "zip")
@@ -330,7 +330,7 @@ class Target:
             raise OSError(ENOSPC, os.strerror(ENOSPC))
 
 
-def _kept(name: str, *, same_encoding: bool) -> bool:
+def _is_copied(name: str, *, same_encoding: bool) -> bool:
     if name in ("oiio:colorspace", "iccprofile"):
         # A profile of the source's encoding would be wrong for another encoding.
         return same_encoding

@@ -253,7 +253,7 @@ def cohort(
     task = CohortTask(model, checked, tuple(dict.fromkeys(modes)), tuple(chosen), tissue, source)
     all_slides = find_slides(slides)
     folder = claim(Path(output), task, force=force)
-    images = {slide: earlier for slide in all_slides if (earlier := _kept(folder, slide, checked))}
+    images = {slide: earlier for slide in all_slides if (earlier := _earlier_result(folder, slide, checked))}
     kept = len(images)
     progress(kept, len(all_slides))
     broken = {}
@@ -274,7 +274,7 @@ def cohort(
     return Cohort(Lifetimes(in_order, checked, model), named, task.modes, kept, Path(output))
 
 
-def _kept(folder: RunFolder, slide: CohortSlide, tolerances: Sequence[float]) -> ImageLifetime | None:
+def _earlier_result(folder: RunFolder, slide: CohortSlide, tolerances: Sequence[float]) -> ImageLifetime | None:
     """Return the result of a slide from an earlier run; None if there is no result, or the file is not a result."""
     image = folder.kept(slide)
     try:

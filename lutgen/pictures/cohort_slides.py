@@ -133,7 +133,7 @@ class RunFolder:
     other: bool
 
     def begin(self) -> None:
-        """Write the recipe. Remove unfinished files of a killed run, and the results of another recipe."""
+        """Write the recipe. Remove the results of another recipe, or else unfinished files of a killed run."""
         for old in (self.path / SLIDES).glob("*.json" if self.other else f".*{PARTIAL}"):
             old.unlink()
         write_atomically(self.path / OPTIONS, _text(self.recipe))

@@ -146,21 +146,21 @@ def _done_here(
     """Yield each slide with its outcome; None if its process died."""
     waiting = deque(slides)
     while waiting:
-        held: dict[Future[Outcome], CohortSlide] = {}
+        running: dict[Future[Outcome], CohortSlide] = {}
         with _pool(task, min(jobs, len(waiting)), max(threads() // jobs, 1)) as pool:
             try:
-                while waiting or held:
+                while waiting or running:
                     # At most one slide for each process, so that few slides are computed again when a process dies.
-                    while waiting and len(held) < jobs:
+                    while waiting and len(running) < jobs:
                         with _quiet_start():
-                            held[pool.submit(_look, waiting[0])] = waiting[0]
+                            running[pool.submit(_look, waiting[0])] = waiting[0]
                         waiting.popleft()
-                    for future in wait(held, return_when=FIRST_COMPLETED).done:
-                        yield held[future], future.result()
-                        del held[future]
+                    for future in wait(running, return_when=FIRST_COMPLETED).done:
+                        yield running[future], future.result()
+                        del running[future]
             except BrokenProcessPool:
-                for future in wait(held).done:
-                    yield held[future], None if future.exception() else future.result()
+                for future in wait(running).done:
+                    yield running[future], None if future.exception() else future.result()
 
 
 @contextmanager

@@ -74,10 +74,10 @@ def rings_of(nuclei: Nuclei, visible: Mask) -> tuple[Nuclei, Rings, int]:
     enough = np.bincount(labels.ravel(), minlength=nuclei.count + 1) >= LEAST_PIXELS
     enough[0] = True
     number = np.where(enough, np.cumsum(enough) - 1, -1).astype(np.int32)
-    kept = np.where(nuclei.labels > 0, number[nuclei.labels], nuclei.labels)
+    renumbered = np.where(nuclei.labels > 0, number[nuclei.labels], nuclei.labels)
     count = int(enough.sum()) - 1
     rings = Rings(np.maximum(number[labels], 0), gap, width)
-    return replace(nuclei, labels=kept, count=count), rings, nuclei.count - count
+    return replace(nuclei, labels=renumbered, count=count), rings, nuclei.count - count
 
 
 def outlines(labels: Labels) -> NDArray[np.bool_]:
@@ -314,10 +314,10 @@ def nuclei(
             "in which nuclei are apart."
         )
     means = _Means(field, segmented, rings)
-    unaged = means.apart(model.at("stable", 0.0))
+    unaged = means.contrast(model.at("stable", 0.0))
     aged = np.empty((len(displays), segmented.count))
     with ThreadPoolExecutor(threads()) as workers:
-        for done, row in enumerate(workers.map(means.apart, displays)):
+        for done, row in enumerate(workers.map(means.contrast, displays)):
             aged[done] = row
             progress(done + 1, len(displays))
     by_mode = aged.reshape(len(modes), len(chosen), segmented.count)
@@ -343,7 +343,7 @@ class _Means:
         ).tocsr()
         self._shares = sparse.diags_array(1.0 / np.bincount(rows)) @ counts
 
-    def apart(self, display: AgedDisplay) -> Array:
+    def contrast(self, display: AgedDisplay) -> Array:
         """Return ΔE2000 between the means of each nucleus and its ring, (n,)."""
         lab = np.empty((len(self.colours), 3))
         for start in range(0, len(lab), CHUNK):

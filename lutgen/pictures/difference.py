@@ -186,11 +186,11 @@ def quantile(values: Array, counts: Counts, percent: int) -> float:
     if values.min() == largest:
         return largest
     scale = (_BINS - 1) / largest
-    held = np.zeros(_BINS)
+    histogram = np.zeros(_BINS)
     for start in range(0, len(values), CHUNK):
         part = slice(start, start + CHUNK)
-        held += np.bincount((values[part] * scale).astype(np.intp), counts[part], _BINS)
-    below = np.concatenate([[0.0], np.cumsum(held)])
+        histogram += np.bincount((values[part] * scale).astype(np.intp), counts[part], _BINS)
+    below = np.concatenate([[0.0], np.cumsum(histogram)])
     place = int(np.argmax(below[1:] * 100.0 >= total * float(percent)))
     inside = np.concatenate(
         [
@@ -206,7 +206,7 @@ def quantile(values: Array, counts: Counts, percent: int) -> float:
 #: Number of drawn models, and how many are left out at each end: 76 of 80 are 95 %.
 DRAWS, OUTSIDE = 80, 2
 
-#: Statistics that get an interval: those of the paper's Table 1.
+#: Statistics that get an interval: the statistics of the paper's Table 1.
 OF = ("mean", "max")
 
 #: Bits a channel of the coarse colours, for which curves of drawn models and of the model itself are computed.
@@ -267,11 +267,11 @@ def drawn(model: DisplayModel, draws: int = DRAWS) -> list[DisplayModel]:
     if model.covariance is not None:
         random = np.random.default_rng(0)
         known = model.covariance.among(model.fitted)
-        return [_drawn_together(model, known, random) for _ in range(draws)]
-    return _drawn_apart(model, draws)
+        return [_joint_draw(model, known, random) for _ in range(draws)]
+    return _independent_draws(model, draws)
 
 
-def _drawn_together(model: DisplayModel, known: FitCovariance, random: np.random.Generator) -> DisplayModel:
+def _joint_draw(model: DisplayModel, known: FitCovariance, random: np.random.Generator) -> DisplayModel:
     """Draw parameters and tips together from their covariance."""
     of = {each.effect.name: each for each in model.effects}
     values = np.array([of[effect].values[name] for effect, name in known.of])
@@ -291,7 +291,7 @@ def _drawn_together(model: DisplayModel, known: FitCovariance, random: np.random
     return replace(model, effects=tuple(effects), latent=latent)
 
 
-def _drawn_apart(model: DisplayModel, draws: int) -> list[DisplayModel]:
+def _independent_draws(model: DisplayModel, draws: int) -> list[DisplayModel]:
     relative, floor = (float(model.fit.get(f"noise_{name}", 0.0)) for name in ("relative", "floor_cd_m2"))
     uncertain = any(estimate.stderr for each in model.effects for estimate in each.estimates.values())
     if not uncertain and (model.latent is None or not relative + floor):

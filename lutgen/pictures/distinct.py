@@ -258,8 +258,8 @@ def tissue_only(colours: Colours, path: Path) -> tuple[Colours, Tissue]:
     if not _like_glass(glass):
         return colours, Tissue(None, 0.0)
     tissue = bins < first
-    kept = replace(colours, keys=colours.keys[tissue], counts=colours.counts[tissue])
-    return kept, Tissue(first * 100.0 / BINS, 1.0 - kept.pixels / colours.pixels)
+    remaining = replace(colours, keys=colours.keys[tissue], counts=colours.counts[tissue])
+    return remaining, Tissue(first * 100.0 / BINS, 1.0 - remaining.pixels / colours.pixels)
 
 
 def otsu(histogram: Array) -> int:
@@ -270,8 +270,8 @@ def otsu(histogram: Array) -> int:
     between = (dark > 0) & (bright > 0)
     if not between.any():
         return int(np.argmax(histogram))
-    apart = dark_sum / np.where(between, dark, 1.0) - bright_sum / np.where(between, bright, 1.0)
-    return int(np.argmax(np.where(between, dark * bright * apart**2, -1.0))) + 1
+    difference = dark_sum / np.where(between, dark, 1.0) - bright_sum / np.where(between, bright, 1.0)
+    return int(np.argmax(np.where(between, dark * bright * difference**2, -1.0))) + 1
 
 
 def _histogram(colours: Colours) -> tuple[NDArray[np.uint8], Array]:

@@ -192,11 +192,11 @@ def lifetime(
     checked, chosen = check_asked(model, tolerances=tolerances, modes=modes, hours=hours, source=source)
     lifetimes = []
     for done, image in enumerate(images):
-        begun, everything = 1000 * done, 1000 * len(images)
+        start, everything = 1000 * done, 1000 * len(images)
         path = Path(image)
-        colours = count_colours(path, source, part_of(progress, begun, 500, everything))
+        colours = count_colours(path, source, part_of(progress, start, 500, everything))
         colours, kept = tissue_only(colours, path) if tissue else (colours, None)
-        curves = curves_of(colours, model, modes, chosen, part_of(progress, begun + 500, 300, everything))
+        curves = curves_of(colours, model, modes, chosen, part_of(progress, start + 500, 300, everything))
         lifetimes.append(
             ImageLifetime(
                 file=str(image),
@@ -206,10 +206,10 @@ def lifetime(
                 binning_error=binning_error(colours, model, modes, chosen),
                 tissue=kept,
                 curves=curves,
-                intervals=intervals(colours, model, curves, checked, part_of(progress, begun + 800, 200, everything)),
+                intervals=intervals(colours, model, curves, checked, part_of(progress, start + 800, 200, everything)),
             )
         )
-        progress(begun + 1000, everything)
+        progress(start + 1000, everything)
     return Lifetimes(tuple(lifetimes), checked, model)
 
 

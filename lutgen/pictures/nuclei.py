@@ -104,10 +104,10 @@ def sized(labels: Labels, width: float, least: float, most: float, how: str) -> 
     areas = np.bincount(labels[labels > 0])
     areas = areas if areas.size else np.zeros(1, np.intp)
     small, large = (areas > 0) & (areas < least), areas > most
-    kept = (areas > 0) & ~small & ~large
-    count = int(kept.sum())
+    counted = (areas > 0) & ~small & ~large
+    count = int(counted.sum())
     number = np.full(len(areas), -1, np.int32)
-    number[0], number[kept] = 0, np.arange(1, count + 1)
+    number[0], number[counted] = 0, np.arange(1, count + 1)
     renumbered = np.where(labels > 0, number[np.maximum(labels, 0)], labels).astype(np.int32)
     return Nuclei(renumbered, count, width, int(small.sum()), int(large.sum()), how)
 
@@ -246,10 +246,10 @@ def read_mask(file: str | Path, field: Field, *, min_area: int | None = None) ->
 
 def _with_edges(labels: Labels) -> NDArray[np.bool_]:
     """Return which pixels have a label and do not touch another label, (rows, columns)."""
-    apart = labels > 0
+    inner = labels > 0
     for before, after in NEIGHBOURS:
-        apart[before] &= (labels[before] == labels[after]) | (labels[after] == 0)
-    return apart
+        inner[before] &= (labels[before] == labels[after]) | (labels[after] == 0)
+    return inner
 
 
 def _check_labels(file: str | Path, labels: NDArray[Any], count: int) -> None:

@@ -301,5 +301,5 @@ def _reach(trend: Trend, name: str, drawn: np.ndarray) -> tuple[float, float]:
     shown = [*finite, finite[0] - spread, finite[0] + spread, *bounds, *(course.curve[drawn] if course.decay else ())]
     low, high = float(np.min(shown)), float(np.max(shown))
     # Margin above and below the drawn values, as a share of their range.
-    room = 0.12 * (high - low)
-    return (max(low - room, -0.0) if name.endswith("shift") else low - room), high + room
+    margin = 0.12 * (high - low)
+    return (max(low - margin, -0.0) if name.endswith("shift") else low - margin), high + margin

@@ -215,7 +215,7 @@ def table_1_page(lifetimes: Lifetimes) -> Iterator[Part]:
     never = any(row["hours"] is None for row in table_1_json(lifetimes)["rows"])
     for image in lifetimes.images:
         yield Headline(counted(image))
-        yield _beside_the_paper(image)
+        yield _comparison_with_paper(image)
         yield ""
     yield (
         "Hours until the ΔE2000 between the un-aged and the aged display reaches 3 and 5; below: against the paper's. "
@@ -265,7 +265,7 @@ def difference(hours: float | None, paper: float) -> float | None:
     return None if hours is None else hours / paper - 1.0
 
 
-def _beside_the_paper(image: ImageLifetime) -> Table:
+def _comparison_with_paper(image: ImageLifetime) -> Table:
     heads = (f"{COLUMNS[statistic]} ΔE2000 {tolerance:g}" for tolerance, statistic in TABLE_1_COLUMNS)
     rows = []
     for mode, published in TABLE_1.items():

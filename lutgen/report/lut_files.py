@@ -108,9 +108,9 @@ def readers_table(linted: Linted) -> Table:
     headings = ("reader", "will", "how", "rule")
     rows = []
     for reader in dict.fromkeys([*linted.readers, *tried]):
-        foretold = reader in linted.readers
+        predicted = reader in linted.readers
         fate, finding = linted.fate(reader)
-        cells = [reader, fate.outcome if foretold else "", fate.how, finding.rule if finding else ""]
+        cells = [reader, fate.outcome if predicted else "", fate.how, finding.rule if finding else ""]
         trial = tried.get(reader)
         if tried:
             cells.append(f"{trial.version} {trial.outcome}: {trial.said}".strip(" :") if trial else "–")

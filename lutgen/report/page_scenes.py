@@ -177,7 +177,7 @@ def _blending(frame: Frame, model: DisplayModel, modes: dict[str, tuple[PageScen
     nodes, weights = tetrahedra(code, "code", SIZE)
     differences = []
     for mode, scenes in modes.items():
-        for hours, table in _drawn(scenes):
+        for hours, table in _blended(scenes):
             drawn = Lut("code", table).mix(nodes, weights)
             both = (linear_to_lab(code_to_linear(each)) for each in (drawn, model.at(mode, hours).code_to_code(code)))
             differences.append(delta_e_2000(*both))
@@ -185,7 +185,7 @@ def _blending(frame: Frame, model: DisplayModel, modes: dict[str, tuple[PageScen
     return Blending(float(away.mean()), float(np.quantile(away, 0.95)), float(away.max()))
 
 
-def _drawn(scenes: Sequence[PageScene]) -> Iterator[tuple[float, Array]]:
+def _blended(scenes: Sequence[PageScene]) -> Iterator[tuple[float, Array]]:
     """Yield the hours of the tables and the hours half way between, each with the table that the viewer applies."""
     tables = [(each.numbers.hours, each.table[..., :3] / WHITE) for each in scenes]
     yield from tables

@@ -71,9 +71,9 @@ def style_and_script() -> dict[str, Any]:
     own = templates.joinpath("page.js").read_text("utf-8").splitlines(keepends=True)
     script = (FOLDER / "viewer.js").read_text("utf-8") + "".join(each for each in own if not each.startswith("import "))
     style = (FOLDER / "viewer.css").read_text("utf-8") + templates.joinpath("page.css").read_text("utf-8")
-    given = {"style": style, "script": script, "class_script": _CLASS_SCRIPT}
+    parts = {"style": style, "script": script, "class_script": _CLASS_SCRIPT}
     hashes = {"script_hash": _hash(script), "class_hash": _hash(_CLASS_SCRIPT)}
-    return {name: Markup(text) for name, text in given.items()} | hashes  # noqa: S704 - files of this package
+    return {name: Markup(text) for name, text in parts.items()} | hashes  # noqa: S704 - files of this package
 
 
 def _hash(script: str) -> str:

@@ -133,9 +133,9 @@ def read_entries(path: Path, anchor: str) -> list[AnswerRow]:
 @contextmanager
 def locked_place(path: Path) -> Iterator[None]:
     """Lock a reader's place in the ``with`` block. Raises LutgenError: another process holds the lock."""
-    beside = path.with_name(f".{path.stem}.lock")
-    with _explained(beside):
-        connection = sqlite3.connect(beside, timeout=0, isolation_level=None, check_same_thread=False)
+    lock = path.with_name(f".{path.stem}.lock")
+    with _explained(lock):
+        connection = sqlite3.connect(lock, timeout=0, isolation_level=None, check_same_thread=False)
     with closing(connection):
         try:
             connection.execute("BEGIN EXCLUSIVE")

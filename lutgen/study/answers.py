@@ -177,16 +177,16 @@ def sensible(answers: Sequence[Answer]) -> tuple[tuple[Answer, ...], list[str]]:
 
     Raises LutgenError: none is left.
     """
-    kept = tuple(answer for answer in answers if 0 <= answer.seconds <= MAX_SECONDS)
+    possible = tuple(answer for answer in answers if 0 <= answer.seconds <= MAX_SECONDS)
     left_out = [
         f"Left out: {answer.reader}, session {answer.session}, image {answer.position} ({answer.image}): "
         f"{str(answer.seconds)[:12]} seconds is no possible time to score."
         for answer in answers
         if not 0 <= answer.seconds <= MAX_SECONDS
     ]
-    if left_out and not kept:
+    if left_out and not possible:
         raise LutgenError(f"no answer has a possible time to score. {left_out[0]}")
-    return kept, left_out
+    return possible, left_out
 
 
 #: Kinds of rows on the progress of a session.

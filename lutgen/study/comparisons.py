@@ -290,7 +290,7 @@ def _agreement(
 
 
 def _mcnemar(first: str, second: str, reading_pairs: Sequence[statistics.ReadingPair]) -> McNemar | None:
-    """Return the exact test on images with agreement under only one of two conditions; None: no such pairs."""
+    """Return the exact test on images that a reader read under both conditions; None: there is no such image."""
     from scipy.stats import binomtest
 
     agreed: dict[str, dict[tuple[str, str], bool]] = {first: {}, second: {}}
@@ -303,5 +303,7 @@ def _mcnemar(first: str, second: str, reading_pairs: Sequence[statistics.Reading
         return None
     first_only = sum(agreed[first][key] and not agreed[second][key] for key in both)
     second_only = sum(agreed[second][key] and not agreed[first][key] for key in both)
-    apart = first_only + second_only
-    return McNemar(len(both), first_only, second_only, float(binomtest(first_only, apart).pvalue) if apart else 1.0)
+    discordant = first_only + second_only
+    return McNemar(
+        len(both), first_only, second_only, float(binomtest(first_only, discordant).pvalue) if discordant else 1.0
+    )

@@ -162,7 +162,7 @@ def stream(seed: int, reader: int, session: int) -> np.random.Generator:
 NEEDED, OPTIONAL = ("session", "image", "condition"), ("reader", "position")
 
 
-class _Shown(NamedTuple):
+class _DesignRow(NamedTuple):
     """A line of the table; ``reader`` None: the line holds for every reader."""
 
     line: int
@@ -175,7 +175,7 @@ class _Shown(NamedTuple):
 
 def read_design(path: Path, images: Sequence[str], *, readers: int | None, seed: int) -> Design:
     """Read a design of images with these names from a table. Raises LutgenError, which names the wrong line."""
-    rows = [_shown(row, images) for row in read_rows(path, NEEDED, optional=OPTIONAL)[1]]
+    rows = [_design_row(row, images) for row in read_rows(path, NEEDED, optional=OPTIONAL)[1]]
     named = {row.reader for row in rows if row.reader is not None}
     if named and readers is not None and readers != max(named):
         raise LutgenError(f"{path}: has readers up to {max(named)}, and --readers says {readers}. Leave --readers out.")
@@ -198,8 +198,8 @@ def read_design(path: Path, images: Sequence[str], *, readers: int | None, seed:
     return Design(tuple(conditions.values()), tuple(trials), tuple(image for image in images if image not in read))
 
 
-def _session(path: Path, rows: Sequence[_Shown], reader: int, session: int, seed: int) -> list[StudyTrial]:
-    shown: dict[str, _Shown] = {}
+def _session(path: Path, rows: Sequence[_DesignRow], reader: int, session: int, seed: int) -> list[StudyTrial]:
+    shown: dict[str, _DesignRow] = {}
     for row in rows:
         if row.image in shown:
             raise LutgenError(
@@ -221,14 +221,14 @@ def _session(path: Path, rows: Sequence[_Shown], reader: int, session: int, seed
     ]
 
 
-def _shown(row: Row, images: Sequence[str]) -> _Shown:
+def _design_row(row: Row, images: Sequence[str]) -> _DesignRow:
     if row.cells["image"] not in images:
         raise row.error("image", f"is no image that was given. Given were: {listed(images, 10)}.")
     try:
         condition = condition_of(row.cells["condition"])
     except LutgenError as error:
         raise row.refused("condition", error) from None
-    return _Shown(
+    return _DesignRow(
         row.line,
         row.whole("session", low=1, high=MOST),
         row.cells["image"],

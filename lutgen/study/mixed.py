@@ -114,15 +114,15 @@ def _of_answers(
     groups, notes = _groupings(answers)
     blank = MixedModel(measure, EFFECTS[measure], shown[0], len(answers), ())
     if len(shown) < 2:
-        return _without(blank, "there is only one condition")
+        return _not_fitted(blank, "there is only one condition")
     if np.linalg.matrix_rank(fixed) < fixed.shape[1]:
-        return _without(blank, "the effects of conditions and of sessions cannot be separated")
+        return _not_fitted(blank, "the effects of conditions and of sessions cannot be separated")
     if np.ptp(values) == 0 or len(values) <= fixed.shape[1] + len(groups):
-        return _without(blank, "too few answers, or all answers are equal")
+        return _not_fitted(blank, "too few answers, or all answers are equal")
     try:
         fit = fit_crossed(values, fixed, groups)
     except (np.linalg.LinAlgError, ValueError) as error:
-        return _without(blank, f"the fit failed ({error})")
+        return _not_fitted(blank, f"the fit failed ({error})")
     change = _ratio if measure == "time" else float
     share = float(np.mean(values == values.max()))
     # With at least this share of answers at the highest ease, errors cannot be normal.
@@ -169,24 +169,24 @@ def _of_agreement(conditions: Sequence[str], reading_pairs: Sequence[ReadingPair
     shown = [condition for condition in conditions if any(pair.answer.condition == condition for pair in reading_pairs)]
     blank = MixedModel("agreement", EFFECTS["agreement"], shown[0] if shown else UNAGED, len(reading_pairs), ())
     if len(shown) < 2:
-        return _without(blank, "fewer than two conditions have pairs of readings")
+        return _not_fitted(blank, "fewer than two conditions have pairs of readings")
     agreed = np.array([pair.agreed for pair in reading_pairs], np.float64)
     under = np.array([pair.answer.condition for pair in reading_pairs])
     for condition in shown:
         if np.ptp(agreed[under == condition]) == 0:
-            return _without(blank, f"under {condition} all readings agreed, or none: its odds have no estimate")
+            return _not_fitted(blank, f"under {condition} all readings agreed, or none: its odds have no estimate")
     readers = [pair.answer.reader for pair in reading_pairs]
     levels = sorted(set(readers))
     fixed = np.column_stack(
         [np.ones(len(reading_pairs)), *_indicators(list(under), shown), *_indicators(readers, levels)]
     )
     if np.linalg.matrix_rank(fixed) < fixed.shape[1]:
-        return _without(blank, "the effects of conditions and of readers cannot be separated")
+        return _not_fitted(blank, "the effects of conditions and of readers cannot be separated")
     images = np.unique(np.array([pair.answer.image for pair in reading_pairs]), return_inverse=True)[1]
     try:
         fit = _fit_logistic(agreed, fixed, images)
     except (np.linalg.LinAlgError, ValueError) as error:
-        return _without(blank, f"the fit failed ({error})")
+        return _not_fitted(blank, f"the fit failed ({error})")
     notes = ["one reader: not valid for others"] if len(levels) == 1 else ["readers are fixed: valid only for them"]
     effects = _effects(shown, fit, _ratio)
     return MixedModel("agreement", blank.effect, shown[0], len(reading_pairs), effects, {}, (*notes, *fit.complaints))
@@ -239,7 +239,7 @@ def _ratio(logarithm: float) -> float:
     return exp(logarithm) if logarithm < 700 else inf
 
 
-def _without(blank: MixedModel, why: str) -> MixedModel:
+def _not_fitted(blank: MixedModel, why: str) -> MixedModel:
     return MixedModel(blank.measure, blank.effect, blank.against, blank.n, (), {}, (f"not fitted: {why}",))
 
 

@@ -148,13 +148,13 @@ def plan_study(
         model.at(condition.mode, condition.hours)
     read = {trial.image for trial in design.trials}
     pictures = tuple(picture for picture in pictures if picture.name in read)
-    shown = _shown(pictures, practised, design)
-    with _made_whole(study, force=force) as new, scratch() as folder:
+    pairs = _renders(pictures, practised, design)
+    with _new_study(study, force=force) as new, scratch() as folder:
         luts = bake_conditions(design.conditions, model, Path(folder))
         # Blind names can be computed only from the seed, every image and every LUT.
         hashes = [*(each.sha256 for each in (*pictures, *practised)), *(lut.sha256 for lut in luts.values())]
         key = hashlib.sha256(json.dumps([seed, *hashes]).encode()).digest()
-        renders = render_images(shown, luts, new, key, lambda done: progress(done, len(shown)))
+        renders = render_images(pairs, luts, new, key, lambda done: progress(done, len(pairs)))
         for picture in (*pictures, *practised):
             if file_sha256(picture.path) != picture.sha256:
                 raise LutgenError(f"{picture.path}: was changed while the study was planned. Plan it again.")
@@ -184,17 +184,17 @@ def check_new_study(study: Path, *, force: bool) -> None:
     try:
         if study.exists() and not study.is_dir():
             raise LutgenError(f"{study}: is a file. Give the name of a new folder for the study.")
-        held = {path.name for path in study.iterdir()} if study.exists() else set()
-        answered = ANSWERS in held and any((study / ANSWERS).iterdir())
+        entries = {path.name for path in study.iterdir()} if study.exists() else set()
+        answered = ANSWERS in entries and any((study / ANSWERS).iterdir())
     except OSError as error:
         reason = reason_of(error)
         raise LutgenError(f"{study}: cannot make the study: {reason}. Choose another place with -o.") from None
-    if not held:
+    if not entries:
         return
     if answered:
         message = f"{study}: holds readers' answers, which --force does not delete either. Choose another folder."
         raise LutgenError(message)
-    if PROTOCOL not in held or held - _OURS:
+    if PROTOCOL not in entries or entries - _OURS:
         raise LutgenError(f"{study}: holds what lutgen study plan did not make. Choose another folder with -o.")
     if not force:
         message = f"{study}: holds a study already. Choose another folder, or add --force: it has no answers yet."
@@ -220,16 +220,16 @@ def _pictures(
     return pictures[: len(read)], pictures[len(read) :]
 
 
-def _shown(pictures: Sequence[Picture], practised: Sequence[Picture], design: Design) -> list[tuple[Picture, str]]:
+def _renders(pictures: Sequence[Picture], practised: Sequence[Picture], design: Design) -> list[tuple[Picture, str]]:
     """Return each (image, condition) that any reader sees; practice images are shown un-aged."""
     needed = {(trial.image, trial.condition) for trial in design.trials}
-    shown = [
+    pairs = [
         (picture, condition.name)
         for picture in pictures
         for condition in design.conditions
         if (picture.name, condition.name) in needed
     ]
-    return [*shown, *((picture, UNAGED.name) for picture in practised)]
+    return [*pairs, *((picture, UNAGED.name) for picture in practised)]
 
 
 def _model(model: DisplayModel, luts: dict[str, BakedLut]) -> dict[str, Any]:
@@ -248,13 +248,13 @@ def _model(model: DisplayModel, luts: dict[str, BakedLut]) -> dict[str, Any]:
 
 
 @contextmanager
-def _made_whole(study: Path, *, force: bool) -> Iterator[Path]:
+def _new_study(study: Path, *, force: bool) -> Iterator[Path]:
     """Yield a new folder that becomes ``study`` at the end; until then a replaced folder stays."""
     whole = study.resolve()
-    beside = whole.with_name(f".{whole.name}{PARTIAL}")
-    new, old = beside / "new", beside / "old"
+    temporary = whole.with_name(f".{whole.name}{PARTIAL}")
+    new, old = temporary / "new", temporary / "old"
     try:
-        shutil.rmtree(beside, ignore_errors=True)
+        shutil.rmtree(temporary, ignore_errors=True)
         new.mkdir(parents=True)
         yield new
         # A reader may have answered during rendering.
@@ -269,4 +269,4 @@ def _made_whole(study: Path, *, force: bool) -> Iterator[Path]:
     finally:
         if old.exists() and not whole.exists():
             old.rename(whole)
-        shutil.rmtree(beside, ignore_errors=True)
+        shutil.rmtree(temporary, ignore_errors=True)

@@ -184,13 +184,13 @@ class Conversation:
 
 
 def _decision(body: Mapping[str, Any]) -> Decision:
-    given = {name: body.get(name) for name in _ANSWER}
+    values = {name: body.get(name) for name in _ANSWER}
     for name, kind in _ANSWER.items():
-        if not isinstance(given[name], kind) or isinstance(given[name], bool):
+        if not isinstance(values[name], kind) or isinstance(values[name], bool):
             raise RefusedError(400, "bad", f"{name}: missing, or not of its kind.")
-    if given["paint"] not in PAINTS:
+    if values["paint"] not in PAINTS:
         raise RefusedError(400, "bad", f"paint: pick one of {', '.join(PAINTS)}.")
-    return Decision(**given)  # type: ignore[arg-type]
+    return Decision(**values)  # type: ignore[arg-type]
 
 
 PAGE = Path(__file__).parent / "page"

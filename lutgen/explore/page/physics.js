@@ -113,7 +113,7 @@ export function physicsOf(server, page) {
     const words = element("div", { class: "words", id: `${id}-words` }, sentence.replaceAll("``", ""));
     const rival = element(
       "span",
-      { class: "rival", title: "These readings do not tell it from what was found" },
+      { class: "rival", title: "These readings do not distinguish this effect from the verdict's effect" },
       "rival",
     );
     const label = element("label", { for: id }, name, " ", rival);

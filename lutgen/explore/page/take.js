@@ -27,7 +27,7 @@ export function takeOf(server, page) {
   /** @param {string} what @param {HTMLButtonElement} button */
   const take = async (what, button) => {
     const { mode, hours } = page.shown();
-    byId("take-state").textContent = `Making it, ${mode} at ${spaced(hours)} h …`;
+    byId("take-state").textContent = `Making the file, ${mode} at ${spaced(hours)} h …`;
     const making = new AbortController();
     const cancel = byId("take-cancel");
     cancel.onclick = () => making.abort();
@@ -73,7 +73,7 @@ export function takeOf(server, page) {
     const doubtful = page.error()?.effects.filter((each) => !each.supported) ?? [];
     const said = doubtful.map((each) => each.said);
     if (!said.length && support?.keep) said.push(support.sentence);
-    if (page.error()?.what_if) said.push("Values of “what if” are not taken away: files and commands are the fit's.");
+    if (page.error()?.what_if) said.push("Files and commands are of the fit: they do not include “what if” values.");
     tell("take-warning", said.join(" "));
     await trying("take-trouble", async () => {
       /** @type {import("./contract").Command[]} */

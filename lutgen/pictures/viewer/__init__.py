@@ -25,12 +25,12 @@ FOLDER = Path(__file__).parent
 LARGEST, WHITE = 100.0, 65_280.0
 
 
-def viewer_table(shown: Array, apart: tuple[Array, Array] | None) -> NDArray[np.uint16]:
-    """Return code values (..., 3) as RGBA in uint16; A is ΔE2000 between the two colours of ``apart``, if given."""
+def viewer_table(shown: Array, pair: tuple[Array, Array] | None) -> NDArray[np.uint16]:
+    """Return code values (..., 3) as RGBA in uint16; A is ΔE2000 between the two colours of ``pair``, if given."""
     table = np.full((*shown.shape[:-1], 4), 65_535.0)
     table[..., :3] = np.clip(shown * WHITE, 0.0, 65_535.0)
-    if apart is not None:
-        before, after = (linear_to_lab(code_to_linear(code.reshape(-1, 3))) for code in apart)
+    if pair is not None:
+        before, after = (linear_to_lab(code_to_linear(code.reshape(-1, 3))) for code in pair)
         share = np.minimum(delta_e_2000(before, after) / LARGEST, 1.0)
         table[..., 3] = 65_535.0 * share.reshape(shown.shape[:-1])
     return np.rint(table).astype("<u2")

@@ -34,8 +34,7 @@ async function ask(what, body = {}, options = {}) {
       ...options,
     });
   } catch {
-    throw new Refused("gone", "lutgen does not answer: it was stopped, or has ended. What you saved with Enter is
-    kept.");
+    throw new Refused("gone", "lutgen does not answer: it was stopped, or has ended. What you saved with Enter is kept.");
   }
   const content = await reply.json().catch(() => ({ why: "gone", error: "lutgen gave no answer that makes sense." }));
   if (!reply.ok) throw new Refused(content.why, content.error);
@@ -152,17 +151,17 @@ addEventListener("pageshow", (event) => {
 
 // Reasons against reading on this screen
 
-const room = () => ({ width: innerWidth, height: innerHeight -
-Math.max($("reading").querySelector("footer").offsetHeight, 104) }); const warnings = () =>
-screenOf.warnings(setup.largest, room());
+const room = () => ({ width: innerWidth, height: innerHeight - Math.max($("reading").querySelector("footer").offsetHeight, 104) });
+const warnings = () => screenOf.warnings(setup.largest, room());
 
 function listWarnings(found) {
   for (const place of document.querySelectorAll(".warnings")) {
     const list = document.createElement("ul");
     for (const sentence of found.values()) {
       list.append(Object.assign(document.createElement("li"), { textContent: sentence }));
-    } const lead = Object.assign(document.createElement("p"), { textContent: "Put this right before you go on, if you
-    can:" }); place.replaceChildren(...(found.size ? [lead, list] : []));
+    }
+    const lead = Object.assign(document.createElement("p"), { textContent: "Put this right before you go on, if you can:" });
+    place.replaceChildren(...(found.size ? [lead, list] : []));
   }
 }
 
@@ -192,21 +191,26 @@ const spacePauses = () => !setup.categories.some((each) => each.key === " ");
 const letterPauses = () => !setup.categories.some((each) => each.key.toLowerCase() === "p");
 
 function welcome() {
-  const left = setup.images - setup.read; const toPractise = setup.practice - setup.practised; $("who").textContent =
-  setup.reader; $("title").textContent = `Reading session ${setup.session} of ${setup.sessions}`; const going =
-  setup.read || setup.practised; const first = toPractise ? `First ${images(toPractise)} to practise on, which
-  ${toPractise === 1 ? "does" : "do"} not count; then ` : ""; const now = first ? `${first}${images(left)}.` :
-  `${images(left)} to read.`; $("task").textContent = going && setup.read ? `Welcome back: ${setup.read} of
-  ${setup.images} are saved. ${images(left)} are left.` : now;
-  $("keys").replaceChildren(...setup.categories.flatMap((each, i) => [i ? ", " : "", key(each.key), ` ${each.name}
-  (${side(each)})`])); const [lowest, highest] = setup.ease; const ten = highest >= 10 && lowest <= 10 ? [", ",
-  key("0"), " is 10"] : []; $("ease-keys").replaceChildren(key(`${lowest}`), ` very hard to ${highest} very easy`,
-  ...ten); $("pause-keys").replaceChildren(...(letterPauses() ? [key("P"), " or "] : []), key("Space"));
-  $("pause-key").textContent = letterPauses() ? "P" : "Space"; buttons("diagnosis", setup.categories.map((each) => ({
-  value: each.name, label: each.name, mark: each.key, small: side(each) }))); const marks = Array.from({ length: highest
-  - lowest + 1 }, (_, i) => lowest + i); const ends = { [lowest]: "hard", [highest]: "easy" }; buttons("ease",
-  marks.map((value) => ({ value, label: `${value}`, mark: value === 10 ? "0" : "", small: ends[value] ?? "" })));
-  listWarnings(warnings()); show("welcome");
+  const left = setup.images - setup.read;
+  const toPractise = setup.practice - setup.practised;
+  $("who").textContent = setup.reader;
+  $("title").textContent = `Reading session ${setup.session} of ${setup.sessions}`;
+  const going = setup.read || setup.practised;
+  const first = toPractise ? `First ${images(toPractise)} to practise on, which ${toPractise === 1 ? "does" : "do"} not count; then ` : "";
+  const now = first ? `${first}${images(left)}.` : `${images(left)} to read.`;
+  $("task").textContent = going && setup.read ? `Welcome back: ${setup.read} of ${setup.images} are saved. ${images(left)} are left.` : now;
+  $("keys").replaceChildren(...setup.categories.flatMap((each, i) => [i ? ", " : "", key(each.key), ` ${each.name} (${side(each)})`]));
+  const [lowest, highest] = setup.ease;
+  const ten = highest >= 10 && lowest <= 10 ? [", ", key("0"), " is 10"] : [];
+  $("ease-keys").replaceChildren(key(`${lowest}`), ` very hard to ${highest} very easy`, ...ten);
+  $("pause-keys").replaceChildren(...(letterPauses() ? [key("P"), " or "] : []), key("Space"));
+  $("pause-key").textContent = letterPauses() ? "P" : "Space";
+  buttons("diagnosis", setup.categories.map((each) => ({ value: each.name, label: each.name, mark: each.key, small: side(each) })));
+  const marks = Array.from({ length: highest - lowest + 1 }, (_, i) => lowest + i);
+  const ends = { [lowest]: "hard", [highest]: "easy" };
+  buttons("ease", marks.map((value) => ({ value, label: `${value}`, mark: value === 10 ? "0" : "", small: ends[value] ?? "" })));
+  listWarnings(warnings());
+  show("welcome");
 }
 
 const side = (category) => (category.positive ? "positive" : "negative");
@@ -257,11 +261,17 @@ async function showNext() {
   if (given.done) {
     await finish(given);
     return;
-  } trial = { ...given, start: null, paint: "animation-frame", category: null, ease: null, decided: null, first: null,
-  pauses: [], pausedAt: null }; const mine = trial; $("badge").hidden = !given.practice; $("place").textContent =
-  `${given.number} of ${given.of}`; Object.assign($("bar"), { max: given.of, value: given.number - 1 }); refresh();
-  show("reading"); const label = `${given.practice ? "Practice image" : "Image"} ${given.number} of ${given.of}`; let
-  start; try {
+  }
+  trial = { ...given, start: null, paint: "animation-frame", category: null, ease: null, decided: null, first: null, pauses: [], pausedAt: null };
+  const mine = trial;
+  $("badge").hidden = !given.practice;
+  $("place").textContent = `${given.number} of ${given.of}`;
+  Object.assign($("bar"), { max: given.of, value: given.number - 1 });
+  refresh();
+  show("reading");
+  const label = `${given.practice ? "Practice image" : "Image"} ${given.number} of ${given.of}`;
+  let start;
+  try {
     start = await picture.display(`picture/${given.picture}`, label, (time) => {
       if (mine.first === null && !mine.pauses.length) Object.assign(mine, { start: time, paint: "element-timing" });
     });
@@ -375,8 +385,7 @@ document.addEventListener("visibilitychange", () => {
 
 // Keys and buttons
 
-const fullScreen = () => (document.fullscreenElement ? document.exitFullscreen() :
-document.documentElement.requestFullscreen?.())?.catch(() => {});
+const fullScreen = () => (document.fullscreenElement ? document.exitFullscreen() : document.documentElement.requestFullscreen?.())?.catch(() => {});
 
 const presses = {
   begin: () => attempt(async () => { await accept(); await next(); }),
@@ -397,13 +406,17 @@ for (const [id, action] of Object.entries(presses)) {
 }
 
 function keyWhileReading(event) {
-  const category = setup.categories.find((each) => each.key.toLowerCase() === event.key.toLowerCase()); const [lowest,
-  highest] = setup.ease; const mark = /^[0-9]$/.test(event.key) ? (event.key === "0" && lowest > 0 ? 10 :
-  Number(event.key)) : NaN; if (event.key === "Backspace") takeBack(); else if (event.key === "Enter") confirm(); else
-  if (trial?.category === null && category) choose(category.name, event.timeStamp); else if (mark >= lowest && mark <=
-  highest) rate(mark); else if ((letterPauses() && event.key.toLowerCase() === "p") || (event.key === " " &&
-  spacePauses())) presses.pause(event); else if (event.key.toLowerCase() === "f") fullScreen(); else return
-  picture.moveByKey(event.key); return true;
+  const category = setup.categories.find((each) => each.key.toLowerCase() === event.key.toLowerCase());
+  const [lowest, highest] = setup.ease;
+  const mark = /^[0-9]$/.test(event.key) ? (event.key === "0" && lowest > 0 ? 10 : Number(event.key)) : NaN;
+  if (event.key === "Backspace") takeBack();
+  else if (event.key === "Enter") confirm();
+  else if (trial?.category === null && category) choose(category.name, event.timeStamp);
+  else if (mark >= lowest && mark <= highest) rate(mark);
+  else if ((letterPauses() && event.key.toLowerCase() === "p") || (event.key === " " && spacePauses())) presses.pause(event);
+  else if (event.key.toLowerCase() === "f") fullScreen();
+  else return picture.moveByKey(event.key);
+  return true;
 }
 
 addEventListener("keydown", (event) => {

@@ -59,10 +59,11 @@ export function warnings([width, height], room) {
   }
   if (matchMedia(media.gamut).matches) {
     found.set("gamut", "This screen shows more colours than sRGB. Set it to its sRGB mode.");
-  } if (matchMedia(media.hdr).matches) found.set("hdr", "This screen is in a high dynamic range mode. Turn HDR off.");
-  if (matchMedia(media.inverted).matches) found.set("inverted", "The system inverts colours. Turn that off."); if
-  (matchMedia(media.forced).matches) found.set("forced", "The system forces colours on pages. Turn contrast themes
-  off."); if (altered) {
+  }
+  if (matchMedia(media.hdr).matches) found.set("hdr", "This screen is in a high dynamic range mode. Turn HDR off.");
+  if (matchMedia(media.inverted).matches) found.set("inverted", "The system inverts colours. Turn that off.");
+  if (matchMedia(media.forced).matches) found.set("forced", "The system forces colours on pages. Turn contrast themes off.");
+  if (altered) {
     found.set("altered", "This browser changes the pixels of images, perhaps against tracking. Use another one.");
   }
   return found;
