@@ -1,8 +1,8 @@
-"""The local server of lutgen's pages, on the loopback address 127.0.0.1 alone.
+"""The local server of lutgen's pages, only on the loopback address 127.0.0.1.
 
-Other machines cannot reach 127.0.0.1, but other pages in the same browser and other users of the computer can. The
-server checks three things: ``Host``, against names that resolve to 127.0.0.1; ``Origin``, against pages of other
-origins; and a random word in the address, which only the user who started the server is told.
+Other machines cannot reach 127.0.0.1, but other pages in the same browser and other users of the computer can. So the
+server checks three things: ``Host``, against foreign names that resolve to 127.0.0.1; ``Origin``, against pages of
+other origins; and a random word in the address, which only the user who started the server gets.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 
 HOST = "127.0.0.1"
 
-#: Requests that are answered at the same time; one more is refused.
+#: Most requests that are answered at the same time. Further requests are refused.
 MOST_AT_ONCE = 64
 
-#: Headers of every reply: the browser stores nothing, runs no foreign code, and tells other pages nothing.
+#: Headers of every response: the browser caches nothing, runs no foreign code, and tells other origins nothing.
 HEADERS = {
     "Cache-Control": "no-store",
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; "
@@ -45,7 +45,7 @@ HEADERS = {
     "X-Content-Type-Options": "nosniff",
 }
 
-#: Suffix of a page's file → what it is.
+#: Suffix of a page's file → its media type.
 KINDS = {
     ".html": "text/html; charset=utf-8",
     ".css": "text/css; charset=utf-8",
@@ -59,10 +59,10 @@ KINDS = {
 
 
 class RefusedError(LutgenError):
-    """A request is refused; ``why`` is a word for the page, ``status`` the code of HTTP."""
+    """A refused request; ``why`` is a key word for the page, ``status`` is the HTTP status."""
 
     def __init__(self, status: int, why: str, message: str) -> None:
-        """Take the HTTP status, the page's word for it, and a sentence for the reader."""
+        """Take the HTTP status, the key word for the page, and a sentence for the user."""
         super().__init__(message)
         self.status, self.why = status, why
 
@@ -71,27 +71,27 @@ NOTHING = RefusedError(404, "bad", "There is nothing here.")
 
 
 def new_address(listening: socket) -> tuple[str, str]:
-    """Return the address of a page that will be served on a port, and the random word in it."""
+    """Return the address of a page on a port, and the random word in the address."""
     word = secrets.token_urlsafe(24)
     return f"http://{HOST}:{listening.getsockname()[1]}/{word}/", word
 
 
 class Guard:
-    """Passes on requests with the right Host, Origin and random word, and removes the word from their path."""
+    """Passes requests with the right Host, Origin and random word to an application, without the word in the path."""
 
     def __init__(self, app: ASGIApp, listening: socket, word: str) -> None:
-        """Guard an application that is served on a port, by the word of its address."""
+        """Guard an application that is served on a port, by the random word of its address."""
         self._app, self._at_once, self._word = app, 0, word
         self._host = f"{HOST}:{listening.getsockname()[1]}".encode()
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Answer a request (ASGI)."""
+        """Answer an ASGI request."""
 
         async def send_marked(message: Message) -> None:
             if message["type"] == "http.response.start":
-                given = {name.lower() for name, _ in message["headers"]}
+                present = {name.lower() for name, _ in message["headers"]}
                 new = [(name.lower().encode(), value.encode()) for name, value in HEADERS.items()]
-                message["headers"] = [*message["headers"], *(each for each in new if each[0] not in given)]
+                message["headers"] = [*message["headers"], *(each for each in new if each[0] not in present)]
             await send(message)
 
         refusal = self._refusal(scope)
@@ -124,7 +124,7 @@ class Guard:
 
 
 def application(routes: Sequence[BaseRoute]) -> ASGIApp:
-    """Return an application whose errors are sentences in JSON."""
+    """Return an application that sends errors as sentences in JSON."""
     from starlette.applications import Starlette
     from starlette.exceptions import HTTPException
 
@@ -140,7 +140,7 @@ def application(routes: Sequence[BaseRoute]) -> ASGIApp:
 
 
 def refused(error: RefusedError) -> Response:
-    """Return the reply of a refusal, after which the connection is closed: a body may not have been read."""
+    """Return the response for a refused request. The connection is closed, since a body may be unread."""
     from starlette.responses import JSONResponse
 
     headers = {"Connection": "close"}
@@ -148,12 +148,13 @@ def refused(error: RefusedError) -> Response:
 
 
 async def pieces(request: Request, most: int, what: str) -> AsyncIterator[bytes]:
-    """Yield the body of a request piece by piece; refuse a body of more than ``most`` bytes.
+    """Yield the body of a request in pieces. Refuse a body of more than ``most`` bytes.
 
     Raises
     ------
     RefusedError
-        The stated or the real length is larger, the stated length is no number, or the page went away before its end.
+        The stated or the real length is larger, the stated length is no number, or the page disconnected before the
+        end.
 
     """
     from starlette.requests import ClientDisconnect
@@ -178,12 +179,12 @@ def _too_large(most: int, what: str) -> RefusedError:
 
 
 async def body(request: Request, most: int, what: str = "A request") -> bytes:
-    """Read what a page sends; errors as :func:`pieces`."""
+    """Return the whole body of a request; errors as :func:`pieces`."""
     return b"".join([piece async for piece in pieces(request, most, what)])
 
 
 async def json_body(request: Request, most: int = 16_384) -> dict[str, Any]:
-    """Read the JSON object that a page sends; errors as :func:`pieces`, and for what is none."""
+    """Return the JSON object in a request's body; errors as :func:`pieces`, and for a body that is no JSON object."""
     from lutgen.documents import from_json
 
     data = await body(request, most)
@@ -197,7 +198,7 @@ async def json_body(request: Request, most: int = 16_384) -> dict[str, Any]:
 
 
 def page_file(folder: Path, name: str) -> tuple[bytes, str]:
-    """Return a file of a page and what it is. Raises RefusedError for all that is no file in the folder."""
+    """Return a file of a page and its media type. Raises RefusedError if the folder has no such file."""
     from pathlib import PurePosixPath
 
     kind = KINDS.get(PurePosixPath(name).suffix)
@@ -211,17 +212,17 @@ def page_file(folder: Path, name: str) -> tuple[bytes, str]:
 
 
 def port_taken(port: int) -> socket:
-    """Bind a port of this computer (0: any free one), before any other work is done.
+    """Bind a port of this computer (0: any free port), before other work begins.
 
-    Raises LutgenError: another program has the port, there is no such port, or starlette or uvicorn is not installed.
+    Raises LutgenError: another program uses the port, there is no such port, or starlette or uvicorn is not installed.
     """
     check_installed()
     if not 0 <= port <= 65535:
         raise LutgenError(f"--port {port}: give 1 to 65535, or 0 for any that is free.")
-    # Named as TCP: only then asyncio sends each piece at once. Else a reply's body waits 40 ms for its head's receipt.
+    # With the protocol TCP, asyncio sends each piece at once. Otherwise a body waits 40 ms until its head is received.
     listening = socket(AF_INET, SOCK_STREAM, IPPROTO_TCP)
     try:
-        # A port of a server that has ended may be taken at once. Windows would share one in use.
+        # Allow the port of a server that has just ended. Not on Windows, where a port in use would be shared.
         if sys.platform != "win32":
             listening.setsockopt(SOL_SOCKET, SO_REUSEADDR, 1)
         listening.bind((HOST, port))
@@ -234,7 +235,7 @@ def port_taken(port: int) -> socket:
 
 
 def check_installed() -> None:
-    """Raise LutgenError, which says what to install, where what serves pages is missing."""
+    """Raise LutgenError, which says what to install, if a package that serves pages is missing."""
     if not (find_spec("starlette") and find_spec("uvicorn")):
         raise LutgenError(
             "pages need starlette and uvicorn, which are not installed. Run: pip install 'lutgen[explore]'"
@@ -242,16 +243,16 @@ def check_installed() -> None:
 
 
 async def _nothing() -> None:
-    """End nothing beside the server."""
+    """Do nothing: only the server ends."""
 
 
 def server_of(guarded: Guard, ending: Callable[[], Awaitable[None]] = _nothing) -> Server:
-    """Return the server of a guarded application, for the caller to run; it awaits ``ending`` before it shuts down."""
+    """Return the server of a guarded application. The caller runs it; it awaits ``ending`` before it shuts down."""
     from uvicorn import Config, Server
 
     class Ending(Server):
         async def shutdown(self, sockets: list[socket] | None = None) -> None:
-            # Before uvicorn raises the signal again, which cancels everything that is awaited.
+            # Before super().shutdown: uvicorn then raises the signal again, which cancels all awaited work.
             await ending()
             await super().shutdown(sockets)
 
@@ -275,7 +276,7 @@ def server_of(guarded: Guard, ending: Callable[[], Awaitable[None]] = _nothing) 
 
 @contextmanager
 def served(app: ASGIApp, listening: socket) -> Iterator[str]:
-    """Serve an application in the background until the end of the block; gives its address."""
+    """Serve an application in the background until the end of the ``with`` block; yield its address."""
     address, word = new_address(listening)
     server = server_of(Guard(app, listening, word))
     thread = Thread(target=server.run, kwargs={"sockets": [listening]}, daemon=True)

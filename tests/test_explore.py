@@ -23,7 +23,7 @@ import pytest
 
 from lutgen import DisplayModel
 from lutgen.errors import LutgenError
-from lutgen.explore.commands import Asked, commands, example_readings, tissue
+from lutgen.explore.commands import WindowState, commands, example_readings, tissue
 from lutgen.explore.exchange import IMAGE, READINGS, gathered
 from lutgen.explore.fitting import Fitting
 from lutgen.explore.imaging import Imaging
@@ -331,11 +331,11 @@ def test_sessions_dropped_together_need_hours_and_then_are_a_campaign(tmp_path: 
 
 @pytest.mark.numbers
 def test_commands_are_lines_to_copy() -> None:
-    asked = Asked(
+    state = WindowState(
         "my data.csv", "w1/slide.png", on=("leak", "eotf-drift"), expressions=(("leak", "xyz + k*tau*white"),),
         dropped=frozenset({"w1/slide.png"}),
     )  # fmt: skip
-    lines = [each["command"] for each in commands(asked, last=18_000.0, keep=True, mode="chroma", hours=9000.5)]
+    lines = [each["command"] for each in commands(state, last=18_000.0, keep=True, mode="chroma", hours=9000.5)]
     assert shlex.split(lines[0]) == [
         "lutgen", "refine", "my data.csv", "--add", "eotf-drift", "--add-expr", "leak: xyz + k*tau*white", "--keep",
         "-o", "my-display.toml",
@@ -347,19 +347,19 @@ def test_commands_are_lines_to_copy() -> None:
     assert lines[4] == ("lutgen build --model my-display.toml --hours 9000.5 --mode chroma --format cube -o this-hour")
     assert "lutgen report slide.png " in lines[5]
     shown = {"last": 100.0, "keep": False, "mode": "chroma", "hours": 1.0}
-    plain = commands(Asked("a.csv", "b.png"), **shown, between=["crosstalk", "loading"])  # type: ignore[arg-type]
+    plain = commands(WindowState("a.csv", "b.png"), **shown, between=["crosstalk", "loading"])  # type: ignore[arg-type]
     assert plain[2]["command"] == "lutgen plan a.csv --between crosstalk,loading -o next.csv"
     assert plain[3]["command"] == "lutgen build --display a.csv --hours 0..100 -o aged"
     for baseline in FORETELLING_BASELINES:
         # Without effects such a display does not age, and build refuses it.
-        few = commands(Asked("a.csv", "b.png", baseline=baseline), **shown)  # type: ignore[arg-type]
+        few = commands(WindowState("a.csv", "b.png", baseline=baseline), **shown)  # type: ignore[arg-type]
         assert [shlex.split(each["command"])[1] for each in few] == ["compare", "diagnose", "plan"]
 
 
 class Looping:
     """An object whose method never ends."""
 
-    beside = frozenset[str]()
+    concurrent = frozenset[str]()
 
     def __init__(self, tell: Any) -> None:
         tell("begun", {"printed": print("to standard output, where the frames are")})

@@ -334,7 +334,7 @@ def test_every_command_that_draws_shows_places(files: Path, monkeypatch: pytest.
         ("apply a.png --lut x.cube --on-screen -o c.png", "does not know where on the screen"),
         ("apply a.png --build x --mode chroma --hours 1 --place 0,0,1,1 -o c.png", "does not know where on the screen"),
         ("apply a.png --mode chroma --hours 1 --on-screen -o c.png", "nothing in this model depends on the place"),
-        ("figure 5 a.png --model model.toml --on-screen -o c.png", "counts colours wherever on the screen they lie"),
+        ("figure 5 a.png --model model.toml --on-screen -o c.png", "colours at all places of the screen together"),
         ("map a.png --mode chroma --hours 1 --uniformity none.csv -o c.png", "no such file"),
     ],
 )

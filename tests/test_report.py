@@ -315,7 +315,7 @@ def test_readings_add_the_diagnosis_and_the_pictures_are_of_their_display(
     assert "several: More than one effect is missing: eotf-drift" in page.text
     assert "the error falls from" in page.text
     assert "This display is simulated, not measured." in page.text
-    assert "what follows judges" not in page.text
+    assert "this section is about" not in page.text
     before, _, after = page.text.partition("The picture as the display ages")
     assert "several: More than one effect is missing: eotf-drift" in before, "the verdict is on top"
     comparison = compare(read_measurements(data))

@@ -391,7 +391,7 @@ def test_an_analysis_of_answers_says_what_its_design_cannot_show() -> None:
     moved_on = {"none": "chroma", "chroma": "none"}
     square = [replace(each, reader="B", condition=moved_on[each.condition]) for each in paper_like[:20]]
     said = " ".join(analyse_answers([*paper_like, *square]).limits)
-    assert "each reader read an image under one condition, and other readers read it under others" in said
+    assert "each reader read an image under one condition, and other readers read the image under other" in said
     assert "each image was read" not in said
     said = " ".join(analyse_answers(crossed).limits)
     assert "the same images under several conditions" in said

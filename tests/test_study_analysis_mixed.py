@@ -133,7 +133,7 @@ def test_ease_at_the_end_of_its_scale_is_said() -> None:
 def test_conditions_that_are_sessions_cannot_be_told_apart() -> None:
     whole = tuple(answer for answer in answers(2) if (answer.session == 2) == (answer.condition == "none"))
     two = tuple(answer for answer in whole if answer.condition != "chroma")
-    assert models(two)["time"].notes == ("not fitted: conditions and sessions cannot be told apart",)
+    assert models(two)["time"].notes == ("not fitted: the effects of conditions and of sessions cannot be separated",)
 
 
 def test_readers_who_read_one_condition_each_cannot_be_told_from_it() -> None:
@@ -143,7 +143,9 @@ def test_readers_who_read_one_condition_each_cannot_be_told_from_it() -> None:
         for answer in answers(2, readers=2)
         if answer.session == 2 or answer.condition == kept[int(answer.reader.split()[-1])]
     )
-    assert models(given)["agreement"].notes == ("not fitted: conditions and readers cannot be told apart",)
+    assert models(given)["agreement"].notes == (
+        "not fitted: the effects of conditions and of readers cannot be separated",
+    )
 
 
 def test_a_ratio_beyond_what_a_float_holds_is_infinite() -> None:

@@ -1,4 +1,4 @@
-"""The requests of the page, and the answers of its window: no maths, no files but those of the windows."""
+"""The requests of the page, and the responses of its window. No mathematics, and no files except the windows' files."""
 
 from __future__ import annotations
 
@@ -32,16 +32,16 @@ if TYPE_CHECKING:
 
 PAGE = Path(__file__).parent / "page"
 
-#: Files that this page shares with the report; their folder is not taken from their package, which imports numpy.
+#: Files that this page shares with the report. Their package is not imported for its path, since it imports numpy.
 VIEWER = Path(__file__).parents[1] / "pictures" / "viewer"
 VIEWER_FILES = ("viewer.js", "viewer.css")
 
 JSON = "application/json"
 
-#: The place in index.html of a window's first data: behind all elements that the page draws in.
+#: The place in index.html for a window's first data: after all elements in which the page draws.
 BEGINS = b"<!-- begins -->"
 
-#: Permission beside those of every page: this one shows pictures that its script makes, or that are dropped on it.
+#: Additional permission of this page: it shows pictures that its script creates, or that a user drops on the page.
 PICTURES = {
     "Content-Security-Policy": HEADERS["Content-Security-Policy"].replace(
         "img-src 'self'", "img-src 'self' blob: data:"
@@ -60,7 +60,7 @@ def explore_application(windows: Windows) -> ASGIApp:
             except RefusedError:
                 raise
             except LutgenError as error:
-                # Dropped files lie in the window's folders; users know them by their names alone.
+                # Dropped files lie in the window's folders; users know only their names.
                 raise LutgenError(re.sub(rf"{re.escape(str(window.folder))}/\d+/", "", str(error))) from None
 
         return Route(f"/api/{path}", endpoint, methods=list(methods))
@@ -97,7 +97,7 @@ def explore_application(windows: Windows) -> ASGIApp:
 
 
 def _page_with(windows: Windows) -> Response:
-    """Send the page at once, and the window's first data as soon as the window is open: the page starts meanwhile."""
+    """Send the page at once, and the window's first data when the window is open, so that the page starts early."""
     data, kind = page_file(PAGE, "index.html")
     page, _, rest = data.partition(BEGINS)
 
@@ -115,15 +115,15 @@ def _page_with(windows: Windows) -> Response:
 
 
 def _begins(content: dict[str, Any], *addresses: str) -> bytes:
-    """Write a window's first data, and the addresses that the page fetches at once."""
-    # In the text of a script only "<" is special, since it may end the script.
+    """Return HTML with a window's first data, and with the addresses that the page fetches first."""
+    # In a script element only "<" is special, since it may end the element.
     text = json.dumps(content).replace("<", "\\u003c")
     fetched = (f'<link rel="preload" as="fetch" crossorigin href="{escape(each)}">' for each in addresses)
     return "\n".join([*fetched, f'<script type="application/json" id="begins">{text}</script>']).encode()
 
 
 def _first_picture(window: Window) -> Iterator[str]:
-    """Addresses of what the page draws first, written as picture.js writes them."""
+    """Yield the addresses of the data that the page draws first, in the form that picture.js requests."""
     first = window.overview["first"]
     table = {"mode": first["mode"], "hours": f"{first['hours']:.15g}", "size": first["size"], "kind": "aged"}
     for topic, query in (("image", {}), ("table", table)):
@@ -146,8 +146,8 @@ def _overview_of(window: Window) -> dict[str, Any]:
         "window": window.name,
         "image": window.image or None,
         "error": json.loads(error) if error else None,
-        "on": list(window.asked.on),
-        "written": window.asked.written,
+        "on": list(window.state.on),
+        "written": window.state.written,
         "limits": LIMITS,
     }
     return {**window.overview, **more}
@@ -177,7 +177,7 @@ async def _drop(window: Window, request: Request) -> Response:
 async def _image(window: Window, request: Request) -> Response:
     if request.method == "POST":
         path = await kept(request, window.new_folder(), IMAGE, "An image")
-        window.asked = replace(window.asked, dropped=window.asked.dropped | {str(path)})
+        window.state = replace(window.state, dropped=window.state.dropped | {str(path)})
         return JSONResponse(await window.take_image(str(path)))
     if window.picture is None:
         raise RefusedError(404, "none", "There is no image yet.")
@@ -185,7 +185,7 @@ async def _image(window: Window, request: Request) -> Response:
 
 
 def _seen(request: Request) -> dict[str, Any]:
-    """Return mode and hours that a request names."""
+    """Return mode and hours of a request."""
     hours = number(request.query_params.get("hours", "0"))
     if hours is None or not isfinite(hours):
         raise LutgenError(f"hours={request.query_params['hours']!r}: is no number.")
@@ -193,7 +193,7 @@ def _seen(request: Request) -> dict[str, Any]:
 
 
 def _seen_with(request: Request) -> dict[str, Any]:
-    """Return mode and hours that a request names, and whether the effects that are switched on are left out."""
+    """Return mode and hours of a request, and whether the effects that are switched on are left out."""
     return {**_seen(request), "without": request.query_params.get("without") == "yes"}
 
 
@@ -223,51 +223,51 @@ async def _effects(window: Window, _request: Request) -> Response:
 
 
 async def _switch(window: Window, request: Request) -> Response:
-    asked = await json_body(request)
-    names = asked.get("effects")
+    content = await json_body(request)
+    names = content.get("effects")
     if not (isinstance(names, list) and all(isinstance(name, str) for name in names)):
         raise LutgenError('send {"effects": [names]}.')
     return Response(await window.switch(names), media_type=JSON)
 
 
 async def _baseline(window: Window, request: Request) -> Response:
-    """Compare with another model of the fresh display; effects are switched off."""
+    """Compare with another model of the fresh display. Effects are switched off."""
     baseline = (await json_body(request)).get("baseline")
     if not isinstance(baseline, str):
         raise LutgenError('send {"baseline": name}.')
-    await window.open(replace(window.asked, baseline=baseline, on=()))
+    await window.open(replace(window.state, baseline=baseline, on=()))
     return _overview(window)
 
 
 async def _what_if(window: Window, request: Request) -> Response:
-    asked = await json_body(request)
-    if not asked:
+    content = await json_body(request)
+    if not content:
         return Response(await window.what_if(), media_type=JSON)
-    effect, parameter, value = (asked.get(name) for name in ("effect", "parameter", "value"))
+    effect, parameter, value = (content.get(name) for name in ("effect", "parameter", "value"))
     if not (isinstance(effect, str) and isinstance(parameter, str) and isinstance(value, int | float)):
         raise LutgenError('send {"effect": name, "parameter": name, "value": number}, or {} for the fit.')
     return Response(await window.what_if(effect=effect, parameter=parameter, value=float(value)), media_type=JSON)
 
 
 async def _own(window: Window, request: Request) -> Response:
-    asked = window.asked
+    state = window.state
     if "name" in request.query_params:
         if request.query_params.get("trusted") != "yes":
             raise RefusedError(
                 403, "code", "A Python file is code that runs with your rights. Send trusted=yes for it."
             )
         path = await kept(request, window.new_folder(), CODE, "A file of effects")
-        # A file that its author has changed comes again under the same name.
-        others = tuple(each for each in asked.files if Path(each).name != path.name)
-        asked = replace(asked, files=(*others, str(path)), dropped=asked.dropped | {str(path)})
+        # A file of the same name is a new version, and replaces the old version.
+        others = tuple(each for each in state.files if Path(each).name != path.name)
+        state = replace(state, files=(*others, str(path)), dropped=state.dropped | {str(path)})
     else:
         content = await json_body(request)
         name, text = content.get("name"), content.get("expression")
         if not (isinstance(name, str) and isinstance(text, str)):
             raise LutgenError('send {"name": text, "expression": text}.')
-        formulas = tuple(each for each in asked.expressions if each[0] != name)
-        asked = replace(asked, expressions=(*formulas, (name, text)))
-    return Response(await window.own(asked), media_type=JSON)
+        formulas = tuple(each for each in state.expressions if each[0] != name)
+        state = replace(state, expressions=(*formulas, (name, text)))
+    return Response(await window.own(state), media_type=JSON)
 
 
 async def _find(window: Window, _request: Request) -> Response:
@@ -282,7 +282,7 @@ async def _cancel(window: Window, _request: Request) -> Response:
 
 async def _events(window: Window, _request: Request) -> Response:
     async def stream() -> AsyncIterator[bytes]:
-        # A comment is sent at once, so that the page knows that it is connected.
+        # A comment is sent at once: it tells the page that the connection is open.
         yield b": listening\n\n"
         async for topic, body in window.events():
             yield b"event: %s\ndata: %s\n\n" % (topic.encode(), body)
@@ -302,7 +302,7 @@ async def _take(window: Window, request: Request) -> Response:
 
 
 async def _while_wanted(request: Request, working: asyncio.Task[tuple[str, bytes]]) -> tuple[str, bytes]:
-    """Wait for work that takes minutes; the work is ended when the page disconnects, or its window ends."""
+    """Wait for work that may take minutes. The work is cancelled when the page disconnects or the window ends."""
 
     async def hung_up() -> None:
         while (await request.receive())["type"] != "http.disconnect":
@@ -321,8 +321,8 @@ async def _while_wanted(request: Request, working: asyncio.Task[tuple[str, bytes
 
 async def _commands(window: Window, request: Request) -> Response:
     support, error = (json.loads(window.news.get(name, b"{}")) for name in ("support", "error"))
-    # One effect may be unsupported beside others that improve the model.
+    # One effect may be unsupported although other effects improve the model.
     keep = bool(support.get("keep")) or not all(each["supported"] for each in error.get("effects", ()))
     last = window.overview["max_hours"]
     shown = {**_seen(request), "kind": _kind(request), "between": window.between}
-    return JSONResponse(commands(window.asked, last=last, keep=keep, **shown))
+    return JSONResponse(commands(window.state, last=last, keep=keep, **shown))

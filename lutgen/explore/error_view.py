@@ -1,4 +1,4 @@
-"""The error, the effects and the verdict as the page draws them: plain values of the library's results."""
+"""The error, the effects and the verdict as plain values for the page, from the library's results."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from lutgen.criticism.refine import Refinement
     from lutgen.explore.opened import Opened
 
-#: Standard errors to either side of a parameter: its 95 % interval.
+#: Half the width of a parameter's 95 % interval, in standard errors.
 INTERVAL = 1.96
 
 
@@ -38,7 +38,7 @@ def error_json(
     provisional: bool = False,
     what_if: bool = False,
 ) -> dict[str, Any]:
-    """Return the error of a model; ``refinement``: the fit that it is of, which knows what the readings support."""
+    """Return the error of a model; ``refinement``: its fit, from which the support by the readings follows."""
     return {
         "provisional": provisional,
         "what_if": what_if,
@@ -55,7 +55,7 @@ def error_json(
 
 
 def _sentence(comparison: Comparison) -> str:
-    """Say what ``lutgen compare`` says of the error, but for the numbers that the page shows in large."""
+    """Return the sentence of ``lutgen compare`` on the error, without the numbers that the page shows separately."""
     fails = comparison.where and not comparison.agrees
     return comparison.direction.sentence() if fails else comparison.sentence()
 
@@ -92,14 +92,14 @@ def _fitted(comparison: Comparison, opened: Opened, refinement: Refinement | Non
 
 
 def _interval(value: float, stderr: float | None, bounds: tuple[float, float]) -> tuple[float | None, float | None]:
-    """Ends of the 95 % interval within the bounds; None where no fit tells."""
+    """Return the ends of the 95 % interval within the bounds; None without a standard error."""
     if stderr is None:
         return None, None
     return max(value - INTERVAL * stderr, bounds[0]), min(value + INTERVAL * stderr, bounds[1])
 
 
 def _support(opened: Opened, refinement: Refinement) -> dict[str, tuple[bool, str]]:
-    """Whether the readings support each effect that was added, and why not: its BIC and its error, in turn."""
+    """Return for each added effect, in turn, whether the readings support it, and the reason if not: BIC and error."""
     support, before, error = {}, opened.course.base, refinement.before.ratio
     names = tuple(step.effect for step in refinement.steps)
     for place, step in enumerate(refinement.steps):
@@ -136,16 +136,16 @@ def _slices(comparison: Comparison) -> list[dict[str, Any]]:
 
 
 def _put_within(slices: Sequence[dict[str, Any]], sigma: Array) -> None:
-    """Add to each point the error of the other points' readings that it shares: drawn when a user chooses the point."""
-    # ``sigma`` are the errors of all readings in units of the noise, (n,).
+    """Add to each point the error of its readings that other points share: drawn when a user selects such a point."""
+    # ``sigma`` holds the errors of all readings in units of the noise, (n,).
     points = [point for each in slices for point in each["points"]]
     member = np.array([np.isin(np.arange(sigma.size), point["rows"]) for point in points], dtype=np.float64)
     member = member.reshape(len(points), sigma.size)
     squares, counts = member @ (member * sigma**2).T, member @ member.T
     mean = squares / np.where(counts > 0, counts, np.nan)
     diagonal = np.diag(mean)
-    # A point's error is in units of its own noise, whichever of its readings are looked at.
-    with np.errstate(invalid="ignore"):  # of readings without any error there is no ratio
+    # A point's error is in units of the point's own noise, for every subset of its readings.
+    with np.errstate(invalid="ignore"):  # without any error the ratio is undefined
         ratio = np.array([point["ratio"] for point in points])[:, np.newaxis] * np.sqrt(mean / diagonal[:, np.newaxis])
     for place, point in enumerate(points):
         of_this = iter(ratio[:, place].tolist())
@@ -156,7 +156,7 @@ def _put_within(slices: Sequence[dict[str, Any]], sigma: Array) -> None:
 
 
 def _place(problem: Problem, by: str, label: str, rows: Any) -> float | str:
-    """Where a slice stands on its axis: its hour, the mean of its column, or its name where it is no number."""
+    """Return a slice's place on its axis: its hour, the mean of its column, or its name if it has no number."""
     if by == "hour":
         return float(problem.hours[problem.hour_of[rows[0]]])
     if by not in COLUMNS:
@@ -184,13 +184,13 @@ def _readings(comparison: Comparison) -> list[dict[str, Any]]:
 
 
 def _shown(problem: Problem, xyz: Array) -> Any:
-    """Code values 0..255 of light beside the white of hour 0, which is shown as D65: (n, 3)."""
+    """Return code values 0..255 of light relative to the white of hour 0, which is shown as D65: (n, 3)."""
     linear = xyz_to_linear(xyz / problem.measured_tips[0, 0] * D65)
     return np.rint(255.0 * linear_to_code(np.clip(linear, 0.0, 1.0))).astype(int)
 
 
 def _drift(comparison: Comparison) -> list[dict[str, Any]]:
-    """Chromaticity u'v' of white and primaries at each hour at which they were read: measured and predicted."""
+    """Return measured and predicted chromaticity u'v' of white and primaries at each hour of their readings."""
     problem = comparison.problem
     rest = problem.readings.at_rest()[problem.rows]
     drive = problem.readings.drive[problem.rows]
@@ -211,7 +211,7 @@ def _uv(xyz: Array) -> list[float]:
 
 
 def effects_json(opened: Opened, alone: Mapping[str, float | None], on: Sequence[str]) -> list[dict[str, Any]]:
-    """List the effects that a search under this baseline may choose from, and those that the model has already."""
+    """Return the effects that a search under this baseline may choose, and the effects of the saved model."""
     seen, listed = opened.visibility(), []
     given = opened.given
     for name in (*given, *opened.choices):
@@ -235,7 +235,7 @@ def effects_json(opened: Opened, alone: Mapping[str, float | None], on: Sequence
 
 
 def _sees(each: Any) -> str:
-    """The smallest size of each effect that these readings can see, for the page's section of that name."""
+    """Return an effect's smallest size that these readings can detect, as text."""
     if not each.visible:
         return "cannot"
     if each.smallest_detectable is None:
@@ -245,9 +245,9 @@ def _sees(each: Any) -> str:
 
 
 def verdict_json(diagnosis: Diagnosis, opened: Opened) -> dict[str, Any]:
-    """Return the verdict's sentence, the effects that it adds to the model, their rivals, and what to measure next."""
+    """Return the verdict's sentence, the effects that it adds to the model, their rivals, and the next measurements."""
     verdict = diagnosis.verdict
-    # Of effects that these readings do not tell apart, the likeliest alone is added.
+    # Of effects that these readings do not distinguish, only the likeliest is added.
     added = [step.name for step in diagnosis.explanation.steps if step.name in verdict.effects]
     return {
         "name": verdict.name,

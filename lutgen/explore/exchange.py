@@ -1,8 +1,8 @@
-"""Files that go to the page and come from it.
+"""Files that the page uploads and downloads.
 
-Files that are dropped on the page are bounded, kept under safe names in the window's own folder, and then opened
-together: a table of readings, a campaign file, or sessions of one display, whose operating hours the page asks for. The
-command line makes the files to download, in a process that can be cancelled.
+Files that a user drops on the page are limited in size, stored under safe names in the window's own folder, and then
+opened together: a table of readings, a campaign file, or sessions of one display, whose operating hours the page asks
+for. Commands of the command line make the files to download, in a process that can be cancelled.
 """
 
 from __future__ import annotations
@@ -33,18 +33,18 @@ LUTS = ("cube", "clf", "icc")
 
 
 async def taken(window: Window, item: str, *, mode: str, hours: float, kind: str) -> tuple[str, bytes]:
-    """Make the file that the page asks for; return its name and bytes. Raises LutgenError as the command does."""
+    """Make the file that the page requests; return its name and bytes. Raises LutgenError as the command does."""
     place = window.new_folder()
     stem = Path(window.overview["name"]).stem
     if item == "patches":
         return f"{stem}-next.csv", await window.patches()
     if item == "readings":
-        return window.overview["name"], await asyncio.to_thread(Path(window.asked.data).read_bytes)
+        return window.overview["name"], await asyncio.to_thread(Path(window.state.data).read_bytes)
     model = place / MODEL
     await window.fits("save", path=str(model))
     if item == "model":
         return MODEL, await window.fits("model_text")
-    asked, shown = replace(window.asked, dropped=frozenset()), ["--model", str(model)]
+    state, shown = replace(window.state, dropped=frozenset()), ["--model", str(model)]
     if item in LUTS:
         await _run(
             build_words(shown, *lut_options(mode, hours, item, kind), "--no-certificates", to=str(place / "lut"))
@@ -54,13 +54,13 @@ async def taken(window: Window, item: str, *, mode: str, hours: float, kind: str
         await _run(build_words(shown, "--hours", f"0..{window.overview['max_hours']:g}", to=str(place / "aged")))
         return f"{stem}-aged.zip", zipped(place / "aged")
     if item == "report":
-        await _run(report_words(asked, shown, to=str(place / "report.html")))
+        await _run(report_words(state, shown, to=str(place / "report.html")))
         return f"{stem}-report.html", (place / "report.html").read_bytes()
     raise LutgenError(f"take {item!r}: pick one of model, {', '.join(LUTS)}, build, report, patches, readings.")
 
 
 async def _run(words: Sequence[str]) -> None:
-    """Run a lutgen command; the command is ended when the request is cancelled."""
+    """Run a lutgen command. The command is ended when the request is cancelled."""
     process = await asyncio.create_subprocess_exec(
         sys.executable, "-P", "-m", *words,
         stdin=asyncio.subprocess.DEVNULL,
@@ -79,13 +79,13 @@ async def _run(words: Sequence[str]) -> None:
 
 
 def _only(folder: Path, suffix: str) -> bytes:
-    """Read the one LUT of a build."""
+    """Return the bytes of a build's only LUT."""
     (file,) = folder.rglob(f"*.{suffix}")
     return file.read_bytes()
 
 
 def zipped(folder: Path) -> bytes:
-    """Pack a folder; the same files give the same bytes."""
+    """Return a ZIP archive of a folder; the same files give the same bytes."""
     packed = io.BytesIO()
     with ZipFile(packed, "w", ZIP_DEFLATED) as archive:
         for path in sorted(each for each in folder.rglob("*") if each.is_file()):
@@ -93,18 +93,18 @@ def zipped(folder: Path) -> bytes:
     return packed.getvalue()
 
 
-#: Bytes of readings, of an image and of a Python file that the page may send.
+#: Most bytes of readings, of an image and of a Python file that the page may send.
 READINGS, IMAGE, CODE = 8_000_000, 300_000_000, 200_000
 
-#: Files of a session or a campaign that are dropped together.
+#: Most files that are dropped together.
 MOST_FILES = 200
 
-#: Limits as the page gets them, so that it does not send files that would be refused.
+#: Limits for the page, so that it does not send files that would be refused.
 LIMITS = {"readings": READINGS, "image": IMAGE, "code": CODE}
 
 
 async def kept(request: Request, folder: Path, most: int, what: str) -> Path:
-    """Write what the page sends into a folder, under the name that it gives; errors as ``lutgen.server.pieces``."""
+    """Write a file that the page sends into a folder, under the file's name; errors as ``lutgen.server.pieces``."""
     name = PurePosixPath(request.query_params.get("name", "").replace("\\", "/")).name
     if not name.isprintable() or name in ("", ".", "..") or len(name.encode()) > 200:
         raise RefusedError(400, "bad", f"name={name!r}: give the file's name.")
@@ -120,13 +120,13 @@ async def kept(request: Request, folder: Path, most: int, what: str) -> Path:
 
 
 def gathered(paths: Sequence[str], hours: Sequence[float] | None, *, same: bool = False) -> dict[str, Any]:
-    """Return ``data``, the file to read; or ``needs_hours``, the sessions whose hours only a person knows.
+    """Return ``data``, the file to read; or ``needs_hours``, the sessions whose hours the user must give.
 
-    ``same``: they are of one display although they look like several.
+    ``same``: the sessions are of one display although they look like several displays.
 
-    Raises LutgenError: as ``lutgen sessions init``, or as many hours as there are sessions were not given.
+    Raises LutgenError: as ``lutgen sessions init``, or the number of hours differs from the number of sessions.
     """
-    # The server takes files and opens none: it starts sooner without the modules that open them.
+    # The server only receives files: it starts faster without the modules that read them.
     from lutgen.history.draft import check_one_display
     from lutgen.readings import read_session
 

@@ -1,4 +1,4 @@
-"""The object of the fitting process: the open readings, and the effects that are switched on."""
+"""The object in the fitting process: the open readings, and the effects that are switched on."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
 
 class Fitting:
-    """Readings and their model, asked by the window (:mod:`lutgen.explore.process`)."""
+    """Readings and their model. The window calls its methods (:mod:`lutgen.explore.process`)."""
 
-    beside = frozenset[str]()
+    concurrent = frozenset[str]()
 
     def __init__(self, tell: Callable[..., None]) -> None:
-        """Take the function that tells the window the news of :meth:`idle` and :meth:`find`."""
+        """Take the function that sends events of :meth:`idle` and :meth:`find` to the window."""
         self._tell = tell
         self._opened: Opened | None = None
         self._on: tuple[str, ...] = ()
@@ -43,8 +43,8 @@ class Fitting:
     ) -> dict[str, Any]:
         """Open readings, or the readings of a saved model, with some effects switched on.
 
-        If they are refused, the previous readings stay open. ``switch`` numbers what was switched, as in
-        :meth:`switch`.
+        If they are refused, the previous readings stay open. ``switch`` is the number of the request to switch effects,
+        as in :meth:`switch`.
         """
         opened = Opened(data, baseline, model, tuple(files), tuple(expressions))
         opened.check_effects()
@@ -54,7 +54,7 @@ class Fitting:
         return opened.overview()
 
     def gather(self, paths: Sequence[str], hours: Sequence[float] | None, *, same: bool) -> dict[str, Any]:
-        """Make one file of readings of files that were dropped together (:func:`lutgen.explore.exchange.gathered`)."""
+        """Return one file of readings from files dropped together (:func:`lutgen.explore.exchange.gathered`)."""
         from lutgen.explore.exchange import gathered
 
         return gathered(paths, hours, same=same)
@@ -66,7 +66,7 @@ class Fitting:
         return self._opened
 
     def idle(self) -> bool:
-        """Finish the fit that was asked for, say what it is worth, then try the effects one by one, each alone."""
+        """Finish the requested fit, test it on withheld readings, then fit each effect alone, one for each call."""
         if self._opened is None:
             return False
         if not self._settled:
@@ -78,7 +78,7 @@ class Fitting:
         return True
 
     def _settle(self) -> None:
-        """Fit what is switched on, as ``lutgen refine --add`` does, and tell the window."""
+        """Fit the effects that are switched on, as ``lutgen refine --add`` does, and send the result to the window."""
         # If the fit is refused, the effects fitted before are switched on again.
         from lutgen.explore.error_view import error_json
 
@@ -95,13 +95,13 @@ class Fitting:
         self._tell("effects", self.effects())
 
     def _judge(self) -> None:
-        """Predict readings that are withheld from the fit: whether ``lutgen refine`` asks for ``--keep``."""
+        """Predict readings withheld from the fit, and send whether ``lutgen refine`` requires ``--keep``."""
         self._judged = True
         refinement = self._now.refinement(self._on)
         self._tell("support", {"keep": not refinement.improves, "sentence": refinement.sentence()})
 
     def _try_one_alone(self) -> bool:
-        # Effects that these readings cannot see come last.
+        # Effects that these readings cannot detect come last.
         seen = self._now.visibility()
         choices = sorted(self._now.choices, key=lambda name: not (name in seen and seen[name].visible))
         name = next((each for each in choices if each not in self._alone), None)
@@ -115,15 +115,15 @@ class Fitting:
         return True
 
     def effects(self) -> list[dict[str, Any]]:
-        """List the effects: what each does, whether these readings can see it, how far the error falls with it."""
+        """Return the effects: what each does, whether these readings can detect it, and the error with it alone."""
         from lutgen.explore.error_view import effects_json
 
         return effects_json(self._now, self._alone, self._on)
 
     def switch(self, effects: list[str], switch: int = 0) -> dict[str, Any]:
-        """Switch these effects on: return the error after one linear step; the fit follows as news.
+        """Switch these effects on. Return the error after one linear step; the fit follows as an event.
 
-        Both carry the number ``switch``, since the fit may reach the page before the answer does.
+        Both have the number ``switch``, since the fit may reach the page before the response does.
         """
         from lutgen.criticism.search.first_step import first_step
         from lutgen.explore.error_view import error_json
@@ -139,7 +139,7 @@ class Fitting:
         return {**error, "on": on, "switch": switch}
 
     def what_if(self, effect: str | None = None, parameter: str = "", value: float = 0.0) -> dict[str, Any]:
-        """Give a parameter another value than the fit's, the others as they are; without an effect: the fit again."""
+        """Set a parameter to a value, with the other parameters as fitted; without an effect: return to the fit."""
         from lutgen.explore.error_view import error_json
 
         if not self._settled:
@@ -153,7 +153,7 @@ class Fitting:
         return error_json(comparison, now, what_if=True) | {"switch": self._switch}
 
     def own(self, files: Sequence[str], expressions: Sequence[str]) -> list[dict[str, Any]]:
-        """Take effects of the user's own beside the catalogue's; effects that are switched on stay on."""
+        """Add the user's own effects to the catalogue. Effects that are switched on stay on."""
         stay = self._now.take_own(tuple(files), tuple(expressions))
         self._settled = self._settled and stay.issuperset(self._on)
         self._on = tuple(name for name in self._on if name in self._now.effects)
@@ -162,7 +162,7 @@ class Fitting:
         return self.effects()
 
     def find(self) -> dict[str, Any]:
-        """Diagnose, telling progress; return the verdict."""
+        """Diagnose, and send progress as events; return the verdict."""
         from lutgen.explore.error_view import verdict_json
 
         diagnosis = self._now.diagnosis(
@@ -171,7 +171,7 @@ class Fitting:
         return verdict_json(diagnosis, self._now)
 
     def patches(self, between: Sequence[str]) -> bytes:
-        """Plan the next session: a patch list (.csv), to tell two effects apart or for general coverage."""
+        """Return the patch list (.csv) of the next session: to distinguish two effects, or for general coverage."""
         from lutgen.criticism.plan import plan
 
         now = self._now
@@ -187,7 +187,7 @@ class Fitting:
         return {}
 
     def model_text(self) -> bytes:
-        """Return the bytes of that file as it is beside the readings."""
+        """Return the bytes of the model file, with paths relative to the folder of the readings."""
         from lutgen.display.model_file import model_text
 
         return model_text(self._to_save(), Path(self._now.readings.file).parent)

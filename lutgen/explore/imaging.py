@@ -1,4 +1,4 @@
-"""The object of the imaging process, which reads one image, possibly a broken one, and then ends."""
+"""The object in the imaging process, which reads one image and then ends. The image may be broken."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ from lutgen.pictures.images import open_source
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-#: Pixels of the picture that is shown, and in a row of it; larger images are shown smaller, and measured in full.
+#: Most pixels of the shown picture, and of its rows. Larger images are shown reduced, but measured in full.
 SHOWN, WIDEST = 2_000_000, 2560
 
-#: Pixels of the largest image that the page accepts; larger images are for the command line.
+#: Pixels of the largest image that the page accepts. Larger images need the command line.
 MOST_PIXELS = 150_000_000
 
 
 class Imaging:
-    """An image, read by the window (:mod:`lutgen.explore.process`)."""
+    """Reads an image. The window calls its methods (:mod:`lutgen.explore.process`)."""
 
-    beside = frozenset[str]()
+    concurrent = frozenset[str]()
 
     def __init__(self, _tell: Callable[..., None]) -> None:
-        """Begin with none."""
+        """Begin without an image."""
 
     def idle(self) -> bool:
         """Return False: there is no work without a call."""
         return False
 
     def read(self, path: str, to: str) -> dict[str, Any]:
-        """Write the picture that is shown (PNG), and say how large it and the image are."""
+        """Write the shown picture (PNG); return its size and the image's size."""
         with open_source(Path(path)) as source:
             pixels = source.width * source.height
         if pixels > MOST_PIXELS:
@@ -49,6 +49,6 @@ class Imaging:
         return {"width": width, "height": height, **shown, "note": note}
 
     def count(self, path: str, to: str) -> dict[str, Any]:
-        """Write the colours of the whole image, for the showing process to measure."""
+        """Write the counted colours of the whole image, for the showing process."""
         Path(to).write_bytes(pickle.dumps(count_colours(Path(path))))
         return {}

@@ -1,4 +1,4 @@
-"""The open readings, their model, and every fit of them so far."""
+"""The open readings, their model, and all fits so far."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
     from lutgen.progress import Progress
     from lutgen.readings import Measurements
 
-#: Points along an edge of the tables that the page shows.
+#: Points along an edge of the tables that the page applies.
 POINTS = 33
 
 
 class Opened:
-    """The open readings, and the model that effects are added to."""
+    """The open readings, and the model to which effects are added."""
 
     def __init__(
         self,
@@ -38,7 +38,7 @@ class Opened:
         files: tuple[str, ...] = (),
         expressions: tuple[str, ...] = (),
     ) -> None:
-        """Read them; errors as the command line's."""
+        """Read the readings and the model; errors as on the command line."""
         from lutgen.display import DisplayModel, load_model
         from lutgen.readings import read_measurements
 
@@ -61,9 +61,9 @@ class Opened:
         self._refined: dict[tuple[str, ...], Refinement] = {}
 
     def take_own(self, files: tuple[str, ...], expressions: tuple[str, ...]) -> set[str]:
-        """Take other effects of the user's own; return the names of unchanged effects, which keep their fits.
+        """Replace the user's own effects; return the names of unchanged effects, which keep their fits.
 
-        Raises LutgenError: an effect is refused, or breaks the contract; the effects before stay.
+        Raises LutgenError: an effect is refused, or breaks the contract. Then the previous effects stay.
         """
         from lutgen.criticism.diagnose import known_under
 
@@ -79,23 +79,23 @@ class Opened:
 
     @cached_property
     def effects(self) -> Mapping[str, Effect]:
-        """All effects by name, the user's own too; no picture needs them."""
+        """All effects by name, with the user's own effects. Loaded late, since no picture needs them."""
         from lutgen.effects.own import everything
 
         return everything(self.files, self.expressions)
 
     def check_effects(self) -> None:
-        """Raise LutgenError for refused effects, of the user's own or of an installed package."""
+        """Raise LutgenError for a refused effect, of the user or of an installed package."""
         _ = self.effects
 
     @property
     def selection(self) -> str:
-        """The paper's choice of matrix."""
+        """The rule that selects the paper's matrix of a colour."""
         return self.saved.selection if self.saved else "nearest"
 
     @property
     def course(self) -> Course:
-        """The model, and the fits with effects added to it."""
+        """The model, and its fits with added effects."""
         from lutgen.criticism.refine import Course, terms_of
 
         if self._course is None:
@@ -108,18 +108,18 @@ class Opened:
 
     @property
     def given(self) -> list[str]:
-        """Names of the effects that the saved model has already."""
+        """Names of the effects in the saved model."""
         return [term.effect.name for term in self.course.base.terms]
 
     @property
     def choices(self) -> list[str]:
-        """Names of the effects that may be switched on, in the order of the light's way."""
+        """Names of the effects that may be switched on, in the order of the signal path."""
         from lutgen.criticism.diagnose import candidates
 
         return [each.name for each in candidates(self.effects, self.baseline, ()) if each.name not in self.given]
 
     def visibility(self) -> dict[str, Visibility]:
-        """What these readings can see, by effect."""
+        """Effect → its visibility in these readings."""
         from lutgen.criticism.verdict.visibility import visibility
 
         if not self._seen:
@@ -128,7 +128,7 @@ class Opened:
         return self._seen
 
     def in_order(self, names: Sequence[str]) -> tuple[str, ...]:
-        """Names as ``lutgen refine`` adds them: effects of one line come last."""
+        """Return names in the order in which ``lutgen refine`` adds them: one-line effects come last."""
         for name in names:
             refuse_unknown("effect", name, self.course.effects)
         new = [name for name in names if name not in self.given]
@@ -139,11 +139,11 @@ class Opened:
         )
 
     def known(self, names: tuple[str, ...]) -> bool:
-        """Whether these effects were fitted already."""
+        """Return whether these effects were fitted already."""
         return names in self._fitted
 
     def fitted(self, names: tuple[str, ...]) -> Refinement:
-        """What ``lutgen refine --add`` makes of these effects, but for the readings that it withholds."""
+        """Return the fit of these effects as ``lutgen refine --add``, without the test on withheld readings."""
         from lutgen.criticism.refine import Refinement, model_of
 
         if names not in self._fitted:
@@ -153,7 +153,7 @@ class Opened:
         return self._fitted[names]
 
     def refinement(self, names: tuple[str, ...]) -> Refinement:
-        """What ``lutgen refine --add`` makes of these effects."""
+        """Return the result of ``lutgen refine --add`` for these effects."""
         if names not in self._refined:
             self._refined[names] = self.course.refinement(names).of_saved(self.saved)
         return self._refined[names]
@@ -161,7 +161,7 @@ class Opened:
     def supposed(
         self, names: tuple[str, ...], effect: str, parameter: str, value: float
     ) -> tuple[Comparison, DisplayModel]:
-        """Compare with a parameter set to a value, the other effects as fitted, white and primaries solved again."""
+        """Compare with one parameter set to a value, others as fitted, and white and primaries solved again."""
         from lutgen.criticism.compare.comparison import compare_problem
         from lutgen.criticism.fit.least_squares import fit
         from lutgen.criticism.refine import model_of
@@ -181,7 +181,7 @@ class Opened:
         return comparison, model_of(fit(fitted.problem, terms), None, self.course.before, comparison)
 
     def diagnosis(self, progress: Progress) -> Diagnosis:
-        """Find what is missing, as ``lutgen diagnose`` does."""
+        """Return the diagnosis, as ``lutgen diagnose``."""
         from lutgen.criticism.diagnose import diagnose
 
         course = self.course
@@ -210,7 +210,7 @@ class Opened:
 
 
 def _sound(files: tuple[str, ...], expressions: tuple[str, ...]) -> Mapping[str, Effect]:
-    """All effects by name. Raises LutgenError where one of the user's own is refused or breaks the contract."""
+    """Return all effects by name. Raises LutgenError if a user's own effect is refused or breaks the contract."""
     from lutgen.effects.contract import refuse_unsound
     from lutgen.effects.own import everything
 

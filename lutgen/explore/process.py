@@ -1,7 +1,7 @@
-"""A process with one object, whose methods a window calls; the window can end it at any time.
+"""A process with one object. A window calls the object's methods, and can end the process at any time.
 
-Both ends exchange frames: a line of JSON (``id``, ``what``, ``size``), then so many bytes. A method's result, or its
-LutgenError, is a frame with the call's id; news that the object sends by itself is a frame with id 0.
+Both sides exchange frames: a line of JSON (``id``, ``what``, ``size``), then ``size`` bytes. A method's result, or its
+LutgenError, is a frame with the call's id. An event that the object sends without a call is a frame with id 0.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ from lutgen.processes import python_environment
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-#: The kind of news that a process has ended by itself.
+#: The event that a process has ended by itself.
 DIED = "died"
 
-#: The error of calls to a process that ended by itself, or was ended.
+#: The error of calls to a process that has ended, or was ended.
 ENDED = "this was cancelled, or its process ended."
 
 
@@ -37,7 +37,7 @@ class Process:
     """The window's side of a process."""
 
     def __init__(self, on_news: Callable[[str, bytes], None]) -> None:
-        """Take the function that gets the object's news."""
+        """Take the function that receives the object's events."""
         self._on_news, self._numbers = on_news, count(1)
         self._waiting: dict[int, asyncio.Future[bytes]] = {}
         self._child: asyncio.subprocess.Process | None = None
@@ -50,13 +50,13 @@ class Process:
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
             env=python_environment(OPENBLAS_NUM_THREADS="1"),
-            # Ctrl-C is for the server, which ends its processes.
+            # Ctrl-C must reach only the server, which then ends its processes.
             start_new_session=True,
         )  # fmt: skip
         self._reader = asyncio.create_task(self._read())
 
     async def ask(self, method: str, body: bytes = b"", **values: Any) -> bytes:
-        """Call a method; its values are JSON. Raises LutgenError with the method's sentence."""
+        """Call a method with JSON values. Raises LutgenError with the method's message."""
         if self._child is None or self._child.stdin is None or self._child.returncode is not None:
             raise LutgenError(ENDED)
         number = next(self._numbers)
@@ -98,7 +98,7 @@ class Process:
             waiting.set_exception(LutgenError(body.decode()))
 
     def end(self) -> None:
-        """End the process; its news is ignored from now on."""
+        """End the process, and ignore its events from now on."""
         self._on_news = lambda _what, _body: None
         self.kill()
 
@@ -108,9 +108,9 @@ class Process:
             await self._reader
 
     def kill(self) -> None:
-        """End the process; the window gets the news that it has ended."""
+        """End the process. The window gets the event ``DIED``."""
         if self._child and self._child.returncode is None:
-            # Popen's own kill first asks whether the process has ended, and takes its exit code from asyncio.
+            # Popen.kill would first poll the process, and so take its exit code away from asyncio.
             if sys.platform == "win32":
                 self._child.kill()
                 return
@@ -118,22 +118,22 @@ class Process:
                 os.kill(self._child.pid, signal.SIGKILL)
 
 
-#: Kinds of a frame: its body is a result, or the sentence of an error.
+#: Kinds of a frame: its body is a result, or an error message.
 DONE, REFUSED = "done", "refused"
 
 
-class Held(Protocol):
+class Hosted(Protocol):
     """The object in a process."""
 
-    #: Names of methods that run beside the others and one another, so that nothing waits for them.
-    beside: frozenset[str]
+    #: Names of methods that run in separate threads, so that no other method waits for them.
+    concurrent: frozenset[str]
 
     def idle(self) -> bool:
-        """Do a little work that nobody waits for; return whether there is more."""
+        """Do a small part of the background work; return whether there is more work."""
 
 
 def frame(number: int, what: str, body: bytes, **more: Any) -> bytes:
-    """Write a frame."""
+    """Return the bytes of a frame."""
     return json.dumps({"id": number, "what": what, "size": len(body), **more}).encode() + b"\n" + body
 
 
@@ -143,7 +143,7 @@ class _Child:
     def __init__(self, asking: BinaryIO, answering: BinaryIO) -> None:
         self._asking, self._answering, self._lock = asking, answering, Lock()
         self._calls: queue.Queue[tuple[dict[str, Any], bytes]] = queue.Queue()
-        self._beside = ThreadPoolExecutor(2)
+        self._concurrent = ThreadPoolExecutor(2)
 
     def tell(self, topic: str, body: bytes | dict[str, Any] | list[Any], number: int = 0) -> None:
         data = body if isinstance(body, bytes) else json.dumps(body).encode()
@@ -154,27 +154,27 @@ class _Child:
     def serve(self, home: str) -> None:
         Thread(target=self._listen, daemon=True).start()
         module, _, name = home.partition(":")
-        held: Held = getattr(import_module(module), name)(self.tell)
+        hosted: Hosted = getattr(import_module(module), name)(self.tell)
         while True:
-            if self._calls.empty() and held.idle():
+            if self._calls.empty() and hosted.idle():
                 continue
             head, body = self._calls.get()
-            if head["what"] in held.beside:
-                self._beside.submit(self._answer, held, head, body).add_done_callback(_end_with_fault)
+            if head["what"] in hosted.concurrent:
+                self._concurrent.submit(self._answer, hosted, head, body).add_done_callback(_end_with_fault)
             else:
-                self._answer(held, head, body)
+                self._answer(hosted, head, body)
 
     def _listen(self) -> None:
         while line := self._asking.readline():
             head = json.loads(line)
             self._calls.put((head, self._asking.read(head["size"])))
-        # The window has ended: nobody waits for a result.
+        # The window has ended: no result is needed.
         os._exit(0)
 
-    def _answer(self, held: Held, head: dict[str, Any], body: bytes) -> None:
+    def _answer(self, hosted: Hosted, head: dict[str, Any], body: bytes) -> None:
         arguments = {"body": body} if body else {}
         try:
-            result = getattr(held, head["what"])(**arguments, **head["values"])
+            result = getattr(hosted, head["what"])(**arguments, **head["values"])
         except (LutgenError, OSError, MemoryError) as error:
             self.tell(REFUSED, str(error).encode(), head["id"])
         else:
@@ -182,7 +182,7 @@ class _Child:
 
 
 def _end_with_fault(answered: Future[None]) -> None:
-    """End the process after an unforeseen error of a thread, as such an error of the main thread does."""
+    """End the process after an unexpected error in a thread, as an error in the main thread would."""
     if error := answered.exception():
         print_exception(error)
         os._exit(1)
@@ -190,7 +190,7 @@ def _end_with_fault(answered: Future[None]) -> None:
 
 def _main(home: str) -> None:
     answering = os.fdopen(os.dup(1), "wb")
-    # A user's own effect may print: its output goes to standard error.
+    # A user's own effect may print to standard output, which is redirected to standard error.
     os.dup2(2, 1)
     _Child(sys.stdin.buffer, answering).serve(home)
 

@@ -12,28 +12,28 @@ if TYPE_CHECKING:
     from pathlib import Path
     from socket import socket
 
-    from lutgen.explore.commands import Asked
+    from lutgen.explore.commands import WindowState
 
 
-def serve(asked: Asked, listening: socket, *, opened: Callable[[str], None], wait: bool = True) -> None:
-    """Serve windows that begin with the arguments of the command.
+def serve(state: WindowState, listening: socket, *, opened: Callable[[str], None], wait: bool = True) -> None:
+    """Serve windows that start with the arguments of the command.
 
-    ``asked``: readings, image, model and baseline. ``listening``: the socket of :func:`lutgen.server.port_taken`.
-    ``opened``: called with the page's address; a request that comes at once is answered when the server runs. ``wait``:
-    whether the files are opened before that, since they may be broken. Raises LutgenError: a file cannot be shown.
+    ``state``: readings, image, model and baseline. ``listening``: the socket of :func:`lutgen.server.port_taken`.
+    ``opened``: called with the page's address; the server answers an early request as soon as it runs. ``wait``: open
+    the files before ``opened`` is called, since the files may be broken. Raises LutgenError: a file cannot be shown.
     """
     address, word = new_address(listening)
     if not wait:
         opened(address)
-    # Slow modules are imported after that: the browser starts meanwhile.
+    # Slow modules are imported now, while the browser starts.
     import asyncio
 
     from lutgen.explore.windows import Windows
 
     async def run(folder: Path) -> None:
-        windows = Windows(folder, asked)
+        windows = Windows(folder, state)
         windows.prepare()
-        # The first window's process starts now, while the next module is imported.
+        # Let the first window's process start while the next module is imported.
         await asyncio.sleep(0)
         from lutgen.explore.app import explore_application
 

@@ -1,4 +1,4 @@
-"""The object of the showing process: the model, for tables, and the colours of the image, to measure."""
+"""The object in the showing process: the model for tables, and the colours of the image for measurements."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass
 class ShownModel:
-    """A model, and the results kept for it."""
+    """A model and its cached results."""
 
     model: DisplayModel
     sampler: Sampler = field(default_factory=Sampler)
@@ -33,27 +33,27 @@ class ShownModel:
 
 
 class Showing:
-    """A model and colours, asked by the window (:mod:`lutgen.explore.process`)."""
+    """A model and colours. The window calls its methods (:mod:`lutgen.explore.process`)."""
 
-    #: Measuring an image and searching for a correction take a while: tables do not wait.
-    beside = frozenset({"difference", "compensated"})
+    #: To measure an image and to search a correction are slow: tables must not wait for these methods.
+    concurrent = frozenset({"difference", "compensated"})
 
     def __init__(self, _tell: Callable[..., None]) -> None:
-        """Begin with neither."""
+        """Begin without model and colours."""
         self._with: ShownModel | None = None
         self._without: ShownModel | None = None
         self._colours: Colours | None = None
         self._first: dict[str, Any] = {}
 
     def idle(self) -> bool:
-        """Bake the table that the page asks for first, while the browser starts, so that the page gets it at once."""
+        """Bake the first table of the page while the browser starts, so that the page gets the table at once."""
         first, self._first = self._first, {}
         if first:
             self.aged(**first)
         return False
 
     def open(self, *, data: str, baseline: str | None, model: str | None) -> dict[str, Any]:
-        """Show readings, or a saved model, as they are before anything is fitted."""
+        """Show readings or a saved model, before any fit."""
         opened = Opened(data, baseline, model)
         self._with = self._without = ShownModel(opened.fresh)
         overview = opened.overview()
@@ -61,7 +61,7 @@ class Showing:
         return overview
 
     def show(self, body: bytes, *, without: bool = False) -> dict[str, Any]:
-        """Show another model; ``without``: one without effects, which is shown until another comes."""
+        """Show another model; ``without``: a model without effects, which is shown until a model with effects comes."""
         self._with = ShownModel(pickle.loads(body))  # noqa: S301 - the other process's
         if without:
             self._without = self._with
@@ -74,9 +74,9 @@ class Showing:
         return shown
 
     def aged(self, mode: str, hours: float, size: int, *, differences: bool = False, without: bool = False) -> bytes:
-        """Bake the table that ``lutgen build --format cube`` writes, in 16 bits (:mod:`lutgen.pictures.viewer`).
+        """Return the table that ``lutgen build --format cube`` writes, in 16 bits (:mod:`lutgen.pictures.viewer`).
 
-        ``without``: of the model without the effects that are switched on.
+        ``without``: the table of the model without the effects that are switched on.
         """
         from lutgen.pictures.viewer import viewer_table
 
@@ -92,7 +92,7 @@ class Showing:
     def compensated(
         self, mode: str, hours: float, size: int, *, differences: bool = False, without: bool = False
     ) -> bytes:
-        """Bake as :meth:`aged` does, for the signal that ``build --direction compensate`` has corrected."""
+        """Return a table as :meth:`aged`, for the signal that ``build --direction compensate`` has corrected."""
         from lutgen.pictures.viewer import viewer_table
 
         of = self._shown(without=without)
@@ -103,7 +103,7 @@ class Showing:
         return viewer_table(shown, None if fresh is None else (fresh, shown)).tobytes()
 
     def colours(self, path: str) -> dict[str, Any]:
-        """Measure other colours, as the imaging process has counted them."""
+        """Load the colours of another image, which the imaging process has counted."""
         self._colours = pickle.loads(Path(path).read_bytes())  # noqa: S301 - our own file
         for each in (self._with, self._without):
             if each:
@@ -111,7 +111,7 @@ class Showing:
         return {}
 
     def difference(self, mode: str, hours: float, *, without: bool = False) -> dict[str, float | None]:
-        """Measure the whole image as ``lutgen lifetime`` does: at an hour, and the hours until it passes 3 and 5."""
+        """Return ΔE2000 of the whole image at an hour, and the hours until it reaches 3 and 5 (``lutgen lifetime``)."""
         from lutgen.pictures.blocks import few_threads
         from lutgen.pictures.difference import curves_of
         from lutgen.pictures.lifetime import TOLERANCES
@@ -131,6 +131,6 @@ class Showing:
 
 
 def _baked(sampler: Sampler, display: AgedDisplay, size: int, *, whole: bool = False) -> Array:
-    """Bake a table of code values, (size³, 3)."""
+    """Return a baked table of code values, (size³, 3)."""
     refuse_unknown("size", size, SIZES)
     return sampler.lut(display, size, "code", clip=True, whole=whole).table.reshape(-1, 3)

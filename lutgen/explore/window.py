@@ -1,4 +1,4 @@
-"""One window of the page: its readings, its image, its two processes, and the news that it waits for."""
+"""One window of the page: its readings, its image, its two processes, and its events."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from lutgen.errors import LutgenError
-from lutgen.explore.commands import Asked, tissue
+from lutgen.explore.commands import WindowState, tissue
 from lutgen.explore.process import DIED, Process
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Callable, Coroutine, Sequence
     from pathlib import Path
 
-#: Seconds for a table or a step; then its process counts as hung, since a user's own effect may loop for ever.
+#: Most seconds for a table or a step. After that its process counts as hung: a user's own effect may never return.
 PATIENCE = 30.0
 
-#: Seconds for reading an image; the largest that is accepted has 150 million pixels.
+#: Most seconds to read an image; the largest accepted image has 150 million pixels.
 IMAGE_PATIENCE = 180.0
 
-#: Kinds of news that are kept for a page that connects later.
+#: Events that are kept for a page that connects later.
 LASTING = ("error", "support", "effects", "verdict", "image")
 
-#: The processes' objects.
+#: The objects in the processes.
 FITTING, SHOWING, IMAGING = (
     f"lutgen.explore.{name}" for name in ("fitting:Fitting", "showing:Showing", "imaging:Imaging")
 )
@@ -37,7 +37,7 @@ class Window:
 
     name: str
     folder: Path
-    asked: Asked
+    state: WindowState
     overview: dict[str, Any] = field(default_factory=dict)
     image: dict[str, Any] = field(default_factory=dict)
     picture: Path | None = None
@@ -60,26 +60,26 @@ class Window:
     _made: set[asyncio.Task[Any]] = field(default_factory=set)
 
     async def start(self) -> None:
-        """Start the showing process, and open the command's files. Raises LutgenError where they cannot be shown."""
+        """Start the showing process, and open the command's files. Raises LutgenError if a file cannot be shown."""
         self._showing = await self._begun(SHOWING, self._hear_showing)
-        if self.asked.image == str(tissue()):
-            # Every browser shows this file as it is; its colours are measured once the error is known.
+        if self.state.image == str(tissue()):
+            # Every browser can show this file without conversion. Its colours are counted after the first error.
             self.picture = tissue()
-            self._waiting_image = self.asked.image
+            self._waiting_image = self.state.image
             await self._show_first()
         else:
-            works = self._show_first(), self.take_image(self.asked.image)
+            works = self._show_first(), self.take_image(self.state.image)
             for refused in await asyncio.gather(*works, return_exceptions=True):
                 if isinstance(refused, BaseException):
                     raise refused
 
     async def _show_first(self) -> None:
-        asked = self.asked
-        opening = self._showing.ask("open", data=asked.data, baseline=asked.baseline, model=asked.model)
-        self._opened(asked, json.loads(await self._soon(self._showing, opening)))
+        state = self.state
+        opening = self._showing.ask("open", data=state.data, baseline=state.baseline, model=state.model)
+        self._opened(state, json.loads(await self._soon(self._showing, opening)))
 
     def end(self) -> None:
-        """End all processes, and tell every listener."""
+        """End all processes, and end the events of every listener."""
         self._ended = True
         for process in self._processes:
             process.end()
@@ -107,24 +107,24 @@ class Window:
         return process
 
     def new_folder(self) -> Path:
-        """Make a folder of the window's for files that belong together."""
+        """Create a folder of the window for files that belong together."""
         self._folders += 1
         folder = self.folder / str(self._folders)
         folder.mkdir()
         return folder
 
-    # News.
+    # Events.
 
     def _hear_fitting(self, topic: str, body: bytes) -> None:
         if topic == DIED:
             self._mend(FITTING, self._restart_fitting(()), body)
         elif topic in ("without", "model"):
-            # Of a session's models the one without effects comes first.
+            # The first model of a session is the model without effects.
             self._models = {**(self._models if topic == "model" else {}), topic: body}
             self._later(self._showing.ask("show", body, without=topic == "without"))
         else:
             if topic == "failed":
-                self.asked = replace(self.asked, on=tuple(json.loads(body)["on"]))
+                self.state = replace(self.state, on=tuple(json.loads(body)["on"]))
             self.tell(topic, body)
 
     def _hear_showing(self, topic: str, body: bytes) -> None:
@@ -132,7 +132,7 @@ class Window:
             self._mend(SHOWING, self._restart_showing(), body)
 
     def tell(self, topic: str, body: bytes) -> None:
-        """Tell the page news, and keep the kinds in ``LASTING``."""
+        """Send an event to the page, and keep it if its kind is in ``LASTING``."""
         if topic in LASTING:
             self.news[topic] = body
         if topic in ("error", "failed"):
@@ -144,7 +144,7 @@ class Window:
             listener.put_nowait((topic, body))
 
     async def events(self) -> AsyncIterator[tuple[str, bytes]]:
-        """Yield the page's news: first the news that was kept, then all new ones, until the window ends."""
+        """Yield the page's events: first the kept events, then all new events, until the window ends."""
         listener: asyncio.Queue[tuple[str, bytes] | None] = asyncio.Queue()
         for news in self.news.items():
             listener.put_nowait(news)
@@ -166,18 +166,18 @@ class Window:
         task.add_done_callback(self._tasks.discard)
 
     def making(self, work: Coroutine[Any, Any, tuple[str, bytes]]) -> asyncio.Task[tuple[str, bytes]]:
-        """Start to make a file to download; that work ends with the window at the latest."""
+        """Start to make a file to download. The work is cancelled when the window ends."""
         task = asyncio.create_task(work)
         self._made.add(task)
         task.add_done_callback(self._made.discard)
         return task
 
-    # Processes: each answers soon, and is started again where it ends or hangs.
+    # Processes: a process that ends or hangs is started again.
 
     async def _fits(self) -> Process:
-        """The fitting process, started by the first question or listener: until then the picture has both cores."""
+        """Return the fitting process. The first call or listener starts it: until then the picture has both cores."""
         while FITTING in self._mending or not self._fitting:
-            await (self._mending.get(FITTING) or self._mend(FITTING, self._restart_fitting(self.asked.on)))
+            await (self._mending.get(FITTING) or self._mend(FITTING, self._restart_fitting(self.state.on)))
         return self._fitting
 
     async def fits(self, method: str, **values: Any) -> bytes:
@@ -214,12 +214,12 @@ class Window:
         return self._mending[topic]
 
     async def _restart_fitting(self, on: tuple[str, ...]) -> None:
-        """Begin, or begin again, with these effects switched on."""
+        """Start the fitting process, or start it again, with these effects switched on."""
         if self._fitting:
             self._fitting.end()
-        self.asked = replace(self.asked, on=on)
+        self.state = replace(self.state, on=on)
         self._fitting = await self._begun(FITTING, self._hear_fitting)
-        await self._fitting.ask("open", **_readings(self.asked), switch=self._switches)
+        await self._fitting.ask("open", **_readings(self.state), switch=self._switches)
 
     async def _restart_showing(self) -> None:
         self._showing.end()
@@ -233,21 +233,21 @@ class Window:
 
     # Requests of the page.
 
-    async def open(self, asked: Asked) -> None:
-        """Open readings; if they are refused, the previous readings stay open."""
+    async def open(self, state: WindowState) -> None:
+        """Open readings. If they are refused, the previous readings stay open."""
         await self.cancel()
-        self._opened(asked, json.loads(await self.fits("open", **_readings(asked), switch=self._switches)))
+        self._opened(state, json.loads(await self.fits("open", **_readings(state), switch=self._switches)))
 
-    def _opened(self, asked: Asked, overview: dict[str, Any]) -> None:
-        self.asked = replace(asked, data=overview.pop("data"), image=self.asked.image)
+    def _opened(self, state: WindowState, overview: dict[str, Any]) -> None:
+        self.state = replace(state, data=overview.pop("data"), image=self.state.image)
         self.overview, self._verdict = overview, {}
         for each in LASTING[:-1]:
             self.news.pop(each, None)
 
     async def drop(self, hours: Sequence[float] | None, *, same: bool) -> dict[str, Any]:
-        """Open the files that were dropped, as :func:`lutgen.explore.exchange.gathered`.
+        """Open the dropped files, as :func:`lutgen.explore.exchange.gathered`.
 
-        Where the sessions' hours are missing, ask for them and keep the files.
+        If the sessions' hours are missing, ask for the hours and keep the files.
         """
         await self.cancel()
         paths = [str(path) for path in self.dropping]
@@ -262,12 +262,12 @@ class Window:
             return dict(gathered)
         self.dropping.clear()
         data = gathered["data"]
-        dropped = self.asked.dropped | {data}
-        await self.open(Asked(data, self.asked.image, dropped=dropped, written=data not in paths))
+        dropped = self.state.dropped | {data}
+        await self.open(WindowState(data, self.state.image, dropped=dropped, written=data not in paths))
         return {}
 
     async def take_image(self, path: str) -> dict[str, Any]:
-        """Take another image; if it is refused, the previous image stays. The image's colours are counted meanwhile."""
+        """Show another image. If it is refused, the previous image stays. Its colours are counted in the background."""
         folder, reading = self.new_folder(), await self._begun(IMAGING, lambda _what, _body: None)
         picture = folder / "shown.png"
         try:
@@ -276,7 +276,7 @@ class Window:
         except BaseException:
             reading.end()
             raise
-        self.image, self.picture, self.asked = image, picture, replace(self.asked, image=path)
+        self.image, self.picture, self.state = image, picture, replace(self.state, image=path)
         self.tell("image", json.dumps(image).encode())
         self._later(self._count(reading, path, str(folder / "colours")))
         return self.image
@@ -286,35 +286,35 @@ class Window:
             await reading.ask("count", path=path, to=to)
         finally:
             reading.end()
-        if self.asked.image == path:
+        if self.state.image == path:
             self._colours = to
             await self.shows("colours", path=to)
             self.tell("measured", b"{}")
 
     async def switch(self, effects: Sequence[str]) -> bytes:
-        """Switch effects on, and all others off; the fit follows as news."""
+        """Switch these effects on, and all other effects off. The fit follows as an event."""
         await self.cancel()
         self._switches += 1
         error = await self.fits("switch", effects=list(effects), switch=self._switches)
-        self.asked, self._unfinished = replace(self.asked, on=tuple(json.loads(error)["on"])), True
+        self.state, self._unfinished = replace(self.state, on=tuple(json.loads(error)["on"])), True
         self.news.pop("support", None)
         return error
 
-    async def what_if(self, **asked: Any) -> bytes:
-        """Set a parameter; without values, go back to the fit."""
+    async def what_if(self, **values: Any) -> bytes:
+        """Set a parameter; without values, return to the fit."""
         await self.cancel()
-        return await self.fits("what_if", **asked)
+        return await self.fits("what_if", **values)
 
-    async def own(self, asked: Asked) -> bytes:
-        """Take effects of the user's own; if one is refused, or loops for ever, the effects before stay."""
+    async def own(self, state: WindowState) -> bytes:
+        """Take the user's own effects. If one is refused, or does not return, the previous effects stay."""
         await self.cancel()
-        effects = await self.fits("own", files=asked.files, expressions=asked.texts)
+        effects = await self.fits("own", files=state.files, expressions=state.texts)
         on = {each["name"] for each in json.loads(effects) if each["on"]}
-        self.asked = replace(asked, on=tuple(name for name in asked.on if name in on))
+        self.state = replace(state, on=tuple(name for name in state.on if name in on))
         return effects
 
     async def find(self) -> None:
-        """Begin a diagnosis; progress, verdict and the switches that it sets follow as news."""
+        """Begin a diagnosis. Progress, verdict and switched effects follow as events."""
         await self.cancel()
         self._finding = asyncio.create_task(self._find())
 
@@ -332,26 +332,26 @@ class Window:
             self.tell("ended", b"{}")
 
     async def cancel(self) -> None:
-        """End a running diagnosis; fitting goes on with the effects that were switched on."""
+        """End a running diagnosis. Fitting goes on with the effects that were switched on."""
         finding, self._finding = self._finding, None
         if finding and not finding.done():
             finding.cancel()
-            await self._restart_fitting(self.asked.on)
+            await self._restart_fitting(self.state.on)
 
     async def give_up(self) -> None:
-        """End a running diagnosis, or else an unfinished fit, after which no effect is switched on."""
+        """End a running diagnosis, or else an unfinished fit; after an ended fit no effect is switched on."""
         if self._unfinished and not self._finding:
             await self._restart_fitting(())
         await self.cancel()
 
     @property
     def between(self) -> list[str]:
-        """The two effects that the next readings should tell apart, where the diagnosis named rivals."""
+        """The two effects that the next readings should distinguish; empty if the diagnosis named no rivals."""
         rivals: list[list[str]] = self._verdict.get("rivals", [])
         return rivals[0][:2] if rivals else []
 
     async def patches(self) -> bytes:
-        """Return what to measure next."""
+        """Return the patch list of the next session."""
         return await self.fits("patches", between=self.between)
 
 
@@ -359,12 +359,12 @@ def _failure(sentence: str) -> bytes:
     return json.dumps({"error": sentence}).encode()
 
 
-def _readings(asked: Asked) -> dict[str, Any]:
+def _readings(state: WindowState) -> dict[str, Any]:
     return {
-        "data": asked.data,
-        "baseline": asked.baseline,
-        "model": asked.model,
-        "files": asked.files,
-        "expressions": asked.texts,
-        "on": asked.on,
+        "data": state.data,
+        "baseline": state.baseline,
+        "model": state.model,
+        "files": state.files,
+        "expressions": state.texts,
+        "on": state.on,
     }

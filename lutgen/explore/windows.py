@@ -1,4 +1,4 @@
-"""The open windows: each page has one, and the first is opened before its page asks."""
+"""The open windows: each page has one. The first window is opened before its page requests it."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
     from starlette.requests import Request
 
-    from lutgen.explore.commands import Asked
+    from lutgen.explore.commands import WindowState
 
-#: Windows that are open at the same time: each has two processes.
+#: Most windows that are open at the same time: each has two processes.
 MOST_WINDOWS = 6
 
 #: Seconds for which a window without a listener is kept, so that a reloaded page finds it.
@@ -27,17 +27,17 @@ FORGOTTEN = 60.0
 
 @dataclass
 class Windows:
-    """The windows that are open."""
+    """The open windows."""
 
     folder: Path
-    first: Asked
+    first: WindowState
     _open: dict[str, Window] = field(default_factory=dict)
     _spare: asyncio.Task[Window] | None = None
     _count: int = 0
     _opening: int = 0
 
     def prepare(self) -> None:
-        """Open the first window before its page asks: its processes start while the browser starts."""
+        """Open the first window before its page requests it, so that its processes start while the browser starts."""
         self._spare = asyncio.create_task(self._new())
 
     async def ready(self) -> None:
@@ -60,9 +60,9 @@ class Windows:
         return window
 
     async def open(self) -> Window:
-        """Open a window, in place of one without a listener where there are too many.
+        """Open a window. If there are too many, close a window without a listener.
 
-        Raises RefusedError: all have one.
+        Raises RefusedError: there are too many windows, and each has a listener.
         """
         if self._opening + len(self._open) >= MOST_WINDOWS:
             silent = [window for window in self._open.values() if not window.listeners]
@@ -90,14 +90,14 @@ class Windows:
             window.end()
 
     def of(self, request: Request) -> Window:
-        """Return the window that a request names. Raises RefusedError where there is none."""
+        """Return the window that a request names. Raises RefusedError if there is no such window."""
         window = self._open.get(request.query_params.get("window", ""))
         if window is None:
             raise RefusedError(410, "gone", "This window is closed. Load the page again.")
         return window
 
     async def gone(self) -> None:
-        """End all windows, also one without a page yet, and wait until their processes have ended."""
+        """End all windows, with the prepared window, and wait until their processes have ended."""
         if self._spare:
             with suppress(LutgenError):
                 await self.open()

@@ -1,9 +1,9 @@
-"""``apply_to_image``: what a picture looks like on an aged display.
+"""``apply_to_image``: write what a picture looks like on an aged display.
 
-Bands of rows are read, aged and written at the same time. The picture's code values are taken as they are sent to
-the display; an ICC profile is kept, not applied. Linear light (EXR) is encoded for the display, aged, and written
-as linear light again. Numbers outside 0..1, which no display can show, are clipped: on the aged display and on the
-un-aged one alike.
+The module reads, ages and writes bands of rows in parallel. It treats the picture's code values as the values that are
+sent to the display. It copies an ICC profile to the output but does not apply the profile. Linear light (EXR) is
+encoded for the display, aged, and written as linear light again. No display can show numbers outside 0..1, so these
+numbers are clipped for the aged and for the un-aged display.
 """
 
 from __future__ import annotations
@@ -36,32 +36,33 @@ if TYPE_CHECKING:
     from lutgen.display.on_screen import OnScreen
 
 
-#: Bytes for what an image file holds beside pixels, such as its ICC profile.
+#: Bytes reserved for the parts of an image file that are not pixels, such as the ICC profile.
 _SPARE = 1 << 20
 
-#: JPEG: quality of what is written, and colour at full resolution.
+#: JPEG output: quality, and chroma at full resolution.
 JPEG_QUALITY, JPEG_SUBSAMPLING = 95, "4:4:4"
 
-#: Metadata that describe the source's bytes rather than its picture, or say how it was stored.
+#: Prefixes of metadata that are not copied: they describe how the source file stores its pixels.
 _NOT_KEPT = ("oiio:", "tiff:", "jpeg:", "png:", "planarconfig", "textureformat", "openexr:levelmode", "iccprofile:")
 _COMPRESSION = ("compression", "compressionquality", "openexr:dwacompressionlevel")
 
 
 @dataclass(frozen=True)
 class AppliedImage:
-    """One image as it was written: aged, or side by side."""
+    """One written image: the aged picture, or the un-aged and the aged picture side by side."""
 
-    #: Paths of the source and of what was written.
+    #: Paths of the source and of the written image.
     file: str
     output: str
     #: Size in pixels of the written image.
     width: int
     height: int
-    #: What the source's numbers are: ``signal`` or ``linear``.
+    #: Encoding of the source's numbers: ``signal`` or ``linear``.
     encoding: str
-    #: Share of pixels whose aged colour lies outside the viewer's gamut; None for a LUT, which does not tell.
+    #: Share of pixels whose aged colour lies outside the viewer's gamut; None for a LUT, which does not give this
+    #: share.
     clipped_share: float | None
-    #: Share of pixels of the source outside 0..1.
+    #: Share of the source's pixels that have a number outside 0..1.
     source_clipped_share: float
 
 
@@ -82,23 +83,24 @@ def apply_to_image(
     image
         PNG, JPEG, TIFF or EXR, RGB or RGBA, 8 or 16 bits, half or float.
     output
-        Path to write; its suffix picks the format. An existing folder: a file of the same name in it.
+        Path to write; its suffix sets the format. For an existing folder, a file of the image's name in this folder.
     aging
         A display from ``DisplayModel.at`` (the direct model, in double precision), or the path of a LUT that
         OpenColorIO reads, such as a .cube or .clf.
     side_by_side
         Write the un-aged picture on the left and the aged one on the right.
     on_screen
-        Where on the screen of ``aging``, a display, the picture lies; None: every pixel is seen at one place.
+        Where the picture lies on the screen of ``aging``, which must then be a display; None: all pixels lie at one
+        place.
     source
-        One of ``SOURCES``: what the numbers in the file are.
+        One of ``SOURCES``: the encoding of the numbers in the file.
     force
         Replace an existing output.
 
     Raises
     ------
     LutgenError
-        An image that cannot be read or aged, or an output that cannot be written; nothing is written then.
+        The image cannot be read or aged, or the output cannot be written. Then no file is written.
 
     """
     outputs = outputs_for([Path(image)], output)
@@ -132,7 +134,7 @@ def apply_to_images(
     force: bool = False,
     progress: Progress = unseen,
 ) -> list[AppliedImage]:
-    """Age several images, given with their outputs: all or none. ``progress`` gets rows done and all rows."""
+    """Age several pairs (image, output): all or, on an error, none. ``progress`` gets the rows done and all rows."""
     refuse_unknown("source", source, SOURCES)
     engine = engine_for(aging)
     rows = []
@@ -168,7 +170,7 @@ def _placed(aging: AgedDisplay | str | Path, on_screen: OnScreen, source: ImageS
 
 
 class _ImageWork:
-    """Reads one image band by band, ages it and writes it."""
+    """Reads one image band by band, ages each band and writes it."""
 
     def __init__(
         self, source: ImageSource, target: Target, engine: Engine | PlacedEngine, *, side_by_side: bool
@@ -180,7 +182,7 @@ class _ImageWork:
         self._source_clipped = 0
 
     def run(self, progress: Callable[[int], None]) -> None:
-        """Read the next band and write the last one while this one is aged."""
+        """Age each band while the next band is read and the previous band is written."""
         bands = self._source.bands()
         with ThreadPoolExecutor(2) as files, ThreadPoolExecutor(threads()) as workers:
             reading = files.submit(self._source.read, *bands[0])
@@ -198,7 +200,7 @@ class _ImageWork:
                 writing.result()
 
     def applied(self, output: Path) -> AppliedImage:
-        """Return sizes and shares of clipped pixels of the whole image."""
+        """Return the result for the whole image: its size and its shares of clipped pixels."""
         source = self._source
         pixels = source.width * source.height
         return AppliedImage(
@@ -245,10 +247,10 @@ class _ImageWork:
 
 
 class Target:
-    """An image being written, band by band."""
+    """An output image that is written band by band."""
 
     def __init__(self, source: ImageSource, kind: ImageFormat, *, wide: bool) -> None:
-        """Choose how the aged ``source`` is stored; ``wide``: with two pictures side by side."""
+        """Choose how the aged ``source`` is stored; ``wide``: the output holds two pictures side by side."""
         if source.storage.alpha and not kind.alpha:
             message = f"{source.path}: has alpha, which {kind.suffixes[0]} cannot keep. Write to .png, .tif or .exr."
             raise LutgenError(message)
@@ -266,7 +268,7 @@ class Target:
         same_format = self.format == source.format
         compression = str(spec.get_string_attribute("compression"))
         for attribute in source.spec.extra_attribs:
-            if not _kept(attribute.name.lower(), same_encoding=self.storage.encoding == source.storage.encoding):
+            if not _is_copied(attribute.name.lower(), same_encoding=self.storage.encoding == source.storage.encoding):
                 spec.erase_attribute(attribute.name)
         if self.format.lossless:
             spec.attribute("compression", compression if same_format and compression in self.format.lossless else "zip")
@@ -286,7 +288,7 @@ class Target:
 
     @contextmanager
     def open(self, partial: Path) -> Iterator[None]:
-        """Create the file ``partial``; its suffix does not matter. Raises OSError when that cannot be done."""
+        """Create the file ``partial``, with any suffix. Raises OSError when the file cannot be created."""
         # Python's OSError says why a file cannot be created; OpenImageIO's message does not.
         partial.touch()
         self._folder = partial.parent
@@ -300,7 +302,7 @@ class Target:
             self._image.geterror()
             raise
         self._check(self._image.close())
-        # libpng says nothing when the disk is full.
+        # libpng reports no error when the disk is full.
         self._check(self.format.name != "png" or is_whole(partial))
 
     def write(self, first: int, last: int, pixels: Stored) -> None:
@@ -322,15 +324,15 @@ class Target:
             raise OSError(f"the {self.format.suffixes[0]} file cannot be finished")
 
     def _check_room(self, size: int) -> None:
-        """Raise OSError when ``size`` bytes of pixels may not fit: libjpeg ends the process when the disk is full."""
-        # No band of a JPEG takes twice the bytes of its pixels.
+        """Raise OSError when ``size`` bytes may not fit on the disk: libjpeg ends the process when the disk is full."""
+        # A band in a JPEG file never needs more than twice the bytes of its pixels.
         if self.format.name == "jpeg" and free_bytes(self._folder) < 2 * size + _SPARE:
             raise OSError(ENOSPC, os.strerror(ENOSPC))
 
 
-def _kept(name: str, *, same_encoding: bool) -> bool:
+def _is_copied(name: str, *, same_encoding: bool) -> bool:
     if name in ("oiio:colorspace", "iccprofile"):
-        # A profile of the source's encoding would be wrong for another.
+        # A profile of the source's encoding would be wrong for another encoding.
         return same_encoding
     return not name.startswith(_NOT_KEPT) and name not in _COMPRESSION
 

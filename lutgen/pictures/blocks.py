@@ -1,10 +1,10 @@
-"""An image or a slide block by block, so that memory does not grow with the picture; or a field of view, whole.
+"""Read an image or a slide block by block, so that memory does not grow with its size; or read a whole field of view.
 
 Whole slides (.svs, .ndpi, .mrxs) are read through OpenSlide, an optional extra: level 0, region by region. Colours are
-taken as stored; a scanner's ICC profile is not applied, as for other images.
+used as stored: as for other images, a scanner's ICC profile is not applied.
 
-Work that needs a pixel's neighbours, such as finding nuclei, holds one field of view in memory. Its colours have 16
-bits a channel: those of 8- and 16-bit images exactly, those of floats rounded.
+Work that needs the neighbours of a pixel, such as segmentation of nuclei, holds one field of view in memory. The
+field's colours have 16 bits a channel. Colours of 8- and 16-bit images are exact; colours of float images are rounded.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ _FEW = ContextVar("lutgen_threads", default=0)
 
 
 def threads() -> int:
-    """Return the threads to use: those of :func:`few_threads`, else the cores that this process may use."""
+    """Return the number of threads to use: as :func:`few_threads` set it, else the cores that this process may use."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return _FEW.get() or cores
 
 
 @contextmanager
 def few_threads(count: int) -> Iterator[None]:
-    """Use at most ``count`` threads inside, because other processes share the cores; 0: one for each core."""
+    """Use at most ``count`` threads in the ``with`` block; 0: one for each core. For processes that share cores."""
     before = _FEW.set(count)
     try:
         yield
@@ -53,10 +53,10 @@ def few_threads(count: int) -> Iterator[None]:
         _FEW.reset(before)
 
 
-#: Files that are read through OpenSlide. By name, because their first bytes are those of TIFF or JPEG.
+#: Suffixes of files that are read through OpenSlide. The first bytes of such files are those of TIFF or JPEG.
 SUFFIXES = (".svs", ".ndpi", ".mrxs")
 
-#: Pixels along a region's side; a multiple of every usual tile's side, so that no tile is decoded twice.
+#: Side of a region in pixels: a multiple of the side of every usual tile, so that no tile is decoded twice.
 REGION = 1024
 
 
@@ -69,7 +69,7 @@ class Slide:
         """Take a slide that OpenSlide has opened."""
         self.path, self._slide = path, slide
         self.width, self.height = slide.dimensions
-        # The vendor whose scanner stores no tiles without tissue; in other vendors' slides a missing tile is damage.
+        # Scanners of this vendor store no tiles without tissue. In slides of other vendors a missing tile is damage.
         self._sparse = slide.properties.get("openslide.vendor") == "mirax"
 
     def read(self, x: int, y: int) -> Stored:
@@ -92,7 +92,10 @@ class Slide:
 
 @contextmanager
 def open_slide(path: Path) -> Iterator[Slide]:
-    """Open a slide. Raises LutgenError: no OpenSlide, no such file, or no slide that it reads."""
+    """Open a slide.
+
+    Raises LutgenError: OpenSlide is not installed, the file is missing, or OpenSlide cannot read it.
+    """
     library = _openslide()
     if not path.is_file():
         raise LutgenError(f"{path}: there is no such slide.")
@@ -124,24 +127,24 @@ class Place(NamedTuple):
 class Blocks:
     """An image or a slide that is open for reading, block by block."""
 
-    #: How its pixels are stored.
+    #: How the picture stores its pixels.
     storage: Storage
-    #: In pixels, as stored.
+    #: Size in pixels, as stored.
     height: int
     width: int
-    #: Height and width of the file's tiles, in whole ones of which blocks are cut; None: blocks are whole rows.
+    #: Height and width of the file's tiles; a block is a number of whole tiles. None: blocks are whole rows.
     tile: tuple[int, int] | None
-    #: TIFF's Orientation, 1 to 8, by which viewers turn or mirror the picture; 1: as stored.
+    #: TIFF's Orientation, 1 to 8: how viewers turn or mirror the picture; 1: as stored.
     orientation: int
-    #: Of all blocks, row by row.
+    #: Places of all blocks, row by row.
     places: tuple[Place, ...]
     #: Reads one block.
     _read: Callable[[Place], Stored]
-    #: Blocks that may be read at the same time.
+    #: Number of blocks that may be read at the same time.
     workers: int = 1
 
     def read(self, progress: Progress) -> Iterator[tuple[Place, Stored]]:
-        """Yield each block, (rows, columns, channels), and read the next ones meanwhile. Errors as ``open_source``."""
+        """Yield each block, (rows, columns, channels), while the next blocks are read. Errors as ``open_source``."""
         with ThreadPoolExecutor(self.workers) as files:
             running = deque(files.submit(self._read, place) for place in self.places[: self.workers])
             try:
@@ -190,7 +193,7 @@ def open_blocks(path: Path, source: str = "auto") -> Iterator[Blocks]:
         )
 
 
-#: Pixels of the largest field: 4096 × 4096, some ten thousand nuclei, half a minute and up to 2 GB on two cores.
+#: Pixels of the largest field: 4096 × 4096. About ten thousand nuclei take half a minute and up to 2 GB on two cores.
 FIELD_PIXELS = 1 << 24
 
 #: A truth value for each pixel, shape (rows, columns).
@@ -199,7 +202,7 @@ Mask = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Field:
-    """A field of view, whole in memory."""
+    """A field of view, held whole in memory."""
 
     #: Its path.
     file: str
@@ -215,7 +218,7 @@ class Field:
         return rows, columns
 
     def rgb(self) -> NDArray[np.uint8]:
-        """Code values in 8 bits, as a screen shows them, (rows, columns, 3); white where nothing is visible."""
+        """Return 8-bit code values, as a screen shows them, (rows, columns, 3); invisible pixels are white."""
         pixels = np.full((*self.shape, 3), 255, np.uint8)
         for channel in range(3):
             level = level_of(self.keys, channel, 16)
@@ -224,12 +227,15 @@ class Field:
 
 
 def code_of(keys: NDArray[np.uint64]) -> Array:
-    """Code values of colours, (n,) → (n, 3) in 0..1."""
+    """Return the code values of colours given as keys: (n,) → (n, 3) in 0..1."""
     return np.asarray(levels_of(keys, 16).T / 65535.0)
 
 
 def read_field(file: str | Path, source: str = "auto") -> Field:
-    """Read a whole field of view of at most ``FIELD_PIXELS``. Raises LutgenError: unreadable, or one colour."""
+    """Read a field of view of at most ``FIELD_PIXELS`` pixels.
+
+    Raises LutgenError: unreadable, or of only one colour.
+    """
     path = Path(file)
     if path.suffix.lower() in SUFFIXES:
         raise LutgenError(

@@ -1,8 +1,8 @@
-"""``cohort``: lifetimes of many slides, each kept in a folder as soon as it is found, and over all of them.
+"""``cohort``: lifetimes of many slides, and statistics over all slides. Each slide's result is stored when it is done.
 
-The interval of the median over slides lies between two of the slides' own values, by their order (Conover, Practical
-Nonparametric Statistics, 3rd ed., section 3.2): nothing is assumed of how slides differ but that they were drawn
-independently. A lifetime that is never reached is longer than all others; it takes part in the order.
+The ends of the median's interval are order statistics: lifetimes of two of the slides (Conover, Practical Nonparametric
+Statistics, 3rd ed., section 3.2). The only assumption is that the slides were drawn independently. A lifetime that is
+never reached ranks as longer than all others.
 """
 
 from __future__ import annotations
@@ -36,17 +36,17 @@ if TYPE_CHECKING:
 
     Crew = Callable[[CohortTask, Sequence[CohortSlide]], Outcomes]
 
-#: Confidence of the interval of a median. Fewer than six slides cannot reach it, and get no interval.
+#: Confidence of the interval of a median. Fewer than six slides cannot reach this confidence, and get no interval.
 CONFIDENCE = 0.95
 
 
 @dataclass(frozen=True)
 class Lives:
-    """Lifetimes of several slides, in hours; None for each that is beyond the hours that were looked at."""
+    """Statistics of the lifetimes of several slides, in hours; None for a lifetime beyond the last hour."""
 
-    #: The median. Of an even number the mean of the two in the middle; None where one of these is never reached.
+    #: The median; of an even number of slides the mean of the middle two, None if one of the two is never reached.
     median: float | None
-    #: 95 % interval of the median, its ends either of them None as above; None for fewer than six slides.
+    #: 95 % interval of the median; an end that is never reached is None. None for fewer than six slides.
     interval: tuple[float | None, float | None] | None
     #: The shortest and the longest.
     range: tuple[float | None, float | None]
@@ -75,11 +75,11 @@ def lives_of(lives: Sequence[float | None]) -> Lives:
 
 
 def left_out(size: int) -> int | None:
-    """Return how many of ``size`` ordered values lie beyond either end of the median's interval; None: no 95 %."""
+    """Return how many of ``size`` ordered values lie beyond each end of the median's 95 % interval; None: none."""
     below, outside = 0, None
     for k in range(size // 2):
         below += comb(size, k)
-        # In integers: for a few thousand slides 2**size is too large for a float.
+        # In integers, since for a few thousand slides 2**size is too large for a float.
         if 2 * below * 1000 > round((1.0 - CONFIDENCE) * 1000) * 2**size:
             break
         outside = k
@@ -87,7 +87,7 @@ def left_out(size: int) -> int | None:
 
 
 def coverage(size: int) -> float | None:
-    """Return the chance that the interval of ``size`` slides holds the median, at least 95 %; None: there is none."""
+    """Return the chance, at least 95 %, that the interval of ``size`` slides holds the median; None: no interval."""
     outside = left_out(size)
     if outside is None:
         return None
@@ -95,7 +95,7 @@ def coverage(size: int) -> float | None:
 
 
 def bands_of(curves: Sequence[DifferenceCurve]) -> dict[str, Band]:
-    """Return statistic → median and range, at each hour, of the curves of at least one slide."""
+    """Return statistic → median and range of the curves of at least one slide, at each hour."""
     bands = {}
     for name in STATISTICS:
         values = np.array([getattr(curve, name) for curve in curves])
@@ -113,7 +113,7 @@ _POINTS = {"mean": "mean", "max": "mean_plus_2_sd", "p95": "p95", "p99": "p99", 
 
 @dataclass(frozen=True)
 class BrokenSlide:
-    """A slide without a result, and why: one or two sentences."""
+    """A slide without a result, and the reason in one or two sentences."""
 
     file: str
     reason: str
@@ -123,20 +123,20 @@ class BrokenSlide:
 class Cohort:
     """The result of :func:`cohort`."""
 
-    #: The slides with a result, in the order given; perhaps none.
+    #: The slides with a result, in the order given; may be empty.
     slides: Lifetimes
-    #: The others.
+    #: The slides without a result.
     broken: tuple[BrokenSlide, ...]
     #: The modes of every slide.
     modes: tuple[str, ...]
-    #: How many results an earlier run had left.
+    #: How many results come from an earlier run.
     kept: int
-    #: Where every slide's result is.
+    #: Folder that holds the results of all slides.
     folder: Path
 
     @cached_property
     def lives(self) -> dict[str, dict[float, dict[str, Lives]]]:
-        """Lifetimes over all slides, by mode, tolerance and statistic; empty where no slide has a result."""
+        """Statistics of lifetimes over all slides, by mode, tolerance and statistic; empty if no slide has a result."""
         images = self.slides.images
         return {
             mode: {
@@ -184,7 +184,7 @@ class Cohort:
         }
 
     def as_csv(self) -> str:
-        """Return what ``--csv`` writes: a line a slide and mode, then a mode's median and the ends of its interval."""
+        """Return what ``--csv`` writes: a line for each slide and mode, then each mode's median and interval ends."""
         head, *lines = self.slides.csv_rows()
         rows = [["row", *head], *(["slide", *line] for line in lines)]
         columns = list(product(self.slides.tolerances, STATISTICS))
@@ -217,50 +217,50 @@ def cohort(
     force: bool = False,
     progress: Progress = unseen,
 ) -> Cohort:
-    """Find the lifetimes of many slides, and over all of them.
+    """Compute the lifetimes of many slides, and statistics over all slides.
 
-    Each slide's result is written into the folder ``output`` as soon as it is found. A second run with the same model
-    and options does only what is missing: slides that are new, have changed (by size or time), or were broken.
+    Each slide's result is written into the folder ``output`` as soon as it is computed. A second run with the same
+    model and options computes only slides that are new, have changed (by size or time), or had no result.
 
     Parameters
     ----------
     slides
-        Slides and images, folders of them, lists (.txt) of a path a line.
+        Slides and images, folders of slides and images, or lists (.txt) with one path a line.
     model, tolerances, modes, hours, tissue, source
         As :func:`lutgen.lifetime` takes them.
     output
         The run's folder.
     jobs
-        Processes on this machine, each of up to 0.5 GB; default: one a core.
+        Number of processes on this machine, each with up to 0.5 GB of memory; default: one for each core.
     scheduler
-        Address of a Dask scheduler, ``tcp://host:8786``, to do it on a cluster instead; its workers must see the slides
-        under the same paths.
+        Address of a Dask scheduler, ``tcp://host:8786``, to compute on a cluster instead. Its workers must see the
+        slides under the same paths.
     force
-        Replace a run in ``output`` that asked something else. What lutgen did not write is never touched.
+        Replace a run in ``output`` that has another model or other options. Files that lutgen did not write stay.
     progress
         Called with the slides done and all slides.
 
     Raises
     ------
     LutgenError
-        No slide, bad options as for ``lifetime``, a folder that cannot be used, or no scheduler. A slide that cannot be
-        read is no error: it is named in the result.
+        No slide is given, options are wrong as for ``lifetime``, the folder cannot be used, or no scheduler answers. A
+        slide that cannot be read is no error: the result names it.
 
     """
     if jobs is not None and scheduler is not None:
         raise LutgenError("jobs are processes of this machine, and a scheduler has its own. Leave one of them out.")
     checked, chosen = check_asked(model, tolerances=tolerances, modes=modes, hours=hours, source=source)
-    asked = CohortTask(model, checked, tuple(dict.fromkeys(modes)), tuple(chosen), tissue, source)
+    task = CohortTask(model, checked, tuple(dict.fromkeys(modes)), tuple(chosen), tissue, source)
     all_slides = find_slides(slides)
-    folder = claim(Path(output), asked, force=force)
-    images = {slide: earlier for slide in all_slides if (earlier := _kept(folder, slide, checked))}
+    folder = claim(Path(output), task, force=force)
+    images = {slide: earlier for slide in all_slides if (earlier := _earlier_result(folder, slide, checked))}
     kept = len(images)
     progress(kept, len(all_slides))
     broken = {}
     missing = [slide for slide in all_slides if slide not in images]
     with _crew(missing, jobs, scheduler) as crew:
         folder.begin()
-        with closing(crew(asked.anywhere(), missing)) as outcomes:
+        with closing(crew(task.anywhere(), missing)) as outcomes:
             for slide, outcome in outcomes:
                 if outcome.image is None:
                     broken[slide] = BrokenSlide(slide.name, outcome.reason)
@@ -271,11 +271,11 @@ def cohort(
                 progress(len(images) + len(broken), len(all_slides))
     in_order = tuple(images[slide] for slide in all_slides if slide in images)
     named = tuple(broken[slide] for slide in all_slides if slide in broken)
-    return Cohort(Lifetimes(in_order, checked, model), named, asked.modes, kept, Path(output))
+    return Cohort(Lifetimes(in_order, checked, model), named, task.modes, kept, Path(output))
 
 
-def _kept(folder: RunFolder, slide: CohortSlide, tolerances: Sequence[float]) -> ImageLifetime | None:
-    """Return the result of a slide from an earlier run; None where there is none, or it is not one."""
+def _earlier_result(folder: RunFolder, slide: CohortSlide, tolerances: Sequence[float]) -> ImageLifetime | None:
+    """Return the result of a slide from an earlier run; None if there is no result, or the file is not a result."""
     image = folder.kept(slide)
     try:
         return image_from_json(image, slide.name, tolerances) if image else None

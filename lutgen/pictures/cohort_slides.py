@@ -1,4 +1,4 @@
-"""The slides of a cohort, and the folder of its run: a file a finished slide, so that a second run does the rest."""
+"""The slides of a cohort, and the folder of its run: one file for each finished slide, so that a run can be resumed."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ if TYPE_CHECKING:
 
     from lutgen.pictures.cohort_workers import CohortTask
 
-#: Suffixes of the files that are taken from a folder.
+#: Suffixes of the files in a folder that count as slides.
 SUFFIXES = tuple(suffix for kind in FORMATS for suffix in kind.suffixes) + blocks.SUFFIXES
 
 #: Suffix of a list of slides.
 LIST = ".txt"
 
-#: Most bytes of a list: a path of some hundred bytes for each of a hundred thousand slides.
+#: Most bytes of a list: a hundred thousand slides with a path of some hundred bytes each.
 MAX_BYTES = 64_000_000
 
 
@@ -42,17 +42,20 @@ MAX_BYTES = 64_000_000
 class CohortSlide:
     """One slide of a cohort."""
 
-    #: Its path as it was given.
+    #: Path as given.
     name: str
-    #: Its whole path, the same from every folder.
+    #: Absolute path.
     path: str
-    #: Its size, and when it was last changed, in nanoseconds since 1970; 0 where there is no such file.
+    #: Size, and time of the last change in nanoseconds since 1970; 0 where there is no such file.
     bytes: int
     changed_ns: int
 
 
 def find_slides(given: Sequence[str | Path]) -> tuple[CohortSlide, ...]:
-    """Return the slides that files, folders and lists (.txt) name, in order. Raises LutgenError: none, unreadable."""
+    """Return the slides that files, folders and lists (.txt) name, in order.
+
+    Raises LutgenError: none, unreadable list.
+    """
     if not given:
         raise LutgenError("no slide was given. Give slides, a folder of them, or a list (.txt) of a path a line.")
     slides: dict[str, CohortSlide] = {}
@@ -98,7 +101,7 @@ def _slide(path: Path) -> CohortSlide:
 
 def _parts(path: Path) -> Iterator[os.stat_result]:
     files = [path]
-    # Slides that are an index beside a folder of the same name, which holds the pixels.
+    # A .mrxs file is an index; a folder of the same name beside it holds the pixels.
     if path.suffix.lower() == ".mrxs":
         files += sorted(part for part in path.with_suffix("").rglob("*") if part.is_file())
     for file in files:
@@ -108,29 +111,29 @@ def _parts(path: Path) -> Iterator[os.stat_result]:
 
 SCHEMA = 1
 
-#: File of a run that holds the recipe.
+#: File of a run that holds the recipe: the model and options that set the results.
 OPTIONS = "cohort.json"
 
 #: The folder of results.
 SLIDES = "slides"
 
-#: Most bytes of a result, which has some numbers for each hour and mode.
+#: Most bytes of a result, which holds a few numbers for each hour and mode.
 MAX_RESULT_BYTES = 64_000_000
 
 
 @dataclass(frozen=True)
 class RunFolder:
-    """The folder of a run, found fit for it: :func:`claim` checks it before anything is written."""
+    """The folder of a run. :func:`claim` checks the folder before anything is written."""
 
     #: The folder.
     path: Path
-    #: What decides the results: written down before the first.
+    #: The model and options that set the results. Written before the first result.
     recipe: Mapping[str, Any]
-    #: Whether it holds results of another recipe, which are removed when the run begins.
+    #: Whether the folder holds results of another recipe, which are removed when the run begins.
     other: bool
 
     def begin(self) -> None:
-        """Write the recipe; remove what a killed run left unfinished and, by force, the results of another recipe."""
+        """Write the recipe. Remove the results of another recipe, or else unfinished files of a killed run."""
         for old in (self.path / SLIDES).glob("*.json" if self.other else f".*{PARTIAL}"):
             old.unlink()
         write_atomically(self.path / OPTIONS, _text(self.recipe))
@@ -140,7 +143,7 @@ class RunFolder:
         write_atomically(self._file(slide), _text({"schema": SCHEMA, "slide": asdict(slide), "image": image}))
 
     def kept(self, slide: CohortSlide) -> dict[str, Any] | None:
-        """Return a slide's result, None where there is none of the slide as it is now."""
+        """Return a slide's result; None if there is no result, or the slide has changed since."""
         if self.other:
             return None
         try:
@@ -157,12 +160,15 @@ class RunFolder:
         return self.path / SLIDES / f"{Path(slide.path).name[:40]}-{place}.json"
 
 
-def claim(path: Path, asked: CohortTask, *, force: bool) -> RunFolder:
-    """Check that a run may go into ``path``. Raises LutgenError: no folder, others' files or, unforced, a run."""
+def claim(path: Path, task: CohortTask, *, force: bool) -> RunFolder:
+    """Check that a run may use ``path``.
+
+    Raises LutgenError: no folder, foreign files or, without ``force``, another run.
+    """
     in_the_way = next((place for place in (path, *path.parents) if place.exists()), path)
     if in_the_way.exists() and not in_the_way.is_dir():
         raise LutgenError(f"{in_the_way}: is a file, and a run is a folder. Choose another with -o.")
-    recipe = recipe_of(asked, path)
+    recipe = recipe_of(task, path)
     before = _read(path)
     if before is None:
         return RunFolder(path, recipe, other=False)
@@ -175,22 +181,22 @@ def claim(path: Path, asked: CohortTask, *, force: bool) -> RunFolder:
     return RunFolder(path, recipe, other=bool(changed))
 
 
-def recipe_of(asked: CohortTask, path: Path) -> dict[str, Any]:
-    """Return what decides the results of a run into ``path``, for JSON. Raises LutgenError: a model without files."""
+def recipe_of(task: CohortTask, path: Path) -> dict[str, Any]:
+    """Return the recipe of a run into ``path``, for JSON. Raises LutgenError: a model without files."""
     return {
         "schema": SCHEMA,
-        "version": asked.version,
-        "model": hashlib.sha256(model_text(asked.model, path.resolve())).hexdigest(),
-        "tolerances": list(asked.tolerances),
-        "modes": list(asked.modes),
-        "hours": list(asked.hours),
-        "tissue": asked.tissue,
-        "source": asked.source,
+        "version": task.version,
+        "model": hashlib.sha256(model_text(task.model, path.resolve())).hexdigest(),
+        "tolerances": list(task.tolerances),
+        "modes": list(task.modes),
+        "hours": list(task.hours),
+        "tissue": task.tissue,
+        "source": task.source,
     }
 
 
 def _read(path: Path) -> dict[str, Any] | None:
-    """Return the recipe of the run in a folder; None for a folder that is empty or not there."""
+    """Return the recipe of the run in a folder; None for an empty or missing folder."""
     advice = "Was it edited? Choose another folder with -o."
     try:
         content = from_json(bytes_at_most(path / OPTIONS, MAX_RESULT_BYTES, none="run", advice=advice))
@@ -202,7 +208,7 @@ def _read(path: Path) -> dict[str, Any] | None:
             f"{path}: holds files that are no run of lutgen's, such as {stranger}. Choose an empty or new folder "
             "with -o."
         ) from None
-    except LutgenError:  # a ValueError too
+    except LutgenError:  # which is a ValueError too
         raise
     except (OSError, ValueError) as error:
         raise LutgenError(f"{path / OPTIONS}: cannot be read ({error}). {advice}") from None
@@ -215,12 +221,12 @@ def _text(content: Mapping[str, Any]) -> bytes:
     return (json.dumps(content, indent=1, allow_nan=False) + "\n").encode()
 
 
-#: Attributes of a curve, as JSON calls them.
+#: Attribute of a curve → its name in JSON.
 _COLUMNS = {"hours": "hours", "mean": "mean", "sd": "sd", "p95": "p95", "p99": "p99", "largest": "max"}
 
 
 def image_from_json(content: Mapping[str, Any], file: str, tolerances: Sequence[float]) -> ImageLifetime:
-    """Return the image that ``lifetime --json`` wrote. Raises KeyError, TypeError or ValueError where it did not."""
+    """Return the result that ``lifetime --json`` wrote. Raises KeyError, TypeError or ValueError for other content."""
     tissue, modes = content["tissue"], content["modes"]
     return ImageLifetime(
         file=file,

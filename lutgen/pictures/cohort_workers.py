@@ -1,12 +1,12 @@
-"""The processes that compute a cohort's slides: those of this machine, or workers of a Dask cluster, an optional extra.
+"""Compute a cohort's slides in processes of this machine, or on workers of a Dask cluster (an optional extra).
 
-A pool of ``concurrent.futures`` breaks when one of its processes is killed (out of memory, a fault in a decoder). The
-slides in hand are then tried once more, each alone in a new pool; a slide under which that process dies too is named.
+A pool of ``concurrent.futures`` breaks when one of its processes is killed (out of memory, a fault in a decoder). Then
+each slide in work is computed once more, alone in a new pool. A slide whose second process dies too has no result.
 
-A worker of a cluster (https://distributed.dask.org) gets a slide's path, so it must see the file under the same path;
-the worker's result, a few kB, comes back. Dask gives the slides of a worker that dies to others, also those that it had
-finished and nobody had fetched; a slide under which workers keep dying is given up (Dask's `allowed-failures`) and
-named. This process alone writes files.
+A worker of a cluster (https://distributed.dask.org) gets a slide's path, so it must see the file under the same path.
+The worker sends its result back, a few kB. When a worker dies, Dask gives its slides to other workers, also finished
+slides whose result was not fetched yet. When workers keep dying on one slide, Dask gives the slide up
+(`allowed-failures`), and the slide has no result. Only the main process writes files.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class CohortTask:
-    """The task of every slide; arguments as :func:`lutgen.pictures.lifetime.lifetime` takes them."""
+    """Arguments for each slide's call of :func:`lutgen.pictures.lifetime.lifetime`."""
 
     model: DisplayModel
     tolerances: tuple[float, ...]
@@ -58,7 +58,7 @@ class CohortTask:
     version: str = __version__
 
     def anywhere(self) -> CohortTask:
-        """Return the same task, with absolute paths to own effects, for processes in other folders."""
+        """Return the same task with absolute paths of the user's own effects, for processes in other folders."""
         effects = tuple(
             replace(each, effect=replace(each.effect, origin=str(Path(each.effect.origin).resolve())))
             if each.effect.origin.endswith(".py")
@@ -70,24 +70,24 @@ class CohortTask:
 
 @dataclass(frozen=True)
 class Outcome:
-    """The outcome of a slide: an image as ``lifetime --json`` writes it, or the reason why there is none."""
+    """The outcome of a slide: the result as ``lifetime --json`` writes it, or the reason why there is no result."""
 
     image: dict[str, Any] | None
     reason: str = ""
 
 
-def look_at(asked: CohortTask, slide: CohortSlide, threads: int = 0) -> Outcome:
-    """Find one slide's lifetimes, with so many ``threads`` (0: one a core); an error becomes the outcome's reason."""
+def look_at(task: CohortTask, slide: CohortSlide, threads: int = 0) -> Outcome:
+    """Compute one slide's lifetimes in ``threads`` threads (0: one a core); an error becomes the outcome's reason."""
     try:
         with few_threads(threads):
             lifetimes = lifetime(
                 [slide.path],
-                asked.model,
-                tolerances=asked.tolerances,
-                modes=asked.modes,
-                hours=asked.hours,
-                tissue=asked.tissue,
-                source=asked.source,
+                task.model,
+                tolerances=task.tolerances,
+                modes=task.modes,
+                hours=task.hours,
+                tissue=task.tissue,
+                source=task.source,
             )
     except LutgenError as error:
         return Outcome(None, str(error).removeprefix(f"{slide.path}: "))
@@ -103,7 +103,10 @@ def outcomes(
     slides: Sequence[CohortSlide],
     deadly: str,
 ) -> Outcomes:
-    """Yield each slide with its outcome; retry slides of dead processes (None of ``done``), each alone."""
+    """Yield each slide with its outcome.
+
+    Compute again, one by one, the slides whose process died (None of ``done``).
+    """
     suspects = []
     for slide, outcome in done(slides):
         if outcome:
@@ -115,7 +118,7 @@ def outcomes(
             yield slide, outcome or Outcome(None, deadly)
 
 
-#: Variable with the number of BLAS threads, which numpy reads when it is imported; they would wait for one another.
+#: Variable with the number of BLAS threads, which numpy reads at import. Many BLAS threads would wait for each other.
 _BLAS = "OPENBLAS_NUM_THREADS"
 
 #: Why a slide is given up.
@@ -124,50 +127,50 @@ _DEADLY = (
     "copy."
 )
 
-#: Set in a worker process when it starts: the task of every slide, and the number of threads of this process.
-_given: tuple[CohortTask, int]
+#: Set in a worker process at its start: the task of every slide, and the number of threads of this process.
+_work: tuple[CohortTask, int]
 
 
-def on_this_machine(asked: CohortTask, slides: Sequence[CohortSlide], jobs: int) -> Outcomes:
-    """Yield each slide with its outcome from ``jobs`` processes. Raises LutgenError: they cannot be started."""
+def on_this_machine(task: CohortTask, slides: Sequence[CohortSlide], jobs: int) -> Outcomes:
+    """Yield each slide with its outcome from ``jobs`` processes. Raises LutgenError: a process cannot be started."""
     if jobs <= 1:
         for slide in slides:
-            yield slide, look_at(asked, slide)
+            yield slide, look_at(task, slide)
         return
-    yield from outcomes(partial(_done_here, asked, jobs), slides, _DEADLY)
+    yield from outcomes(partial(_done_here, task, jobs), slides, _DEADLY)
 
 
 def _done_here(
-    asked: CohortTask, jobs: int, slides: Sequence[CohortSlide]
+    task: CohortTask, jobs: int, slides: Sequence[CohortSlide]
 ) -> Iterator[tuple[CohortSlide, Outcome | None]]:
-    """Yield each slide with its outcome, None where its process died."""
+    """Yield each slide with its outcome; None if its process died."""
     waiting = deque(slides)
     while waiting:
-        held: dict[Future[Outcome], CohortSlide] = {}
-        with _pool(asked, min(jobs, len(waiting)), max(threads() // jobs, 1)) as pool:
+        running: dict[Future[Outcome], CohortSlide] = {}
+        with _pool(task, min(jobs, len(waiting)), max(threads() // jobs, 1)) as pool:
             try:
-                while waiting or held:
-                    # At most one slide for each process, so that few slides are tried again when a process dies.
-                    while waiting and len(held) < jobs:
+                while waiting or running:
+                    # At most one slide for each process, so that few slides are computed again when a process dies.
+                    while waiting and len(running) < jobs:
                         with _quiet_start():
-                            held[pool.submit(_look, waiting[0])] = waiting[0]
+                            running[pool.submit(_look, waiting[0])] = waiting[0]
                         waiting.popleft()
-                    for future in wait(held, return_when=FIRST_COMPLETED).done:
-                        yield held[future], future.result()
-                        del held[future]
+                    for future in wait(running, return_when=FIRST_COMPLETED).done:
+                        yield running[future], future.result()
+                        del running[future]
             except BrokenProcessPool:
-                for future in wait(held).done:
-                    yield held[future], None if future.exception() else future.result()
+                for future in wait(running).done:
+                    yield running[future], None if future.exception() else future.result()
 
 
 @contextmanager
-def _pool(asked: CohortTask, jobs: int, share: int) -> Iterator[ProcessPoolExecutor]:
-    """Start a pool; end its processes at once when the body of the ``with`` statement fails or is interrupted."""
-    # Forking beside threads is unsafe, and other systems have no fork.
+def _pool(task: CohortTask, jobs: int, share: int) -> Iterator[ProcessPoolExecutor]:
+    """Start a pool. End its processes at once when the body of the ``with`` statement fails or is interrupted."""
+    # Forking a process with threads is unsafe, and some systems have no fork.
     context = multiprocessing.get_context("spawn")
     # Worker processes watch the other end of this pipe, and exit when this process closes its end or is killed.
     our_end, their_end = context.Pipe()
-    pool = ProcessPoolExecutor(jobs, context, _begin, (their_end, asked, share))
+    pool = ProcessPoolExecutor(jobs, context, _begin, (their_end, task, share))
     try:
         _check_start(pool)
         yield pool
@@ -192,7 +195,7 @@ def _check_start(pool: ProcessPoolExecutor) -> None:
 
 @contextmanager
 def _quiet_start() -> Iterator[None]:
-    """Start processes with one thread of BLAS each and with SIGINT blocked: the parent handles Ctrl-C."""
+    """Start each process with one BLAS thread and with SIGINT blocked, since the parent handles Ctrl-C."""
     before = os.environ.get(_BLAS)
     os.environ[_BLAS] = before or "1"
     # A new process inherits the blocked signals, so that Ctrl-C cannot interrupt it before _begin runs.
@@ -207,9 +210,9 @@ def _quiet_start() -> Iterator[None]:
             del os.environ[_BLAS]
 
 
-def _begin(end: Connection, asked: CohortTask, share: int) -> None:
-    global _given  # noqa: PLW0603 - a pool has no other place for what its processes share
-    _given = asked, share
+def _begin(end: Connection, task: CohortTask, share: int) -> None:
+    global _work  # noqa: PLW0603 - a pool has no other place for what its processes share
+    _work = task, share
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with, args=(end,), daemon=True).start()
 
@@ -220,14 +223,14 @@ def _end_with(end: Connection) -> None:
 
 
 def _look(slide: CohortSlide) -> Outcome:
-    asked, share = _given
-    return look_at(asked, slide, share)
+    task, share = _work
+    return look_at(task, slide, share)
 
 
-#: Seconds to wait for a scheduler that does not answer, and for one that has no worker.
+#: Seconds to wait for an answer of a scheduler, and for its first worker.
 PATIENCE_S = 5.0
 
-#: Addresses that Dask connects to; it gives no clear error for others.
+#: Addresses that Dask connects to. Dask gives no clear error for other addresses.
 _ADDRESS = re.compile(r"(tcp|tls|ws|wss)://[^/\s]+:\d+")
 
 #: Why a slide is given up.
@@ -236,7 +239,7 @@ _DEADLY_WORKERS = "the Dask workers that took it died, one after the other (out 
 
 @contextmanager
 def on_cluster(address: str) -> Iterator[Callable[[CohortTask, Sequence[CohortSlide]], Outcomes]]:
-    """Connect to a scheduler; give the function that computes slides there.
+    """Connect to a scheduler; yield the function that computes slides on its workers.
 
     Raises LutgenError: no Dask, scheduler or worker.
     """
@@ -263,7 +266,7 @@ def on_cluster(address: str) -> Iterator[Callable[[CohortTask, Sequence[CohortSl
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Silence the log of Dask's client when a connection is lost: lutgen's own error says it in one sentence."""
+    """Silence the log of Dask's client: lutgen's own error reports a lost connection in one sentence."""
     logger = getLogger("distributed.client")
     before = logger.level
     logger.setLevel(CRITICAL)
@@ -273,18 +276,18 @@ def _quiet() -> Iterator[None]:
         logger.setLevel(before)
 
 
-def _outcomes_on_cluster(dask: Any, client: Any, asked: CohortTask, slides: Sequence[CohortSlide]) -> Outcomes:
-    # Dask suspects every slide that waited at a worker when the worker died.
-    return outcomes(partial(_done_on_cluster, dask, client, asked), slides, _DEADLY_WORKERS)
+def _outcomes_on_cluster(dask: Any, client: Any, task: CohortTask, slides: Sequence[CohortSlide]) -> Outcomes:
+    # When a worker dies, Dask counts a failure for every slide that waited at this worker.
+    return outcomes(partial(_done_on_cluster, dask, client, task), slides, _DEADLY_WORKERS)
 
 
 def _done_on_cluster(
-    dask: Any, client: Any, asked: CohortTask, slides: Sequence[CohortSlide]
+    dask: Any, client: Any, task: CohortTask, slides: Sequence[CohortSlide]
 ) -> Iterator[tuple[CohortSlide, Outcome | None]]:
-    # Each task has a unique key: otherwise Dask returns the remembered result of an earlier run.
+    # Each task has a unique key, since Dask returns the cached result of an earlier run for a known key.
     run = uuid4().hex
     futures = {
-        client.submit(pickle.loads, pickle.dumps(_Call(asked, slide)), key=f"lutgen-{run}-{place}"): slide
+        client.submit(pickle.loads, pickle.dumps(_Call(task, slide)), key=f"lutgen-{run}-{place}"): slide
         for place, slide in enumerate(slides)
     }
     for future in dask.as_completed(list(futures), loop=client.loop):
@@ -292,10 +295,10 @@ def _done_on_cluster(
 
 
 def _outcome(dask: Any, client: Any, future: Any) -> Outcome | None:
-    """Return the result of a task; None: Dask gave the task up, since the workers that had it died."""
+    """Return the result of a task; None: Dask gave the task up because its workers died."""
     try:
         error = future.exception()
-        # If the worker dies before its result is fetched, this waits until another worker has computed it again.
+        # If the worker dies before its result is fetched, this call waits until another worker has computed the slide.
         outcome: Outcome | None = None if error else future.result()
     except dask.CancelledError:
         raise LutgenError(
@@ -311,19 +314,19 @@ def _outcome(dask: Any, client: Any, future: Any) -> Outcome | None:
 
 
 class _Call:
-    """Computes a slide when unpickled: a worker without lutgen fails the task, and does not reconnect without end."""
+    """Computes a slide when unpickled. A worker without lutgen then fails the task, and does not reconnect for ever."""
 
-    def __init__(self, asked: CohortTask, slide: CohortSlide) -> None:
-        self._given = asked, slide
+    def __init__(self, task: CohortTask, slide: CohortSlide) -> None:
+        self._work = task, slide
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _look_there, self._given
+        return _look_there, self._work
 
 
-def _look_there(asked: CohortTask, slide: CohortSlide) -> Outcome:
-    """Find a slide's lifetimes on a Dask worker, with one thread: the worker's other threads have other slides."""
-    if asked.version != __version__:
-        return Outcome(None, f"lutgen is {__version__} on its Dask worker and {asked.version} here. Install the same.")
+def _look_there(task: CohortTask, slide: CohortSlide) -> Outcome:
+    """Compute a slide's lifetimes on a Dask worker in one thread, since its other threads compute other slides."""
+    if task.version != __version__:
+        return Outcome(None, f"lutgen is {__version__} on its Dask worker and {task.version} here. Install the same.")
     file = Path(slide.path)
     if slide.bytes and not file.is_file():
         return Outcome(
@@ -331,7 +334,7 @@ def _look_there(asked: CohortTask, slide: CohortSlide) -> Outcome:
             f"this machine sees it and its Dask worker does not, at {file}. Put slides where all machines see them "
             "under the same path.",
         )
-    return look_at(asked, slide, 1)
+    return look_at(task, slide, 1)
 
 
 def _distributed() -> Any:

@@ -1,15 +1,17 @@
-"""``nuclei``: how clearly nuclei stand out from what surrounds them, and how much of that an aged display leaves.
+"""``nuclei``: colour contrast between nuclei and their surroundings on un-aged and on aged displays.
 
-The abstract of the paper announces it: conspicuity of nuclei by ΔE2000. Here, for each nucleus, ΔE2000 between its mean
-Lab and the mean Lab of a ring around it, both as a display shows them (:mod:`lutgen.pictures.difference`): un-aged
-against aged. It is a contrast of mean colours: no texture, no edge, no reader; what segmentation gets wrong is in it.
+The abstract of the paper announces conspicuity of nuclei by ΔE2000. For each nucleus this module computes ΔE2000
+between the mean Lab of the nucleus and the mean Lab of a ring around the nucleus. A display shows both colours
+(:mod:`lutgen.pictures.difference`); the contrast on the un-aged display is compared with the contrast on aged displays.
+The contrast is between mean colours only. It includes no texture, no edge and no reader. It includes errors of the
+segmentation.
 
-A mean over pixels is a weighted mean over distinct colours: aged Lab is computed once a colour and display, and one
-sparse matrix, colours × (nuclei and rings), holds how often each occurs where.
+A mean over pixels is a weighted mean over distinct colours. So the aged Lab is computed once for each colour and
+display. One sparse matrix, colours × (nuclei and rings), holds how often each colour occurs in each nucleus and ring.
 
-Intervals are percentile bootstraps over nuclei (Efron 1979, doi:10.1214/aos/1176344552), seeded: un-aged and aged
-ΔE2000 of a nucleus are drawn together. They tell how much other nuclei of the same tissue would differ, as if nuclei
-were drawn one by one; not what another slide, another stain or another segmentation would give.
+Intervals are percentile bootstraps over nuclei (Efron 1979, doi:10.1214/aos/1176344552), seeded. The un-aged and the
+aged ΔE2000 of a nucleus are drawn together. The intervals hold for other nuclei of the same tissue, as if nuclei were
+drawn one by one. They do not hold for another slide, another stain or another segmentation.
 """
 
 from __future__ import annotations
@@ -40,28 +42,28 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-#: Shares of a typical nucleus's width: the gap, whose pixels optics and compression mix from both sides, and the ring,
-#: 2 µm around a nucleus of 6 µm, which most cytoplasm reaches. At least so many pixels each.
+#: Widths of the gap and of the ring as shares of a typical nucleus's width. Optics and compression mix colours of both
+#: sides in the gap. The ring is 2 µm wide for a nucleus of 6 µm; most cytoplasm extends so far. Least widths in pixels.
 GAP, RING = 0.1, 1 / 3
 LEAST_GAP, LEAST_RING = 1, 2
 
-#: Pixels of the smallest ring that stands for what is around a nucleus.
+#: Pixels of the smallest ring that represents the surroundings of a nucleus.
 LEAST_PIXELS = 8
 
 
 @dataclass(frozen=True)
 class Rings:
-    """The ring of pixels around each nucleus, with which its colour is compared."""
+    """The ring of pixels around each nucleus. The nucleus's colour is compared with the ring's colour."""
 
-    #: Which pixels belong to the ring of which nucleus; 0: of none.
+    #: Number of the nucleus to whose ring each pixel belongs; 0: no ring.
     labels: Labels
-    #: Pixels between nucleus and ring, and pixels across the ring.
+    #: Width of the gap between nucleus and ring, and of the ring, in pixels.
     gap: int
     width: int
 
 
 def rings_of(nuclei: Nuclei, visible: Mask) -> tuple[Nuclei, Rings, int]:
-    """Return the nuclei that have a ring of ``visible`` pixels, numbered anew, their rings, and how many had none."""
+    """Return the nuclei with a ring of ``visible`` pixels, renumbered, their rings, and the number of other nuclei."""
     from scipy import ndimage
 
     gap = max(round(GAP * nuclei.width), LEAST_GAP)
@@ -72,14 +74,14 @@ def rings_of(nuclei: Nuclei, visible: Mask) -> tuple[Nuclei, Rings, int]:
     enough = np.bincount(labels.ravel(), minlength=nuclei.count + 1) >= LEAST_PIXELS
     enough[0] = True
     number = np.where(enough, np.cumsum(enough) - 1, -1).astype(np.int32)
-    kept = np.where(nuclei.labels > 0, number[nuclei.labels], nuclei.labels)
+    renumbered = np.where(nuclei.labels > 0, number[nuclei.labels], nuclei.labels)
     count = int(enough.sum()) - 1
     rings = Rings(np.maximum(number[labels], 0), gap, width)
-    return replace(nuclei, labels=kept, count=count), rings, nuclei.count - count
+    return replace(nuclei, labels=renumbered, count=count), rings, nuclei.count - count
 
 
 def outlines(labels: Labels) -> NDArray[np.bool_]:
-    """Pixels of labels above 0 at which another label, or none, begins: (rows, columns)."""
+    """Return which pixels of labels above 0 have a neighbour with another label: (rows, columns)."""
     edge = np.zeros(labels.shape, np.bool_)
     for before, after in NEIGHBOURS:
         differs = labels[before] != labels[after]
@@ -88,43 +90,43 @@ def outlines(labels: Labels) -> NDArray[np.bool_]:
     return edge & (labels > 0)
 
 
-#: Percentiles of the distribution over nuclei that a report has.
+#: Percentiles over nuclei that a report shows.
 PERCENT = (5, 25, 50, 75, 95)
 
-#: Resamples, and the per cents of them between which an interval lies.
+#: Number of resamples, and their percentiles that are the ends of an interval.
 DRAWS, BETWEEN = 400, (2.5, 97.5)
 
-#: Fewer nuclei than this get no interval: their scatter is not known well enough.
+#: Least number of nuclei for an interval: the scatter of fewer nuclei is not known well enough.
 FEWEST = 10
 
-#: Draws that are held at a time, 32 MB.
+#: Drawn indices in memory at a time, 32 MB.
 _HELD = 1 << 22
 
 
 @dataclass(frozen=True)
 class Contrast:
-    """ΔE2000 between nuclei and rings in one mode, at h hours, of n nuclei."""
+    """ΔE2000 between n nuclei and their rings in one mode, at h hours."""
 
-    #: On the un-aged display, shape (n,).
+    #: ΔE2000 on the un-aged display, shape (n,).
     unaged: Array
-    #: On the aged one, shape (h, n).
+    #: ΔE2000 on the aged display, shape (h, n).
     aged: Array
-    #: Of ``aged`` over nuclei, at ``PERCENT``, shape (h, 5).
+    #: Percentiles ``PERCENT`` of ``aged`` over nuclei, shape (h, 5).
     percentiles: Array
-    #: Of the median, aged over un-aged − 1, shape (h,); NaN where the un-aged median is 0.
+    #: Relative change of the median: aged / un-aged − 1, shape (h,); NaN where the un-aged median is 0.
     change: Array
-    #: Share of nuclei that lose more than was asked for, shape (h,).
+    #: Share of nuclei that lose more than the given loss, shape (h,).
     lost: Array
-    #: Low and high ends, 95 %, of median, change and lost, shape (h, 3, 2); None for fewer than ``FEWEST`` nuclei.
+    #: Ends of the 95 % intervals of median, change and lost, shape (h, 3, 2); None for fewer than ``FEWEST`` nuclei.
     intervals: Array | None
 
     @property
     def median(self) -> Array:
-        """Of the nuclei, shape (h,)."""
+        """Median of ``aged`` over nuclei, shape (h,)."""
         return np.asarray(self.percentiles[:, PERCENT.index(50)])
 
     def points(self, hours: Array) -> list[dict[str, Any]]:
-        """Return numbers by hours, for JSON; null where there is none."""
+        """Return the numbers at each hour, for JSON; null where a number is undefined."""
         named = {f"p{percent}": self.percentiles[:, place] for place, percent in enumerate(PERCENT)}
         named["median"] = named.pop("p50")
         columns = {"hours": hours, **named, "change": self.change, "lost_share": self.lost}
@@ -139,7 +141,7 @@ class Contrast:
 
 
 def contrast_of(unaged: Array, aged: Array, loss: float) -> Contrast:
-    """Return the statistics of n nuclei: ``unaged`` (n,), ``aged`` (h, n), ``loss`` in per cent."""
+    """Return the statistics of n nuclei from their ΔE2000 ``unaged`` (n,) and ``aged`` (h, n); ``loss`` in per cent."""
     losing = aged < (1.0 - loss / 100.0) * unaged
     percentiles = np.percentile(aged, PERCENT, axis=1).T
     return Contrast(
@@ -153,7 +155,7 @@ def contrast_of(unaged: Array, aged: Array, loss: float) -> Contrast:
 
 
 def _intervals(unaged: Array, aged: Array, losing: NDArray[np.bool_]) -> Array:
-    """Ends of median, change and share, (h, 3, 2)."""
+    """Return the ends of the intervals of median, change and share, (h, 3, 2)."""
     random, size = np.random.default_rng(0), unaged.size
     draws = np.empty((len(aged), 3, DRAWS))
     step = max(_HELD // size, 1)
@@ -179,7 +181,7 @@ def _number(value: float) -> float | None:
     return float(value) if isfinite(value) else None
 
 
-#: Loss of ΔE2000 in per cent: a report has the share of nuclei that lose more.
+#: Default loss of ΔE2000 in per cent: a report gives the share of nuclei that lose more.
 LOSS = 10.0
 
 
@@ -188,16 +190,16 @@ class Conspicuity:
     """The result of :func:`nuclei`."""
 
     field: Field
-    #: Which pixels were compared.
+    #: The compared pixels.
     nuclei: Nuclei
     rings: Rings
-    #: Nuclei left out because others leave no room for a ring.
+    #: Number of nuclei left out because neighbouring nuclei leave no space for a ring.
     ringless: int
-    #: Distinct colours in nuclei and rings.
+    #: Number of distinct colours in nuclei and rings.
     colours: int
     #: Operating hours, increasing from 0, shape (h,).
     hours: Array
-    #: Loss in per cent: ``contrasts`` have the share of nuclei that lose more.
+    #: Loss in per cent: ``contrasts`` give the share of nuclei that lose more.
     loss: float
     #: Mode → ΔE2000 against hours.
     contrasts: dict[str, Contrast]
@@ -227,7 +229,7 @@ class Conspicuity:
         }
 
     def as_csv(self) -> str:
-        """Return what ``--csv`` writes: a line a nucleus, with its middle, its pixels and its ΔE2000."""
+        """Return what ``--csv`` writes: a line for each nucleus with its centre, number of pixels and ΔE2000."""
         from scipy import ndimage
 
         labels, numbers = self.nuclei.labels, np.arange(1, self.nuclei.count + 1)
@@ -259,7 +261,7 @@ def nuclei(
     source: str = "auto",
     progress: Progress = unseen,
 ) -> Conspicuity:
-    """Find how clearly the nuclei of an image stand out, on the un-aged display and on aged ones.
+    """Compute the ΔE2000 between nuclei of an image and their surroundings, on the un-aged and on aged displays.
 
     Parameters
     ----------
@@ -268,27 +270,27 @@ def nuclei(
     model
         The display.
     stain
-        ``he``, ``hdab`` or ``auto``; None: ``auto``. Nothing may be said of it with a mask.
+        ``he``, ``hdab`` or ``auto``; None: ``auto``. Must be None with a mask.
     mask
-        PNG or TIFF of the image's size: labels of nuclei, or black and white. None: nuclei are found by their stain.
+        PNG or TIFF of the image's size: labels of nuclei, or black and white. None: find nuclei by their stain.
     modes
         Aging modes.
     hours
         Operating hours; None: every measured time. Hour 0 is added.
     min_area
-        Pixels of the smallest nucleus; None: from a typical one's width; with a mask, all.
+        Pixels of the smallest nucleus; None: computed from the width of a typical nucleus, or with a mask no limit.
     loss
-        Loss of ΔE2000 in per cent, above 0 and below 100; the result has the share of nuclei that lose more.
+        Loss of ΔE2000 in per cent, above 0 and below 100; the result gives the share of nuclei that lose more.
     source
-        What the numbers of the image are: ``auto``, ``signal`` or ``linear``, as for ``apply``.
+        Encoding of the image's numbers: ``auto``, ``signal`` or ``linear``, as for ``apply``.
     progress
-        Called with the displays done and the displays in all.
+        Called with the number of displays done and of all displays.
 
     Raises
     ------
     LutgenError
-        An image or a mask that cannot be read or do not fit together, an image of one colour or without nuclei, hours
-        outside the measured span or the luminance law's, or scikit-image is missing and there is no mask.
+        The image or the mask cannot be read, their sizes differ, the image has one colour or no nuclei, hours are
+        outside the span of the measurements or of the luminance law, or there is neither a mask nor scikit-image.
 
     """
     refuse_unknown("source", source, SOURCES)
@@ -312,10 +314,10 @@ def nuclei(
             "in which nuclei are apart."
         )
     means = _Means(field, segmented, rings)
-    unaged = means.apart(model.at("stable", 0.0))
+    unaged = means.contrast(model.at("stable", 0.0))
     aged = np.empty((len(displays), segmented.count))
     with ThreadPoolExecutor(threads()) as workers:
-        for done, row in enumerate(workers.map(means.apart, displays)):
+        for done, row in enumerate(workers.map(means.contrast, displays)):
             aged[done] = row
             progress(done + 1, len(displays))
     by_mode = aged.reshape(len(modes), len(chosen), segmented.count)
@@ -326,12 +328,12 @@ def nuclei(
 
 
 class _Means:
-    """Mean Lab of nuclei and rings on any display, from their distinct colours."""
+    """Computes the mean Lab of nuclei and rings on any display, from their distinct colours."""
 
     def __init__(self, field: Field, segmented: Nuclei, rings: Rings) -> None:
         from scipy import sparse
 
-        # Rings follow the nuclei: rows 0..n−1 and n..2n−1.
+        # Rows 0..n−1 of the matrix are nuclei, rows n..2n−1 are rings.
         part = np.where(rings.labels > 0, rings.labels + segmented.count, np.maximum(segmented.labels, 0))
         within = part > 0
         self.colours, colour = np.unique(field.keys[within], return_inverse=True)
@@ -341,8 +343,8 @@ class _Means:
         ).tocsr()
         self._shares = sparse.diags_array(1.0 / np.bincount(rows)) @ counts
 
-    def apart(self, display: AgedDisplay) -> Array:
-        """ΔE2000 between the means of each nucleus and its ring, (n,)."""
+    def contrast(self, display: AgedDisplay) -> Array:
+        """Return ΔE2000 between the means of each nucleus and its ring, (n,)."""
         lab = np.empty((len(self.colours), 3))
         for start in range(0, len(lab), CHUNK):
             code = code_of(self.colours[start : start + CHUNK])

@@ -1,20 +1,21 @@
-"""By how much aged displays change colours: ΔE2000 between what they show and what the un-aged display shows.
+"""ΔE2000 between the colours of the un-aged display and of aged displays, and the uncertainty of lifetimes.
 
-Both pictures are seen on the same un-aged sRGB display, as ``lutgen apply`` shows the aged one: the aged light is
-clipped to that display's gamut, and not rounded to 8 bits. Lab is taken under that display's white, D65 with Y = 1, for
-both, since the paper's observer is not adapted to the aged white.
+An un-aged sRGB viewer shows both pictures, as ``lutgen apply`` writes the aged picture. The aged light is clipped to
+the viewer's gamut; it is not rounded to 8 bits. Lab of both pictures is relative to the viewer's white, D65 with Y = 1,
+since the paper's observer is not adapted to the aged white.
 
-The un-aged display is the mode ``stable``, under the same conditions: a leak or a room light that was there from the
-first hour is no aging. With the paper's model and the reference ``relative`` it shows the picture as it is.
+The un-aged display is the mode ``stable`` under the same conditions: a leak or a room light that is there from the
+first hour is no aging. With the paper's model and the reference ``relative``, the un-aged display shows the picture
+unchanged.
 
-The uncertainty of a lifetime comes from models drawn at random around the given one. A refined model file holds the
-covariance of its effects' parameters and of the tips before the effects. Each draw takes all of them together from a
-normal distribution, parameters within their bounds.
+The uncertainty of a lifetime comes from models drawn at random around the given model. A refined model file holds the
+covariance of its effects' parameters and of the tips before the effects. Each draw takes parameters and tips together
+from a normal distribution, with parameters within their bounds.
 
-A model file without a covariance may state standard errors and the noise of a reading all the same. Then each parameter
-is drawn by itself, the tips before the effects are moved so that white and primaries are seen as before, since these
-were read, and each tip gets the noise of one reading over the square root of how often it was read at that hour. X, Y
-and Z too are drawn independently, which makes intervals wide rather than narrow.
+A model file without a covariance may still state standard errors and the noise of a reading. Then each parameter is
+drawn independently. The tips before the effects are shifted so that white and primaries are seen as before, since white
+and primaries were read. Each tip gets the noise of one reading divided by the square root of its number of readings at
+that hour. X, Y and Z are drawn independently too, so that intervals are too wide rather than too narrow.
 
 A model of bare readings states no uncertainty, and gets no interval.
 """
@@ -55,7 +56,10 @@ def differences(
     *,
     places: Callable[[slice], Array] | None = None,
 ) -> Array:
-    """ΔE2000 of ``size`` colours at their ``places`` on each aged display: (len(aged), size). Calls back in threads."""
+    """Return ΔE2000 of ``size`` colours at ``places`` on each aged display: (len(aged), size).
+
+    Threads call ``code``.
+    """
     result = np.empty((len(aged), size))
 
     def fill(start: int) -> int:
@@ -85,7 +89,7 @@ def _fill(result: Array, code: Array, unaged: AgedDisplay, aged: Sequence[AgedDi
 
 
 def shown_lab(xyz: Array) -> Array:
-    """XYZ of a display, relative to the un-aged white, to the Lab that an un-aged sRGB viewer shows: (n, 3) both."""
+    """Return the Lab that an un-aged sRGB viewer shows for XYZ relative to the un-aged white: (n, 3) → (n, 3)."""
     linear = xyz_to_linear(xyz)
     return linear_to_lab(np.clip(linear, 0.0, 1.0, out=linear))
 
@@ -99,10 +103,10 @@ STATISTICS = {
     "largest": "the largest of all pixels",
 }
 
-#: Differences in memory at a time (128 MB): a group of displays has this number over the number of colours.
+#: Differences in memory at a time (128 MB): this number / the number of colours is the number of displays in a group.
 HELD = 1 << 24
 
-#: Bins in which a quantile is looked for, before the values in its bin are sorted.
+#: Bins of the histogram that locates a quantile; then only the values in the quantile's bin are sorted.
 _BINS = 4096
 
 
@@ -112,13 +116,13 @@ class DifferenceCurve:
 
     #: Operating hours.
     hours: Array
-    #: Over all pixels.
+    #: Mean and standard deviation over all pixels.
     mean: Array
     sd: Array
-    #: The smallest ΔE2000 that at least 95 %, and 99 %, of the pixels do not exceed.
+    #: Smallest ΔE2000 that at least 95 % and 99 % of the pixels do not exceed.
     p95: Array
     p99: Array
-    #: Of all pixels.
+    #: Largest ΔE2000 of all pixels.
     largest: Array
 
     @property
@@ -127,7 +131,7 @@ class DifferenceCurve:
         return self.mean + 2.0 * self.sd
 
     def hours_until(self, statistic: str, tolerance: float) -> float | None:
-        """Hours until a statistic first reaches ``tolerance``, linear between the curve's hours; None: never."""
+        """Return the hours until a statistic first reaches ``tolerance``, interpolated linearly; None: never."""
         values: Array = getattr(self, statistic)
         reached = values >= tolerance
         if not reached.any():
@@ -166,27 +170,27 @@ def curves_of(
 
 
 def statistics(values: Array, counts: Counts) -> tuple[float, float, float, float, float]:
-    """Mean, standard deviation, 95 % and 99 % quantile, and largest of values (n,), which occur ``counts`` times."""
+    """Return mean, standard deviation, 95 % and 99 % quantile, and largest of values (n,), weighted by ``counts``."""
     total = int(counts.sum())
     parts = [slice(start, start + CHUNK) for start in range(0, len(values), CHUNK)]
     mean = sum(float((values[part] * (counts[part] / total)).sum()) for part in parts)
     square = sum(float(((values[part] - mean) ** 2 * (counts[part] / total)).sum()) for part in parts)
     largest = float(values.max())
-    # The rounded sum of equal values must not give a mean above these values.
+    # Rounding may give a mean of equal values that is above these values.
     return (min(mean, largest), square**0.5, quantile(values, counts, 95), quantile(values, counts, 99), largest)
 
 
 def quantile(values: Array, counts: Counts, percent: int) -> float:
-    """The smallest value that at least ``percent`` of all do not exceed; values ≥ 0, (n,), occur ``counts`` times."""
+    """Return the smallest value that ``percent`` of the values ≥ 0, (n,), weighted by ``counts``, do not exceed."""
     total, largest = int(counts.sum()), float(values.max())
     if values.min() == largest:
         return largest
     scale = (_BINS - 1) / largest
-    held = np.zeros(_BINS)
+    histogram = np.zeros(_BINS)
     for start in range(0, len(values), CHUNK):
         part = slice(start, start + CHUNK)
-        held += np.bincount((values[part] * scale).astype(np.intp), counts[part], _BINS)
-    below = np.concatenate([[0.0], np.cumsum(held)])
+        histogram += np.bincount((values[part] * scale).astype(np.intp), counts[part], _BINS)
+    below = np.concatenate([[0.0], np.cumsum(histogram)])
     place = int(np.argmax(below[1:] * 100.0 >= total * float(percent)))
     inside = np.concatenate(
         [
@@ -199,16 +203,16 @@ def quantile(values: Array, counts: Counts, percent: int) -> float:
     return float(values[inside[int(np.argmax(reached))]])
 
 
-#: Models that are drawn, and how many are left out at either end: 76 of 80 are 95 %.
+#: Number of drawn models, and how many are left out at each end: 76 of 80 are 95 %.
 DRAWS, OUTSIDE = 80, 2
 
-#: Statistics that get an interval: those of the paper's Table 1.
+#: Statistics that get an interval: the statistics of the paper's Table 1.
 OF = ("mean", "max")
 
-#: Bits a channel of the coarse colours on which draws are compared with the model itself.
+#: Bits a channel of the coarse colours, for which curves of drawn models and of the model itself are computed.
 _BITS = 5
 
-#: First and last hour; None for an end beyond the span of hours.
+#: Low and high end in hours; None for an end beyond the span of hours.
 Interval = tuple[float | None, float | None]
 
 #: Mode → tolerance → statistic → interval.
@@ -222,7 +226,7 @@ def intervals(
     tolerances: Sequence[float],
     progress: Progress = unseen,
 ) -> Intervals | None:
-    """Return 95 % intervals of lifetimes; None where the model says nothing of its uncertainty."""
+    """Return 95 % intervals of lifetimes; None if the model states no uncertainty."""
     models = drawn(model)
     if not models:
         return None
@@ -259,16 +263,16 @@ def _within(hours: float, last: float) -> float | None:
 
 
 def drawn(model: DisplayModel, draws: int = DRAWS) -> list[DisplayModel]:
-    """Draw models within the uncertainty that a model states; none where it states no uncertainty."""
+    """Return models drawn from the uncertainty that a model states; none if the model states no uncertainty."""
     if model.covariance is not None:
         random = np.random.default_rng(0)
         known = model.covariance.among(model.fitted)
-        return [_drawn_together(model, known, random) for _ in range(draws)]
-    return _drawn_apart(model, draws)
+        return [_joint_draw(model, known, random) for _ in range(draws)]
+    return _independent_draws(model, draws)
 
 
-def _drawn_together(model: DisplayModel, known: FitCovariance, random: np.random.Generator) -> DisplayModel:
-    """Draw parameters and tips by their covariance."""
+def _joint_draw(model: DisplayModel, known: FitCovariance, random: np.random.Generator) -> DisplayModel:
+    """Draw parameters and tips together from their covariance."""
     of = {each.effect.name: each for each in model.effects}
     values = np.array([of[effect].values[name] for effect, name in known.of])
     bounds = np.array([of[effect].effect.parameters[name].bounds for effect, name in known.of]).reshape(-1, 2)
@@ -287,7 +291,7 @@ def _drawn_together(model: DisplayModel, known: FitCovariance, random: np.random
     return replace(model, effects=tuple(effects), latent=latent)
 
 
-def _drawn_apart(model: DisplayModel, draws: int) -> list[DisplayModel]:
+def _independent_draws(model: DisplayModel, draws: int) -> list[DisplayModel]:
     relative, floor = (float(model.fit.get(f"noise_{name}", 0.0)) for name in ("relative", "floor_cd_m2"))
     uncertain = any(estimate.stderr for each in model.effects for estimate in each.estimates.values())
     if not uncertain and (model.latent is None or not relative + floor):
@@ -306,7 +310,7 @@ def _drawn_apart(model: DisplayModel, draws: int) -> list[DisplayModel]:
 
 
 def _moved(each: AppliedEffect, random: np.random.Generator) -> AppliedEffect:
-    """Draw the parameters that were fitted, within their bounds."""
+    """Draw the fitted parameters, within their bounds."""
     estimates = {}
     for name, estimate in each.estimates.items():
         low, high = each.effect.parameters[name].bounds
@@ -316,19 +320,19 @@ def _moved(each: AppliedEffect, random: np.random.Generator) -> AppliedEffect:
 
 
 def _seen(model: DisplayModel, hours: Array) -> Array:
-    """XYZ in cd/m² of white and primaries as they were read, shape (N, 4, 3)."""
+    """Return XYZ in cd/m² of white and primaries under the conditions of the readings, shape (N, 4, 3)."""
     model = replace(model, conditions=REFERENCE)
     return np.array([xyY_to_xyz(model.shown_tips(float(hour))) for hour in hours])
 
 
 def _times_read(readings: Measurements, hours: Array) -> Array:
-    """How often white and primaries were read at each hour, at least once: (N, 4)."""
+    """Return the number of readings of white and primaries at each hour, at least 1: (N, 4)."""
     tips = (readings.drive[:, np.newaxis] == TIP_DRIVES).all(axis=-1) & readings.at_rest()[:, np.newaxis]
     return np.array([np.maximum(tips[readings.hours == hour].sum(axis=0), 1) for hour in hours])
 
 
 def coarse(colours: Colours) -> Colours:
-    """Bring colours of the same ``_BITS`` bits a channel together at their mean."""
+    """Merge colours that have the same ``_BITS`` highest bits a channel; each merged colour is their mean."""
     size = 1 << 3 * _BITS
     sums = np.zeros((4, size))
     for start in range(0, len(colours), CHUNK):
@@ -348,13 +352,13 @@ Pixels = NDArray[np.uint8]
 
 
 def placed_picture(code: Pixels, display: AgedDisplay, on_screen: OnScreen) -> Pixels:
-    """Return what an un-aged sRGB viewer shows of a picture on the screen of a display, code values (h, w, 3)."""
+    """Return how an un-aged sRGB viewer shows a picture on the screen of a display, code values (h, w, 3)."""
     linear = linear_at(display, code.reshape(-1, 3) / 255.0, _places(code, on_screen))
     return np.rint(viewer_code(linear) * 255.0).astype(np.uint8).reshape(code.shape)
 
 
 def placed_differences(code: Pixels, unaged: AgedDisplay, aged: Sequence[AgedDisplay], on_screen: OnScreen) -> Array:
-    """ΔE2000 of each pixel on each aged display, against the un-aged one: shape (len(aged), h, w)."""
+    """Return ΔE2000 of each pixel between the un-aged and each aged display: shape (len(aged), h, w)."""
     flat, place = code.reshape(-1, 3), _places(code, on_screen)
     values = differences(lambda part: flat[part] / 255.0, len(flat), unaged, aged, places=place.__getitem__)
     return values.reshape(len(aged), *code.shape[:2])
@@ -369,7 +373,7 @@ def placed_curves(
     modes: Sequence[str],
     hours: Sequence[float],
 ) -> dict[str, DifferenceCurve]:
-    """Return the curve of each mode, over the pixels that count: where ``counted`` (h, w)."""
+    """Return the curve of each mode over the pixels where ``counted``, (h, w), is true."""
     unaged, curves = on_screen.unaged(model), {}
     for mode in modes:
         values = placed_differences(code, unaged, [model.at(mode, hour) for hour in hours], on_screen)[:, counted]
@@ -379,6 +383,6 @@ def placed_curves(
 
 
 def _places(code: Pixels, on_screen: OnScreen) -> Array:
-    """Place of each pixel on the screen, (h·w, 2)."""
+    """Return the place of each pixel on the screen, (h·w, 2)."""
     high, wide = code.shape[:2]
     return on_screen.places(0, high * wide, (high, wide))

@@ -1,9 +1,9 @@
 """``difference_map``: ΔE2000 of every pixel between the un-aged and the aged display, the paper's Figure 6.
 
-The file is read twice: once for its distinct colours, of which the statistics are taken exactly as ``lifetime`` takes
-them, and once pixel by pixel. ΔE2000 of 8-bit pixels is looked up by colour; that of others is computed for each, not
-for the middle of its bin. A map for people is smaller than a large picture, by means over squares; the map in numbers
-(EXR, TIFF: one channel of single floats) has every pixel, NaN where alpha is 0 and there is nothing to see.
+The file is read twice. The first pass counts distinct colours, from which the statistics are computed as in
+``lifetime``. The second pass computes ΔE2000 of each pixel: 8-bit pixels by a table of colours, other pixels exactly,
+not for the centre of a bin. The map to look at is smaller than a large picture: its pixels are means over squares. The
+map in numbers (EXR, TIFF: one channel of single floats) has every pixel, and NaN where alpha is 0.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-#: Pixels of the longest side of a map for people: more do not fit on a screen beside its scale.
+#: Longest side in pixels of a map to look at: a larger map does not fit on a screen beside its scale.
 LONGEST = 1000
 
 #: Width of the histogram's bins in ΔE2000.
 BIN = 0.1
 
-#: Pixels of a picture on a screen, at most: those of 8K.
+#: Most pixels of a picture on a screen: the pixels of 8K.
 MOST_PLACED = 7680 * 4320
 
 Singles = NDArray[np.float32]
@@ -58,34 +58,34 @@ class DifferenceMap:
     hours: float
     #: The display.
     model: DisplayModel
-    #: How many pixels count (not those of alpha 0), and of how many distinct colours.
+    #: Number of pixels with alpha above 0, and of their distinct colours.
     pixels: int
     colours: int
-    #: The most that a statistic is off because colours were counted in bins, as in ``lifetime``; 0: exact. The maps
-    #: themselves are exact.
+    #: Largest error of a statistic because colours were counted in bins, as in ``lifetime``; 0: exact. The maps are
+    #: always exact.
     binning_error: float
-    #: As in ``DifferenceCurve``.
+    #: Statistics as in ``DifferenceCurve``.
     mean: float
     sd: float
     p95: float
     p99: float
     largest: float
-    #: The map for people, (h, w): means over ``factor`` × ``factor`` pixels; NaN where there is nothing to see.
+    #: The map to look at, (h, w): means over ``factor`` × ``factor`` pixels; NaN where all pixels are transparent.
     shown: Array
     #: 1 for images of up to ``LONGEST`` pixels a side.
     factor: int
-    #: ΔE2000 of the distinct colours, and pixels of each: (n,) both; where ``on_screen``, of all pixels that count.
+    #: ΔE2000 of each distinct colour, and its number of pixels, both (n,); with ``on_screen`` an entry for each pixel.
     values: Array = field(repr=False)
     counts: Counts = field(repr=False)
-    #: Where on the screen the image lies; None: every pixel is seen at one place.
+    #: Where on the screen the image lies; None: all pixels lie at one place.
     on_screen: OnScreen | None = None
 
     def share(self, above: float) -> float:
-        """Share of the pixels whose ΔE2000 is larger than ``above``."""
+        """Return the share of the pixels whose ΔE2000 is larger than ``above``."""
         return float(self.counts[self.values > above].sum() / self.pixels)
 
     def histogram(self) -> NDArray[np.int64]:
-        """Pixels in bins of ``BIN`` ΔE2000 from 0 on, shape (n,); the last bin holds the largest."""
+        """Return the number of pixels in bins of ``BIN`` ΔE2000 from 0 to the largest ΔE2000, shape (n,)."""
         bins: NDArray[np.intp] = (self.values / BIN).astype(np.intp)
         return np.rint(np.bincount(bins, self.counts)).astype(np.int64)
 
@@ -128,7 +128,7 @@ def difference_map(
     force: bool = False,
     progress: Progress = unseen,
 ) -> DifferenceMap:
-    """Find by how much aging changes each pixel, as :func:`.frame.aged_series`; write it to ``floats`` too."""
+    """Compute ΔE2000 of each pixel; arguments as in :func:`.frame.aged_series`. Also write the map to ``floats``."""
     path = Path(image)
     refuse_unknown("mode that ages", mode, AGING_MODES)
     refuse_unknown("source", source, SOURCES)
@@ -192,7 +192,7 @@ def check_placed(file: str, rows: int, columns: int) -> None:
 
 
 def _places(on_screen: OnScreen | None, blocks: Blocks, block: Place) -> Array | None:
-    """Where on the screen the pixels of a block lie, (n, 2); None: all at one place."""
+    """Return where on the screen the pixels of a block lie, (n, 2); None: all at one place."""
     if on_screen is None:
         return None
     shape = blocks.height, blocks.width
@@ -206,7 +206,7 @@ def _places(on_screen: OnScreen | None, blocks: Blocks, block: Place) -> Array |
 def _computed(
     unaged: AgedDisplay, aged: AgedDisplay, storage: Storage, stored: Stored, places: Array | None
 ) -> Singles:
-    """ΔE2000 of pixels, (n, channels) → (n,), each for itself."""
+    """Compute ΔE2000 of each pixel, (n, channels) → (n,)."""
     planes, _ = Decoder(storage, SIGNAL)(stored)
     code = planes.T
     where = None if places is None else places.__getitem__
@@ -215,21 +215,21 @@ def _computed(
 
 
 def _table_of(colours: Colours, values: Array) -> Singles:
-    """ΔE2000 of all 8-bit colours, (2**24,): 64 MB; 0 where a colour does not occur."""
+    """Return ΔE2000 of all 8-bit colours, (2**24,): 64 MB; 0 for a colour that does not occur."""
     table = np.zeros(1 << 24, np.float32)
     table[colours.keys] = values
     return table
 
 
 def _looked_up(table: Singles, stored: Stored, _places: None) -> Singles:
-    """ΔE2000 of 8-bit pixels, (n, channels) → (n,)."""
+    """Look ΔE2000 of 8-bit pixels up in the table, (n, channels) → (n,)."""
     return np.asarray(table.take(joined(stored[:, :3].T, 8, np.uint32)))
 
 
 def _of_block(
     find: Callable[[Stored, Array | None], Singles], stored: Stored, storage: Storage, places: Array | None
 ) -> Singles:
-    """ΔE2000 of a block, (rows, columns); NaN where alpha is 0."""
+    """Return ΔE2000 of a block, (rows, columns); NaN where alpha is 0."""
     flat = stored.reshape(-1, storage.channels)
     if not storage.alpha or (flat[:, 3] != 0).all():
         return find(flat, places).reshape(stored.shape[:2])
@@ -251,7 +251,7 @@ def _check_floats(path: Path, image: Path, *, force: bool) -> Path:
 
 @contextmanager
 def _floats(path: Path, blocks: Blocks) -> Iterator[Callable[[Place, Singles], None]]:
-    """Open a map in numbers; give the function that writes a block of it."""
+    """Open a map in numbers for writing; yield the function that writes a block of the map."""
     with replacing(path) as partial:
         # Python's OSError says why a file cannot be created; OpenImageIO's message does not.
         partial.touch()
@@ -285,7 +285,7 @@ def _spec(blocks: Blocks) -> Any:
     spec.attribute("compression", "zip")
     spec.attribute("ImageDescription", "CIEDE2000 between the un-aged and the aged display")
     spec.attribute("Orientation", blocks.orientation)
-    # Without a date OpenImageIO writes today's, and no two runs give the same bytes.
+    # OpenImageIO writes today's date unless a date is given; then two runs would not give the same bytes.
     spec.attribute("DateTime", "")
     if blocks.tile:
         spec.tile_height, spec.tile_width = blocks.tile

@@ -1,17 +1,18 @@
-"""The distinct colours of an image and how often each occurs: one pass over the file, whatever its size.
+"""Count the distinct colours of an image in one pass over a file of any size.
 
-What is a sum over pixels, such as a mean ΔE2000, is then a weighted sum over distinct colours, of which an 8-bit image
-has at most 16.7 million and a tissue image a few hundred thousand.
+A sum over pixels, such as a mean ΔE2000, is then a weighted sum over distinct colours. An 8-bit image has at most 16.7
+million distinct colours, and a tissue image has a few hundred thousand.
 
-8-bit colours are counted exactly, in a table of all of them: 67 MB, twice that for a slide of 2³² pixels. Others are
-counted in 16 bits a channel, exactly for 16-bit images, until there are more than ``LIMIT`` distinct ones; then in 15,
-14, … bits, the finest that give no more. Neither counts nor bits depend on the order of the pixels. Pixels of alpha 0
-show nothing and are not counted; others count whole.
+8-bit colours are counted exactly, in a table of all 8-bit colours: 67 MB, or twice this for a slide of 2³² pixels.
+Other colours are counted in 16 bits a channel, which is exact for 16-bit images. When there are more than ``LIMIT``
+distinct colours, they are counted in 15, 14, … bits: the largest number of bits that gives at most ``LIMIT`` colours.
+Neither counts nor bits depend on the order of the pixels. Pixels of alpha 0 are not counted; each other pixel counts as
+1.
 
-Bare glass is separated from tissue by the lightness of these colours. The threshold is Otsu's (1979,
-doi:10.1109/TSMC.1979.4310076) on the histogram of CIE L* of all pixels. It cuts every image in two, a field full of
-tissue too; so the bright part is left out only where it looks like bare glass in bright field: bright, nearly without
-colour, and clearly apart from the rest.
+The lightness of these colours separates bare glass from tissue. The threshold is Otsu's (1979,
+doi:10.1109/TSMC.1979.4310076) on the histogram of CIE L* of all pixels. Otsu's method splits every image in two, also a
+field full of tissue. So the bright part is left out only if it looks like bare glass in bright field: bright, nearly
+without colour, and clearly separated from the rest.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-#: Most distinct colours of images of more than 8 bits: 130 MB while they are sorted.
+#: Most distinct colours of images of more than 8 bits; the sort of so many colours takes 130 MB.
 LIMIT = 1 << 20
 
 #: Bits a channel of the finest bins.
@@ -60,15 +61,15 @@ Counts = NDArray[Any]
 class Colours:
     """The distinct colours of an image, and how often each occurs."""
 
-    #: One number a colour, increasing, shape (n,).
+    #: Key of each colour, increasing, shape (n,).
     keys: Keys
-    #: Pixels of each colour, shape (n,).
+    #: Number of pixels of each colour, shape (n,).
     counts: Counts
-    #: Keys (m,) → code values (m, 3) in 0..1.
+    #: Function from keys (m,) to code values (m, 3) in 0..1.
     decode: Callable[[Keys], Array]
-    #: Bits a channel: colours that differ in them are different.
+    #: Bits a channel in which colours are distinguished.
     bits: int
-    #: How far a pixel's code values may lie from those of its colour; 0 where they are counted exactly.
+    #: Largest distance between a pixel's code values and the code values of its colour; 0: colours are exact.
     half_bin: float = 0.0
 
     def __len__(self) -> int:
@@ -76,16 +77,16 @@ class Colours:
 
     @property
     def pixels(self) -> int:
-        """Pixels that were counted."""
+        """Number of counted pixels."""
         return int(self.counts.sum())
 
     def code(self, part: slice = slice(None)) -> Array:
-        """Code values of some colours, (m, 3) in 0..1."""
+        """Return the code values of the colours in ``part``, (m, 3) in 0..1."""
         return self.decode(self.keys[part])
 
 
 def count_colours(path: Path, source: str = "auto", progress: Progress = unseen) -> Colours:
-    """Count the distinct colours of an image or a slide. Raises LutgenError: unreadable, NaN, or all transparent."""
+    """Count the distinct colours of an image or a slide. Raises LutgenError: unreadable, NaN, or fully transparent."""
     with open_blocks(path, source) as blocks:
         storage = blocks.storage
         exact = storage.dtype == np.uint8 and not storage.associated
@@ -103,7 +104,7 @@ def count_colours(path: Path, source: str = "auto", progress: Progress = unseen)
 
 
 def _visible(stored: Stored) -> Stored:
-    """Leave out pixels of alpha 0: (n, channels) → (m, channels)."""
+    """Return the pixels without those of alpha 0: (n, channels) → (m, channels)."""
     if stored.shape[1] == 3:
         return stored
     visible = stored[:, 3] != 0
@@ -119,7 +120,7 @@ def _not_finite(path: Path, place: Place, stored: Stored) -> LutgenError:
 
 
 class _Exact:
-    """Counts 8-bit colours in a table of all of them."""
+    """Counts 8-bit colours in a table of all 8-bit colours."""
 
     def __init__(self, storage: Storage, pixels: int) -> None:
         self._table = np.zeros(1 << 24, np.uint32 if pixels < 1 << 32 else np.uint64)
@@ -130,15 +131,15 @@ class _Exact:
         np.add.at(self._table, joined(stored[:, :3].T, 8, np.uint32), self._table.dtype.type(1))
 
     def colours(self) -> Colours:
-        """Return the colours and counts; the table cannot be used again."""
+        """Return the colours and counts. The table cannot be used again."""
         keys, counts = _squeezed(self._table)
-        # Released before keys are joined: both together exceed the promised memory.
+        # Released before the keys are concatenated: table and keys together exceed the memory limit.
         del self._table
         return Colours(np.concatenate(keys), counts, partial(_code_of_bytes, self._decoder), 8)
 
 
 def _squeezed(table: Counts) -> tuple[list[Keys], Counts]:
-    """Return in parts the places of a table that are not 0, and their values; the table is overwritten."""
+    """Return the indices of a table's entries above 0, in parts, and their values. The table is overwritten."""
     keys, size = [], 0
     for start in range(0, len(table), _SLICE):
         part = table[start : start + _SLICE]
@@ -157,14 +158,14 @@ def _code_of_bytes(decoder: Decoder, keys: Keys) -> Array:
 
 
 class _Binned:
-    """Counts colours in sorted lists, in as many bits a channel as ``LIMIT`` allows."""
+    """Counts colours in a sorted array, in as many bits a channel as ``LIMIT`` allows."""
 
     def __init__(self, storage: Storage) -> None:
         self._decoder, self._bits = Decoder(storage, SIGNAL), FINEST
         self._keys: Keys = np.zeros(0, np.uint64)
         self._counts: Counts = np.zeros(0, np.int64)
         self._pending: list[tuple[Keys, Counts]] = []
-        # Sixteen bits hold a 16-bit signal as it is; of other numbers they are the nearest.
+        # Keys hold a 16-bit signal exactly; other numbers are rounded to 16 bits.
         self._exact = storage.dtype == np.uint16 and storage.encoding == SIGNAL and not storage.associated
 
     def add(self, stored: Stored) -> None:
@@ -185,7 +186,7 @@ class _Binned:
     def _merge(self) -> None:
         keys, counts = zip((self._keys, self._counts), *self._pending, strict=True)
         joined = np.concatenate(keys), np.concatenate(counts)
-        # Released before the sort, which needs the memory.
+        # Released before the sort, which needs this memory.
         del keys, counts
         self._pending.clear()
         self._keys, self._counts = _merged(*joined)
@@ -197,7 +198,7 @@ class _Binned:
 
 
 def _merged(keys: Keys, counts: Counts) -> tuple[Keys, Counts]:
-    """Sort keys and add up the counts of equal ones."""
+    """Sort keys, and add up the counts of equal keys."""
     if not len(keys):
         return keys, counts
     order = np.argsort(keys, kind="stable")
@@ -216,18 +217,18 @@ def _coarser(keys: Keys, bits: int) -> Keys:
 
 
 def _code_of_bin(bits: int, keys: Keys) -> Array:
-    """Middles of the bins, (n, 3) in 0..1."""
+    """Return the centres of the bins, (n, 3) in 0..1."""
     width = 1 << (FINEST - bits)
     return np.asarray((levels_of(keys, bits) * float(width) + (width - 1) / 2.0).T / 65535.0)
 
 
-#: Bins of the histogram of L*, 0..100.
+#: Number of bins of the histogram of L* over 0..100.
 BINS = 256
 
-#: Bare glass has at least this L* and at most this chroma C*ab, on average; a scanner's white has 90 and 5.
+#: Bare glass has on average at least this L* and at most this chroma C*ab. A scanner's white has L* 90 and C*ab 5.
 GLASS_L, GLASS_C = 80.0, 12.0
 
-#: Glass and tissue lie at least this far apart in L*, on average; the noise of a scanner alone gives about 3.
+#: Least difference of mean L* between glass and tissue. The noise of a scanner alone gives about 3.
 CONTRAST = 8.0
 
 
@@ -235,18 +236,18 @@ CONTRAST = 8.0
 class Tissue:
     """The part of an image that was left out as bare glass."""
 
-    #: L* above which pixels are glass; None where no glass was found and nothing was left out.
+    #: Pixels above this L* are glass; None: no glass was found, and nothing was left out.
     threshold: float | None
     #: Share of pixels left out.
     left_out_share: float
 
 
 def tissue_only(colours: Colours, path: Path) -> tuple[Colours, Tissue]:
-    """Leave out the colours of bare glass. Raises LutgenError where nothing else is in the image."""
+    """Return the colours without bare glass. Raises LutgenError if the image shows only bare glass."""
     bins, sums = _histogram(colours)
     first = otsu(sums[:, 3])
     whole, rest, glass = (_mean(part) for part in (sums, sums[:first], sums[first:]))
-    # `not >=` is true for NaN too, the mean of a class without pixels: then there is no contrast.
+    # `not >=` is true for NaN too: the mean of a class without pixels is NaN, and then there is no contrast.
     if not glass[0] - rest[0] >= CONTRAST:
         if _like_glass(whole):
             raise LutgenError(
@@ -257,24 +258,24 @@ def tissue_only(colours: Colours, path: Path) -> tuple[Colours, Tissue]:
     if not _like_glass(glass):
         return colours, Tissue(None, 0.0)
     tissue = bins < first
-    kept = replace(colours, keys=colours.keys[tissue], counts=colours.counts[tissue])
-    return kept, Tissue(first * 100.0 / BINS, 1.0 - kept.pixels / colours.pixels)
+    remaining = replace(colours, keys=colours.keys[tissue], counts=colours.counts[tissue])
+    return remaining, Tissue(first * 100.0 / BINS, 1.0 - remaining.pixels / colours.pixels)
 
 
 def otsu(histogram: Array) -> int:
-    """Return the first bin of the bright class by Otsu's method: (bins,) → index; of one bin that bin."""
+    """Return the first bin of the bright class by Otsu's method: (bins,) → index; a single filled bin itself."""
     places = np.arange(len(histogram))
     dark, dark_sum = np.cumsum(histogram), np.cumsum(histogram * places)
     bright, bright_sum = dark[-1] - dark, dark_sum[-1] - dark_sum
     between = (dark > 0) & (bright > 0)
     if not between.any():
         return int(np.argmax(histogram))
-    apart = dark_sum / np.where(between, dark, 1.0) - bright_sum / np.where(between, bright, 1.0)
-    return int(np.argmax(np.where(between, dark * bright * apart**2, -1.0))) + 1
+    difference = dark_sum / np.where(between, dark, 1.0) - bright_sum / np.where(between, bright, 1.0)
+    return int(np.argmax(np.where(between, dark * bright * difference**2, -1.0))) + 1
 
 
 def _histogram(colours: Colours) -> tuple[NDArray[np.uint8], Array]:
-    """Bin of each colour, (n,), and of each bin the sums of L*, a*, b* and 1 over its pixels, (BINS, 4)."""
+    """Return each colour's bin, (n,), and each bin's sums of L*, a*, b* and 1 over its pixels, (BINS, 4)."""
     bins, sums = np.empty(len(colours), np.uint8), np.zeros((BINS, 4))
     for start in range(0, len(colours), CHUNK):
         part = slice(start, start + CHUNK)
@@ -286,7 +287,7 @@ def _histogram(colours: Colours) -> tuple[NDArray[np.uint8], Array]:
 
 
 def _mean(sums: Array) -> Array:
-    """Mean L*, a*, b* of the pixels in some bins, shape (3,); NaN of none."""
+    """Return the mean L*, a*, b* of the pixels in some bins, shape (3,); NaN without pixels."""
     total = sums.sum(axis=0)
     return np.asarray(total[:3] / total[3]) if total[3] else np.full(3, np.nan)
 

@@ -1,8 +1,8 @@
-"""Pixels as files store them, and the signal that they mean.
+"""Conversion between the pixels that files store and planes of signal or linear light.
 
-A file stores *signal* (code values, as PNG, JPEG and TIFF do) or *linear* light (as EXR does), in 8 or 16 bits or
-in half or single floats, its colours multiplied by alpha (*associated*) or not. Inside, a block of pixels is three
-planes of double precision, shape (3, n), in 0..1: the display clips what its source sends beyond.
+A file stores *signal* (code values, as PNG, JPEG and TIFF do) or *linear* light (as EXR does), in 8 or 16 bits or in
+half or single floats. Its colours may be multiplied by alpha (*associated*). In this program a block of pixels is three
+planes of double precision, shape (3, n), in 0..1: the display clips numbers outside this range.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from lutgen.names import LINEAR
 Stored = NDArray[Any]
 
 
-#: Colours as one number each, shape (n,): the levels of red, green and blue beside one another, blue lowest.
+#: One number for each colour, shape (n,): the bits of red, green and blue side by side, blue lowest.
 Keys = NDArray[Any]
 
 
 def joined(levels: Stored, bits: int, kind: type[np.unsignedinteger[Any]] = np.uint64) -> Keys:
-    """Join levels of so many bits, (3, ...), to keys of a ``kind`` that holds them, (...)."""
+    """Join levels of ``bits`` bits, (3, ...), to keys of the integer type ``kind``, (...)."""
     keys: Keys = levels[0].astype(kind)
     for level in levels[1:]:
         keys <<= kind(bits)
@@ -48,7 +48,7 @@ def levels_of(keys: Keys, bits: int) -> Stored:
 
 
 class NotFiniteError(ValueError):
-    """A stored pixel is NaN or infinite; ``index`` says which of its block."""
+    """A stored pixel is NaN or infinite; ``index`` is its index in its block."""
 
     def __init__(self, index: int) -> None:
         """Keep the pixel's index in its block."""
@@ -57,7 +57,7 @@ class NotFiniteError(ValueError):
 
 
 def not_finite(path: object, column: int, row: int) -> LutgenError:
-    """Return the error of an image with such a pixel, for people."""
+    """Return the error message for an image whose pixel (column, row) is not finite."""
     return LutgenError(
         f"{path}: pixel ({column}, {row}) is NaN or infinite, which no display can show. Repair the image first."
     )
@@ -71,13 +71,13 @@ class Storage:
     dtype: np.dtype[Any]
     #: ``SIGNAL`` or ``LINEAR``.
     encoding: str
-    #: Whether there is a fourth channel, and whether colours are multiplied by it.
+    #: Whether there is an alpha channel, and whether colours are multiplied by alpha.
     alpha: bool = False
     associated: bool = False
 
     @property
     def channels(self) -> int:
-        """Numbers of a pixel: 3, or 4 with alpha."""
+        """Number of channels: 3, or 4 with alpha."""
         return 4 if self.alpha else 3
 
     @property
@@ -88,13 +88,16 @@ class Storage:
 
 @dataclass(frozen=True)
 class Decoder:
-    """Stored pixels → planes in ``encoding``; 8- and 16-bit numbers, halves among them, by a table of all values."""
+    """Converts stored pixels to planes in ``encoding``.
+
+    8- and 16-bit numbers, also halves, by a table of all values.
+    """
 
     storage: Storage
     encoding: str
 
     def __call__(self, stored: Stored) -> tuple[Array, int]:
-        """Decode (n, channels) → planes (3, n), and how many pixels were clipped. Raises NotFiniteError."""
+        """Return planes (3, n) of pixels (n, channels), and how many pixels were clipped. Raises NotFiniteError."""
         if self.storage.associated and (stored[:, 3] != self.storage.white).any():
             return self._clipped(self._unassociated(_finite(stored)))
         if self.storage.dtype.kind == "u":
@@ -120,7 +123,7 @@ class Decoder:
     def _unassociated(self, single: Stored) -> Array:
         values = single.astype(np.float64) / self.storage.white
         alpha = values[:, 3:]
-        # Colours of alpha 0 are not divided by it.
+        # Colours are not divided by an alpha of 0.
         return np.asarray(values[:, :3] / np.where(alpha > 0.0, alpha, 1.0))
 
     def _clipped(self, values: Stored) -> tuple[Array, int]:
@@ -133,13 +136,13 @@ class Decoder:
 
 @dataclass(frozen=True)
 class Encoder:
-    """Planes in ``encoding`` → stored pixels, rounded to the nearest number, without dither."""
+    """Converts planes in ``encoding`` to stored pixels, rounded to the nearest number, without dither."""
 
     storage: Storage
     encoding: str
 
     def __call__(self, planes: Array, source: Stored, source_white: float, out: Stored) -> None:
-        """Encode planes (3, n) into ``out`` (n, channels); alpha is that of ``source``, whose 1 is ``source_white``."""
+        """Encode planes (3, n) into ``out`` (n, channels). Copy alpha from ``source``, whose 1 is ``source_white``."""
         values = convert(planes, self.encoding, self.storage.encoding)
         white = self.storage.white
         if self.storage.alpha:
@@ -151,21 +154,21 @@ class Encoder:
             out[:, channel] = self._stored(plane, white)
 
     def _stored(self, values: Array, white: float) -> Stored:
-        # Assigning to the array casts; single precision first, since numpy's cast from double to half is slow.
+        # Assignment to the array casts. Cast to single precision first: numpy's cast from double to half is slow.
         if self.storage.dtype.kind == "f":
             return values.astype(np.float32)
         return np.rint(np.clip(values, 0.0, 1.0) * white)
 
 
 def convert(values: Array, source: str, target: str) -> Array:
-    """Convert between ``SIGNAL`` and ``LINEAR`` by the sRGB curve. Any shape."""
+    """Convert values of any shape between ``SIGNAL`` and ``LINEAR`` by the sRGB curve."""
     if source == target:
         return values
     return code_to_linear(values) if target == LINEAR else linear_to_code(values)
 
 
 def _finite(stored: Stored) -> Stored:
-    """The numbers as single floats, all finite."""
+    """Return the numbers as single floats. Raises NotFiniteError."""
     single: Stored = stored.astype(np.float32, copy=False)
     finite = np.isfinite(single)
     if not finite.all():

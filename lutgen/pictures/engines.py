@@ -1,7 +1,7 @@
 """Engines that turn a block of pixels into the pixels of the aged display: the direct model, or a built LUT.
 
-An engine takes planes of shape (3, n) in 0..1, in the encoding that it works in, and gives planes in the same
-encoding in 0..1, with which an un-aged sRGB viewer shows the aged colours.
+An engine takes planes of shape (3, n) in 0..1, in the engine's encoding. It returns planes in the same encoding, in
+0..1. With these planes an un-aged sRGB viewer shows the aged colours.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ if TYPE_CHECKING:
     from lutgen.display import AgedDisplay
     from lutgen.display.on_screen import OnScreen
 
-#: Which pixels' aged colours lie outside the viewer's gamut, shape (n,); None where the engine cannot know.
+#: Whether each pixel's aged colour lies outside the viewer's gamut, shape (n,); None: the engine does not know.
 Clipped = NDArray[np.bool_] | None
 
 
 class Engine(Protocol):
-    """Ages planes; safe to call from several threads at once."""
+    """Ages planes. Safe to call from several threads at once."""
 
     @property
     def works_in(self) -> str:
-        """``SIGNAL`` or ``LINEAR``: the encoding of the planes, in and out."""
+        """``SIGNAL`` or ``LINEAR``: the encoding of input and output planes."""
         ...
 
     def __call__(self, planes: Array) -> tuple[Array, Clipped]:
@@ -59,18 +59,18 @@ def engine_for(aging: AgedDisplay | str | Path) -> Engine:
 
 @dataclass(frozen=True)
 class Unaged:
-    """Shows the picture as it is: the un-aged half of a side-by-side image."""
+    """Returns planes unchanged: the un-aged half of a side-by-side image."""
 
     works_in: str
 
     def __call__(self, planes: Array) -> tuple[Array, Clipped]:
-        """Give the planes back."""
+        """Return the planes."""
         return planes, None
 
 
 @dataclass(frozen=True)
 class ChainEngine:
-    """Any chain of links, evaluated as ``AgedDisplay`` does."""
+    """Evaluates any chain of links, as ``AgedDisplay`` does."""
 
     aged: AgedDisplay
     works_in: str = SIGNAL
@@ -83,7 +83,7 @@ class ChainEngine:
 
 @dataclass(frozen=True)
 class PlacedEngine:
-    """A display on whose screen a picture of ``shape`` and ``orientation`` lies: each pixel ages at its own place."""
+    """Ages each pixel at its own place on the screen, for a picture of ``shape`` and ``orientation``."""
 
     aged: AgedDisplay
     on_screen: OnScreen
@@ -92,7 +92,7 @@ class PlacedEngine:
     works_in: str = SIGNAL
 
     def __call__(self, planes: Array, first: int = 0) -> tuple[Array, Clipped]:
-        """Age code values (3, n) of the pixels from the ``first`` on, row by row."""
+        """Age code values (3, n) of the n pixels from index ``first`` on, row by row."""
         place = self.on_screen.places(first, planes.shape[1], self.shape, self.orientation)
         linear = linear_at(self.aged, planes.T, place)
         return linear_to_code(np.clip(linear, 0.0, 1.0)).T, outside_gamut(linear)
@@ -100,7 +100,7 @@ class PlacedEngine:
 
 @dataclass(frozen=True)
 class PaperEngine:
-    """The paper's chain in double precision, by groups of colours that share matrices: four times as fast."""
+    """Evaluates the paper's chain in double precision, by groups of colours that share a matrix: four times as fast."""
 
     aged: AgedDisplay
     works_in: str = LINEAR
@@ -111,7 +111,7 @@ class PaperEngine:
 
     @cached_property
     def _matrices(self) -> Array:
-        """Mean of XYZ_TO_LINEAR · T over each set of w, r, g, b written as bits 1, 2, 4, 8: shape (16, 3, 3)."""
+        """Mean of XYZ_TO_LINEAR · T over each subset of w, r, g, b, coded as bits 1, 2, 4, 8: shape (16, 3, 3)."""
         (emission,) = (link for link in self.aged.tail if isinstance(link, Matrices))
         each = XYZ_TO_LINEAR @ emission.array
         members = (np.arange(16)[:, np.newaxis] >> np.arange(4)) & 1
@@ -122,7 +122,8 @@ class PaperEngine:
         """Age linear light (3, n)."""
         chosen = self._chosen(planes)
         colours = np.bincount(chosen, minlength=16)
-        # First all colours by the most frequent matrix, then the others by their own: this moves the fewest pixels.
+        # First transform all colours by the most frequent matrix, then the rest by their own: this copies fewest
+        # pixels.
         usual = int(np.argmax(colours))
         aged = _multiply(self._matrices[usual], planes)
         colours[usual] = 0
@@ -135,10 +136,10 @@ class PaperEngine:
         return np.clip(aged, 0.0, 1.0, out=aged), clipped
 
     def _chosen(self, linear: Array) -> NDArray[np.uint8]:
-        """Which of w, r, g, b share a colour, as bits 1, 2, 4, 8: (3, n) → (n,)."""
-        # As ``paper.nearest_weights``, by scores: score = (|l|² + 1 − d²)/2, so that a distance within ``TIE`` of the
-        # smallest is a score within ``TIE``·d of the largest; d is 0.7 to 1 wherever two colour points are equally
-        # near.
+        """Return which of w, r, g, b are selected for each colour, as bits 1, 2, 4, 8: (3, n) → (n,)."""
+        # As ``paper.nearest_weights``, but by scores: score = (|l|² + 1 − d²)/2 for a distance d. So a distance within
+        # ``TIE`` of the smallest is a score within ``TIE``·d of the largest; d is 0.7 to 1 where two colour points are
+        # equally near.
         red, green, blue = linear
         if not self._nearest:
             limit = np.minimum(np.minimum(red, green), blue) + TIE
@@ -150,17 +151,17 @@ class PaperEngine:
 
 @dataclass(frozen=True)
 class LutEngine:
-    """A LUT file of code values, interpolated tetrahedrally by OpenColorIO in single precision."""
+    """Applies a LUT file of code values, interpolated tetrahedrally by OpenColorIO in single precision."""
 
     path: Path
     works_in: str = SIGNAL
 
     def __post_init__(self) -> None:
-        """Read the file."""
+        """Read the LUT file."""
         object.__setattr__(self, "_processor", _processor(self.path))
 
     def __call__(self, planes: Array) -> tuple[Array, Clipped]:
-        """Age code values (3, n). A LUT does not tell what was clipped when it was built."""
+        """Age code values (3, n). A LUT holds no record of the colours that were clipped when it was built."""
         pixels = np.ascontiguousarray(planes.T, dtype=np.float32)
         self.__dict__["_processor"].applyRGB(pixels)
         if not np.isfinite(pixels).all():
@@ -187,19 +188,19 @@ def _processor(path: Path) -> Any:
     return lut_processor(path).getDefaultCPUProcessor()
 
 
-#: Pixels aged at a time: fewer need more calls, and planes of more do not fit into the cache.
+#: Pixels aged at a time. Fewer pixels need more calls; planes of more pixels do not fit into the cache.
 BLOCK = 16_384
 
 
 class PixelCounts(NamedTuple):
-    """Pixels whose aged colour the viewer's gamut clips (None: unknown), and those that the source's 0..1 does."""
+    """Number of pixels with an aged colour outside the viewer's gamut (None: unknown), or a source outside 0..1."""
 
     clipped: int | None
     source_clipped: int
 
 
 def shader_for(source: Storage, target: Storage, engine: Engine | PlacedEngine) -> Shader | TableShader:
-    """Return the fastest way: 8-bit pixels whose colour does not depend on alpha or on the place are looked up."""
+    """Return the fastest shader: a table for 8-bit pixels whose aged colour depends on neither alpha nor place."""
     shader = Shader(source, target, engine)
     eight_bits = source.dtype == target.dtype == np.uint8
     if eight_bits and not source.associated and not target.associated and not isinstance(engine, PlacedEngine):
@@ -226,16 +227,16 @@ class Shader:
 
     @property
     def changes(self) -> bool:
-        """Whether source and target store differently."""
+        """Whether source and target store pixels differently."""
         return self.source != self.target
 
     def __call__(self, stored: Stored, out: Stored, first: int = 0) -> PixelCounts:
-        """Age ``stored`` (n, channels) into ``out`` (n, channels); ``first`` is the picture's pixel in row 0."""
+        """Age ``stored`` (n, channels) into ``out`` (n, channels); ``first`` is the index in the picture of row 0."""
         clipped, source_clipped = self.shade(stored, out, first)
         return PixelCounts(None if clipped is None else int(np.count_nonzero(clipped)), source_clipped)
 
     def shade(self, stored: Stored, out: Stored, first: int = 0) -> tuple[Clipped, int]:
-        """As a call, but also return which pixels the viewer's gamut clips."""
+        """As ``__call__``, but return which pixels are outside the viewer's gamut."""
         planes, source_clipped = self._decode(stored)
         engine = self.engine
         aged, clipped = engine(planes, first) if isinstance(engine, PlacedEngine) else engine(planes)
@@ -243,14 +244,17 @@ class Shader:
         return clipped, source_clipped
 
 
-#: Bits of a table's entry above the aged colour's three bytes; an entry of 0 is still to be computed.
+#: Bits of a table's entry above the aged colour's three bytes. An entry of 0 is not computed yet.
 _SEEN, _CLIPPED, _UNKNOWN = (np.uint32(1 << bit) for bit in (24, 25, 26))
 _COLOUR = np.uint32(0x00FF_FFFF)
 
 
 @dataclass(frozen=True)
 class TableShader:
-    """Ages every colour of 8-bit pixels once, in a table of 64 MB; threads that meet write the same entry."""
+    """Ages every 8-bit colour once, and caches it in a table of 64 MB.
+
+    Threads need no lock: they write equal entries.
+    """
 
     shader: Shader
     chunk: int = 8 * BLOCK
@@ -280,7 +284,7 @@ class TableShader:
 
 
 def _packed(stored: Stored) -> NDArray[np.uint32]:
-    """(n, 3 or 4) bytes → (n,) numbers of three bytes, red lowest."""
+    """Pack (n, 3 or 4) bytes into (n,) numbers of three bytes, red lowest."""
     if stored.shape[1] == 4:
         return np.ascontiguousarray(stored).view("<u4")[:, 0] & _COLOUR
     packed = np.zeros(len(stored), "<u4")
@@ -289,5 +293,5 @@ def _packed(stored: Stored) -> NDArray[np.uint32]:
 
 
 def _bytes(packed: NDArray[np.uint32]) -> NDArray[np.uint8]:
-    """(n,) numbers → their (n, 4) bytes, red first; a view."""
+    """Return a view of (n,) numbers as (n, 4) bytes, red first."""
     return packed.view(np.uint8).reshape(-1, 4)

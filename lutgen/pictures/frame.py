@@ -1,8 +1,8 @@
-"""A picture small enough to be seen whole, as displays show it hour by hour.
+"""A picture reduced to the size of a screen, as displays show it hour by hour.
 
-Each pixel of a small picture is the mean, in linear light, of the area that it covers, gathered block by block; a small
-image is taken as it is. The small picture is aged, as in a viewer that shows a large image whole; the ΔE2000 are those
-of all pixels of the image, as in ``lifetime``.
+Each pixel of the reduced picture is the mean, in linear light, of the area that it covers. The means are summed block
+by block. A small image is not reduced. The reduced picture is aged, as in a viewer that shows a large image whole. The
+ΔE2000 are computed over all pixels of the original image, as in ``lifetime``.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from lutgen.display import AgedDisplay, DisplayModel
     from lutgen.display.on_screen import OnScreen
 
-#: Pixels that are worked on at a time, in double precision.
+#: Pixels converted to double precision at a time.
 BAND = 1 << 17
 
 #: Code values, shape (height, width, 3).
@@ -39,33 +39,33 @@ Pixels = NDArray[np.uint8]
 
 
 class Grid(NamedTuple):
-    """Cells laid over a picture: their edges, in pixels from its upper left corner, shapes (h + 1,) and (w + 1,)."""
+    """Cells over a picture: their edges in pixels from the upper left corner, shapes (h + 1,) and (w + 1,)."""
 
     rows: Array
     columns: Array
 
     @classmethod
     def of(cls, height: int, width: int, *, high: int, wide: int) -> Grid:
-        """Cut a picture of ``height`` × ``width`` pixels into ``high`` × ``wide`` cells of one size."""
+        """Divide a picture of ``height`` × ``width`` pixels into ``high`` × ``wide`` cells of equal size."""
         return cls(np.linspace(0.0, height, high + 1), np.linspace(0.0, width, wide + 1))
 
     @classmethod
     def squares(cls, height: int, width: int, factor: int) -> Grid:
-        """Cut it into squares of ``factor`` × ``factor`` pixels; those at the lower and right edge may be less."""
+        """Divide a picture into squares of ``factor`` × ``factor`` pixels, smaller at the lower and right edge."""
         rows, columns = (np.append(np.arange(0.0, length, factor), length) for length in (height, width))
         return cls(rows, columns)
 
 
 def whole_factor(height: int, width: int, longest: int) -> int:
-    """Return the smallest factor by which no side is longer than ``longest``."""
+    """Return the smallest whole factor that reduces both sides to at most ``longest``."""
     return -(-max(height, width) // longest)
 
 
 class AreaMeans:
-    """Means over the cells of a grid; a pixel across an edge counts on both sides, by its share."""
+    """Means over the cells of a grid. A pixel on an edge counts in each cell by the share of its area in the cell."""
 
     def __init__(self, grid: Grid, channels: int) -> None:
-        """Begin with sums of 0; ``channels`` are those of the values that :meth:`add` gets."""
+        """Begin with sums of 0; ``channels`` is the number of channels of the values that :meth:`add` gets."""
         self._grid = grid
         self._sums = np.zeros((len(grid.rows) - 1, len(grid.columns) - 1, channels + 1))
 
@@ -84,8 +84,11 @@ class AreaMeans:
         self._sums[tuple(cells)] += sums
 
     def means(self) -> Array:
-        """Give the smaller picture, (h, w, channels); NaN where no pixel counts. Nothing can be added any more."""
-        # The result takes the memory of the sums, the largest part of what a picture of many cells needs.
+        """Return the reduced picture, (h, w, channels); NaN where no pixel counts.
+
+        Call :meth:`add` no more after this.
+        """
+        # The result overwrites the sums, which take most of the memory if there are many cells.
         sums, counted = self._sums[..., :-1], self._sums[..., -1:]
         np.divide(sums, counted, out=sums, where=counted > 0)
         np.copyto(sums, np.nan, where=counted == 0)
@@ -94,10 +97,13 @@ class AreaMeans:
 
 
 def light_means(blocks: Blocks, grid: Grid, progress: Progress = unseen) -> Array:
-    """Give the mean linear light of each cell, (h, w, 3); NaN: all transparent. A NaN of the file is black."""
+    """Return the mean linear light of each cell, (h, w, 3); NaN: all transparent.
+
+    A NaN in the file is read as black.
+    """
     decoder, means = Decoder(blocks.storage, LINEAR), AreaMeans(grid, 3)
     for place, stored in blocks.read(progress):
-        # In double precision a block takes many times the memory that it has in its file.
+        # A whole block in double precision takes many times the memory of the stored block.
         for rows in bands(*stored.shape[:2]):
             band = place._replace(top=place.top + rows.start, bottom=place.top + rows.stop)
             means.add(band, *_light(stored[rows], blocks.storage, decoder))
@@ -105,13 +111,13 @@ def light_means(blocks: Blocks, grid: Grid, progress: Progress = unseen) -> Arra
 
 
 def bands(height: int, width: int) -> Iterator[slice]:
-    """Cut rows of pixels into bands of at most ``BAND`` pixels, or of one row."""
+    """Divide rows of pixels into bands of at most ``BAND`` pixels, or of one row."""
     rows = max(BAND // width, 1)
     return (slice(top, min(top + rows, height)) for top in range(0, height, rows))
 
 
 def _light(stored: Stored, storage: Storage, decoder: Decoder) -> tuple[Array, Array]:
-    """Linear light of a block, (rows, columns, 3), and where it counts: alpha is not 0, (rows, columns)."""
+    """Return the linear light of a block, (rows, columns, 3), and 1 where alpha is not 0, else 0, (rows, columns)."""
     flat = np.where(np.isfinite(stored), stored, 0).astype(stored.dtype).reshape(-1, storage.channels)
     if not storage.alpha:
         return decoder(flat)[0].T.reshape(*stored.shape[:2], 3), np.ones(stored.shape[:2])
@@ -124,11 +130,11 @@ def _light(stored: Stored, storage: Storage, decoder: Decoder) -> tuple[Array, A
 
 
 def _cut(values: Array, edges: Array, axis: int) -> Array:
-    """Add up values between consecutive ``edges`` along an axis; a value that an edge cuts counts by its shares."""
+    """Add up values between consecutive ``edges`` along an axis; an edge within a pixel divides the pixel's value."""
     whole = edges.astype(np.intp)
     sums = np.add.reduceat(values, whole[:-1], axis=axis)
     across = np.moveaxis(sums, axis, 0)
-    # Between two edges within one pixel reduceat takes that pixel whole.
+    # For two edges within one pixel, reduceat returns the whole pixel.
     across[whole[:-1] == whole[1:]] = 0.0
     share = (edges - whole).reshape(-1, *[1] * (values.ndim - 1))
     if share.any():
@@ -139,40 +145,40 @@ def _cut(values: Array, edges: Array, axis: int) -> Array:
 
 @dataclass(frozen=True)
 class Frame:
-    """A picture of 8 bits, by its distinct colours."""
+    """An 8-bit picture, stored as its distinct colours and an index for each pixel."""
 
     #: Distinct colours, code values 0..255, shape (n, 3).
     colours: Pixels
     #: Index of each pixel's colour, shape (h, w).
     places: NDArray[np.intp]
-    #: Pixels that show something: those of alpha 0 do not; (h, w).
+    #: Whether each pixel is visible: its alpha is not 0; (h, w).
     visible: NDArray[np.bool_]
-    #: Of the image that it was shrunk from, turned as a viewer turns it.
+    #: Size of the original image, turned as a viewer turns it.
     source_width: int
     source_height: int
 
     @property
     def width(self) -> int:
-        """Pixels in a row."""
+        """Number of pixels in a row."""
         return int(self.places.shape[1])
 
     @property
     def height(self) -> int:
-        """Rows."""
+        """Number of rows."""
         return int(self.places.shape[0])
 
     @property
     def whole(self) -> bool:
-        """Whether the image is shown pixel by pixel."""
+        """Whether the picture has every pixel of the original image."""
         return (self.width, self.height) == (self.source_width, self.source_height)
 
     def shown(self, display: AgedDisplay) -> Pixels:
-        """Return what an un-aged sRGB viewer shows of the picture on a display, code values (h, w, 3)."""
+        """Return how an un-aged sRGB viewer shows the picture on a display, code values (h, w, 3)."""
         code = np.rint(display.code_to_code(self.colours / 255.0) * 255.0).astype(np.uint8)
         return np.asarray(code[self.places])
 
     def differences(self, unaged: AgedDisplay, aged: Sequence[AgedDisplay]) -> Array:
-        """ΔE2000 of each pixel on each aged display, against the un-aged one: shape (len(aged), h, w)."""
+        """Return ΔE2000 of each pixel between the un-aged and each aged display: shape (len(aged), h, w)."""
         code = self.colours / 255.0
         return differences(code.__getitem__, len(code), unaged, aged)[:, self.places]
 
@@ -185,7 +191,7 @@ def read_frame(
     source: str = "auto",
     progress: Progress = unseen,
 ) -> Frame:
-    """Read a picture, and shrink it to at most ``pixels``, ``width`` in a row; NaN is black. Raises LutgenError."""
+    """Read a picture, reduced to at most ``pixels`` pixels and ``width`` in a row; NaN is black. Raises LutgenError."""
     code, visible, size = read_pixels(path, pixels=pixels, width=width, source=source, progress=progress)
     colours, places = np.unique(code.reshape(-1, 3), axis=0, return_inverse=True)
     return Frame(colours, places.reshape(code.shape[:2]), visible, *size)
@@ -199,7 +205,7 @@ def read_pixels(
     source: str = "auto",
     progress: Progress = unseen,
 ) -> tuple[Pixels, NDArray[np.bool_], tuple[int, int]]:
-    """Read as :func:`read_frame`: code values (h, w, 3), visible pixels (h, w), and width and height of the image."""
+    """Return, as :func:`read_frame`, code values (h, w, 3), visible pixels (h, w), and the image's width and height."""
     with open_blocks(path, source) as opened:
         high, wide = fitting(opened.height, opened.width, pixels, width)
         linear = light_means(opened, Grid.of(opened.height, opened.width, high=high, wide=wide), progress)
@@ -212,14 +218,14 @@ def read_pixels(
 
 
 def fitting(height: int, width: int, pixels: int, most: int) -> tuple[int, int]:
-    """Return height and width of the largest frame of this shape; never larger than the image, at least 1 × 1."""
+    """Return height and width of the largest frame within the limits: not larger than the image, at least 1 × 1."""
     share = min((pixels / (height * width)) ** 0.5, most / width, 1.0)
-    # Rounding may make a whole number of pixels smaller by up to a millionth.
+    # Rounding errors may make a whole number of pixels too small by up to a millionth.
     return max(int(height * share + 1e-6), 1), max(int(width * share + 1e-6), 1)
 
 
 def turned(frame: Any, orientation: int) -> Any:
-    """Turn a frame (h, w, …) as its file's Orientation (Exif, 1 to 8) asks viewers to."""
+    """Turn a frame (h, w, …) as the file's Orientation (Exif, 1 to 8) tells viewers to turn it."""
     if orientation in (5, 6, 7, 8):
         frame = frame.swapaxes(0, 1)
     if orientation in (3, 4, 7, 8):
@@ -227,10 +233,10 @@ def turned(frame: Any, orientation: int) -> Any:
     return frame[:, ::-1] if orientation in (2, 3, 6, 7) else frame
 
 
-#: Code value of L* = 50, which replaces pixels of alpha 0.
+#: Code value of L* = 50, shown in place of pixels of alpha 0.
 GREY = 119
 
-#: Pixels of the longest side of a picture.
+#: Longest side of a picture in pixels.
 LONGEST = 1000
 
 
@@ -238,30 +244,30 @@ LONGEST = 1000
 class AgedSeries:
     """One image at several ages."""
 
-    #: Its path.
+    #: Path of the image.
     file: str
     #: The display.
     model: DisplayModel
     #: The image as it is sent to the display, uint8 of shape (h, w, 3): its code values, or means over ``factor`` ×
     #: ``factor`` pixels.
     source: Pixels
-    #: 1 for images that are no larger than was asked for.
+    #: 1 for images that are not reduced.
     factor: int
-    #: How many pixels count for ΔE2000, and of how many distinct colours.
+    #: Number of pixels that count for ΔE2000, and of their distinct colours.
     pixels: int
     colours: int
-    #: Mode → ΔE2000 at hour 0 and the hours asked for.
+    #: Mode → ΔE2000 at hour 0 and the chosen hours.
     curves: dict[str, DifferenceCurve]
-    #: Where on the screen the picture lies; None: every pixel is seen at one place.
+    #: Where on the screen the picture lies; None: all pixels lie at one place.
     on_screen: OnScreen | None = None
 
     @property
     def hours(self) -> list[float]:
-        """Hour 0 and those asked for, increasing."""
+        """Hour 0 and the chosen hours, increasing."""
         return [float(hour) for hour in next(iter(self.curves.values())).hours]
 
     def seen(self, mode: str, hours: float) -> Pixels:
-        """Show the image as an un-aged sRGB viewer shows what the display makes of it, uint8 of shape (h, w, 3)."""
+        """Return how an un-aged sRGB viewer shows the image on the aged display, uint8 of shape (h, w, 3)."""
         if self.on_screen:
             stable = mode == "stable"
             display = self.on_screen.unaged(self.model) if stable else self.model.at(mode, hours)
@@ -272,7 +278,7 @@ class AgedSeries:
         return np.rint(255.0 * aged).astype(np.uint8)[which].reshape(self.source.shape)
 
     def mean_in_words(self, mode: str, hours: float) -> str:
-        """Write the mean ΔE2000 at one of the hours, as captions have it."""
+        """Return the mean ΔE2000 at one of the hours, as text for captions."""
         curve = self.curves[mode]
         (place,) = np.flatnonzero(curve.hours == hours)
         return f"mean ΔE2000 {curve.mean[place]:.1f}"
@@ -289,7 +295,7 @@ def aged_series(
     source: str = "auto",
     progress: Progress = unseen,
 ) -> AgedSeries:
-    """Age an image to several hours, at most ``longest`` pixels a side; ``progress`` in thousandths."""
+    """Age an image, reduced to at most ``longest`` pixels a side, to several hours; ``progress`` in thousandths."""
     path = Path(image)
     for mode in modes:
         refuse_unknown("mode that ages", mode, AGING_MODES)
@@ -322,7 +328,7 @@ def aged_series(
 
 
 def plain_png(pixels: Pixels) -> bytes:
-    """Return the uncompressed PNG of pixels (h, w, 3), without gamma or text, which some programs would heed."""
+    """Return the uncompressed PNG of pixels (h, w, 3), without gamma or text, since some programs apply the gamma."""
     from PIL import Image
 
     file = io.BytesIO()

@@ -1,7 +1,7 @@
-"""Image files through OpenImageIO, in bands of rows, so that memory does not grow with the image's height.
+"""Read image files through OpenImageIO, in bands of rows, so that memory does not grow with the image's height.
 
-The kind of a file is read from its first bytes, never from its name. What is written keeps the source's depth,
-alpha, metadata, ICC profile, tiles and (lossless) compression, as far as the format chosen by the suffix has them.
+A file's first bytes, never its name, give its format. An output file keeps the source's depth, alpha, metadata, ICC
+profile, tiles and (lossless) compression, if the format of the output's suffix supports them.
 """
 
 from __future__ import annotations
@@ -28,22 +28,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ImageFormat:
-    """A kind of image file."""
+    """An image format."""
 
-    #: OpenImageIO's name.
+    #: OpenImageIO's name of the format.
     name: str
-    #: The first is the usual one.
+    #: Suffixes; the first is the usual suffix.
     suffixes: tuple[str, ...]
-    #: First bytes, one or more kinds.
+    #: Possible first bytes of a file.
     magic: tuple[bytes, ...]
-    #: OpenImageIO's name of a stored number → that of the number written for it.
+    #: OpenImageIO's name of the source's number type → name of the number type that is written.
     depths: Mapping[str, str]
-    #: What its files store unless they say otherwise.
+    #: Encoding of files that do not state their encoding.
     encoding: str = SIGNAL
-    #: Whether its files may have alpha, and tiles.
+    #: Whether files may have alpha, and tiles.
     alpha: bool = True
     tiles: bool = False
-    #: Compressions that are kept; others become ``zip``, so that what is written is what was computed.
+    #: Lossless compressions, which are kept. Other compressions become ``zip``, so that written numbers are exact.
     lossless: tuple[str, ...] = ()
 
 
@@ -72,13 +72,14 @@ FORMATS = (
 )
 
 
-#: Pixels in a band: large enough for compressors to use every core, small enough to hold several.
+#: Pixels in a band: large enough for compressors to use every core, small enough to hold several bands in memory.
 BAND = 1_500_000
 
-#: Rows of a TIFF's strip; higher ones (often the whole image) are read row by row and not kept.
+#: Most rows of a TIFF's strip. Higher strips (often the whole image) are read row by row, and are not copied to
+#: outputs.
 MAX_STRIP = 512
 
-#: Names OpenImageIO gives to linear light of the sRGB primaries, by version (2.4: Linear; 3: the others).
+#: OpenImageIO's names of linear light with the sRGB primaries (version 2.4: Linear; version 3: the other names).
 _LINEAR_NAMES = ("linear", "scene_linear", "lin_srgb", "lin_rec709", "lin_rec709_scene", "lin_srgb_scene")
 
 #: EXR's attribute `chromaticities`: x, y of red, green, blue and white.
@@ -89,7 +90,7 @@ class ImageSource:
     """An open image: its storage and its bands of rows."""
 
     def __init__(self, path: Path, image: Any, kind: ImageFormat, encoding: str) -> None:
-        """Take an image that OpenImageIO has opened; raises LutgenError for pixels that cannot be aged."""
+        """Take an image that OpenImageIO has opened. Raises LutgenError for pixels that cannot be aged."""
         self.path, self.format = path, kind
         self._image, self.spec = image, image.spec()
         alpha = _check_channels(path, self.spec)
@@ -109,29 +110,29 @@ class ImageSource:
 
     @property
     def sideways(self) -> bool:
-        """Whether the file asks viewers to turn it by 90°."""
+        """Whether the file tells viewers to turn the picture by 90°."""
         return int(self.spec.get_int_attribute("Orientation", 1)) > 4
 
     @property
     def mirrored(self) -> bool:
-        """Whether the file asks viewers to show its left side on the right."""
+        """Whether the file tells viewers to show its left side on the right."""
         return int(self.spec.get_int_attribute("Orientation", 1)) in (2, 3)
 
     @property
     def unit(self) -> int:
-        """Rows that are stored together, or 32: a row of tiles, or as many whole strips."""
+        """Number of rows to read together: a row of tiles, or whole strips of at least 32 rows, or 32."""
         if self.spec.tile_width:
             return int(self.spec.tile_height)
         strip = int(self.spec.get_int_attribute("tiff:RowsPerStrip", 1))
         return -(-32 // strip) * strip if strip <= MAX_STRIP else 32
 
     def bands(self) -> list[tuple[int, int]]:
-        """Rows from (inclusive) and to (exclusive), in whole units, counted from 0."""
+        """Return the first (inclusive) and last (exclusive) row of each band, from 0 on, in whole units."""
         rows = max(BAND // self.width // self.unit, 1) * self.unit
         return [(first, min(first + rows, self.height)) for first in range(0, self.height, rows)]
 
     def blocks(self) -> list[tuple[int, int, int, int]]:
-        """Rows from and to, columns from and to, in whole tiles: as bands, but a row of many tiles is cut too."""
+        """Return the first and last row and column of each block: a band, or whole tiles of a wide band."""
         tile, bands = int(self.spec.tile_width), self.bands()
         high = bands[0][1]
         wide = max(BAND // high // tile, 1) * tile if tile else self.width
@@ -155,11 +156,11 @@ class ImageSource:
 
 @contextmanager
 def open_source(path: Path, source: str = "auto") -> Iterator[ImageSource]:
-    """Open an image. Raises LutgenError: missing, empty, damaged, not of ``FORMATS``, or neither RGB nor RGBA."""
+    """Open an image. Raises LutgenError: missing, empty, damaged, no format of ``FORMATS``, or neither RGB nor RGBA."""
     kind = _sniff(path)
     if kind.name in ("png", "tiff") and not is_whole(path):
         raise _damaged(path)
-    # OpenImageIO chooses the reader by the suffix, reads options behind a question mark, and takes UTF-8 alone.
+    # OpenImageIO chooses the reader by the suffix, reads options after a question mark, and accepts only UTF-8 paths.
     if path.suffix.lower() in kind.suffixes and "?" not in str(path) and is_unicode(path):
         with _opened(path, path, kind, source) as opened:
             yield opened
@@ -175,7 +176,7 @@ def _opened(path: Path, link: Path, kind: ImageFormat, source: str) -> Iterator[
     hint.attribute("oiio:UnassociatedAlpha", 1)
     image = lib.ImageInput.open(str(link), hint)
     if image is None or image.has_error:
-        # Unread messages would be printed when OpenImageIO is unloaded.
+        # OpenImageIO prints unread messages when it is unloaded.
         (image or lib).geterror()
         raise _damaged(path)
     try:
@@ -185,7 +186,7 @@ def _opened(path: Path, link: Path, kind: ImageFormat, source: str) -> Iterator[
 
 
 def format_of_suffix(path: Path) -> ImageFormat:
-    """Return the format that ``path`` is to be written in. Raises LutgenError for an unknown suffix."""
+    """Return the format of ``path``'s suffix, for writing. Raises LutgenError for an unknown suffix."""
     for kind in FORMATS:
         if path.suffix.lower() in kind.suffixes:
             return kind
@@ -214,7 +215,7 @@ def _sniff(path: Path) -> ImageFormat:
 
 
 def _check_channels(path: Path, spec: Any) -> bool:
-    """Whether there is alpha. Raises LutgenError unless the pixels are RGB or RGBA of an allowed depth."""
+    """Return whether there is alpha. Raises LutgenError unless the pixels are RGB or RGBA of an allowed depth."""
     if spec.width < 1 or spec.height < 1:
         raise LutgenError(f"{path}: the image is empty ({spec.width} × {spec.height} pixels).")
     allowed = "lutgen ages RGB, with or without alpha. Convert the image to RGB first."
@@ -247,7 +248,7 @@ def _dtype(path: Path, oiio_format: Any) -> np.dtype[Any]:
 
 
 def _encoding(path: Path, spec: Any, kind: ImageFormat) -> str:
-    """The encoding that the file states, or the usual one of its format."""
+    """Return the encoding that the file states, or else the usual encoding of its format."""
     named = str(spec.get_string_attribute("oiio:ColorSpace")).lower()
     primaries = spec.getattribute("chromaticities") or _SRGB_PRIMARIES
     if max(abs(a - b) for a, b in zip(primaries, _SRGB_PRIMARIES, strict=False)) > 1e-3:
@@ -266,14 +267,14 @@ def _damaged(path: Path) -> LutgenError:
     return LutgenError(f"{path}: the image is truncated or damaged and cannot be read to its end. Get a whole copy.")
 
 
-# Damage that the image libraries miss or only print: wrong checksums of PNG, and metadata cut off a TIFF's end.
+# The image libraries miss or only print some damage: wrong checksums of PNG, and metadata cut off a TIFF's end.
 
 #: Bytes of one value of each TIFF type (TIFF 6.0, section 2; 13: IFD; 16 to 18: BigTIFF).
 _TIFF_SIZES = {1: 1, 2: 1, 3: 2, 4: 4, 5: 8, 6: 1, 7: 1, 8: 2, 9: 4, 10: 8, 11: 4, 12: 8, 13: 4, 16: 8, 17: 8, 18: 8}
 
 
 def is_whole(path: Path) -> bool:
-    """Whether a file that begins as a PNG or TIFF is whole, as far as can be seen without decoding it."""
+    """Return whether a file that begins as a PNG or TIFF is complete, as far as can be checked without decoding it."""
     with path.open("rb") as file:
         check = _png_is_whole if file.read(1) == b"\x89" else _tiff_is_whole
         file.seek(0)
@@ -284,7 +285,7 @@ def is_whole(path: Path) -> bool:
 
 
 def _png_is_whole(file: BinaryIO, size: int) -> bool:
-    """Follow the chunks to the end, verifying their checksums; libpng prints what it dislikes."""
+    """Return whether all chunks are present with right checksums. libpng would only print such errors."""
     file.seek(8)
     while file.tell() < size:
         head = file.read(8)
@@ -303,11 +304,14 @@ def _png_is_whole(file: BinaryIO, size: int) -> bool:
 
 
 def _tiff_is_whole(file: BinaryIO, size: int) -> bool:
-    """Look whether all that the first directory points to lies inside the file; libtiff drops what does not."""
+    """Return whether all data of the first directory lie inside the file.
+
+    libtiff drops data outside without an error.
+    """
     start = file.read(16)
     order = "<" if start[:2] == b"II" else ">"
     (version,) = struct.unpack(order + "H", start[2:4])
-    # Offset of the directory, its number of entries, an entry's type, count and value or offset.
+    # Formats of: the directory's offset; its number of entries; an entry's tag, type, count, and value or offset.
     big = version == 43
     where, number, entry = ("Q", "Q", "HHQQ") if big else ("I", "H", "HHII")
     (offset,) = struct.unpack_from(order + where, start, 8 if big else 4)

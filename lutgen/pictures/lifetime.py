@@ -1,8 +1,9 @@
-"""``lifetime``: how pictures change as a display ages, and the hours until the change passes a tolerance.
+"""``lifetime``: ΔE2000 of pictures as a display ages, and the hours until ΔE2000 reaches a tolerance.
 
-The paper's simulation (Avanaki et al., section 3, Figure 5 and Table 1) for any image: ΔE2000 between what the un-aged
-and the aged display show, over all pixels, against operating hours. Every number comes from the image's distinct
-colours, so that a slide is read once and hours and modes cost the same for a thumbnail and for a slide.
+This is the paper's simulation (Avanaki et al., section 3, Figure 5 and Table 1) for any image: ΔE2000 between the
+picture on the un-aged and on the aged display, over all pixels, against operating hours. Every number is computed from
+the image's distinct colours. So a slide is read once, and hours and modes cost the same for a thumbnail and for a
+slide.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 
-#: ΔE2000 that the paper asks for: just noticeable side by side, and clearly seen.
+#: The paper's tolerances of ΔE2000: just noticeable side by side, and clearly seen.
 TOLERANCES = (3.0, 5.0)
 
 #: Columns of the paper's Table 1: tolerated ΔE2000, and the statistic of ``STATISTICS`` that reaches it.
@@ -37,7 +38,7 @@ TABLE_1_COLUMNS = ((3.0, "max"), (3.0, "mean"), (5.0, "max"), (5.0, "mean"))
 #: Table 1 (section 3.1): aging mode → hours until each of ``TABLE_1_COLUMNS``. Its images were never published.
 TABLE_1 = {"chroma": (4500, 7800, 8100, 11_100), "chroma-luma": (2200, 3700, 4100, 5800)}
 
-#: Bins whose corners are compared with their middles.
+#: Number of bins whose corners are compared with their centres.
 _PROBES = 1024
 
 
@@ -46,19 +47,19 @@ class ImageLifetime:
     """The lifetimes of one image: ΔE2000 against hours in each mode."""
 
     file: str
-    #: How many pixels count, and of how many distinct colours.
+    #: Number of counted pixels, and of their distinct colours.
     pixels: int
     colours: int
-    #: Bits a channel: colours that differ in them are different.
+    #: Bits a channel in which colours are distinguished.
     bits: int
-    #: The most that ΔE2000 of a pixel is off because colours were counted in bins, at any hour, as found at the corners
-    #: of many bins; 0 where they were counted exactly.
+    #: Largest error of a pixel's ΔE2000 because colours were counted in bins, at any hour, estimated at the corners of
+    #: many bins; 0 if colours were counted exactly.
     binning_error: float
-    #: The bare glass that was left out; None where glass counts as tissue.
+    #: The bare glass that was left out; None if glass was not looked for.
     tissue: Tissue | None
     #: Mode → curve.
     curves: dict[str, DifferenceCurve]
-    #: 95 % intervals of lifetimes; None where the model says nothing of its uncertainty.
+    #: 95 % intervals of lifetimes; None if the model states no uncertainty.
     intervals: Intervals | None
 
 
@@ -67,7 +68,7 @@ class Lifetimes:
     """The result of :func:`lifetime`."""
 
     images: tuple[ImageLifetime, ...]
-    #: ΔE2000, in the order given.
+    #: Tolerated ΔE2000, in the order given.
     tolerances: tuple[float, ...]
     #: The display.
     model: DisplayModel
@@ -79,7 +80,7 @@ class Lifetimes:
 
     @property
     def last(self) -> float:
-        """The last hour that was looked at."""
+        """The last hour of the curves."""
         return float(self.images[0].curves[self.modes[0]].hours[-1])
 
     def remarks(self) -> list[str]:
@@ -91,7 +92,7 @@ class Lifetimes:
         return {"schema": 1, **seen_on(self.model), "images": [self._image(image) for image in self.images]}
 
     def as_csv(self) -> str:
-        """Return what ``--csv`` writes: Table 1, a line an image and mode; hours, empty where never reached."""
+        """Return what ``--csv`` writes: hours as in Table 1, a line for each image and mode; empty if never reached."""
         return csv_text(self.csv_rows())
 
     def csv_rows(self) -> list[list[str]]:
@@ -129,7 +130,7 @@ class Lifetimes:
 
 
 def csv_hours(hours: float | None) -> str:
-    """Write hours for CSV; nothing where a tolerance is never reached."""
+    """Return hours as text for CSV; empty where a tolerance is never reached."""
     return "" if hours is None else f"{hours:.1f}"
 
 
@@ -157,33 +158,33 @@ def lifetime(
     source: str = "auto",
     progress: Progress = unseen,
 ) -> Lifetimes:
-    """Find ΔE2000 against hours for images, and the hours until it passes each tolerance.
+    """Compute ΔE2000 against hours for images, and the hours until ΔE2000 reaches each tolerance.
 
     Parameters
     ----------
     images
-        PNG, JPEG, TIFF, EXR, RGB or RGBA; slides (.svs, .ndpi, .mrxs) with the extra ``slides``.
+        PNG, JPEG, TIFF or EXR, RGB or RGBA; slides (.svs, .ndpi, .mrxs) with the extra ``slides``.
     model
         The display.
     tolerances
-        ΔE2000, above 0.
+        Tolerated ΔE2000, above 0.
     modes
         Aging modes.
     hours
-        Operating hours; None: every measured time. Hour 0 is added, where lifetimes begin. Between them the curve is
-        taken as straight.
+        Operating hours; None: every measured time. Hour 0 is added, since lifetimes begin there. The curve is linear
+        between hours.
     tissue
         Leave bare glass out.
     source
-        What the numbers of an image are: ``auto``, ``signal`` or ``linear``, as for ``apply``.
+        Encoding of an image's numbers: ``auto``, ``signal`` or ``linear``, as for ``apply``.
     progress
-        Called with the work done and the work in all, in thousandths of an image.
+        Called with the work done and the whole work, in thousandths of an image.
 
     Raises
     ------
     LutgenError
-        No image, one that cannot be read, one without tissue when only tissue is asked for, an unknown source, a
-        tolerance that is not above 0, or hours outside the measured span or the luminance law's.
+        No image is given, an image cannot be read, an image has no tissue while ``tissue`` is set, the source is
+        unknown, a tolerance is not above 0, or hours are outside the span of the measurements or of the luminance law.
 
     """
     if not images:
@@ -191,11 +192,11 @@ def lifetime(
     checked, chosen = check_asked(model, tolerances=tolerances, modes=modes, hours=hours, source=source)
     lifetimes = []
     for done, image in enumerate(images):
-        begun, everything = 1000 * done, 1000 * len(images)
+        start, everything = 1000 * done, 1000 * len(images)
         path = Path(image)
-        colours = count_colours(path, source, part_of(progress, begun, 500, everything))
+        colours = count_colours(path, source, part_of(progress, start, 500, everything))
         colours, kept = tissue_only(colours, path) if tissue else (colours, None)
-        curves = curves_of(colours, model, modes, chosen, part_of(progress, begun + 500, 300, everything))
+        curves = curves_of(colours, model, modes, chosen, part_of(progress, start + 500, 300, everything))
         lifetimes.append(
             ImageLifetime(
                 file=str(image),
@@ -205,10 +206,10 @@ def lifetime(
                 binning_error=binning_error(colours, model, modes, chosen),
                 tissue=kept,
                 curves=curves,
-                intervals=intervals(colours, model, curves, checked, part_of(progress, begun + 800, 200, everything)),
+                intervals=intervals(colours, model, curves, checked, part_of(progress, start + 800, 200, everything)),
             )
         )
-        progress(begun + 1000, everything)
+        progress(start + 1000, everything)
     return Lifetimes(tuple(lifetimes), checked, model)
 
 
@@ -220,7 +221,7 @@ def check_asked(
     hours: Sequence[float] | None,
     source: str,
 ) -> tuple[tuple[float, ...], list[float]]:
-    """Return tolerances, and hours in order from 0 on, before any image is read; errors as in :func:`lifetime`."""
+    """Return the tolerances, and the hours in order from 0 on, after a check; errors as in :func:`lifetime`."""
     refuse_unknown("source", source, SOURCES)
     checked = check_tolerances(tolerances)
     return checked, hours_from_0(model, modes, hours)
@@ -237,7 +238,7 @@ def hours_from_0(model: DisplayModel, modes: Sequence[str], hours: Sequence[floa
 
 
 def check_tolerances(tolerances: Sequence[float]) -> tuple[float, ...]:
-    """Return tolerances, each once, in the order given. Raises LutgenError for none, or one that is not above 0."""
+    """Return the distinct tolerances in the order given. Raises LutgenError for none, or a tolerance not above 0."""
     if not tolerances:
         raise LutgenError("no tolerance was given. Give colour differences above 0, such as 3,5.")
     for tolerance in tolerances:
@@ -248,7 +249,7 @@ def check_tolerances(tolerances: Sequence[float]) -> tuple[float, ...]:
 
 
 def binning_error(colours: Colours, model: DisplayModel, modes: Sequence[str], hours: Sequence[float]) -> float:
-    """Return the largest change of ΔE2000 from the middle of a bin to its corners, over many bins, modes and hours."""
+    """Return the largest change of ΔE2000 from the centre of a bin to its corners, over many bins, modes and hours."""
     if not colours.half_bin:
         return 0.0
     which = np.unique(np.linspace(0, len(colours) - 1, _PROBES).astype(np.intp))

@@ -1,15 +1,15 @@
-"""Nuclei in a stained field: where haematoxylin is dense, in pieces of a nucleus's size.
+"""Segmentation of nuclei in a stained field: regions of dense haematoxylin that have the size of a nucleus.
 
-Stains are separated by colour deconvolution (Ruifrok & Johnston 2001, Anal. Quant. Cytol. Histol. 23:291), as
-scikit-image does it. A pixel is nuclear where its haematoxylin, smoothed, exceeds both Otsu's threshold (1979,
-doi:10.1109/TSMC.1979.4310076) over the field, which leaves the ground out, and the mean around it, which finds the
-gaps between crowded nuclei. Nuclei that still touch are cut by a watershed on the distance to their edge.
+Stains are separated by colour deconvolution (Ruifrok & Johnston 2001, Anal. Quant. Cytol. Histol. 23:291), by
+scikit-image. A pixel is nuclear if its smoothed haematoxylin exceeds two thresholds: Otsu's threshold (1979,
+doi:10.1109/TSMC.1979.4310076) over the field, and the mean of its surroundings. The first excludes the background; the
+second finds the gaps between crowded nuclei. A watershed on the distance to the edge divides nuclei that still touch.
 
-All lengths are shares of the width of a typical nucleus in the field itself. That width is measured in pixels, and
-badly where nuclei are small: two H&E fields with nuclei of 6 and 7 pixels, enlarged twice, are cut into 1.36 and 1.44
-times as many pieces, 1.5 times as wide. The median contrast stays (within 3 %; 4 % of the immunohistochemistry). Nuclei
-that touch or overlap are missed most often. Nuclei at the border of the field are kept: their colours are as good as
-those of the others.
+All lengths are shares of the width of a typical nucleus in the same field. This width is measured in pixels, with a
+large error where nuclei are small: two H&E fields with nuclei of 6 and 7 pixels, enlarged twice, are divided into 1.36
+and 1.44 times as many pieces, 1.5 times as wide. The median contrast changes by at most 3 % (4 % for the
+immunohistochemistry). Nuclei that touch or overlap are missed most often. Nuclei at the border of the field are kept:
+their colours are as good as the colours of other nuclei.
 """
 
 from __future__ import annotations
@@ -29,52 +29,52 @@ from lutgen.names import STAINS
 if TYPE_CHECKING:
     from lutgen.pictures.blocks import Field, Mask
 
-#: Least share of brown pixels among the stained ones for the stain DAB: eosin and haematoxylin absorb blue least.
+#: Least share of brown pixels among the stained pixels for the stain DAB. Eosin and haematoxylin absorb blue least.
 BROWN = 0.1
 
 #: Least optical density of a stained pixel.
 STAINED = 0.15
 
-#: Haematoxylin and ground lie at least this far apart in optical density, on average: noise of a scanner gives 0.01.
+#: Least difference of mean optical density between haematoxylin and background. Noise of a scanner gives 0.01.
 CONTRAST = 0.05
 
 #: Shares of a typical nucleus's width: radius of smoothing, size of the surroundings, width of pieces that are removed,
-#: and depth of a waist at which a piece is cut in two.
+#: and least depth of a waist where a piece is divided in two.
 SMOOTH, AROUND, THIN, WAIST = 1 / 12, 1.5, 0.12, 0.04
 
-#: Shares of its square: the smallest nucleus (a third of a disc of that width), the largest, and holes that are filled.
+#: Shares of the width's square: area of the smallest nucleus (a third of a disc), the largest, and filled holes.
 SMALLEST, LARGEST, HOLE = 0.25, 6.0, 0.1
 
 #: Optical density of 1 in the units of scikit-image, whose logarithm has the base 1e-6.
 _DENSITY = 1 / 6
 
-#: Which pixels belong to which nucleus, shape (rows, columns): 1..n, 0 for the ground, −1 for what is stained like
-#: nuclei and is no nucleus that counts.
+#: Number of the nucleus to which each pixel belongs, shape (rows, columns): 1..n; 0 for the background, −1 for pieces
+#: that are stained like nuclei but do not count as nuclei.
 Labels = NDArray[np.int32]
 
-#: Pixels and the pixels below them; pixels and the pixels at their right.
+#: Index pairs of neighbouring pixels: above and below, left and right.
 NEIGHBOURS = ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:]))
 
 
 @dataclass(frozen=True)
 class Nuclei:
-    """The nuclei of a field of view: which pixels belong to which."""
+    """The nuclei of a field of view."""
 
-    #: Which pixels belong to which.
+    #: Number of each pixel's nucleus.
     labels: Labels
-    #: How many there are.
+    #: Number of nuclei.
     count: int
-    #: Width of a typical one in pixels.
+    #: Width of a typical nucleus in pixels.
     width: float
-    #: How many were left out because they are smaller, or larger, than a nucleus.
+    #: Number of pieces left out because they are smaller, or larger, than a nucleus.
     small: int
     large: int
-    #: How they were found: a clause for reports.
+    #: How the nuclei were found: a clause for reports.
     found: str
 
 
 def segment(field: Field, *, stain: str = "auto", min_area: int | None = None) -> Nuclei:
-    """Find the nuclei of stained tissue in bright field. Raises LutgenError: unknown stain, none, no scikit-image."""
+    """Find nuclei of stained tissue in bright field. Raises LutgenError: unknown stain, no nuclei, no scikit-image."""
     from scipy import ndimage
 
     refuse_unknown("stain", stain, ("auto", *STAINS))
@@ -100,35 +100,35 @@ def segment(field: Field, *, stain: str = "auto", min_area: int | None = None) -
 
 
 def sized(labels: Labels, width: float, least: float, most: float, how: str) -> Nuclei:
-    """Keep the nuclei whose size in pixels lies between two limits, and number them again."""
+    """Keep the nuclei whose number of pixels lies between two limits, and renumber these nuclei."""
     areas = np.bincount(labels[labels > 0])
     areas = areas if areas.size else np.zeros(1, np.intp)
     small, large = (areas > 0) & (areas < least), areas > most
-    kept = (areas > 0) & ~small & ~large
-    count = int(kept.sum())
+    counted = (areas > 0) & ~small & ~large
+    count = int(counted.sum())
     number = np.full(len(areas), -1, np.int32)
-    number[0], number[kept] = 0, np.arange(1, count + 1)
+    number[0], number[counted] = 0, np.arange(1, count + 1)
     renumbered = np.where(labels > 0, number[np.maximum(labels, 0)], labels).astype(np.int32)
     return Nuclei(renumbered, count, width, int(small.sum()), int(large.sum()), how)
 
 
 def width_of(mask: Mask) -> float:
-    """Twice the depth, in pixels, of the piece of a mask at which half of the nuclear area is reached; 0: specks."""
+    """Return the width in pixels (twice the depth) of a mask's median piece, weighted by area; 0: only specks."""
     from scipy import ndimage
 
-    # Pixels outside the field are no ground, so the border of the field does not make a nucleus narrower.
+    # Pixels outside the field are no background, so the border of the field does not make a nucleus narrower.
     depth = ndimage.distance_transform_edt(np.pad(mask, 1, mode="edge"))[1:-1, 1:-1]
     peaks, count = ndimage.label((depth == ndimage.maximum_filter(depth, 5)) & (depth >= 1.5), np.ones((3, 3)))
     if not count:
         return 0.0
-    # One value for each piece: the middle of a long fold is a ridge of many pixels.
+    # One value for each piece: the centre line of a long fold is a ridge of many pixels.
     middles = np.sort(ndimage.maximum(depth, peaks, np.arange(1, count + 1)))
     area = np.cumsum(middles**2)
     return float(2.0 * middles[np.searchsorted(area, area[-1] / 2.0)] - 1.0)
 
 
 def _stain_of(field: Field) -> str:
-    # Optical density of each channel, at most that of code value 1.
+    # Optical density of each channel, at most the density of code value 1.
     table = -np.log10(np.maximum(np.arange(256), 1) / 255.0).astype(np.float32)
     red, green, blue = np.moveaxis(table[field.rgb()], -1, 0)
     stained = (np.maximum(np.maximum(red, green), blue) > STAINED) & field.visible
@@ -137,7 +137,7 @@ def _stain_of(field: Field) -> str:
 
 
 def _haematoxylin(field: Field, stain: str) -> NDArray[np.float32]:
-    """How much haematoxylin each pixel holds, as optical density, (rows, columns)."""
+    """Return each pixel's haematoxylin as optical density, (rows, columns)."""
     colours = _skimage("color")
     rgb = np.maximum(field.rgb(), 1)
     amount = np.empty(field.shape, np.float32)
@@ -148,7 +148,7 @@ def _haematoxylin(field: Field, stain: str) -> NDArray[np.float32]:
 
 
 def _typical_width(field: Field, amount: NDArray[np.float32]) -> float:
-    """Width in pixels of a typical nucleus, or of dark ground that prevails; 0 where only specks are."""
+    """Return the width in pixels of a typical nucleus, or of a dark background that covers more; 0: only specks."""
     from scipy import ndimage
 
     rough = ndimage.gaussian_filter(amount, 1.0)
@@ -157,7 +157,7 @@ def _typical_width(field: Field, amount: NDArray[np.float32]) -> float:
 
 
 def _threshold(field: Field, amount: NDArray[np.float32]) -> float:
-    """Return Otsu's threshold over the visible pixels. Raises LutgenError where it separates only noise."""
+    """Return Otsu's threshold over the visible pixels. Raises LutgenError if the threshold separates only noise."""
     seen = amount[field.visible]
     if seen.min() == seen.max():
         raise _none(field, "it holds no haematoxylin")
@@ -169,7 +169,7 @@ def _threshold(field: Field, amount: NDArray[np.float32]) -> float:
 
 
 def _without_threads(mask: Mask, radius: float) -> Mask:
-    """Open a mask with a disc: parts thinner than twice its radius are removed."""
+    """Open a mask with a disc: remove parts thinner than twice the radius."""
     from scipy import ndimage
 
     inner = ndimage.distance_transform_edt(np.pad(mask, 1, mode="edge"))[1:-1, 1:-1] > radius
@@ -177,7 +177,7 @@ def _without_threads(mask: Mask, radius: float) -> Mask:
 
 
 def _filled(mask: Mask, most: float) -> Mask:
-    """Fill holes of at most so many pixels: pale middles of nuclei, not the lumen of a gland."""
+    """Fill holes of at most ``most`` pixels: pale centres of nuclei, but not the lumen of a gland."""
     from scipy import ndimage
 
     ground, _ = ndimage.label(~mask)
@@ -187,7 +187,7 @@ def _filled(mask: Mask, most: float) -> Mask:
 
 
 def _parted(mask: Mask, width: float) -> Labels:
-    """Cut pieces of touching nuclei at their waists, by a watershed on the depth below their edge."""
+    """Divide touching nuclei at their waists, by a watershed on the distance to the edge."""
     from scipy import ndimage
 
     depth = ndimage.gaussian_filter(ndimage.distance_transform_edt(mask).astype(np.float32), width / 16.0)
@@ -209,18 +209,18 @@ def _skimage(part: str) -> Any:
 
 _ALLOWED = "Give a PNG or TIFF of the image's size: 0 for the ground, and 1, 2, … for each nucleus or white for all."
 
-#: First bytes of files that keep every number: PNG and TIFF.
+#: First bytes of lossless files: PNG and TIFF.
 _LOSSLESS = (b"\x89PNG\r\n\x1a\n", b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 
-#: A nucleus fills at least this share of the box around it; grey levels of soft edges lie about everywhere.
+#: A nucleus fills at least this share of its bounding box. Grey levels of soft edges are scattered over the image.
 FILLS = 0.05
 
-#: The largest label: what 32-bit integers hold.
+#: The largest label: the largest 32-bit integer.
 _LARGEST = 2**31 - 1
 
 
 def read_mask(file: str | Path, field: Field, *, min_area: int | None = None) -> Nuclei:
-    """Read nuclei from a PNG or TIFF of the field's size. Raises LutgenError: unreadable, no labels, no nucleus."""
+    """Read nuclei from a PNG or TIFF of the field's size. Raises LutgenError: unreadable, no labels, or no nucleus."""
     from scipy import ndimage
 
     values = _read(file, field)
@@ -245,11 +245,11 @@ def read_mask(file: str | Path, field: Field, *, min_area: int | None = None) ->
 
 
 def _with_edges(labels: Labels) -> NDArray[np.bool_]:
-    """Return the pixels of labels without those that touch another label, (rows, columns)."""
-    apart = labels > 0
+    """Return which pixels have a label and do not touch another label, (rows, columns)."""
+    inner = labels > 0
     for before, after in NEIGHBOURS:
-        apart[before] &= (labels[before] == labels[after]) | (labels[after] == 0)
-    return apart
+        inner[before] &= (labels[before] == labels[after]) | (labels[after] == 0)
+    return inner
 
 
 def _check_labels(file: str | Path, labels: NDArray[Any], count: int) -> None:
@@ -266,7 +266,7 @@ def _check_labels(file: str | Path, labels: NDArray[Any], count: int) -> None:
 
 
 def _read(file: str | Path, field: Field) -> NDArray[Any]:
-    """Whole numbers of a picture of the field's size, (rows, columns)."""
+    """Return the whole numbers of a picture of the field's size, (rows, columns)."""
     path = Path(file)
     try:
         with path.open("rb") as opened:
@@ -277,7 +277,7 @@ def _read(file: str | Path, field: Field) -> NDArray[Any]:
         raise LutgenError(f"{file}: the mask is neither PNG nor TIFF; others lose or change numbers. {_ALLOWED}")
     lib = oiio()
     hint = lib.ImageSpec()
-    # Labels multiplied by alpha would be wrong numbers.
+    # Labels must not be multiplied by alpha.
     hint.attribute("oiio:UnassociatedAlpha", 1)
     image = lib.ImageInput.open(str(path), hint)
     if image is None:
@@ -322,7 +322,7 @@ MOST_LABELS = 65_535
 
 
 def labels_png(labels: NDArray[np.int32]) -> bytes:
-    """Return the PNG of labels (h, w) as 16-bit grey levels, below 0 as ground. Raises LutgenError: too many."""
+    """Return the PNG of labels (h, w) as 16-bit grey levels; labels below 0 become 0. Raises LutgenError: too many."""
     from PIL import Image
 
     if labels.max() > MOST_LABELS:

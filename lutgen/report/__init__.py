@@ -1,7 +1,7 @@
-"""Reports: the results of all other packages for people, in words, tables, pictures and one HTML page.
+"""Reports: the results of all other packages as sentences, tables, pictures and one HTML page.
 
-A file holds one subject: the page that its commands print and the picture that they draw; ``parts`` and ``drawing``
-hold what pages and pictures are made of, ``page`` and ``templates`` the HTML page of ``lutgen report``. One more file
-holds one more subject: functions that take a result, compute nothing that a program would want too, and yield the parts
-of a page or write a PNG, the same bytes on every run.
+Each file holds one subject: the page that its commands print, and the picture that they draw. ``parts`` and ``drawing``
+hold the elements of pages and pictures; ``page`` and ``templates`` hold the HTML page of ``lutgen report``. The
+functions of a subject take a result, and yield the parts of a page or write a PNG with the same bytes on every run.
+They compute no numbers that a program may need: these belong to the result.
 """

@@ -1,6 +1,6 @@
 """The picture of ``lutgen show``: chromaticity, luminance and non-additivity of a display against hours.
 
-One function a plot, each drawing into the axes that it is given.
+Each plot has one function, which draws into given axes.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ if TYPE_CHECKING:
 
     from lutgen.display import DisplayModel
 
-#: Inches: 1500 × 900 pixels, which a laptop shows whole.
+#: Size in inches: 1500 × 900 pixels, which fit the screen of a laptop.
 PAGE = (15.0, 9.0)
 
 #: Characters in a line of the footer, which has two lines at most.
 FOOTER = 180
 
-#: Colours in which white, red, green and blue are drawn: dark enough for a white page.
+#: Colours of the curves of white, red, green and blue: dark enough for a white page.
 TIP_COLOURS = ("#222222", "#c8322d", "#2a8c3c", "#2f55c8")
 
-#: Kelvins marked on the Planckian locus.
+#: Temperatures in kelvin that are marked on the Planckian locus.
 _KELVINS = (3000, 4000, 5000, 6500, 9300, 15000)
 
 
@@ -80,7 +80,7 @@ def luminance(axes: Axes, shown: Shown, model: DisplayModel) -> None:
     """Draw the luminance of all tips against hours, and the luminance laws of mode chroma-luma."""
     for i, (name, colour) in enumerate(zip(TIP_NAMES, TIP_COLOURS, strict=True)):
         label = f"{name}, {'as the model shows it' if shown.effects else 'measured'}"
-        # White lies under the others and is wider: where all fall alike, it stays visible.
+        # White's line is wider and below the other lines, so that it stays visible where all curves coincide.
         width, dot = (4.0, 9) if i == 0 else (1.4, 5)
         axes.plot(shown.hours, shown.luminance[:, i], ".-", color=colour, linewidth=width, markersize=dot, label=label)
     laws = {law.name: law for law in (luminance_law("paper"), model.luminance)}
@@ -98,11 +98,11 @@ def luminance(axes: Axes, shown: Shown, model: DisplayModel) -> None:
 
 
 def non_additivity(axes: Axes, shown: Shown) -> None:
-    """Draw against hours by which share the sum of the primaries' luminances exceeds white's."""
+    """Draw the relative excess of the sum of the primaries' luminances over white's luminance against hours."""
     percent = 100.0 * shown.non_additivity
     axes.plot(shown.hours, percent, ".-", color=TIP_COLOURS[0], linewidth=1.4, markersize=5)
     axes.axhline(0.0, color="#bbbbbb", linewidth=0.8, zorder=0)
-    # At least ±1 %, so that the repeatability of a meter does not look like a fault.
+    # At least ±1 %, so that the repeatability of a meter does not look like an error.
     low, high = min(-1.0, float(percent.min())), max(1.0, float(percent.max()))
     axes.set(title="Non-additivity of luminance, (R + G + B − W) / W in %", xlabel="operating hours")
     axes.set_ylim(1.15 * low, 1.15 * high)
@@ -111,7 +111,7 @@ def non_additivity(axes: Axes, shown: Shown) -> None:
 
 
 def chromaticity_diagram(axes: Axes) -> None:
-    """Draw the pale CIE 1976 diagram inside the spectral locus."""
+    """Draw the CIE 1976 diagram in pale colours inside the spectral locus."""
     _draw_diagram(axes, _spectral_locus())
 
 
@@ -130,7 +130,7 @@ def _draw_diagram(axes: Axes, locus: Array) -> None:
     from matplotlib.patches import Polygon
 
     extent, points = (0.0, 0.64, 0.0, 0.6), 400
-    # v' = 0 is y = 0, whose XYZ is infinite; the locus stays above 0.01.
+    # At v' = 0, y is 0 and XYZ is infinite; the locus stays above 0.01.
     u, v = np.meshgrid(np.linspace(*extent[:2], points), np.linspace(0.002, extent[3], points))
     xy = np.stack([9 * u, 4 * v], axis=-1) / (6 * u - 16 * v + 12)[..., np.newaxis]
     linear = np.maximum(xyz_to_linear(xyY_to_xyz(np.dstack([xy, np.ones_like(u)]))), 0.0)
@@ -141,7 +141,7 @@ def _draw_diagram(axes: Axes, locus: Array) -> None:
 
 
 def _draw_drift(axes: Axes, shown: Shown, size: float) -> ScalarMappable:
-    """Draw every tip at every hour in greys, darker with time, since a hue would read as a chromaticity."""
+    """Draw every tip at every hour in greys, darker with time: a hue could be mistaken for a chromaticity."""
     hours = np.repeat(shown.hours[:, np.newaxis], len(TIP_NAMES), axis=1)
     return axes.scatter(
         shown.uv[..., 0], shown.uv[..., 1], c=hours, s=size, cmap="Greys", zorder=4, edgecolor="black", linewidth=0.4
@@ -156,7 +156,7 @@ def _label_tips(axes: Axes, shown: Shown) -> None:
 
 
 def _draw_inset(axes: Axes, shown: Shown) -> None:
-    """Draw white's drift large, in the empty corner of the diagram, with rings of equal Δu'v' around the first."""
+    """Draw white's drift enlarged in the empty corner of the diagram, with rings of equal Δu'v' around hour 0."""
     reach = max(1.1 * float(shown.shift[:, 0].max()), 0.002)
     middle = 0.5 * (shown.uv[:, 0].max(axis=0) + shown.uv[:, 0].min(axis=0))
     inset = axes.inset_axes((0.585, 0.05, 0.405, 0.42))
@@ -182,7 +182,7 @@ def _label_ends(axes: Axes, shown: Shown) -> None:
 
 
 def _draw_rings(axes: Axes, centre: Array, reach: float) -> None:
-    """Draw circles of equal Δu'v' from ``centre``, two or more in a view that reaches ``reach`` to each side."""
+    """Draw circles of equal Δu'v' around ``centre``, two or more in a view of ``reach`` to each side."""
     step = _round_step(reach / 2.0)
     turn = np.linspace(0.0, 2.0 * np.pi, 181)
     for radius in step * np.arange(1, 4):
@@ -193,19 +193,19 @@ def _draw_rings(axes: Axes, centre: Array, reach: float) -> None:
 
 
 def _inside(axes: Axes, place: Array, margin_x: float, margin_y: float) -> bool:
-    """Whether a point lies inside the axes and so far from their edges, in shares of them, that its label fits."""
+    """Return whether a point lies inside the axes, at least the margins (shares of the axes) from their edges."""
     across, up = axes.transAxes.inverted().transform(axes.transData.transform(place))
     return bool(margin_x < across < 1.0 - margin_x and margin_y < up < 1.0 - margin_y)
 
 
 def _round_step(rough: float) -> float:
-    """Return the largest 1, 2 or 5 times a power of ten that is not above ``rough``."""
+    """Return the largest number of the form 1, 2 or 5 × 10ⁿ that is not above ``rough``."""
     power = 10.0 ** np.floor(np.log10(rough))
     return float(max(factor * power for factor in (1, 2, 5) if factor * power <= rough * (1 + 1e-9)))
 
 
 def _draw_planck(axes: Axes, white: Array) -> None:
-    """Draw the Planckian locus with some temperatures marked, on the side away from white's drift, shape (n, 2)."""
+    """Draw the Planckian locus with some temperatures, labelled on the side away from white's drift, (n, 2)."""
     from colour.temperature import CCT_to_uv_Ohno2013
 
     marked = np.array(_KELVINS, dtype=np.float64)

@@ -1,8 +1,8 @@
 """The animation of an image over hours, as APNG, or as MP4 by ffmpeg. Every frame shows its hour.
 
-APNG is animated PNG (PNG Third Edition, https://www.w3.org/TR/png-3/), written frame by frame, the same bytes on every
-run; programs that know no animation show the first frame. Pillow compresses each frame; its own writer of animations
-would hold all frames in memory at once.
+APNG is animated PNG (PNG Third Edition, https://www.w3.org/TR/png-3/). It is written frame by frame, with the same
+bytes on every run. Programs without support for animations show the first frame. Pillow compresses each frame. Pillow's
+own writer of animations is not used, since it holds all frames in memory.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 
     from lutgen.pictures.frame import AgedSeries
 
-#: Pixels of the longest side of the picture, and across a frame at least.
+#: Longest side of the picture, and least width of a frame, in pixels.
 LONGEST, ACROSS = 640, 420
 
-#: Seconds of a whole animation, and the shortest and the longest that a frame may be shown.
+#: Seconds of a whole animation, and least and most seconds of a frame.
 SECONDS = 8.0
 _SHORTEST, _LONGEST = 0.02, 10.0
 
@@ -67,7 +67,7 @@ def animate(
     seconds: float = SECONDS,
     progress: Progress = unseen,
 ) -> Path:
-    """Write an animation of ``hours``, which the curve of ``mode`` has; errors as :func:`check_animation`."""
+    """Write an animation of ``hours``, which must be hours of ``mode``'s curve; errors as :func:`check_animation`."""
     path, each = Path(path), check_animation(path, hours, seconds)
 
     def frames() -> Iterator[Pixels]:
@@ -84,7 +84,7 @@ def animate(
 
 
 def frame(series: AgedSeries, mode: str, hour: float) -> Pixels:
-    """Return the picture at one hour: hour and ΔE2000 above it, a bar of the hours and the readings below."""
+    """Return the picture at one hour, with hour and ΔE2000 above it, and a bar of hours and the readings below it."""
     high, wide = series.source.shape[:2]
     width, gap = max(wide, ACROSS) + 2 * _TEXT, _TEXT
     foot = wrapped(footer(series), width - 2 * gap, _TEXT - 3)
@@ -106,12 +106,12 @@ def frame(series: AgedSeries, mode: str, hour: float) -> Pixels:
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
-#: Eight bits a channel, RGB; deflate, adaptive filters, not interlaced.
+#: Kind of PNG: eight bits a channel, RGB; deflate, adaptive filters, not interlaced.
 KIND = bytes((8, 2, 0, 0, 0))
 
 
 def write_apng(frames: Iterable[Pixels], count: int, seconds: float, path: Path) -> None:
-    """Write ``count`` frames, uint8 of one shape (h, w, 3), each shown for so many seconds, again and again."""
+    """Write ``count`` frames, uint8 of one shape (h, w, 3), each shown for ``seconds``, in an endless loop."""
     from PIL import Image
     from PIL.PngImagePlugin import getchunks, putchunk
 
@@ -135,7 +135,7 @@ def write_apng(frames: Iterable[Pixels], count: int, seconds: float, path: Path)
         putchunk(file, b"IEND", b"")
 
 
-#: Video as players expect it: BT.709 and half the colour resolution, so an even number of rows and columns.
+#: Video that players support: BT.709, half the chroma resolution, and therefore an even number of rows and columns.
 _COLOURS = (
     "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=0x777777,scale=in_range=pc:out_range=tv:out_color_matrix=bt709"
     ":flags=accurate_rnd+full_chroma_int,format=yuv420p"
@@ -144,7 +144,7 @@ _TAGS = ("-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "iec
 
 
 def check_ffmpeg() -> str:
-    """Return the path of ffmpeg. Raises LutgenError that says how to install it, and which format needs no program."""
+    """Return the path of ffmpeg. Raises LutgenError, which names how to install it and a format without ffmpeg."""
     program = shutil.which("ffmpeg")
     if program is None:
         raise LutgenError(
@@ -155,7 +155,7 @@ def check_ffmpeg() -> str:
 
 
 def write_mp4(frames: Iterable[Pixels], seconds: float, path: Path, name: str) -> None:
-    """Write frames, uint8 of one shape (h, w, 3), of so many ``seconds``; errors call the file ``name``."""
+    """Write frames, uint8 of one shape (h, w, 3), of ``seconds`` each; ``name`` is the file's name in errors."""
     program, frames = check_ffmpeg(), iter(frames)
     first = next(frames)
     command = [

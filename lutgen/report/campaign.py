@@ -50,7 +50,7 @@ def explanation_page(explanations: Explanations) -> Iterator[Part]:
 
 
 def simulated(campaign: Campaign) -> Iterator[str]:
-    """Yield a line that says that sessions are simulated, if any is."""
+    """Yield a line that names simulated sessions, if there are any."""
     notices = [
         text for entry in campaign.entries for key, text in entry.session.metadata.items() if key.upper() == "SIMULATED"
     ]
@@ -72,10 +72,10 @@ _DIGITS = {
 }
 
 
-#: Most limits that the headline names.
+#: Largest number of limits that the headline names.
 HEADLINED = 2
 
-#: Quantity → its name in a sentence; and the unit of its limits.
+#: Quantity → its name in a sentence, and the unit of its limits.
 _NAMES = {
     "white": "white",
     "black": "black",
@@ -104,23 +104,23 @@ def trend_page(trend: Trend) -> Iterator[Part]:
     if kept < FEWEST:
         yield f"{kept} session{'' if kept == 1 else 's'}: a time cannot be told from fewer than {FEWEST}."
     elif kept < ENOUGH and any(each.status == "ahead" for each in trend.passings):
-        yield f"Fewer than eight sessions ({kept}): the intervals rest as much on which laws of decay are usual."
+        yield f"Fewer than eight sessions ({kept}): the intervals depend strongly on the assumed laws of decay."
     yield limits(trend)
     yield from (f"{each.limit.text}: {source(each.limit)}." for each in trend.passings if _is_read(trend, each))
-    # Two published sets may ask for the same limit.
+    # Two published sets may contain the same limit.
     if unread := dict.fromkeys(each.limit.text for each in trend.passings if not _is_read(trend, each)):
         yield f"No session tells: {', '.join(unread)} (greys and black, several places, --ambient)."
 
 
 def source(limit: Limit) -> str:
-    """Name the source of a limit, and say so where its number was not read there."""
+    """Return the source of a limit, marked if the number was not verified in the source."""
     if limit.source == "user":
         return "as given by --limit"
     return limit.source if limit.verified else f"{limit.source}; not verified: the number was not read in the source"
 
 
 def trend_headline(trend: Trend) -> str:
-    """Name the limits that are passed already, or else the limit that will be passed next."""
+    """Return a sentence on the limits that are passed already, or else on the limit that will be passed next."""
     seen = trend.history
     name = seen.campaign.display or seen.campaign.file
     passed = [each for each in trend.passings if each.status == "passed"]
@@ -138,7 +138,7 @@ def trend_headline(trend: Trend) -> str:
 
 
 def _beyond(each: Passing, unit: str) -> str:
-    """Say since when a limit is passed: since a time between two sessions, or since the first session."""
+    """Return a clause on a passed limit: passed since a time between two sessions, or since the first session."""
     side = "below" if each.limit.above else "above"
     return f"{_NAMES[each.limit.quantity]} has been {side} its {_value(each.limit)} limit {when(each, unit)}"
 
@@ -149,10 +149,10 @@ def _value(limit: Limit) -> str:
 
 
 def when(each: Passing, unit: str) -> str:
-    """Say when a limit is passed, with its interval."""
+    """Return a clause on the time when a limit is passed, with its interval."""
     if each.status == "passed":
         if each.low is None:
-            return "since the first session that tells" if each.time else "since the first session"
+            return "since its first measurement" if each.time else "since the first session"
         return f"since {spaced(each.low)} to {spaced(each.time or 0.0)} {unit}"
     if each.status == "cannot-tell":
         return "cannot be told from these sessions"
@@ -169,7 +169,7 @@ def _round(time: float | None) -> str:
 
 
 def sessions(trend: Trend) -> Table:
-    """Tabulate the quantities by session; a dash: not measured, a time in brackets: the session is left out."""
+    """Return a table of the quantities by session. A dash: not measured; a time in brackets: session left out."""
     seen = trend.history
     shown = [name for name in QUANTITIES if np.isfinite(seen.values[name]).any()]
     rows = []
@@ -234,7 +234,7 @@ def plot_trend(trend: Trend, path: Path, *, force: bool = False) -> None:
 
 
 def _until(trend: Trend) -> float:
-    """Return the right end of the axis: beyond the last session, and beyond limits within four times its time."""
+    """Return the right end of the axis: beyond the last session, and beyond limits up to four times its time."""
     last = float(trend.history.time[-1])
     ahead = [each.time for each in trend.passings if each.status == "ahead" and each.time is not None]
     return max([1.25 * last, *(1.15 * time for time in ahead if time <= 4.0 * last)])
@@ -273,7 +273,7 @@ def _draw(axes: Axes, trend: Trend, name: str, end: float) -> None:
 
 
 def _draw_responses(axes: Axes, trend: Trend) -> None:
-    """Draw the contrast of the greys of the first and the last session over DICOM's, in percent of it."""
+    """Draw the deviation in percent of the greys' contrast from DICOM's, for the first and the last session."""
     axes.set_title("contrast response of greys against DICOM's", fontsize=12, loc="left")
     read = [(place, each) for place, each in enumerate(trend.history.responses) if each is not None]
     for share, alpha in ((_SECONDARY, 0.35), (_PRIMARY, 0.8)):
@@ -290,7 +290,7 @@ def _draw_responses(axes: Axes, trend: Trend) -> None:
 
 
 def _reach(trend: Trend, name: str, drawn: np.ndarray) -> tuple[float, float]:
-    """Return the lowest and the highest value of the axis: at least ± 3 σ, so that noise does not look like a fault."""
+    """Return the ends of the axis: at least ± 3 σ, so that noise does not look like an error."""
     values, errors = trend.history.values[name], trend.history.errors[name]
     finite = values[np.isfinite(values)]
     if not finite.size:
@@ -300,6 +300,6 @@ def _reach(trend: Trend, name: str, drawn: np.ndarray) -> tuple[float, float]:
     bounds = [each.bound for each in trend.passings if each.limit.quantity == name and np.isfinite(each.bound)]
     shown = [*finite, finite[0] - spread, finite[0] + spread, *bounds, *(course.curve[drawn] if course.decay else ())]
     low, high = float(np.min(shown)), float(np.max(shown))
-    # Headroom above and below what is drawn, as a share of its reach.
-    room = 0.12 * (high - low)
-    return (max(low - room, -0.0) if name.endswith("shift") else low - room), high + room
+    # Margin above and below the drawn values, as a share of their range.
+    margin = 0.12 * (high - low)
+    return (max(low - margin, -0.0) if name.endswith("shift") else low - margin), high + margin

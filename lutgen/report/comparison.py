@@ -1,4 +1,4 @@
-"""The page and the picture of ``lutgen compare``: how large the error of a model is beside the noise, and where."""
+"""The page and the picture of ``lutgen compare``: the error of a model relative to the noise, overall and by slices."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.criticism.fit.problem import Problem
 
-#: Rows of the tables: slices that stand out, and single readings.
+#: Rows of the tables of slices with large errors, and of single readings.
 SLICES, READINGS = 12, 5
 
 #: Name of each dimension of slices in a table.
@@ -36,7 +36,7 @@ NAMES = {"hour": "hour", "level": "code value", "family": "patch"} | {
 
 
 def compare_page(comparison: Comparison, again: str = "") -> Iterator[Part]:
-    """Yield what ``lutgen compare`` prints; ``again`` are the arguments with which ``lutgen diagnose`` goes on."""
+    """Yield what ``lutgen compare`` prints; ``again`` holds the arguments for the following ``lutgen diagnose``."""
     yield comparison.sentence()
     yield from (each.sentence() for each in comparison.drifts)
     yield data_line(comparison.problem)
@@ -61,7 +61,7 @@ def compare_page(comparison: Comparison, again: str = "") -> Iterator[Part]:
 
 
 def fresh_lines(comparison: Comparison) -> Iterator[str]:
-    """Say how well the model predicts the first session: sRGB's curves, and the display's own model if it is used."""
+    """Yield lines on the prediction errors for the first session: of sRGB's curves, and of the display's own model."""
     first, native = comparison.first_session, comparison.problem.native
     if first:
         hint = " Start from its own: --baseline native." if first.is_another and not native else ""
@@ -70,7 +70,7 @@ def fresh_lines(comparison: Comparison) -> Iterator[str]:
             yield f"Its own model: mean ΔE2000 {first.own:.2f} on mixtures held out."
             yield from (f"  {rung}" for rung in first.rungs)
     if native:
-        # Readings that the own model weighs down are among its rungs' lines.
+        # The lines of the own model's rungs already name the readings with a reduced weight.
         yield from (remark for remark in native.remarks if not first or remark not in first.rungs)
     for known in comparison.problem.known:
         yield from known.sentences()
@@ -79,7 +79,7 @@ def fresh_lines(comparison: Comparison) -> Iterator[str]:
 
 
 def data_line(problem: Problem) -> str:
-    """Count the readings, and name their hours, their noise and their source."""
+    """Return the number of readings, their hours, their noise and their source."""
     readings, noise = problem.readings, problem.noise
     hours = problem.hours
     known = {
@@ -98,7 +98,7 @@ def data_line(problem: Problem) -> str:
 
 
 def error_table(comparison: Comparison) -> Table:
-    """Tabulate the errors, the errors that noise alone gives, and the ratio of the two by root mean square."""
+    """Return a table of the errors, the errors from noise alone, and the ratio of their root mean squares."""
     quantities = {
         "mean ΔE2000": "delta_e_mean",
         "95 % of readings below": "delta_e_p95",
@@ -146,7 +146,7 @@ def _worst_table(comparison: Comparison) -> Table:
 
 
 def _conditions(problem: Problem, line: int) -> str:
-    """List the conditions of a reading that differ from rest: position, room light, window, minutes, note."""
+    """Return the conditions of a reading that differ from rest: position, room light, window, minutes, note."""
     readings = problem.readings
     row = int((readings.lines == line).argmax())
     unusual = []
@@ -165,18 +165,18 @@ ACROSS, LOGARITHMIC, LEAST_LAB = 4, 6.0, 0.3
 AXES = (("ΔL*", BLACK, "o"), ("Δa*", RED, "s"), ("Δb*", BLUE, "^"))
 
 
-#: Slices of a condition whose errors differ by less than this factor are the same.
+#: Errors of a condition's slices that differ by less than this factor count as equal.
 SAME = 1.25
 
 
 def makes_no_difference(panel: ResidualPanel) -> bool:
-    """Whether the model fails under all values of a condition alike: then something else is wrong."""
+    """Return whether the error is large but equal under all values of a condition: then its cause is another."""
     condition = panel.by not in OF_EVERY_READING
     return condition and panel.worst >= CLEAR and bool(panel.ratio.max() < SAME * panel.ratio.min())
 
 
 def title_of(panel: ResidualPanel) -> str:
-    """Say where the error of this dimension is largest."""
+    """Return the title of a panel: where the error of this dimension is largest."""
     if panel.worst < CLEAR:
         return f"{NAMES[panel.by]}: at most {panel.worst:.1f} × the noise"
     if makes_no_difference(panel):
@@ -188,15 +188,15 @@ def title_of(panel: ResidualPanel) -> str:
 def plot_residuals(
     comparison: Comparison, path: Path, *, force: bool, added: str = "", before: Comparison | None = None
 ) -> None:
-    """Draw the page; the error ``before`` the effects were ``added`` has hollow dots. Errors as :func:`picture`."""
+    """Draw the page; hollow dots show the error ``before`` effects were ``added``. Errors as :func:`picture`."""
     drawn = panels(comparison)
     earlier = {panel.by: panel for panel in panels(before)} if before else {}
     first, _, rest = comparison.sentence().partition(". ")
     first = f"With {added}: {first[:1].lower()}{first[1:]}" if added else first
     foot = (
-        f"{'Hollow: before. ' if before else ''}Above: root mean square error over that of noise alone; grey: "
-        "simulated campaigns of nothing but noise. Below: mean of measured − predicted; grey: ± 2 standard deviations "
-        "of noise. By a condition: the patches that were read under several of its values. "
+        f"{'Hollow: before. ' if before else ''}Above: root mean square error / error of noise alone; grey: "
+        "simulated campaigns with only noise. Below: mean of measured − predicted; grey: ± 2 standard deviations "
+        "of noise. Panels of a condition: only patches that were read under several values of the condition. "
         f"{comparison.problem.readings.provenance}"
     )
     rows = max(-(-len(drawn) // ACROSS), 1)
@@ -209,7 +209,7 @@ def plot_residuals(
 
 
 def _most_telling(comparison: Comparison) -> str:
-    """Return the dimension that the sentence of the comparison names as the worst; "" where it names none."""
+    """Return the dimension that the comparison's sentence names as the worst; "" if it names none."""
     where = comparison.direction.where
     return next((each.by for each in comparison.where if CALLED[each.by].format(each.slice) == where), "")
 
@@ -267,7 +267,7 @@ def _sizes(axes: Axes, panel: ResidualPanel, earlier: ResidualPanel | None, most
 
 
 def _band(axes: Axes, panel: ResidualPanel, low: Array, high: Array) -> None:
-    """Draw what noise alone gives: one area over the hours, a box at each category."""
+    """Draw the range of noise alone: one area over the hours, or a box at each category."""
     if panel.by == "hour":
         axes.fill_between(panel.places, low, high, color=BAND, linewidth=0)
     else:
@@ -275,7 +275,7 @@ def _band(axes: Axes, panel: ResidualPanel, low: Array, high: Array) -> None:
 
 
 def _widened(band: Array) -> Array:
-    """Widen the span of eight simulated campaigns to what twenty would span: eight reach two thirds of it."""
+    """Widen the range of eight simulated campaigns to the expected range of twenty, by a factor of 1.3."""
     middle = band.mean(axis=1, keepdims=True)
     return np.asarray(middle + 1.3 * (band - middle))
 
@@ -285,7 +285,7 @@ def _directions(axes: Axes, panel: ResidualPanel, widest: float, *, legend: bool
     _band(axes, panel, -limit, limit)
     axes.axhline(0.0, color=GREY, linewidth=1.0)
     for index, (name, colour, mark) in enumerate(AXES):
-        # Only hours are a course; the three marks of a category stand side by side.
+        # Only marks over hours are joined by lines; the three marks of a category stand side by side.
         hours = panel.by == "hour"
         places = panel.places if hours else panel.places + 0.22 * (index - 1)
         if not hours:
@@ -319,7 +319,7 @@ def _ticks(axes: Axes, panel: ResidualPanel, *, labelled: bool) -> None:
 
 
 def _map(axes: Axes, panel: ResidualPanel) -> None:
-    """Draw the screen: mean ΔL* at each position, and the error over noise."""
+    """Draw the screen with mean ΔL* and error / noise at each position."""
     from matplotlib.patches import Rectangle
 
     lightness = panel.lab[:, 0]

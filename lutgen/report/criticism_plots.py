@@ -1,4 +1,4 @@
-"""The pictures of compare, diagnose and refine, as files in a folder."""
+"""The pictures of ``lutgen compare``, ``diagnose`` and ``refine``, as files in a folder."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ FIRST = "the model"
 
 
 def plot_comparison(comparison: Comparison, folder: str | Path, *, force: bool = False) -> list[Path]:
-    """Draw a comparison: where the model fails. Raises LutgenError where a picture cannot be written."""
+    """Draw the residuals of a comparison. Raises LutgenError if the picture cannot be written."""
     path = Path(folder) / RESIDUALS
     plot_residuals(comparison, path, force=force)
     return [path]
@@ -57,10 +57,10 @@ def plot_comparison(comparison: Comparison, folder: str | Path, *, force: bool =
 def plot_diagnosis(
     diagnosis: Diagnosis, effects: Mapping[str, Effect], folder: str | Path, *, force: bool = False
 ) -> list[Path]:
-    """Draw a diagnosis, and the fit of the effects that it names, or of the nearest one for ``unexplained``."""
+    """Draw a diagnosis, and the fit of the named effects; for ``unexplained``, of the best effect."""
     place, foot = Path(folder), diagnosis.problem.readings.provenance
     explanation, problem = diagnosis.explanation, diagnosis.problem
-    # A verdict that names no effect has rejected the steps of the search.
+    # If the verdict names no effect, the steps of the search were rejected.
     steps = explanation.steps if diagnosis.verdict.effects else ()
     pictures = plot_comparison(diagnosis.comparison, folder, force=force)
     added = zip(steps, explanation.trail, strict=False)
@@ -74,7 +74,7 @@ def plot_diagnosis(
         shown = [step.chosen.effect for step in steps]
     elif diagnosis.verdict.name == "unexplained" and explanation.first:
         nearest = explanation.first[0]
-        title = f"No known effect explains it: {nearest.name} comes nearest, and leaves too much"
+        title = f"No known effect explains the error: {nearest.name} is the best, with a large residual"
         terms, shown = nearest.best.fit.terms, [nearest.effect]
     else:
         return pictures
@@ -103,22 +103,22 @@ def plot_refinement(
     return [*pictures, place / FIT]
 
 
-#: Effects that are drawn alone, at most.
+#: Most single effects in the picture.
 ALONE = 12
 
-#: Half the height of the band around 1 in which an error counts as noise.
+#: Half the height of the band around 1 where an error counts as noise.
 NEAR = 0.1
 
 
 class Stage(NamedTuple):
-    """A model with some of the effects added: its name, and its comparison with the readings."""
+    """A model with some effects added: its name, and its comparison with the readings."""
 
     name: str
     comparison: Comparison
 
 
 class Alone(NamedTuple):
-    """An effect alone beside the model: the error that it leaves, over the noise, and whether the verdict names it."""
+    """The model with a single effect: residual error / noise, and whether the verdict names the effect."""
 
     name: str
     ratio: float
@@ -126,21 +126,21 @@ class Alone(NamedTuple):
 
 
 def alone(diagnosis: Diagnosis) -> list[Alone]:
-    """Return the effects that alone lower the error over noise of a comparison, best first."""
+    """Return the single effects that lower the error / noise of a comparison, best first."""
     named, problem = diagnosis.verdict.effects, diagnosis.problem
     families = diagnosis.explanation.first[:ALONE]
     ratios = {each.name: compare_problem(problem, each.best.fit.terms).ratio for each in families}
     effects = [Alone(name, ratio, name in named) for name, ratio in ratios.items()]
-    # An effect that alone takes away less than this share of the error is not drawn.
+    # An effect that lowers the error by less than 1 % is not drawn.
     lowering = [each for each in effects if each.ratio < 0.99 * diagnosis.comparison.ratio]
     return sorted(lowering, key=lambda each: each.ratio)
 
 
 def plot_steps(stages: Sequence[Stage], diagnosis: Diagnosis | None, path: Path, *, foot: str, force: bool) -> None:
-    """Draw the error after each step, and each effect alone or the errors in ΔE2000. Raises as :func:`picture`."""
+    """Draw the error after each step, and single effects or the errors in ΔE2000. Raises as :func:`picture`."""
     legend = (
-        "× the noise: root mean square error in σ over that of noise alone, of the readings that are predicted from "
-        "white and primaries; at 1 × nothing but noise is left. "
+        "× the noise: root mean square error in σ / error of noise alone, of the readings that are predicted from "
+        "white and primaries; at 1 × the error is only noise. "
     )
     height = 6.4
     with picture(path, _steps_title(stages), foot=legend + foot, height=height, force=force) as (figure, low, high):
@@ -167,12 +167,12 @@ def _steps_title(stages: Sequence[Stage]) -> str:
     if len(stages) == 1:
         return f"The error is {times(first.ratio)} the noise, and no effect is added"
     added = ", ".join(stage.name.removeprefix("+ ") for stage in stages[1:])
-    end = "" if last.agrees else ": something is left"
+    end = "" if last.agrees else ": an error remains"
     return f"With {added} the error falls from {times(first.ratio)} to {times(last.ratio)} the noise{end}"
 
 
 def _ratios(axes: Axes, rows: Sequence[tuple[str, float, str]], most: float) -> None:
-    """Draw one labelled bar for each row (name, error over noise, colour), from an axis that begins at no error."""
+    """Draw one labelled bar for each row (name, error / noise, colour)."""
     logarithmic = most > LOGARITHMIC
     start = 0.5 if logarithmic else 0.0
     if logarithmic:
@@ -208,13 +208,13 @@ def _colours(axes: Axes, stages: Sequence[Stage]) -> None:
     tidy(axes, grid="y")
 
 
-#: The background of a label, so that it can be read over lines and bars.
+#: Background of a label, so that the label can be read over lines and bars.
 _BOX = {"facecolor": "white", "edgecolor": "none", "pad": 1.0}
 
 #: Height of an effect's row, in inches.
 ROW = 0.34
 
-#: Least and greatest times by which an effect of typical size exceeds what is seen, that the axis shows at least.
+#: Least range of the axis: ratio of an effect's typical size to its smallest detectable size.
 LEAST_TIMES, MOST_TIMES = 0.1, 100.0
 
 
@@ -225,7 +225,7 @@ def plot_visibility(
     sizes = {each.effect: relative_size(each, effects) for each in seen}
     order = sorted(seen, key=lambda each: (not each.visible, sizes[each.effect] or 0.0))
     explained = (
-        "Bar: how many times smaller than its typical size an effect may be, and nine of ten campaigns like this still "
+        "Bar: how many times smaller than its typical size an effect may be so that nine of ten campaigns like this "
         "show it; left of the line it must be larger than typical. Right: how much of its signature white and "
         "primaries hide, since they are measured again. "
     )
@@ -293,12 +293,12 @@ def _hidden(axes: Axes, order: Sequence[Visibility]) -> None:
     without_frame(axes)
 
 
-#: Effects in one picture, at most; each has one row.
+#: Most effects in one picture; each effect has one row.
 MOST = 3
 
 
 def plot_fit(views: Sequence[View], path: Path, *, title: str, foot: str, force: bool) -> None:
-    """Draw one row an effect. Errors as :func:`lutgen.report.drawing.picture`."""
+    """Draw one row for each effect. Errors as :func:`lutgen.report.drawing.picture`."""
     shown = list(views)[:MOST]
     height = 1.9 + 4.3 * len(shown)
     when = " of hour 0" if shown[0].problem.from_first_hour else ""
@@ -324,7 +324,7 @@ def plot_fit(views: Sequence[View], path: Path, *, title: str, foot: str, force:
 
 def _curves(axes: Axes, view: View) -> None:
     logarithmic = "warmup_min" in view.way.columns
-    # Colours and marks of curves.
+    # Colours and marks of the curves.
     for curve, (colour, mark) in zip(view.curves, ((BLUE, "o"), (RED, "s"), (GREEN, "^")), strict=False):
         places = np.where(np.isinf(curve.places), _warm(curve.places), curve.places)
         axes.errorbar(
@@ -350,13 +350,13 @@ def _curves(axes: Axes, view: View) -> None:
 
 
 def _warm(places: np.ndarray) -> float:
-    """Return the place of readings of a warm display on the axis of minutes: to the right of all others."""
+    """Return the place of readings of a warm display on the axis of minutes: to the right of all other readings."""
     finite = places[np.isfinite(places)]
     return 2.2 * float(finite.max()) if finite.size else 100.0
 
 
 def _limit(axes: Axes, view: View) -> None:
-    """Fit the axis to the curves; readings three times as noisy as the median do not widen it."""
+    """Fit the axis to the curves. Readings with three times the median noise do not widen the axis."""
     values = np.concatenate([np.append(curve.with_it, 0.0) for curve in view.curves])
     measured = np.concatenate([curve.measured[curve.sigma < 3 * np.median(curve.sigma)] for curve in view.curves])
     low, high = float(min(values.min(), measured.min())), float(max(values.max(), measured.max()))

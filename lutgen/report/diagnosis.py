@@ -1,4 +1,4 @@
-"""The pages of ``lutgen diagnose``, ``refine`` and ``plan``: the verdict, the fitted effects, what to measure next."""
+"""The pages of ``lutgen diagnose``, ``refine`` and ``plan``: the verdict, the fitted effects, the next measurements."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ if TYPE_CHECKING:
     from lutgen.criticism.verdict.visibility import Visibility
     from lutgen.effects import Effect
 
-#: Rows of the ranking, and parameters that a row lists.
+#: Most rows of the ranking, and most parameters in a row.
 RANKED, LISTED = 6, 2
 
-#: χ² between two rivals that separates them clearly; more repetitions of a set than this are not proposed.
+#: χ² that separates two rivals clearly, and the largest number of repetitions of a set that is proposed.
 CLEARLY, TOO_OFTEN = 20.0, 10
 
 
 def diagnose_page(
     diagnosis: Diagnosis, effects: Mapping[str, Effect], again: str, stub: str | None = None, *, verbose: bool = False
 ) -> Iterator[Part]:
-    """Yield what ``lutgen diagnose`` prints; ``again``: DATA and options as a next command repeats them."""
+    """Yield what ``lutgen diagnose`` prints; ``again``: DATA and options as the next command repeats them."""
     verdict = diagnosis.verdict
     yield Headline(f"{verdict.name}: {verdict.sentence}")
     yield from _error_lines(diagnosis)
@@ -75,7 +75,7 @@ def _error_lines(diagnosis: Diagnosis) -> Iterator[str]:
 
 
 def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect], *, verbose: bool = True) -> Table:
-    """Tabulate the smallest size of each effect that the readings would show, the most visible first."""
+    """Return a table of each effect's smallest detectable size, the most visible effect first."""
     rows = []
     ordered = sorted(seen, key=lambda each: (not each.visible, relative_size(each, effects) or 0.0))
     for each in ordered:
@@ -97,7 +97,7 @@ def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect]
 
 
 def parameter_table(parameters: Mapping[str, Mapping[str, Mapping[str, Any]]], effects: Mapping[str, Effect]) -> Table:
-    """Tabulate every fitted parameter ± its standard error, and its meaning."""
+    """Return a table of every fitted parameter ± its standard error, and its meaning."""
     rows = []
     for name, values in parameters.items():
         shown = name
@@ -112,7 +112,7 @@ def parameter_table(parameters: Mapping[str, Mapping[str, Mapping[str, Any]]], e
 
 
 def estimate_in_words(estimate: Mapping[str, Any], effect: Effect, name: str) -> str:
-    """Write value ± standard error with its unit; say when it lies at its bound, or readings do not tell it."""
+    """Return value ± standard error with its unit; mark a value at its bound, or not determined by the readings."""
     text = with_error(estimate["value"], estimate["stderr"], estimate["unit"])
     if estimate["at_bound"]:
         return f"{text}, at its bound"
@@ -136,7 +136,7 @@ def _ranking_table(ranking: tuple[Ranked, ...], effects: Mapping[str, Effect]) -
 
 
 def _held_out_lines(ranking: tuple[Ranked, ...]) -> Iterator[str]:
-    """Say what "held out" means, and for which effects how many groups of readings were left out of it."""
+    """Yield lines on the meaning of "held out", and on the groups of readings that are left out for each effect."""
     counted = [each for each in ranking[:RANKED] if each.held_out_cells is not None]
     if not counted:
         return
@@ -146,9 +146,9 @@ def _held_out_lines(ranking: tuple[Ranked, ...]) -> Iterator[str]:
     )
     without = [f"{each.held_out_left_out} for {each.effect}" for each in counted if each.held_out_left_out]
     if without:
-        yield f"Groups left out of it, since a parameter rests on them alone: {', '.join(without)}."
+        yield f"Groups that cannot be held out, since only they determine a parameter: {', '.join(without)}."
     else:
-        yield "No group was left out of it: no parameter rests on one alone."
+        yield "Every group was held out: no parameter is determined by only one group."
 
 
 def _sigma(value: float) -> str:
@@ -156,14 +156,14 @@ def _sigma(value: float) -> str:
 
 
 def noise_rms(diagnosis: Diagnosis) -> float:
-    """Root mean square in σ that a fit leaves of noise alone; below 1, since the free parameters follow the noise."""
+    """Return the root mean square in σ of a fit's residuals from noise alone: below 1, as free parameters fit noise."""
     base, error = diagnosis.explanation.base, diagnosis.error
     scatter = error.variance
     return float((base.freedom * scatter / base.readings) ** 0.5)
 
 
 def _in_short(each: Ranked, effect: Effect) -> str:
-    """List the first free parameters; the knots of a level curve count as one."""
+    """Return the first free parameters as text; all knots of a level curve count as one parameter."""
     plain = [name for name in each.form if not is_knot(name)]
     words = [f"{name} {estimate_in_words(each.parameters[name], effect, name)}" for name in plain[:LISTED]]
     more = len(plain) - LISTED
@@ -179,14 +179,14 @@ def _rivals(diagnosis: Diagnosis, again: str) -> list[str]:
 
 
 def _separation(each: Separation, again: str) -> Iterator[str]:
-    """Say which readings separate two rivals and how often to repeat them, or that no readings of one session do."""
+    """Yield which readings, repeated how often, separate two rivals; or that no readings of one session do."""
     first, second = each.separates
     gain = each.after - each.before
     times = ceil(max(CLEARLY - each.before, 1.0) / gain) if gain > 0 else TOO_OFTEN + 1
     if times > TOO_OFTEN:
         yield (
-            f"Nothing in one more session would tell {first} from {second}: as far as these readings go, they give the "
-            f"same LUTs."
+            f"Nothing in one more session would tell {first} from {second}: within the range of these readings both "
+            f"give the same LUTs."
         )
         return
     often = f", read {times} times," if times > 1 else ""
@@ -198,12 +198,12 @@ def _separation(each: Separation, again: str) -> Iterator[str]:
 
 
 def _refutation(diagnosis: Diagnosis, effects: Mapping[str, Effect]) -> list[str]:
-    """List the observations that would show the verdict to be wrong."""
+    """Return the observations that would refute the verdict."""
     verdict = diagnosis.verdict
     lines = []
     for name in verdict.effects[:1] if verdict.name == "one-of" else verdict.effects:
         confused = effects[name].confused_with or {}
-        # Most rivals of an effect that "What would refute this" names.
+        # Name at most three rivals of an effect.
         others = [(other, how) for other, how in confused.items() if other not in verdict.effects][:3]
         of = f" in place of {name}" if len(verdict.effects) > 1 else ""
         lines += [f"  to rule out {other}{of}: {how}" for other, how in others]
@@ -223,12 +223,12 @@ def _next(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[s
     if verdict.name == "unexplained":
         yield from _own_effect(diagnosis, again, stub_file)
     elif verdict.name == "measurement-problem":
-        yield "Next: measure again, or correct the file; nothing should be added to the model yet."
+        yield "Next: measure again, or correct the file. Do not add an effect to the model yet."
     elif verdict.name == "consistent":
         yield f"Next, what to measure to see more:  lutgen plan {again} -o plan.csv"
     elif len(verdict.rivals) == 1 and verdict.name == "one-of":
         likeliest = f"lutgen refine {again} --add {verdict.effects[0]} -o my-display.toml"
-        yield f"Next, measure what tells them apart; or go on with the likeliest:  {likeliest}"
+        yield f"Next, measure what separates them; or go on with the likeliest:  {likeliest}"
     else:
         yield f"Next:  lutgen refine {again} --add {','.join(verdict.effects)} -o my-display.toml"
 
@@ -286,7 +286,7 @@ def _errors(name: str, comparison: Comparison) -> tuple[str, ...]:
     return (name, f"{error.delta_e_mean:.3f}", f"{floor.delta_e_mean:.3f}", times(comparison.ratio))
 
 
-#: Purpose of a plan → headings of the two numbers of each set: with the readings of today, and with the set.
+#: Purpose of a plan → headings of each set's two numbers: with the present readings, and with the set added.
 GAINS = {
     "between": ("χ² between them today", "with this set"),
     "effect": ("seen from today", "with this set"),
@@ -310,7 +310,7 @@ def plan_page(plan: MeasurementPlan, kind: str, written: Sequence[str]) -> Itera
 
 
 def _patch_table(patches: Sequence[Patch]) -> Table:
-    """Tabulate the patches; neighbours share a row when they differ in one condition at most."""
+    """Return a table of the patches. Neighbours that differ in at most one condition share a row."""
     rows = []
     for group in _joined(list(_grouped(patches))):
         codes = group[0][1]
@@ -339,7 +339,7 @@ def _grouped(patches: Sequence[Patch]) -> Iterator[_Group]:
 
 
 def _row_key(patch: Patch) -> tuple[object, ...]:
-    """Return what patches of one row have in common: conditions, note, and kind (pure, grey, ramp, mixture)."""
+    """Return what the patches of a row have in common: conditions, note, and kind (pure, grey, ramp, mixture)."""
     lit = sum(value > 0 for value in patch.code)
     pure = set(patch.code) <= {0.0, 1.0} and lit in {0, 1, 3}
     kind = "pure" if pure else "grey" if len(set(patch.code)) == 1 else "ramp" if lit == 1 else "mixture"
@@ -347,7 +347,7 @@ def _row_key(patch: Patch) -> tuple[object, ...]:
 
 
 def _joined(groups: Sequence[_Group]) -> Iterator[list[_Group]]:
-    """Join neighbouring groups that have the same code values under other values of the same conditions."""
+    """Join neighbouring groups that have the same code values under different values of the same conditions."""
     run: list[_Group] = []
     for group in groups:
         if run and (group[1], [*group[0].conditions], group[0].note) != (
@@ -379,7 +379,7 @@ def _coded(code: tuple[float, float, float], times: int) -> str:
 
 
 def _gain_table(plan: MeasurementPlan, kind: str) -> Table:
-    """Tabulate what each set adds, without the sets that add nothing."""
+    """Return a table of the gain of each set, without sets that have no gain."""
     before, after = GAINS[kind]
     rows = []
     for name, (today, with_set) in plan.gains.items():

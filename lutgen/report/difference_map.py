@@ -1,8 +1,8 @@
-"""The picture of a ΔE2000 map: the map, its scale, and how many pixels have which ΔE2000 beside it.
+"""The picture of a ΔE2000 map: the map, its scale, and a histogram of ΔE2000.
 
-The scale is the same for every map unless the user chooses another, so that two maps compare. Its colours are
-matplotlib's viridis, perceptually uniform (van der Walt & Smith 2015, https://bids.github.io/colormap/); what lies
-above the scale is magenta, and what lies below it black, which viridis does not have.
+The scale is the same for every map unless the user chooses another scale, so that maps can be compared. The colours are
+matplotlib's viridis, which is perceptually uniform (van der Walt & Smith 2015, https://bids.github.io/colormap/).
+Pixels above the scale are magenta and pixels below the scale are black: viridis contains neither colour.
 """
 
 from __future__ import annotations
@@ -28,20 +28,20 @@ if TYPE_CHECKING:
 MAPS = (("chroma", 8100.0), ("chroma-luma", 4100.0))
 MAP_RANGE = (1.0, 8.0)
 
-#: ΔE2000 at the ends of the scale. On the default display pictures in chroma stay within it for 18 000 h, all but a few
-#: pixels, and in chroma-luma for 10 000 h: the paper's ages, with tolerances of 3 and 5 still told apart.
+#: ΔE2000 at the ends of the scale. On the default display almost all pixels stay within the scale for 18 000 h in
+#: chroma and for 10 000 h in chroma-luma, the paper's ages. The tolerances 3 and 5 have clearly different colours.
 RANGE = (0.0, 12.0)
 
 #: Colour of pixels above the scale.
 MAGENTA = "#E6007E"
 
-#: Largest inches of the maps' heights together, and of a map's width.
+#: Largest total height of the maps, and largest width of a map, in inches.
 _TALL, _WIDE = 10.0, 9.2
 
-#: Inches left of a map, from it to the scale, of the scale, from it to the histogram, and right of that for labels.
+#: Widths in inches: margin left of a map, gap before the scale, scale, gap before the histogram, labels to its right.
 _LEFT, _GAP, _SCALE, _NEXT, _LABELS = 0.6, 0.35, 0.3, 0.9, 1.35
 
-#: Least inches of a histogram's height.
+#: Least height of a histogram in inches.
 _LEAST = 3.4
 
 #: Length of the pointed ends of the scale, as a share of its length.
@@ -75,7 +75,7 @@ def plot_figure_6(difference: Sequence[DifferenceMap], path: str | Path, *, forc
 
 
 def title_of(difference: DifferenceMap) -> str:
-    """Say by how much pixels change on average, and at most."""
+    """Return the title: the mean and the largest change of pixels."""
     return (
         f"{difference.mode} at {spaced(difference.hours)} h changes pixels by ΔE2000 {difference.mean:.1f} on average, "
         f"{difference.largest:.1f} at most"
@@ -83,7 +83,7 @@ def title_of(difference: DifferenceMap) -> str:
 
 
 def counted(difference: DifferenceMap) -> str:
-    """Name the image, its pixels and colours, and the precision of the statistics."""
+    """Return a sentence on the image, its pixels and colours, and the precision of the statistics."""
     sentence = f"{Path(difference.file).name}: {pixels_of_colours(difference.pixels, difference.colours)}"
     if difference.binning_error:
         sentence += f" (statistics to ± {difference.binning_error:.1g}, since colours were counted in bins)"
@@ -139,9 +139,9 @@ def _axes(figure: Figure, inches: tuple[float, float, float, float], height: flo
 
 
 def share_above(difference: DifferenceMap, ends: tuple[float, float]) -> str:
-    """Say which share of pixels lies above the scale; of a large share, which scale would hold them all."""
+    """Return the share of pixels above the scale; for a large share also a scale that holds all pixels."""
     share = difference.share(ends[1])
-    # Share of pixels above the scale from which another scale is suggested.
+    # Another scale is suggested if more than 1 % of the pixels are above the scale.
     more = (
         f"; --range {ends[0]:g},{np.ceil(difference.largest):g} holds all" if share > 0.01 and ends != MAP_RANGE else ""
     )
@@ -149,11 +149,11 @@ def share_above(difference: DifferenceMap, ends: tuple[float, float]) -> str:
 
 
 def draw_map(axes: Axes, difference: DifferenceMap, ends: tuple[float, float]) -> Any:
-    """Draw the map; matplotlib's image of it, which carries the scale, is returned."""
+    """Draw the map. Return matplotlib's image of it, which holds the scale."""
     from matplotlib import colormaps
 
     colours = colormaps["viridis"].with_extremes(over=MAGENTA, under=BLACK, bad="white")
-    # interpolation="auto" averages the points of a map that is larger than its place on the page.
+    # interpolation="auto" averages the points of a map that is larger than its area on the page.
     drawn = axes.imshow(difference.shown, cmap=colours, vmin=ends[0], vmax=ends[1], interpolation="auto", aspect="auto")
     axes.set_xticks([])
     axes.set_yticks([])
@@ -161,7 +161,7 @@ def draw_map(axes: Axes, difference: DifferenceMap, ends: tuple[float, float]) -
 
 
 def draw_histogram(axes: Axes, difference: DifferenceMap, ends: tuple[float, float], drawn: Any) -> None:
-    """Draw the share of pixels in each bin, ΔE2000 upwards, in the colours of the map; and mean and quantiles."""
+    """Draw a histogram of ΔE2000 (upwards) in the colours of the map, with mean and quantiles."""
     shares = 100.0 * difference.histogram() / difference.pixels
     middles = BIN * (np.arange(len(shares)) + 0.5)
     axes.barh(middles, shares, BIN, color=drawn.cmap(drawn.norm(middles)))

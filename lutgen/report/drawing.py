@@ -1,7 +1,7 @@
-"""Parts of the pictures of all subjects: the figure with its title and foot, the grey page, the PNG file.
+"""Elements of all pictures: the figure with its title and foot, the grey page, the PNG file.
 
-Each picture gives the same bytes on every run. The path of a PNG is checked before any work, and the file is renamed
-into place when it is whole.
+Each picture has the same bytes on every run. The path of a PNG is checked before any work, and the complete file is
+renamed to the path.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-    #: Across and up.
+    #: Horizontal and vertical coordinate.
     Point = tuple[float, float] | Array
 
-#: Metadata of a PNG that matplotlib writes: without the version of matplotlib, so that the bytes stay the same.
+#: Metadata of a PNG that matplotlib writes: no version of matplotlib, so that the bytes stay the same.
 METADATA: Any = {"Software": None}
 
 
@@ -53,16 +53,16 @@ def new_png(path: str | Path, *, force: bool) -> Iterator[Path]:
 
 
 def data_address(image: bytes) -> str:
-    """Return a PNG as an address that holds the picture itself (RFC 2397)."""
+    """Return a PNG as a data URL (RFC 2397)."""
     return f"data:image/png;base64,{b64encode(image).decode()}"
 
 
-#: Compression level of zlib: the pictures of a page are sent by mail, so the smallest.
+#: Compression level of zlib for the smallest files, since pages with pictures are sent by mail.
 SMALLEST = 9
 
 
 def page_png(pixels: NDArray[np.uint8], palette: NDArray[np.uint8] | None = None) -> bytes:
-    """Return the sRGB PNG of RGB or RGBA, (h, w, 3 or 4), or with a ``palette`` (n, 3) of its indices (h, w)."""
+    """Return the sRGB PNG of RGB or RGBA pixels, (h, w, 3 or 4), or of indices (h, w) of a ``palette`` (n, 3)."""
     from PIL import Image
     from PIL.PngImagePlugin import PngInfo
 
@@ -79,20 +79,20 @@ def page_png(pixels: NDArray[np.uint8], palette: NDArray[np.uint8] | None = None
 #: Dots per inch, and width in inches: 1500 pixels, which fit the screen of a laptop.
 DPI, WIDTH = 100, 15.0
 
-#: Colours that people with any colour vision tell apart: Okabe & Ito 2008, https://jfly.uni-koeln.de/color/.
+#: Colours that people with any colour vision can distinguish: Okabe & Ito 2008, https://jfly.uni-koeln.de/color/.
 BLACK, BLUE, RED, GREEN, YELLOW = "#222222", "#0072B2", "#D55E00", "#009E73", "#F0E442"
 GREY, BAND = "#777777", "#d9d9d9"
 
-#: Characters in a line of the title, of the second line and of the foot, at their font sizes.
+#: Most characters in a line of the title, of the second text and of the foot, at their font sizes.
 _TITLE, _SECOND, _FOOT = 102, 150, 190
 
-#: Height of a line of title, second line and foot, in inches.
+#: Height in inches of a line of the title, of the second text and of the foot.
 _LINES = {"title": 0.30, "second": 0.22, "foot": 0.19}
 
 
 @contextmanager
 def new_figure(path: str | Path, size: tuple[float, float], *, force: bool) -> Iterator[Figure]:
-    """Give an empty figure of ``size`` inches, which becomes a PNG; errors as in :func:`check_new_png`."""
+    """Yield an empty figure of ``size`` inches, which is then written as PNG; errors as in :func:`check_new_png`."""
     from matplotlib import style
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -105,7 +105,7 @@ def new_figure(path: str | Path, size: tuple[float, float], *, force: bool) -> I
 
 
 def _wrapped(text: str, letters: int, lines: int) -> list[str]:
-    """Wrap at words, and never within a number such as 18 000."""
+    """Wrap a text at words, never within a number such as 18 000."""
     whole = re.sub(r"(?<=\d) (?=\d{3}\b)", "\N{NO-BREAK SPACE}", text)
     return textwrap.wrap(whole, letters, max_lines=lines, placeholder=" …", break_on_hyphens=False)
 
@@ -114,7 +114,7 @@ def _wrapped(text: str, letters: int, lines: int) -> list[str]:
 def picture(
     path: Path, title: str, *, second: str = "", foot: str = "", height: float = 9.0, force: bool
 ) -> Iterator[tuple[Figure, float, float]]:
-    """Give a figure to draw into between bottom and top, shares of its height; errors as :func:`check_new_png`."""
+    """Yield a figure, and bottom and top of its free area as shares of its height; errors as :func:`check_new_png`."""
     with new_figure(path, (WIDTH, height), force=force) as figure:
         top = height - 0.2
         for text, letters, kind, look in (
@@ -131,7 +131,7 @@ def picture(
 
 
 def named_once(names: list[str], what: str) -> list[str]:
-    """Return the names of pictures of several ``what``. Raises LutgenError if two names are the same."""
+    """Return the names of pictures of several ``what``. Raises LutgenError if two names are equal."""
     twice = first_doubled(names)
     if twice:
         message = f"{twice}: two {what} would be drawn into this file. Draw them one after the other, or rename one."
@@ -140,7 +140,7 @@ def named_once(names: list[str], what: str) -> list[str]:
 
 
 def plain_log(axes: Axes, which: Literal["x", "y"]) -> None:
-    """Make the axis ``x`` or ``y`` logarithmic, with plain numbers at its major ticks alone."""
+    """Make the axis ``x`` or ``y`` logarithmic, with plain numbers only at its major ticks."""
     axes.set(**{f"{which}scale": "log"})
     axis = axes.xaxis if which == "x" else axes.yaxis
     axis.set_major_formatter(lambda value, _: f"{value:g}")
@@ -148,25 +148,25 @@ def plain_log(axes: Axes, which: Literal["x", "y"]) -> None:
 
 
 def hour_axis(axes: Axes) -> None:
-    """Write the hours along the horizontal axis as people read them: 18 000."""
+    """Write the hours at the horizontal axis with spaces between thousands: 18 000."""
     axes.xaxis.set_major_formatter(lambda value, _: spaced(value))
 
 
 def tidy(axes: Axes, *, grid: Literal["both", "x", "y"] = "both") -> None:
-    """Draw a pale grid, of lines across one axis or both, and take the frame above and to the right away."""
+    """Draw a pale grid for one axis or both, and remove the frame at the top and at the right."""
     axes.grid(color="#eeeeee", axis=grid)
     axes.set_axisbelow(True)
     without_frame(axes, "top", "right")
 
 
 def without_frame(axes: Axes, *sides: str) -> None:
-    """Remove the frame, on these sides or on all."""
+    """Remove the frame on these sides, or on all sides."""
     for side in sides or ("top", "right", "left", "bottom"):
         axes.spines[side].set_visible(False)
 
 
 def beside(axes: Axes, text: str, place: Point, offset: Point, **look: Any) -> None:
-    """Write a text so many points, across and up, from a place of the axes."""
+    """Write a text at an offset in points (right, up) from a place in the axes."""
     axes.annotate(text, (place[0], place[1]), (offset[0], offset[1]), textcoords="offset points", **look)
 
 
@@ -177,7 +177,7 @@ SURROUND = 119
 
 
 class Text(NamedTuple):
-    """A text: its column, row of its top, the text, its height in pixels, its side at the column (``left``, …)."""
+    """A text: column, top row, letters, height in pixels, and the side of the text at the column (``left``, …)."""
 
     column: int
     top: int
@@ -187,13 +187,13 @@ class Text(NamedTuple):
 
 
 def grey_page(height: int, width: int, texts: Iterable[Text]) -> Pixels:
-    """Return a page with texts, shape (height, width, 3)."""
+    """Return a grey page with texts, shape (height, width, 3)."""
     from matplotlib import style
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     with style.context("default"):
-        # At 72 dots per inch a point is a pixel; a tenth of a pixel more, so that rounding does not lose a row.
+        # At 72 dots per inch a point is a pixel. A tenth of a pixel is added so that rounding does not lose a row.
         figure = Figure(figsize=((width + 0.1) / 72, (height + 0.1) / 72), dpi=72, facecolor=(SURROUND / 255,) * 3)
         canvas: Any = FigureCanvasAgg(figure)
         for text in texts:
@@ -213,12 +213,12 @@ def grey_page(height: int, width: int, texts: Iterable[Text]) -> Pixels:
 
 
 def wrapped(text: str, width: int, size: int) -> list[str]:
-    """Break a text into lines of ``width`` pixels: a character of DejaVu Sans is on average at most 0.6 em wide."""
+    """Wrap a text into lines of ``width`` pixels: a character of DejaVu Sans is on average at most 0.6 em wide."""
     return textwrap.wrap(text, max(int(width / (0.6 * size)), 10))
 
 
 def save_page(page: Pixels, path: Path) -> None:
-    """Write a page as PNG, whatever the path's suffix: the same bytes on every run."""
+    """Write a page as PNG to a path of any suffix, with the same bytes on every run."""
     from matplotlib.image import imsave
 
     imsave(path, page, format="png", metadata=METADATA)

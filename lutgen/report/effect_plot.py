@@ -1,6 +1,6 @@
-"""The picture of ``lutgen effects NAME --plot``: what an effect does to greys, ramps, single colours, over a condition.
+"""The picture of ``lutgen effects NAME --plot``: the change by an effect of greys, ramps and single colours.
 
-One function a plot, each drawing into the axes that it is given.
+Each plot has one function, which draws into given axes.
 """
 
 from __future__ import annotations
@@ -28,25 +28,25 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.effects import Effect
 
-#: Hours of the curves and their colours: the later, the darker.
+#: Hours of the curves and their colours: later hours are darker.
 HOURS, SHADES = (0.0, LIFE_H / 2, LIFE_H), ("#9ecae1", "#4a90c4", "#08306b")
 
-#: Hours marked on an axis.
+#: Hours that are marked on an axis.
 HOURS_MARKED = np.linspace(0.0, LIFE_H, 7)
 
-#: Steps of a ramp: far more than 256, so that rounding to 8 bits appears as a staircase.
+#: Steps of a ramp: far more than 256, so that quantisation to 8 bits appears as a staircase.
 STEPS = 1201
 
-#: A curve with at least this many sign changes of its slope is a staircase; then only this part of it is drawn.
+#: Least number of sign changes of the slope of a staircase, and the part of the ramp that is drawn of a staircase.
 STAIRCASE, CLOSER = 20, (0.1, 0.2)
 
 #: Least span of an axis, in ΔL*, Δa*, Δb* to either side and in ΔE2000: smaller differences are invisible.
 LEAST_LAB, LEAST_DELTA_E = 0.5, 1.0
 
-#: Characters in a line below the title.
+#: Most characters in a line below the title.
 LINE = 190
 
-#: Colours of the bars: code value, and the colour in which the bar is drawn.
+#: Bars: name → code value, and the colour of the bar.
 PATCHES = {
     "white": ((1, 1, 1), "#dddddd"),
     "grey\n½": ((0.5, 0.5, 0.5), "#8a8a8a"),
@@ -83,8 +83,8 @@ def _draw_page(figure: Figure, signature: Signature) -> None:
     small: dict[str, Any] = {"fontsize": 10, "color": "#444444"}
     figure.text(0.05, 0.897, textwrap.fill(_values(signature), LINE, max_lines=2, placeholder=" …"), va="top", **small)
     legend = (
-        "Thick: the whole effect, beside the un-aged default display without it. Thin with dots, and framed bars: what "
-        "remains of it beside the paper's model, whose white and primaries are measured again at that hour."
+        "Thick: the whole effect, against the un-aged default display without the effect. Thin with dots, and framed "
+        "bars: the effect against the paper's model, whose white and primaries are measured again at that hour."
     )
     figure.text(0.05, 0.02, textwrap.fill(legend, LINE), va="bottom", **small)
 
@@ -102,7 +102,7 @@ def _values(signature: Signature) -> str:
 
 
 def grey_ramp(axes: Sequence[Axes], signature: Signature) -> None:
-    """Draw ΔL*, Δa* and Δb* along the grey ramp, new, half-way and old."""
+    """Draw ΔL*, Δa* and Δb* along the grey ramp at the first, middle and last hour."""
     level, label = _levels(signature)
     code = np.repeat(level[:, np.newaxis], 3, axis=1)
     seen = {spaced(hours) + " h": signature.seen(code, hours) for hours in HOURS}
@@ -124,7 +124,7 @@ def grey_ramp(axes: Sequence[Axes], signature: Signature) -> None:
 
 
 def _levels(signature: Signature) -> tuple[Array, str]:
-    """Return code values of the ramps and the label of their axis; of a staircase, only a part of the ramp."""
+    """Return the code values of the ramps and the label of their axis; for a staircase only a part of the ramp."""
     level = np.linspace(0.0, 1.0, STEPS)
     difference = signature.seen(np.repeat(level[:, np.newaxis], 3, axis=1), LIFE_H)
     slope = np.diff((difference.aged - difference.new)[:, 0])
@@ -134,7 +134,7 @@ def _levels(signature: Signature) -> tuple[Array, str]:
 
 
 def channel_ramps(axes: Axes, signature: Signature) -> None:
-    """Draw ΔE2000 along the ramps of red, green and blue when old."""
+    """Draw ΔE2000 along the ramps of red, green and blue at the last hour."""
     level, label = _levels(signature)
     for channel, (name, colour) in enumerate(zip(("red", "green", "blue"), TIP_COLOURS[1:], strict=True)):
         difference = signature.seen(level[:, np.newaxis] * np.eye(3)[channel], LIFE_H)
@@ -146,7 +146,7 @@ def channel_ramps(axes: Axes, signature: Signature) -> None:
 
 
 def patches(axes: Axes, signature: Signature) -> None:
-    """Draw ΔE2000 of single colours when old."""
+    """Draw ΔE2000 of single colours at the last hour."""
     code = np.array([code for code, _ in PATCHES.values()], dtype=np.float64)
     difference, place = signature.seen(code, LIFE_H), np.arange(len(code))
     axes.bar(place, difference.whole, 0.8, color=[colour for _, colour in PATCHES.values()])
@@ -158,7 +158,7 @@ def patches(axes: Axes, signature: Signature) -> None:
 
 
 def followed(axes: Axes, signature: Signature) -> None:
-    """Draw ΔE2000 of three greys over the condition that the effect needs when old, or else over the hours."""
+    """Draw ΔE2000 of three greys against the effect's condition at the last hour, or against hours."""
     label, title, place, hours, conditions = _axis(signature)
     for level, colour in FOLLOWED.items():
         difference = signature.seen(np.full((1, 3), level), hours, conditions)
@@ -190,7 +190,7 @@ def _axis(signature: Signature) -> tuple[str, str, Array, Array, dict[str, Array
 
 
 def _pair(axes: Axes, place: Array, values: tuple[Array, Array], colour: str, label: str) -> None:
-    """Draw the whole effect as a thick line, and its rest as a thin line with dots."""
+    """Draw the whole effect as a thick line, and its residual as a thin line with dots."""
     whole, rest = values
     axes.plot(place, whole, color=colour, linewidth=3.0, alpha=0.85, label=label, solid_capstyle="butt")
     axes.plot(place, rest, color=colour, linewidth=1.2, marker="o", markersize=4, markevery=len(place) // 12)

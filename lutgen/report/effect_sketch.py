@@ -1,4 +1,4 @@
-"""The Python file of a new effect, for an error that no known effect explains: a first sketch."""
+"""A first draft of the Python file of a new effect, for an error that no known effect explains."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ STUB_FILE, STUB_NAME = "my_effect.py", "my-effect"
 
 
 class Sketch(NamedTuple):
-    """The pattern of a kind of effect: stage, needed columns, meaning of its size, formula with ``{size}``, bounds."""
+    """A draft of an effect: stage, needed columns, meaning of its size, formula with ``{size}``, default and bounds."""
 
     stage: str
     needs: tuple[str, ...]
@@ -45,7 +45,7 @@ def _light(need: str, factor: str, what: str, **given: str) -> Sketch:
     return Sketch("optics", (need,), f"share of the light {what}", f"xyz * (1.0 + {{size}} * {factor})", **given)
 
 
-#: Pattern of the name of what the remaining error follows, a condition or where the light is added → sketch.
+#: Pattern of the name of the condition, or of added light, with which the residual correlates → draft of an effect.
 _OF_CONDITIONS = {
     r"light added by (room light|ambient)": Sketch(
         "viewing",
@@ -79,7 +79,7 @@ _OF_CONDITIONS = {
 
 
 def of_condition(condition: Condition) -> tuple[str, Sketch]:
-    """Return pattern and sketch of a condition that has none above: in proportion to its distance from the usual."""
+    """Return pattern and draft for a condition without an entry above: proportional to the distance from usual."""
     column = condition.columns[0]
     reach = abs(column.axis[1] - column.axis[0])
     values = {each.name: np.array([each.shown]) for each in condition.columns}
@@ -92,7 +92,7 @@ def of_condition(condition: Condition) -> tuple[str, Sketch]:
     return pattern, _light(column.name, factor, f"at the far end of the {condition.name}")
 
 
-#: The same for all that it may follow; the first pattern that matches is used.
+#: Pattern → draft for all names; the first pattern that matches is used.
 FOLLOWS = {
     **_OF_CONDITIONS,
     **dict(
@@ -108,7 +108,7 @@ FOLLOWS = {
     r"": Sketch("optics", (), "share of the light", "xyz * (1.0 + {size})"),
 }
 
-#: Pattern of the same name → the component of X, Y, Z, or the channel, that the size acts on.
+#: Pattern of the same name → the component of X, Y, Z, or the channel, on which the size acts.
 _PARTS = {
     r"light.* in X$": "np.array([1.0, 0.0, 0.0])",
     r"light.* in Z$": "np.array([0.0, 0.0, 1.0])",
@@ -119,7 +119,7 @@ _PARTS = {
 
 
 def sketch(diagnosis: Diagnosis) -> str:
-    """Return the Python source of an effect that follows the error that the model leaves."""
+    """Return the Python source of an effect that follows the model's residual."""
     follows = probe(diagnosis.explanation.base, diagnosis.error).names
     where, course = strongest(diagnosis.explanation)
     if follows:
@@ -128,7 +128,7 @@ def sketch(diagnosis: Diagnosis) -> str:
 
 
 def sketched(name: str, *, misfit: str) -> str:
-    """Return the source of an effect that keeps the contract and follows a probe, or readings, of this ``name``."""
+    """Return the source of a valid effect that follows the probe, or the readings, of this ``name``."""
     pattern_of = next(each for pattern, each in FOLLOWS.items() if re.match(pattern, name))
     part = next((each for pattern, each in _PARTS.items() if re.match(pattern, name)), "")
     growing = "growing" in name

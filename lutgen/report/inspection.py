@@ -1,4 +1,4 @@
-"""The page and the picture of ``lutgen inspect``: a table of sessions, then the channels and the remarks of each."""
+"""The page and the picture of ``lutgen inspect``: a table of sessions, then channels and remarks of each session."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def inspect_page(inspections: Sequence[Inspection]) -> Iterator[Part]:
 
 
 def origin(inspection: Inspection) -> str:
-    """Name the origin of a session: readings, format, display, instrument, date."""
+    """Return the origin of a session: readings, format, display, instrument, date."""
     session = inspection.session
     parts = [f"{len(session.drive)} readings", session.form]
     parts += [text for text in (session.display, session.instrument) if text]
@@ -53,7 +53,7 @@ def origin(inspection: Inspection) -> str:
 
 
 def overview(inspections: Sequence[Inspection]) -> Table:
-    """Tabulate the main figures of the sessions; a dash where a session has no reading for one."""
+    """Return a table of the main figures of the sessions; a dash: the session has no reading for the figure."""
     unit = "cd/m²" if all(each.session.absolute for each in inspections) else "Y"
     heads = ("x", "y", f"white {unit}", "black", "contrast", "γ", "max ΔL*", "W/ΣRGB", "max grey ΔE", "noise", "drift")
     numbers = map(str, range(1, len(inspections) + 1)) if len(inspections) > 1 else [""]
@@ -85,7 +85,7 @@ def _figures(each: Inspection) -> list[str]:
 
 
 def channels(inspection: Inspection) -> Table:
-    """Tabulate red, green and blue: chromaticity, distance from the standards, γ, end of the calibration curve."""
+    """Return a table of the channels: chromaticity, distance from standards, γ, end of the calibration curve."""
     tips, loop = inspection.primaries, inspection.calibration
     gamuts = list(tips.shift) if tips else []
     rows = []
@@ -104,23 +104,23 @@ def channels(inspection: Inspection) -> Table:
     return Table(headings, rows)
 
 
-#: Colours in which greys and the channels are drawn.
+#: Colours of the curves of greys and channels.
 COLOURS = dict(zip(("grey", *CHANNELS), TIP_COLOURS, strict=True))
 
-#: Least span of the axes of ΔL*, ΔE2000 and drift, so that noise does not look like a fault.
+#: Least span of the axes of ΔL*, ΔE2000 and drift, so that noise does not look like an error.
 _CALM_LIGHTNESS, _CALM_CAST, _CALM_DRIFT = 5.0, 4.0, 2.0
 
-#: Characters in a line of remarks, and lines that fit.
+#: Most characters in a line of remarks, and most lines.
 _REMARK_LETTERS, _REMARK_LINES = 63, 12
 
 
 def picture_names(files: Sequence[str]) -> list[str]:
-    """Name the picture of each session. Raises LutgenError where two would have the same name."""
+    """Return the name of each session's picture. Raises LutgenError if two names are equal."""
     return named_once([f"inspect-{Path(file).stem}.png" for file in files], "sessions")
 
 
 def plot_inspection(inspection: Inspection, path: Path, *, force: bool = False) -> None:
-    """Draw a session's page: the same bytes on every run. Raises LutgenError where it cannot be written."""
+    """Draw a session's page, the same bytes on every run. Raises LutgenError if it cannot be written."""
     foot = "u'v' and greys as seen, black included; curves after black."
     second = f"{Path(inspection.session.file).name}: {origin(inspection)}"
     with picture(path, headline(inspection), second=second, foot=foot, height=9.4, force=force) as (figure, low, high):
@@ -139,7 +139,7 @@ def plot_inspection(inspection: Inspection, path: Path, *, force: bool = False) 
 
 
 def headline(inspection: Inspection) -> str:
-    """Summarise a session in one line: white, contrast, γ, additivity."""
+    """Return a summary of a session in one line: white, contrast, γ, additivity."""
     parts = []
     if inspection.white is not None:
         parts.append(f"white {inspection.white[1]:.0f} cd/m²" if inspection.session.absolute else "relative to white")
@@ -154,7 +154,7 @@ def headline(inspection: Inspection) -> str:
 
 
 def what_stands_out(axes: Axes, inspection: Inspection) -> None:
-    """Write as many remarks as fit, the gravest first."""
+    """Write as many remarks as fit, the most serious first."""
     axes.axis("off")
     axes.set_title("What stands out", fontsize=12, loc="left", weight="bold")
     kept, space = [], _REMARK_LINES
@@ -201,7 +201,7 @@ def transfer_curve(axes: Axes, inspection: Inspection) -> None:
 
 
 def lightness_error(axes: Axes, inspection: Inspection) -> None:
-    """Draw L* of each curve less that of sRGB."""
+    """Draw the difference of L* between each curve and sRGB."""
     axes.axhspan(-1, 1, color=BAND, alpha=0.6, linewidth=0, label="hardly seen")
     reach = _CALM_LIGHTNESS
     for name, curve in inspection.curves.items():
@@ -230,7 +230,7 @@ def casts(axes: Axes, inspection: Inspection) -> None:
 
 
 def calibration_curves(axes: Axes, inspection: Inspection) -> None:
-    """Draw output less input of the loaded curves: what the calibration takes away from each channel."""
+    """Draw output − input of the loaded calibration curves of each channel."""
     axes.set_title("Calibration: output − input", fontsize=12, loc="left")
     curves, loop = inspection.session.calibration, inspection.calibration
     if curves is None or loop is None:
@@ -247,7 +247,7 @@ def calibration_curves(axes: Axes, inspection: Inspection) -> None:
 
 
 def drift(axes: Axes, inspection: Inspection) -> None:
-    """Draw repeated bright patches against the order read, in percent of their first reading."""
+    """Draw repeated bright patches, in percent of their first reading, against their order in the session."""
     axes.set_title("Drift of repeated bright patches, %", fontsize=12, loc="left")
     steady = inspection.steadiness
     if steady is None:
@@ -262,7 +262,7 @@ def drift(axes: Axes, inspection: Inspection) -> None:
 
 
 def uniformity(axes: Axes, inspection: Inspection) -> None:
-    """Write white's luminance at each place of the screen, in percent of the middle."""
+    """Write white's luminance at each place of the screen, in percent of the centre."""
     session = inspection.session
     axes.set_title("White over the screen, % of the middle", fontsize=12, loc="left")
     white = np.array(session.kinds) == "white"

@@ -31,7 +31,7 @@ MONTH = 365.25 / 12.0
 
 
 def lifetime_page(lifetimes: Lifetimes, hours_per_day: float | None = None) -> Iterator[Part]:
-    """Yield what ``lutgen lifetime`` prints; with the hours that a display is on each day, months of use too."""
+    """Yield what ``lutgen lifetime`` prints; with ``hours_per_day`` of use also the months of use."""
     yield lifetimes.model.luminance.sentence()
     for image in lifetimes.images:
         yield Headline(counted(image))
@@ -51,7 +51,7 @@ def lifetime_page(lifetimes: Lifetimes, hours_per_day: float | None = None) -> I
 
 
 def counted(image: ImageLifetime) -> str:
-    """Count pixels, colours and pixels left out, in one sentence."""
+    """Return a sentence with the number of pixels, of colours, and of pixels left out."""
     sentence = f"{image.file}: {pixels_of_colours(image.pixels, image.colours)}"
     if image.binning_error:
         sentence += f" ({image.bits} bits a channel: ΔE2000 of a pixel to ± {image.binning_error:.1g})"
@@ -64,7 +64,7 @@ def counted(image: ImageLifetime) -> str:
 
 
 def life_table(lifetimes: Lifetimes, image: ImageLifetime, hours_per_day: float | None = None) -> Table:
-    """Table 1: rows are modes, columns the hours, and months of use, until Max and Avg reach each tolerance."""
+    """Return Table 1: for each mode the hours, and months of use, until Max and Avg reach each tolerance."""
     columns = [(tolerance, statistic) for tolerance in lifetimes.tolerances for statistic in COLUMNS]
     heads = (f"{COLUMNS[statistic]} ΔE2000 {tolerance:g}" for tolerance, statistic in columns)
     rows = []
@@ -84,7 +84,7 @@ def life_table(lifetimes: Lifetimes, image: ImageLifetime, hours_per_day: float 
 
 
 def hours_or_never(hours: float | None) -> str:
-    """Write hours to the hour; a dash for never."""
+    """Return hours as text, rounded to an hour; a dash for never."""
     return "–" if hours is None else spaced(round(hours))
 
 
@@ -101,17 +101,17 @@ def _any_never(lifetimes: Lifetimes) -> bool:
 #: Colour of each statistic of Table 1: mean, and mean + 2 SD.
 COLOURS = {"mean": BLUE, "max": RED}
 
-#: Height of a bar of the hours until a tolerance is reached, in inches.
+#: Height in inches of a bar that shows the hours until a tolerance is reached.
 _ROW = 0.27
 
 
 def picture_names(images: Sequence[str]) -> list[str]:
-    """Name the picture of each image. Raises LutgenError where two would have the same name."""
+    """Return the name of each image's picture. Raises LutgenError if two names are equal."""
     return named_once([f"lifetime-{Path(image).stem}.png" for image in images], "images")
 
 
 def plot_lifetimes(lifetimes: Lifetimes, folder: str | Path, *, force: bool = False) -> list[Path]:
-    """Draw one picture an image into a folder; the same bytes on every run. Errors as :func:`picture_names`."""
+    """Draw a picture for each image into a folder, the same bytes on every run. Errors as :func:`picture_names`."""
     names = picture_names([image.file for image in lifetimes.images])
     paths = [Path(folder) / name for name in names]
     for image, path in zip(lifetimes.images, paths, strict=True):
@@ -120,7 +120,7 @@ def plot_lifetimes(lifetimes: Lifetimes, folder: str | Path, *, force: bool = Fa
 
 
 def plot_lifetime(lifetimes: Lifetimes, image: ImageLifetime, path: Path, *, force: bool = False) -> None:
-    """Draw one image's picture: the same bytes on every run."""
+    """Draw one image's picture, the same bytes on every run."""
     foot = (
         "Dots: mean over all pixels; bars: ± 2 standard deviations, not below 0 (the paper's Figure 5). Dashed: "
         "tolerances; rings: where mean (Avg) and mean + 2 SD (Max) reach them, and below the hours until then"
@@ -130,7 +130,7 @@ def plot_lifetime(lifetimes: Lifetimes, image: ImageLifetime, path: Path, *, for
     title, full_foot = title_of(lifetimes, image), foot + lifetimes.model.measurements.provenance
     with picture(path, title, second=counted(image), foot=full_foot, height=height, force=force) as (figure, low, high):
         top = max(float(np.maximum(curve.max, curve.p99).max()) for curve in image.curves.values())
-        # Top of the axis over the highest curve: space for labels.
+        # Space for labels above the highest curve.
         top = 1.12 * max(top, 1.2 * min(lifetimes.tolerances))
         width, strip = 0.92 / len(image.curves), _ROW * 2 * len(lifetimes.tolerances) / height
         bottom = low + 0.6 / height
@@ -147,7 +147,7 @@ def plot_lifetime(lifetimes: Lifetimes, image: ImageLifetime, path: Path, *, for
 
 
 def title_of(lifetimes: Lifetimes, image: ImageLifetime) -> str:
-    """Say when the mean reaches the first tolerance in each mode."""
+    """Return the title: when the mean reaches the first tolerance in each mode."""
     tolerance = min(lifetimes.tolerances)
     parts = []
     for mode, curve in image.curves.items():
@@ -159,7 +159,7 @@ def title_of(lifetimes: Lifetimes, image: ImageLifetime) -> str:
 
 
 def draw_curve(axes: Axes, curve: DifferenceCurve, tolerances: Sequence[float], top: float) -> None:
-    """Draw one mode: Figure 5."""
+    """Draw the curve of one mode, as in the paper's Figure 5."""
     hours = curve.hours
     for values, line, share in ((curve.p99, ":", 99), (curve.p95, "-", 95)):
         axes.plot(hours, values, line, color=GREY, linewidth=1.0, label=f"{share} % of the pixels are below")
@@ -215,7 +215,7 @@ def table_1_page(lifetimes: Lifetimes) -> Iterator[Part]:
     never = any(row["hours"] is None for row in table_1_json(lifetimes)["rows"])
     for image in lifetimes.images:
         yield Headline(counted(image))
-        yield _beside_the_paper(image)
+        yield _comparison_with_paper(image)
         yield ""
     yield (
         "Hours until the ΔE2000 between the un-aged and the aged display reaches 3 and 5; below: against the paper's. "
@@ -251,7 +251,7 @@ def table_1_json(lifetimes: Lifetimes) -> dict[str, Any]:
 
 
 def table_1_csv(lifetimes: Lifetimes) -> str:
-    """Return what ``--csv`` writes: a line a cell; hours and difference are empty where never reached."""
+    """Return what ``--csv`` writes: a line for each cell; hours and difference are empty if never reached."""
     rows = [["file", "mode", "tolerance", "statistic", "hours", "paper_hours", "difference_percent"]]
     for row in table_1_json(lifetimes)["rows"]:
         off = "" if row["difference"] is None else f"{100.0 * row['difference']:.2f}"
@@ -261,11 +261,11 @@ def table_1_csv(lifetimes: Lifetimes) -> str:
 
 
 def difference(hours: float | None, paper: float) -> float | None:
-    """Return by what share hours exceed the paper's; None where they are never reached."""
+    """Return the relative difference of hours from the paper's hours; None if the tolerance is never reached."""
     return None if hours is None else hours / paper - 1.0
 
 
-def _beside_the_paper(image: ImageLifetime) -> Table:
+def _comparison_with_paper(image: ImageLifetime) -> Table:
     heads = (f"{COLUMNS[statistic]} ΔE2000 {tolerance:g}" for tolerance, statistic in TABLE_1_COLUMNS)
     rows = []
     for mode, published in TABLE_1.items():
@@ -279,7 +279,7 @@ def _beside_the_paper(image: ImageLifetime) -> Table:
 
 
 def _cells(image: ImageLifetime, mode: str) -> Iterator[tuple[tuple[float, str], float | None, int]]:
-    """Yield for each column the hours until its tolerance is reached, and the hours of the paper."""
+    """Yield for each column the hours until its tolerance is reached, and the paper's hours."""
     curve = image.curves[mode]
     for (tolerance, statistic), paper in zip(TABLE_1_COLUMNS, TABLE_1[mode], strict=True):
         yield (tolerance, statistic), curve.hours_until(statistic, tolerance), paper
@@ -301,7 +301,7 @@ def cohort_page(cohort: Cohort) -> Iterator[Part]:
 
 
 def slides_counted(cohort: Cohort) -> str:
-    """Count the slides that were read, that were kept from an earlier run, and that are broken."""
+    """Return a sentence on the number of slides: read, kept from an earlier run, and broken."""
     done, broken = len(cohort.slides.images), len(cohort.broken)
     sentence = f"{_slides(done)} in {cohort.folder}"
     if cohort.kept:
@@ -314,7 +314,7 @@ def slides_counted(cohort: Cohort) -> str:
 
 
 def mode_table(cohort: Cohort, mode: str) -> Table:
-    """Tabulate the hours until Max and Avg reach each tolerance: one row a slide, then the median and its interval."""
+    """Return a table of the hours until Max and Avg reach each tolerance, by slide, with median and its interval."""
     columns = [(tolerance, statistic) for tolerance in cohort.slides.tolerances for statistic in COLUMNS]
     heads = (f"{COLUMNS[statistic]} ΔE2000 {tolerance:g}" for tolerance, statistic in columns)
     rows = []
@@ -330,13 +330,13 @@ def mode_table(cohort: Cohort, mode: str) -> Table:
 
 
 def ends(lives: Lives) -> str:
-    """Write the interval of the median, or the range of the slides if there are too few for an interval."""
+    """Return the interval of the median as text, or the range of the slides if they are too few for an interval."""
     low, high = map(hours_or_never, lives.interval or lives.range)
     return f"{low} to {high}"
 
 
 def explained(cohort: Cohort) -> str:
-    """Say what the figures of the tables are, and what the interval does not cover."""
+    """Return sentences on the meaning of the tables' figures, and on what the interval does not include."""
     size = len(cohort.slides.images)
     sentence = (
         "Hours until the ΔE2000 between the un-aged and the aged display reaches a tolerance. Avg: mean over all "
@@ -351,7 +351,7 @@ def explained(cohort: Cohort) -> str:
         return f"{sentence} Fewer than six slides give no 95 % interval of a median."
     return (
         f"{sentence} The interval holds the median of all slides like these with {chance:.1%}, if they were drawn "
-        f"independently; it does not carry the model's own uncertainty."
+        f"independently; it does not include the model's own uncertainty."
     )
 
 

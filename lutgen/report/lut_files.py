@@ -1,4 +1,4 @@
-"""The pages about LUT files: certificates of a build, who reads a foreign file, what a merge changed."""
+"""The pages about LUT files: certificates of a build, readers of a file, changes by a merge."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _UNREACHABLE = {
 
 
 def certificates(rows: list[SummaryRow]) -> Iterator[Part]:
-    """Tabulate the worst figures of each mode, format and group of colours."""
+    """Yield a table of the worst figures of each mode, format and group of colours."""
     headings = ("mode", "format", "files", "largest ΔE2000", "mean", "99 %", "max")
     cells = [
         (*(row.mode, row.format, str(row.files), row.group.replace("_", " ")), *_figures(row.mean, row.p99, row.max))
@@ -35,7 +35,7 @@ def _figures(*values: float) -> list[str]:
 
 
 def simulation(luts: list[FileRecord]) -> Iterator[Part]:
-    """Say which share of colours is clipped at most, and define the groups of colours."""
+    """Yield the largest share of clipped colours, and definitions of the groups of colours."""
     worst = max(luts, key=lambda record: record.certificate["clipped_share"] if record.certificate else 0.0)
     share = worst.certificate["clipped_share"] if worst.certificate else 0.0
     yield f"Up to {share:.1%} of the test colours leave the viewer's sRGB gamut ({worst.mode}, {worst.hours:g} h)."
@@ -43,7 +43,7 @@ def simulation(luts: list[FileRecord]) -> Iterator[Part]:
 
 
 def compensation(luts: list[FileRecord], unreachable: str) -> Iterator[Part]:
-    """Tabulate by mode and hour the colours out of reach and the aging that is left, from the first file of each."""
+    """Yield a table of colours out of reach and residual aging by mode and hour, from the first file of each."""
     yield "smooth, gamut, border: the files against the model's drives. The others: what the aged display shows through"
     yield "them against the un-aged display; border: where the table mixes across a jump or the end of the drive."
     heads = ("mode", "hours", "out of reach: all", "tissue", "light", "ΔE2000 reached", "99 %", "out of reach", "99 %")
@@ -60,7 +60,7 @@ def compensation(luts: list[FileRecord], unreachable: str) -> Iterator[Part]:
 
 
 def shaders(files: Iterable[FileRecord]) -> Iterator[Part]:
-    """Say how far the shaders differ from the CPU, if they were run."""
+    """Yield the difference of the shaders from the CPU, if the shaders were run."""
     runs = [record.gpu for record in files if record.gpu]
     if runs:
         largest = max(view["max"] for run in runs for view in run["views"].values())
@@ -68,14 +68,14 @@ def shaders(files: Iterable[FileRecord]) -> Iterator[Part]:
 
 
 def shader_sentence(renderer: str, configs: int, largest: float) -> str:
-    """Say by how many code values the shaders of some configs differ from the CPU at most."""
+    """Return a sentence on the largest difference in code value between the shaders of some configs and the CPU."""
     count = f"{configs} config{'s' if configs != 1 else ''}"
     away = f"{largest:.1e} of code value from the CPU ({largest * 255:.4f} of 255)"
     return f"Shaders of {count} on {renderer}: at most {away}."
 
 
 def lint_page(linted: Linted) -> Iterator[Part]:
-    """Yield what ``lutgen lint`` prints of one file: a summary, a table of the readers, the findings, failed trials."""
+    """Yield what ``lutgen lint`` prints for a file: a summary, a table of readers, the findings, failed trials."""
     yield Headline(lint_headline(linted))
     yield ", ".join(linted.facts)
     yield readers_table(linted)
@@ -90,7 +90,7 @@ def lint_page(linted: Linted) -> Iterator[Part]:
 
 
 def lint_headline(linted: Linted) -> str:
-    """Say in a sentence which readers show the file as its author meant it."""
+    """Return a sentence on which readers show the file as its author intends."""
     good = [reader for reader in linted.readers if linted.fate(reader)[0].outcome == READS]
     if len(good) == len(linted.readers):
         failed = [trial.reader for trial in linted.trials if trial.outcome not in {READS, ""}]
@@ -103,14 +103,14 @@ def lint_headline(linted: Linted) -> str:
 
 
 def readers_table(linted: Linted) -> Table:
-    """Tabulate the readers: what each is expected to do, by which rule, and what it did in a trial here."""
+    """Return a table of the readers: the expected behaviour, the rule, and the result of a trial here."""
     tried = {trial.reader: trial for trial in linted.trials}
     headings = ("reader", "will", "how", "rule")
     rows = []
     for reader in dict.fromkeys([*linted.readers, *tried]):
-        foretold = reader in linted.readers
+        predicted = reader in linted.readers
         fate, finding = linted.fate(reader)
-        cells = [reader, fate.outcome if foretold else "", fate.how, finding.rule if finding else ""]
+        cells = [reader, fate.outcome if predicted else "", fate.how, finding.rule if finding else ""]
         trial = tried.get(reader)
         if tried:
             cells.append(f"{trial.version} {trial.outcome}: {trial.said}".strip(" :") if trial else "–")

@@ -1,4 +1,4 @@
-"""The page and the pictures of ``lutgen nuclei``: how clearly nuclei stand out, by hours, and their outlines."""
+"""The page and the pictures of ``lutgen nuclei``: contrast of nuclei against hours, and outlines of nuclei."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-#: Rows of the table of a mode, at most; JSON and the plot have all hours.
+#: Most rows of a mode's table; JSON and the plot have all hours.
 ROWS = 5
 
 #: Definition of the contrast, and its limits.
 MEASURED = (
-    "ΔE2000 between the mean colour of each nucleus and that of a ring around it, as the un-aged and the aged display "
+    "ΔE2000 between the mean colours of each nucleus and of a ring around it, as the un-aged and the aged display "
     "show them to an eye adapted to the un-aged white. It is a contrast of mean colours: no texture, no sharpness, no "
-    "reader. What is outlined wrongly is in it: look at the outlines (--plots)."
+    "reader. Wrong outlines change it: look at the outlines (--plots)."
 )
 
 
@@ -47,7 +47,7 @@ def nuclei_page(conspicuity: Conspicuity) -> Iterator[Part]:
 
 
 def headline(conspicuity: Conspicuity) -> str:
-    """Say how much nuclei stand out when the display is new and at the last hour."""
+    """Return a sentence on the contrast of nuclei on the new display and at the last hour."""
     contrasts = conspicuity.contrasts
     new = contrasts[next(iter(contrasts))].percentiles[0, 2]
     parts = [f"{each.median[-1]:.1f} in {mode} ({percent(each.change[-1])})" for mode, each in contrasts.items()]
@@ -59,7 +59,7 @@ def headline(conspicuity: Conspicuity) -> str:
 
 
 def counted(conspicuity: Conspicuity) -> str:
-    """Count the nuclei that are compared and those left out, in one sentence or two."""
+    """Return one or two sentences on the number of nuclei compared and left out."""
     nuclei, rings = conspicuity.nuclei, conspicuity.rings
     sentence = (
         f"{spaced(nuclei.count)} {'nucleus' if nuclei.count == 1 else 'nuclei'}, {nuclei.found}, typically "
@@ -71,7 +71,7 @@ def counted(conspicuity: Conspicuity) -> str:
 
 
 def table_of(conspicuity: Conspicuity) -> Table:
-    """Tabulate for each mode and some hours the distribution over nuclei and its change."""
+    """Return a table of the distribution over nuclei and its change, for each mode and some hours."""
     heads = ("median ΔE2000", "middle half", "5–95 %", "change of the median", f"losing > {conspicuity.loss:g} %")
     rows = []
     for mode, contrast in conspicuity.contrasts.items():
@@ -92,12 +92,12 @@ def table_of(conspicuity: Conspicuity) -> Table:
 
 
 def shown_hours(count: int) -> Sequence[int]:
-    """Return the indices of at most ``ROWS`` of ``count`` hours, the first and the last among them."""
+    """Return the indices of at most ``ROWS`` of ``count`` hours, with the first and the last."""
     return sorted({round(step * (count - 1) / (ROWS - 1)) for step in range(ROWS)})
 
 
 def percent(change: float) -> str:
-    """Write a change with its sign: −14 %, +3.1 %; a dash where there is none."""
+    """Return a change as text with its sign: −14 %, +3.1 %; a dash if it is not finite."""
     if not isfinite(change):
         return "–"
     number = f"{abs(100.0 * change):.{0 if abs(change) >= 0.0995 else 1}f}"
@@ -113,7 +113,7 @@ def _between(ends: Sequence[Sequence[float]] | None, number: int) -> str:
 
 _Kind = TypeVar("_Kind", bound=np.generic)
 
-#: Code values of outlines: nuclei in a green that stains do not have, rings in black.
+#: Code values of outlines: nuclei in a green that no stain has, rings in black.
 NUCLEUS, RING = (0, 255, 60), (20, 20, 20)
 
 #: Least width of the picture of outlines in pixels, and largest factor by which a pixel of the image is enlarged.
@@ -124,13 +124,16 @@ DETAIL = 150
 
 
 def picture_names(image: str) -> list[str]:
-    """Name the pictures of an image: the page, and the outlines."""
+    """Return the names of an image's pictures: the page, and the outlines."""
     stem = Path(image).stem
     return [f"nuclei-{stem}.png", f"nuclei-{stem}-outlines.png"]
 
 
 def plot_nuclei(conspicuity: Conspicuity, folder: str | Path, *, force: bool = False) -> list[Path]:
-    """Draw both pictures into a folder. Raises LutgenError: one exists, without ``force``, or cannot be written."""
+    """Draw both pictures into a folder.
+
+    Raises LutgenError: a picture exists without ``force``, or cannot be written.
+    """
     page, outlines_path = (Path(folder) / name for name in picture_names(conspicuity.field.file))
     _page(conspicuity, page, force=force)
     with new_png(outlines_path, force=force) as partial:
@@ -140,7 +143,7 @@ def plot_nuclei(conspicuity: Conspicuity, folder: str | Path, *, force: bool = F
 
 def _page(conspicuity: Conspicuity, path: Path, *, force: bool) -> None:
     foot = (
-        "Line: median over nuclei of the ΔE2000 between a nucleus's mean colour and that of the ring around it; bands: "
+        "Line: median over nuclei of the ΔE2000 between the mean colours of a nucleus and of its ring; bands: "
         "middle half, and 5 to 95 %; dashed: un-aged median. Right: the part of the image with most nuclei, which are "
         "outlined in green, rings in black. "
     )
@@ -179,7 +182,7 @@ def draw_contrast(axes: Axes, conspicuity: Conspicuity, mode: str) -> None:
 
 
 def crowded(conspicuity: Conspicuity) -> tuple[tuple[int, int], tuple[int, int]]:
-    """Return rows and columns, each from and to, of the part of the image with the largest share of nuclei."""
+    """Return first and last row, and first and last column, of the image part with the largest share of nuclei."""
     from scipy import ndimage
 
     rows, columns = conspicuity.field.shape
@@ -191,7 +194,7 @@ def crowded(conspicuity: Conspicuity) -> tuple[tuple[int, int], tuple[int, int]]
 
 
 def outlined(conspicuity: Conspicuity, rows: tuple[int, int], columns: tuple[int, int]) -> NDArray[np.uint8]:
-    """Part of the image, enlarged, with the outlines of nuclei and rings, (height, width, 3)."""
+    """Return a part of the image, enlarged, with the outlines of nuclei and rings, (height, width, 3)."""
     part = np.s_[rows[0] : rows[1], columns[0] : columns[1]]
     zoom = min(max(-(-WIDE // (columns[1] - columns[0])), 1), ZOOM)
     enlarged = _grown(conspicuity.field.rgb()[part], zoom)

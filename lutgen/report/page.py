@@ -1,4 +1,4 @@
-"""The page of ``lutgen report``: one HTML file that fetches nothing, the same bytes on every run."""
+"""The page of ``lutgen report``: one HTML file that loads no other file, with the same bytes on every run."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from lutgen.pictures.lifetime import Lifetimes
     from lutgen.report.page_scenes import PlacedStills
 
-#: Picture → its caption, which programs that read the page aloud say in its place.
+#: Picture → its caption, which screen readers read in place of the picture.
 CAPTIONS = {
     RESIDUALS: "Where the model fails: residuals by hour, colour and condition, beside what noise alone gives",
     STEPS: "How the error falls toward the noise as effects are added",
@@ -55,28 +55,28 @@ class Evidence:
     refinement: Refinement
     #: All effects by name.
     effects: Mapping[str, Effect]
-    #: The readings and options, as arguments of a next command.
+    #: The readings and options, as arguments of the next command.
     again: str
-    #: File of the display in the pictures, if it is not that of these readings; "" otherwise.
+    #: File of the display in the pictures if it is not the display of these readings, else "".
     model: str = ""
 
     @property
     def diagnosis(self) -> Diagnosis:
-        """The diagnosis of these readings. Raises ValueError for a refinement that was made without one."""
+        """The diagnosis of these readings. Raises ValueError for a refinement without a diagnosis."""
         if self.refinement.diagnosis is None:
             raise ValueError("a report needs a refinement with its diagnosis: refine(…, auto=True).")
         return self.refinement.diagnosis
 
 
 def answer(evidence: Evidence) -> dict[str, str]:
-    """Return the verdict on the readings, and a sentence on how large the error is or becomes."""
+    """Return the verdict on the readings, and a sentence on the error before or after the refinement."""
     verdict, refinement = evidence.diagnosis.verdict, evidence.refinement
     error = refinement.sentence() if refinement.steps else evidence.diagnosis.comparison.sentence()
     return {"verdict": f"{verdict.name}: {verdict.sentence}", "error": error}
 
 
 def evidence_section(evidence: Evidence) -> PageSection:
-    """Gather where the model fails, which effect is missing, and how far that effect takes the error down."""
+    """Return the section on the model's residuals, the missing effect, and the error with this effect."""
     diagnosis, refinement = evidence.diagnosis, evidence.refinement
     readings, verdict = diagnosis.problem.readings, answer(evidence)["verdict"]
     pictures = _pictures(partial(plot_diagnosis, diagnosis, evidence.effects))
@@ -102,13 +102,13 @@ def evidence_section(evidence: Evidence) -> PageSection:
 
 
 def _without_repetition(page: Page, before: Sequence[Part]) -> list[Part]:
-    """Leave out sentences and headlines that stand above: the page of each command begins with the same ones."""
+    """Return a page without the sentences and headlines of ``before``, since pages of commands begin alike."""
     above = {part for part in before if not isinstance(part, Table)}
     return [part for part in page if isinstance(part, Table) or part not in above]
 
 
 def _pictures(plot: Callable[[str], list[Path]]) -> dict[str, bytes]:
-    """Draw into a folder that is gone afterwards: name → PNG."""
+    """Draw into a temporary folder; return name → PNG."""
     with scratch() as folder:
         return {path.name: path.read_bytes() for path in plot(str(folder))}
 
@@ -119,7 +119,7 @@ def _plots(pictures: Mapping[str, bytes], *names: str) -> list[dict[str, str]]:
 
 
 def finding(lifetimes: Lifetimes) -> str:
-    """Say in one sentence for how long the display is good for pictures."""
+    """Return a sentence on when the mean ΔE2000 reaches the first tolerance."""
     tolerance = min(lifetimes.tolerances)
     parts = []
     for mode, curve in lifetimes.images[0].curves.items():
@@ -133,7 +133,7 @@ def finding(lifetimes: Lifetimes) -> str:
 
 
 def picture_caption(lifetimes: Lifetimes, scenes: page_scenes.Scenes) -> str:
-    """Say which image it is, and how much of it the frames show."""
+    """Return a sentence on the image, and on the size at which the frames show it."""
     frame, name = scenes.frame, Path(lifetimes.images[0].file).name
     size = f"{spaced(frame.source_width)} × {spaced(frame.source_height)} pixels"
     if frame.whole:
@@ -142,8 +142,8 @@ def picture_caption(lifetimes: Lifetimes, scenes: page_scenes.Scenes) -> str:
 
 
 def lifetimes_section(lifetimes: Lifetimes, scenes: page_scenes.Scenes) -> PageSection:
-    """Gather the curves, Table 1 and the numbers of every frame."""
-    # The section on provenance names the source of the readings, the page's first lines the law of luminance.
+    """Return the section with the curves, Table 1 and the numbers of every frame."""
+    # The section on provenance names the source of the readings; the page's first lines name the luminance law.
     model = lifetimes.model
     elsewhere = (model.measurements.provenance, model.luminance.sentence())
     values = {
@@ -159,7 +159,7 @@ def _numbers(mode: str, scenes: tuple[page_scenes.PageScene, ...]) -> Table:
     return Table(("hours", *page_scenes.TILES.values()), rows, words=(), caption=f"{mode}, at the hours shown")
 
 
-#: Group of a certificate → which colours it holds.
+#: Group of a certificate → its colours.
 _GROUPS = {
     "smooth": "where the display neither jumps nor is clipped",
     "gamut": "at the edge of sRGB",
@@ -170,7 +170,7 @@ _GROUPS = {
     "inverse": "within reach, without a file",
 }
 
-#: Entry of a model's ``[fit]`` → what it is.
+#: Entry of a model's ``[fit]`` → its meaning.
 _FITTED = {
     "noise_relative": "noise of a reading, share",
     "noise_floor_cd_m2": "noise of a reading, cd/m²",
@@ -183,18 +183,18 @@ _FITTED = {
 
 @dataclass(frozen=True)
 class BuildFolder:
-    """A folder of LUTs that ``lutgen build`` has made."""
+    """A folder of LUTs that ``lutgen build`` has written."""
 
-    #: As the user named it.
+    #: Path as given by the user.
     folder: str
-    #: Its files with their certificates, from the time of the build.
+    #: Files of the folder with their certificates, as written by the build.
     manifest: Manifest
-    #: Of the manifest.
+    #: Hash of the manifest.
     sha256: str
 
 
 def read_build(folder: str) -> BuildFolder:
-    """Read a build's manifest. Raises LutgenError where there is none."""
+    """Read a build's manifest. Raises LutgenError if there is no manifest."""
     path = Path(folder) / MANIFEST
     manifest = read_manifest(path)
     if manifest is None:
@@ -203,7 +203,7 @@ def read_build(folder: str) -> BuildFolder:
 
 
 def certificates_section(built: BuildFolder, model: DisplayModel) -> PageSection:
-    """Gather the certificates, and whether they are of the display in the pictures."""
+    """Return the section with the certificates, and whether they are for the display in the pictures."""
     luts = [record for record in built.manifest.files if record.kind == "lut"]
     hours = sorted({record.hours for record in luts if record.hours is not None})
     rows = [
@@ -225,7 +225,7 @@ def certificates_section(built: BuildFolder, model: DisplayModel) -> PageSection
 
 
 def _is_of(built: BuildFolder, model: DisplayModel) -> bool:
-    """Whether a build is of this display and model; one whose manifest does not say so is not."""
+    """Return whether a build's manifest names this display and model."""
     try:
         return same_model(built.manifest.recipe.get("model", {}), model_as_json(model, Path(built.folder)))
     except (KeyError, TypeError, AttributeError):
@@ -233,16 +233,16 @@ def _is_of(built: BuildFolder, model: DisplayModel) -> bool:
 
 
 def effects_section(model: DisplayModel) -> PageSection:
-    """Gather the effects that the model adds to the paper's."""
+    """Return the section with the effects that are added to the paper's model."""
     aging = show(model)
     values = {"effects": aging.effects_in_words(), "remarks": aging.remarks, "verdict": model.verdict}
     return PageSection("effects", "Effects of the model", "effects.html", values)
 
 
 def label(model: DisplayModel) -> str:
-    """Say that the display was not measured; "" if it was."""
+    """Return a sentence for a display that was not measured; "" for a measured display."""
     source = model.measurements.metadata.get("source", "")
-    # First words of the line `# source: …` of readings that were not measured.
+    # Readings that were not measured have such a first word in their line `# source: …`.
     word = next((word for word in ("RECONSTRUCTED", "SIMULATED") if source.startswith(word)), "")
     return f"This display is {word.lower()}, not measured." if word else ""
 
@@ -250,7 +250,7 @@ def label(model: DisplayModel) -> str:
 def provenance_section(
     image: Path, model: DisplayModel, built: BuildFolder | None, evidence: Evidence | None
 ) -> PageSection:
-    """Gather files with their SHA-256, the model's choices and the versions."""
+    """Return the section with the files and their SHA-256, the model's options and the versions."""
     readings = model.measurements
     rows = [("picture", str(image), file_sha256(image)), ("display", Path(readings.file).name, readings.sha256)]
     if model.file:
@@ -299,7 +299,7 @@ class Run:
 
 
 def write_report(run: Run, path: str | Path) -> None:
-    """Write the page. Raises LutgenError where it cannot be written."""
+    """Write the page. Raises LutgenError if it cannot be written."""
     write_atomically(Path(path), html(run).encode())
 
 

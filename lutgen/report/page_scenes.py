@@ -1,8 +1,9 @@
-"""The pictures of the page of ``lutgen report``: for each mode and hour a table that the picture is drawn through.
+"""The pictures of the page of ``lutgen report``: for each mode and hour a table that is applied to the picture.
 
-A script blends the tables of two hours, so that the slider stands anywhere between them; the page says how far the
-blended picture is from the model. The last hour of each mode is in the page as a picture and a map too, which are
-printed, and so is the picture as it lies on the screen: the slider's tables are LUTs and know no places.
+A script blends the tables of two hours, so that the slider can stand between hours. The page states the error of the
+blended picture against the model. The page also holds a picture and a map of the last hour of each mode, which are
+printed. The picture as it lies on the screen is such a still too, since the slider's tables are LUTs, which do not
+depend on the place.
 """
 
 from __future__ import annotations
@@ -38,26 +39,26 @@ if TYPE_CHECKING:
     from lutgen.pictures.frame import Frame
     from lutgen.pictures.lifetime import Lifetimes
 
-#: ΔE2000 at which the colours of the maps may end. A page takes the first of them that no map exceeds in more than 5 %
-#: of its pixels, and takes it for all its maps, so that they can be compared.
+#: Possible ends of the maps' scale in ΔE2000. A page uses the first end that no map exceeds in more than 5 % of its
+#: pixels. All maps of a page have the same end, so that they can be compared.
 REACHES = (2.0, 3.0, 5.0, 8.0, 12.0, 15.0, 20.0, 25.0, 30.0, 40.0, 50.0, 100.0)
 
-#: Colours of a map: enough to look continuous, few enough to keep the file small.
+#: Number of colours of a map: enough to look continuous, few enough for a small file.
 STEPS = 128
 
-#: Pixels of the picture, and of a row of it. The page holds a still and a map of each mode too, and is sent by mail.
+#: Most pixels of the picture, and of its rows: the page also holds a still and a map of each mode, and is sent by mail.
 PIXELS, WIDTH = 700_000, 1200
 
-#: Points along an edge of the tables: 20 kB each.
+#: Points along an edge of a table; a table has 20 kB.
 SIZE = 17
 
-#: Hours of a page, at most: with more, the file would be too large.
+#: Most hours of a page: with more hours the file would be too large.
 MOST = 40
 
 
 @dataclass(frozen=True)
 class Numbers:
-    """ΔE2000 of a picture on one display, over all pixels, and the display's white, relative to the un-aged one."""
+    """ΔE2000 of a picture on one display, over all pixels, and the display's white relative to the un-aged white."""
 
     mode: str
     hours: float
@@ -72,7 +73,7 @@ class Numbers:
 
 @dataclass(frozen=True)
 class PageScene:
-    """One mode at one hour; ``table`` is that of :func:`lutgen.pictures.viewer.viewer_table`, (n, n, n, 4)."""
+    """One mode at one hour; ``table`` is from :func:`lutgen.pictures.viewer.viewer_table`, (n, n, n, 4)."""
 
     numbers: Numbers
     table: NDArray[np.uint16]
@@ -88,7 +89,7 @@ class Still:
 
 @dataclass(frozen=True)
 class Blending:
-    """ΔE2000 between what the slider draws and the model, over the picture's pixels, at hours and half way between."""
+    """ΔE2000 of the slider's picture against the model, over the picture's pixels, at hours and half way between."""
 
     mean: float
     p95: float
@@ -97,23 +98,23 @@ class Blending:
 
 @dataclass(frozen=True)
 class Scenes:
-    """What the page shows of one image: mode by mode and hour by hour."""
+    """All that the page shows of one image, by mode and hour."""
 
     #: The picture.
     frame: Frame
-    #: Data address of what the un-aged display shows.
+    #: Data address of the picture on the un-aged display.
     unaged: str
-    #: Data address of the picture itself, which tables are applied to.
+    #: Data address of the picture itself, to which the tables are applied.
     source: str
-    #: Increasing from 0.
+    #: Hours, increasing from 0.
     hours: tuple[float, ...]
     #: Mode → one scene for each hour.
     modes: dict[str, tuple[PageScene, ...]]
-    #: Mode → its last hour.
+    #: Mode → still of its last hour.
     stills: dict[str, Still]
     #: ΔE2000 at the end of the colours of all maps; larger values have the last colour.
     reach: float
-    #: How far the slider's pictures are from the model.
+    #: Error of the slider's pictures against the model.
     blending: Blending
 
 
@@ -121,7 +122,7 @@ def hours_of(text: str | None, model: DisplayModel) -> tuple[list[float], list[f
     """Return the hours of the tables, 0 first, and of the curve. Raises LutgenError: none, too many, or outside."""
     measured = model.tips.hours
     if text is None:
-        # Hours for which a page has tables by default.
+        # By default a page has tables for at most 13 hours.
         even = np.linspace(measured[0], measured[-1], 13)
         hours = [float(measured[np.abs(measured - hour).argmin()]) for hour in even]
     else:
@@ -142,7 +143,7 @@ def scenes_of(
     hours: Sequence[float],
     progress: Progress = unseen,
 ) -> Scenes:
-    """Make tables, numbers and stills of every mode at ``hours``, of which ``lifetimes`` has the whole image's ΔE."""
+    """Compute tables, numbers and stills of every mode at ``hours``; ``lifetimes`` has the whole image's ΔE there."""
     reach = reach_of(lifetimes, hours)
     curves, unaged = lifetimes.images[0].curves, model.at("stable", 0.0)
     sampler = Sampler()
@@ -171,12 +172,12 @@ def _scene(sampler: Sampler, unaged: AgedDisplay, aged: AgedDisplay, curve: Diff
 
 def _blending(frame: Frame, model: DisplayModel, modes: dict[str, tuple[PageScene, ...]]) -> Blending:
     places = frame.places[frame.visible]
-    # Pixels whose colours are compared with the model.
+    # About 20 000 pixels are compared with the model.
     code = frame.colours[places[:: max(1, len(places) // 20_000)]] / 255.0
     nodes, weights = tetrahedra(code, "code", SIZE)
     differences = []
     for mode, scenes in modes.items():
-        for hours, table in _drawn(scenes):
+        for hours, table in _blended(scenes):
             drawn = Lut("code", table).mix(nodes, weights)
             both = (linear_to_lab(code_to_linear(each)) for each in (drawn, model.at(mode, hours).code_to_code(code)))
             differences.append(delta_e_2000(*both))
@@ -184,8 +185,8 @@ def _blending(frame: Frame, model: DisplayModel, modes: dict[str, tuple[PageScen
     return Blending(float(away.mean()), float(np.quantile(away, 0.95)), float(away.max()))
 
 
-def _drawn(scenes: Sequence[PageScene]) -> Iterator[tuple[float, Array]]:
-    """Give the hours of the tables and those half way between, with what the viewer makes of the tables there."""
+def _blended(scenes: Sequence[PageScene]) -> Iterator[tuple[float, Array]]:
+    """Yield the hours of the tables and the hours half way between, each with the table that the viewer applies."""
     tables = [(each.numbers.hours, each.table[..., :3] / WHITE) for each in scenes]
     yield from tables
     for (before, first), (after, second) in pairwise(tables):
@@ -198,7 +199,7 @@ def _still(frame: Frame, unaged: AgedDisplay, aged: AgedDisplay, reach: float) -
 
 
 def picture_address(frame: Frame, shown: NDArray[np.uint8]) -> str:
-    """Return the data address of a picture, transparent where the frame is."""
+    """Return the data address of a picture, which is transparent where the frame is transparent."""
     if frame.visible.all():
         return data_address(page_png(shown))
     alpha = np.where(frame.visible, 255, 0).astype(np.uint8)
@@ -214,23 +215,23 @@ def map_address(frame: Frame, difference: NDArray[np.float64], reach: float) -> 
 
 
 def reach_of(lifetimes: Lifetimes, hours: Sequence[float]) -> float:
-    """Return the ΔE2000 at which the colours of all maps end: one of ``REACHES``, by the 95th percentiles."""
+    """Return the end of the scale of all maps in ΔE2000: one of ``REACHES``, from the 95th percentiles."""
     largest = max(float(curve.p95[np.isin(curve.hours, hours)].max()) for curve in lifetimes.images[0].curves.values())
     return next((reach for reach in REACHES if reach >= largest), REACHES[-1])
 
 
 def map_colours() -> NDArray[np.uint8]:
-    """Return the colours of a map from 0 to its end, (STEPS, 3): viridis, which is even to the eye."""
+    """Return the colours of a map from 0 to its end, (STEPS, 3): viridis, which is perceptually uniform."""
     from matplotlib import colormaps
 
     colours = colormaps["viridis"](np.linspace(0.0, 1.0, STEPS))[:, :3]
     return np.rint(colours * 255.0).astype(np.uint8)
 
 
-#: Mode → what happens to the display in it.
+#: Mode → clause on the display in this mode.
 MODES_IN_WORDS = {"chroma": "while a sensor holds the luminance", "chroma-luma": "when the luminance falls as well"}
 
-#: Numbers that are shown beside the picture: key → name.
+#: Numbers beside the picture: key → name.
 TILES = {
     "mean": "mean ΔE2000",
     "sd": "SD",
@@ -242,7 +243,7 @@ TILES = {
 
 
 def colour_bar(reach: float) -> dict[str, Any]:
-    """Return the bar of all maps, whose colours end at ``reach``: picture, and marks as percent of its length."""
+    """Return the colour bar of all maps with the end ``reach``: picture, and marks in percent of its length."""
     colours = map_colours()
     marks = [(f"{100 * value / reach:g}", f"{value:g}") for value in ticks(reach) if value <= 0.9 * reach]
     last = f"≥\N{NARROW NO-BREAK SPACE}{reach:g}"
@@ -251,7 +252,7 @@ def colour_bar(reach: float) -> dict[str, Any]:
 
 
 def numbers_in_words(numbers: Numbers) -> dict[str, str]:
-    """Write the numbers as people read them."""
+    """Return the numbers as text."""
     return {
         "mean": f"{numbers.mean:.2f}",
         "sd": f"{numbers.sd:.2f}",
@@ -263,7 +264,7 @@ def numbers_in_words(numbers: Numbers) -> dict[str, str]:
 
 
 def viewer_section(scenes: Scenes) -> PageSection:
-    """Gather what the slider, the wiper and the map show."""
+    """Return the section with the slider, the wiper and the map."""
     return PageSection(
         "viewer",
         "The picture as the display ages",
@@ -284,7 +285,7 @@ def viewer_section(scenes: Scenes) -> PageSection:
 
 
 def blending_in_words(scenes: Scenes) -> str:
-    """Say how far the slider's picture is from the model."""
+    """Return a sentence on the error of the slider's picture against the model."""
     away, hours = scenes.blending, len(scenes.hours)
     between = "a table an hour, blended between hours" if hours > 1 else "one table"
     return (
@@ -294,7 +295,7 @@ def blending_in_words(scenes: Scenes) -> str:
 
 
 def frames_section(scenes: Scenes) -> PageSection:
-    """Gather the un-aged picture, and picture, map and numbers at the last hour of each mode."""
+    """Return the section with the un-aged picture, and with picture, map and numbers at each mode's last hour."""
     modes = [
         (mode, MODES_IN_WORDS.get(mode, mode), still, scenes.modes[mode][-1].numbers)
         for mode, still in scenes.stills.items()
@@ -305,7 +306,7 @@ def frames_section(scenes: Scenes) -> PageSection:
 
 
 def script_data(scenes: Scenes) -> dict[str, Any]:
-    """Return what the script needs, and other programs may read."""
+    """Return the data of the script, which other programs may read too."""
     return {
         "schema": 2,
         "hours": list(scenes.hours),
@@ -317,7 +318,7 @@ def script_data(scenes: Scenes) -> dict[str, Any]:
 
 
 def packed(table: NDArray[np.uint16]) -> str:
-    """Pack a table (n, n, n, 4): changes along red, all high bytes before the low ones, deflated, in base64."""
+    """Pack a table (n, n, n, 4): differences along red, all high bytes before all low bytes, deflated, in base64."""
     steps = table.copy()
     steps[:, :, 1:] -= table[:, :, :-1]
     planes = steps.astype(">u2").reshape(-1, 1).view(np.uint8).T
@@ -328,11 +329,11 @@ def packed(table: NDArray[np.uint16]) -> str:
 class PlacedStills:
     """A picture on the screen at one hour."""
 
-    #: Of the stills.
+    #: Hour of the stills.
     hours: float
     #: Where the picture lies.
     on_screen: OnScreen
-    #: Data address of what the un-aged display shows.
+    #: Data address of the picture on the un-aged display.
     unaged: str
     #: Mode → its still, and the mean ΔE2000 over the picture's pixels.
     modes: dict[str, tuple[Still, float]]
@@ -341,7 +342,7 @@ class PlacedStills:
 
 
 def placed_stills(scenes: Scenes, model: DisplayModel, on_screen: OnScreen) -> PlacedStills:
-    """Draw the stills at the last hour of ``scenes``; ``model`` knows places (:meth:`OnScreen.aged`)."""
+    """Compute the stills at the last hour of ``scenes``; ``model`` depends on the place (:meth:`OnScreen.aged`)."""
     frame, hours, reach = scenes.frame, scenes.hours[-1], scenes.reach
     code, unaged = frame.colours[frame.places], on_screen.unaged(model)
     stills = {}
@@ -355,7 +356,7 @@ def placed_stills(scenes: Scenes, model: DisplayModel, on_screen: OnScreen) -> P
 
 
 def on_screen_section(stills: PlacedStills) -> PageSection:
-    """Gather the stills and what is to be said of them."""
+    """Return the section with the stills and their sentences."""
     modes = [
         (mode, MODES_IN_WORDS.get(mode, mode), still, f"{mean:.1f}") for mode, (still, mean) in stills.modes.items()
     ]

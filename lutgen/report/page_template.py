@@ -1,6 +1,6 @@
 """The templates of the page of ``lutgen report``, its sections, and its drawing of ΔE2000 against hours (SVG).
 
-Templates escape every value that they are given, so that a file name cannot become markup.
+Templates escape every given value, so that a file name cannot become markup.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.pictures.lifetime import Lifetimes
 
-#: Script that marks the page, before anything is drawn, as one whose scripts run.
+#: Script that marks the page, before it is drawn, as a page whose scripts run.
 _CLASS_SCRIPT = 'document.documentElement.className = "script";'
 
 
@@ -35,23 +35,23 @@ _CLASS_SCRIPT = 'document.documentElement.className = "script";'
 class PageSection:
     """One section of the page."""
 
-    #: Its anchor in the page.
+    #: Anchor of the section in the page.
     identifier: str
-    #: Its heading.
+    #: Heading of the section.
     title: str
-    #: A file of ``report/templates``, which uses ``values`` by these names.
+    #: File in ``report/templates`` that uses ``values`` by their names.
     template: str
-    #: What the template shows.
+    #: Values for the template.
     values: Mapping[str, Any]
-    #: ``live``: seen where scripts run, not printed; ``still``: printed, and seen where no script runs; "": always.
+    #: ``live``: shown if scripts run, not printed; ``still``: printed, and shown if scripts do not run; "": always.
     kind: str = ""
-    #: Its name for programs that read the page aloud; "": its heading.
+    #: Name of the section for screen readers; "": its heading.
     label: str = ""
 
 
 @cache
 def environment() -> Environment:
-    """Give the environment of ``report/templates``: autoescape, and an error for a value that was not given."""
+    """Return the environment of ``report/templates``: autoescape, and an error for a missing value."""
     loader = PackageLoader("lutgen.report")
     templates = Environment(
         loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
@@ -66,14 +66,14 @@ def environment() -> Environment:
 
 
 def style_and_script() -> dict[str, Any]:
-    """Give the page's style and scripts, imported ones first, and the hashes by which it permits these alone."""
+    """Return the page's style and scripts, imported ones first, and their hashes: the page permits only these."""
     templates = files("lutgen.report").joinpath("templates")
     own = templates.joinpath("page.js").read_text("utf-8").splitlines(keepends=True)
     script = (FOLDER / "viewer.js").read_text("utf-8") + "".join(each for each in own if not each.startswith("import "))
     style = (FOLDER / "viewer.css").read_text("utf-8") + templates.joinpath("page.css").read_text("utf-8")
-    given = {"style": style, "script": script, "class_script": _CLASS_SCRIPT}
+    parts = {"style": style, "script": script, "class_script": _CLASS_SCRIPT}
     hashes = {"script_hash": _hash(script), "class_hash": _hash(_CLASS_SCRIPT)}
-    return {name: Markup(text) for name, text in given.items()} | hashes  # noqa: S704 - files of this package
+    return {name: Markup(text) for name, text in parts.items()} | hashes  # noqa: S704 - files of this package
 
 
 def _hash(script: str) -> str:
@@ -85,22 +85,22 @@ def render(template: str, **values: Any) -> str:
     return environment().get_template(template).render(**values)
 
 
-#: Size in the drawing's own units, and its margins around the axes.
+#: Size of the drawing in its own units, and margins around the axes.
 WIDTH, HEIGHT = 900, 380
 LEFT, RIGHT, TOP, BOTTOM = 62, 160, 18, 52
 
 #: Colour of each mode's line, in turn; Okabe & Ito.
 COLOURS = (BLUE, RED)
 
-#: Ticks of an axis, at most.
+#: Most ticks of an axis.
 _TICKS = 7
 
-#: Least distance of two labels at the right, each of two lines, and of a label from the axis.
+#: Least distance between two labels of two lines at the right, and between a label and the axis.
 _APART, _ABOVE_AXIS = 34.0, 18.0
 
 
 def chart(lifetimes: Lifetimes) -> dict[str, Any]:
-    """Place mean and mean + 2 SD of the first image's curves: what ``chart.svg`` draws, to a tenth of its unit."""
+    """Return the data of ``chart.svg``: mean and mean + 2 SD of the first image's curves, to a tenth of its unit."""
     curves, last = lifetimes.images[0].curves, lifetimes.last or 1.0
     top = 1.06 * max(*(float(curve.max.max()) for curve in curves.values()), 1.2 * min(lifetimes.tolerances))
 
@@ -145,7 +145,7 @@ def _points(corners: list[tuple[float, float]]) -> str:
 
 
 def _apart(places: list[float]) -> list[float]:
-    """Move labels so that no two are nearer than ``_APART``, and none is below the axes; the order stays."""
+    """Move labels so that they are at least ``_APART`` apart and not below the axes; their order stays."""
     order = sorted(range(len(places)), key=places.__getitem__)
     moved = list(places)
     lowest = HEIGHT - BOTTOM - _ABOVE_AXIS

@@ -1,4 +1,4 @@
-"""The parts of a page: sentences, headlines and tables. A page is made of them once, for the terminal and for HTML."""
+"""The parts of a page: sentences, headlines and tables. The same parts are shown in the terminal and in HTML."""
 
 from __future__ import annotations
 
@@ -13,33 +13,33 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Headline:
-    """A sentence that stands out: the finding of a page, or the title of what follows."""
+    """An emphasised sentence: the finding of a page, or the title of the following parts."""
 
     text: str
 
 
 @dataclass(frozen=True)
 class Table:
-    """A table of texts; where it is rendered decides its look. Raises ValueError for a row of another length."""
+    """A table of texts; the renderer sets its look. Raises ValueError for a row of another length."""
 
-    #: One text a column.
+    #: One text for each column.
     headings: Sequence[str]
-    #: One text a cell, as many as there are headings; the first cell names the row.
+    #: Rows with one text for each heading; the first cell names the row.
     rows: Sequence[Sequence[str]]
-    #: Numbers of the columns that hold words, which are aligned left; the others hold figures, aligned right.
+    #: Indices of the columns with words, which are aligned left; other columns hold figures, aligned right.
     words: Collection[int] = (0,)
-    #: Numbers of the rows that stand out, and of those that step back.
+    #: Indices of emphasised rows, and of pale rows.
     strong: Collection[int] = ()
     faint: Collection[int] = ()
-    #: Whether the cells of the first column are never broken into lines, however narrow the terminal is.
+    #: Whether cells of the first column are never wrapped, even in a narrow terminal.
     unbroken: bool = False
-    #: What the table is; "" where the page says so.
+    #: Caption of the table; "" if the page names the table.
     caption: str = ""
     #: Sentences below the table that explain it.
     notes: Sequence[str] = ()
 
     def __post_init__(self) -> None:
-        """Hold each row to the headings."""
+        """Check that each row has as many cells as headings."""
         for row in self.rows:
             if len(row) != len(self.headings):
                 raise ValueError(f"{len(row)} cells under {len(self.headings)} headings: {list(row)}")
@@ -48,19 +48,19 @@ class Table:
 #: A sentence, a headline or a table; "" is an empty line.
 Part = str | Headline | Table
 
-#: What a command prints, in order.
+#: The parts that a command prints, in order.
 Page = Iterable[Part]
 
 
 def headline_text(headline: Headline) -> Text:
-    """Set a headline in bold, for a terminal."""
+    """Return a headline in bold for a terminal."""
     from rich.text import Text
 
     return Text(headline.text, style="bold")
 
 
 def terminal_table(table: Table) -> TerminalTable:
-    """Lay a table of plain texts out for a terminal, without frame and without its notes."""
+    """Return a table of plain texts for a terminal, without frame and notes."""
     from rich.table import Table as TerminalTable
     from rich.text import Text
 

@@ -1,8 +1,8 @@
-"""Sheets of one image at several ages, on neutral grey: rows of modes and columns of hours, or the paper's figures.
+"""Sheets of one image at several ages on neutral grey: rows of modes and columns of hours, or the paper's figures.
 
-The paper's Figures 2, 3 and 4 have one layout and show three images: un-aged at the centre; clockwise from the top
+The paper's Figures 2, 3 and 4 show three images in the same layout: un-aged at the centre; clockwise from the top
 chroma 10 000 h, chroma 18 000 h, chroma-luma 10 000 h, chroma-luma 18 000 h. Figures 5 and 6 show the first of these
-images again. The paper's images were never published, so each figure is drawn from the image that is given.
+images. The paper's images were never published, so each figure is drawn from an image that the user gives.
 """
 
 from __future__ import annotations
@@ -33,33 +33,33 @@ if TYPE_CHECKING:
 #: The paper's Figures 2 to 4: the aged pictures around the un-aged one, clockwise from the top.
 AGES = (("chroma", 10_000.0), ("chroma", 18_000.0), ("chroma-luma", 10_000.0), ("chroma-luma", 18_000.0))
 
-#: Approximate width of a sheet in pixels: many pictures are made smaller to fit.
+#: Approximate width of a sheet in pixels: many pictures are reduced to fit.
 ACROSS = 3600
 
-#: Pixels of a picture's longest side, at most and at least.
+#: Largest and smallest length of a picture's longest side, in pixels.
 MOST, LEAST = 1000, 160
 
-#: Columns of a sheet, at most: more pictures would be too small to be compared.
+#: Most columns of a sheet: pictures in more columns would be too small to compare.
 COLUMNS = 20
 
 
-#: Where the images of a contact sheet go, in the order in which they are given, as (column, row) of a 3 × 3 grid.
+#: Places of the images of a contact sheet, in the order given: (column, row) of a 3 × 3 grid.
 PLACES = {"centre": (1, 1), "top": (1, 0), "right": (2, 1), "bottom": (1, 2), "left": (0, 1)}
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Where everything is on a sheet of pictures of ``height`` × ``width`` pixels; by default a contact sheet."""
+    """The layout of a sheet of pictures of ``height`` × ``width`` pixels; by default of a contact sheet."""
 
     height: int
     width: int
-    #: Pictures beside one another.
+    #: Number of columns of pictures.
     columns: int = 3
-    #: Least width of a column in pixels, so that the captions of small pictures do not meet.
+    #: Least width of a column in pixels, so that the captions of small pictures do not overlap.
     narrowest: int = 400
-    #: Least height of the text in pixels; it grows with the pictures, because people look at a sheet as a whole.
+    #: Least height of the text in pixels. Text grows with the pictures, since people view the whole sheet at once.
     smallest: int = 13
-    #: Grey between columns, and around the sheet, in heights of the text.
+    #: Width of the grey between columns and around the sheet, in heights of the text.
     gap_lines: int = 2
 
     @property
@@ -74,7 +74,7 @@ class Layout:
 
     @property
     def gap(self) -> int:
-        """Grey between cells, and around the sheet."""
+        """Width of the grey between cells and around the sheet."""
         return self.gap_lines * self.text
 
     @property
@@ -88,25 +88,25 @@ class Layout:
         return 4 * self.text
 
     def top(self, row: int, first: int | None = None) -> int:
-        """Upper row of pixels of a row of pictures, of which the first begins at ``first``, or below the gap."""
+        """Return the top row of pixels of a row of pictures; the first row begins at ``first``, or below the gap."""
         return (self.gap if first is None else first) + row * (self.height + self.caption)
 
     def left(self, column: int) -> int:
-        """Left column of pixels of the pictures in a column."""
+        """Return the left column of pixels of the pictures in a column."""
         return self.gap + column * (self.cell + self.gap) + (self.cell - self.width) // 2
 
     def corner(self, place: str) -> tuple[int, int]:
-        """Row and column of the upper left pixel of the image at a place of a contact sheet."""
+        """Return row and column of the upper left pixel of the image at a place of a contact sheet."""
         column, row = PLACES[place]
         return self.top(row), self.left(column)
 
     def caption_below(self, top: int, left: int, text: str) -> Text:
-        """Caption of the picture whose upper left pixel is there."""
+        """Return the caption of the picture whose upper left pixel is at (top, left)."""
         return Text(left + self.width // 2, top + self.height + self.text // 2, text, self.text, "center")
 
 
 def check_hours(hours: Sequence[float]) -> list[float]:
-    """Return hours, increasing, each once. Raises LutgenError for more than a sheet has columns for."""
+    """Return the distinct hours, increasing. Raises LutgenError for more hours than ``COLUMNS``."""
     chosen = sorted(set(map(float, hours)))
     if len(chosen) > COLUMNS:
         raise LutgenError(
@@ -117,12 +117,12 @@ def check_hours(hours: Sequence[float]) -> list[float]:
 
 
 def longest(columns: int) -> int:
-    """Return the longest side that a picture may have on a sheet of so many columns."""
+    """Return the largest side of a picture on a sheet of ``columns`` columns, in pixels."""
     return min(max(ACROSS // columns, LEAST), MOST)
 
 
 def age_sheet(series: AgedSeries, hours: Sequence[float], path: str | Path, *, force: bool = False) -> Path:
-    """Write a sheet of the modes of ``series`` and some hours. Raises LutgenError: too many hours, or the path."""
+    """Write a sheet of the modes of ``series`` at some hours. Raises LutgenError: too many hours, or a bad path."""
     chosen, modes = check_hours(hours), list(series.curves)
     high, wide = series.source.shape[:2]
     layout = Layout(high, wide, columns=len(chosen), narrowest=LEAST, smallest=12, gap_lines=1)
@@ -147,7 +147,7 @@ def _write(
     path: str | Path,
     force: bool,
 ) -> Path:
-    """Write pictures with top, left and caption; the heading at the upper left, the foot at row ``below``."""
+    """Write pictures with top, left and caption, the heading at the upper left, and the foot at row ``below``."""
     texts = [
         Text(layout.gap, layout.gap, "\n".join(heading), round(1.5 * layout.text)),
         *(layout.caption_below(top, left, caption) for top, left, caption, _ in pictures),
@@ -167,13 +167,13 @@ def _caption(series: AgedSeries, mode: str, hour: float) -> str:
 
 
 def sheet_title(series: AgedSeries, hours: Sequence[float]) -> str:
-    """State the mean ΔE2000 at the last hour."""
+    """Return the title: the mean ΔE2000 at the last hour."""
     parts = [f"{series.mean_in_words(mode, hours[-1])} in {mode}" for mode in series.curves]
     return f"{Path(series.file).name} by {spaced(hours[-1])} h: {', '.join(parts)}"
 
 
 def footer(series: AgedSeries) -> str:
-    """Explain the pictures and the numbers, and name model and readings."""
+    """Return sentences on the pictures and the numbers, the model and the readings."""
     model = series.model
     smaller = f" Each pixel is the mean light of {series.factor} × {series.factor}." if series.factor > 1 else ""
     if series.on_screen:
@@ -188,7 +188,7 @@ def footer(series: AgedSeries) -> str:
 def contact_sheet(
     images: Mapping[str, Pixels], path: str | Path, *, title: str, footer: str, force: bool = False
 ) -> Path:
-    """Write images (h, w, 3), uint8, by caption, in the order of ``PLACES``; title and footer are wrapped."""
+    """Write images (caption → uint8 (h, w, 3)) in the order of ``PLACES``; title and footer are wrapped."""
     layout = _checked(images)
     pictures = [
         (*layout.corner(place), caption, pixels)
@@ -228,7 +228,7 @@ def draw_figure(
     refuse_unknown("figure", number, FIGURES)
     if number == "5" and on_screen:
         raise LutgenError(
-            "Figure 5 counts colours wherever on the screen they lie. Leave --on-screen out, or take Figure 6, or "
+            "Figure 5 counts colours at all places of the screen together. Leave --on-screen out, or take Figure 6, or "
             "lutgen sheet --on-screen with several hours."
         )
     if number == "5":

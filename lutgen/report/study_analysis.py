@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 #: Measure → decimals of its mean, as in the paper's Table 2.
 _DIGITS = {"time": 1, "ease": 1}
 
-#: Why there is no McNemar test.
+#: Sentence on why there is no McNemar test.
 _UNPAIRED = "No McNemar test: it needs readings of the same image by the same reader under both conditions."
 
 
@@ -62,7 +62,7 @@ def _paper(analysis: Analysis) -> Iterator[Part]:
         )
         yield ""
     if analysis.table4:
-        yield "Table 4: does agreement fall? One-tailed t-tests, equal variances; beside them the F-test of these."
+        yield "Table 4: does agreement fall? One-tailed t-tests, equal variances; F-tests of equal variances."
         yield Table(
             ("null hypothesis", "p", "below 0.05", "F-test p"),
             [
@@ -109,7 +109,7 @@ def _table_2_tests(analysis: Analysis) -> Table:
 
 def _beyond(analysis: Analysis) -> Iterator[Part]:
     if analysis.means:
-        yield "Means once more: Welch's t-test and interval (unequal variances), ranks, size in standard deviations."
+        yield "Further tests on means: Welch's t-test and interval (unequal variances), ranks, effect size in SD."
         yield _means_table(analysis)
         yield ""
     yield from _agreement(analysis)
@@ -118,7 +118,7 @@ def _beyond(analysis: Analysis) -> Iterator[Part]:
         yield _mixed_table(analysis)
         yield ""
     if analysis.holm:
-        yield f"The paper's tests, corrected for there being {len(analysis.holm)} (Holm):"
+        yield f"The paper's {len(analysis.holm)} tests, corrected for multiple testing (Holm):"
         rows = [
             (test.measure, f"{test.first} → {test.second}", p_value(test.p), p_value(test.p_holm), _yes(test.p_holm))
             for test in analysis.holm
@@ -129,7 +129,7 @@ def _beyond(analysis: Analysis) -> Iterator[Part]:
 
 def _agreement(analysis: Analysis) -> Iterator[Part]:
     if analysis.agreement:
-        yield "Agreement once more: exact tests, and the change with its interval (Newcombe; exact for odds)."
+        yield "Further tests on agreement: exact tests, and the change with its interval (Newcombe; exact for odds)."
         yield _agreement_table(analysis)
         yield ""
     if analysis.kappas:
@@ -214,7 +214,7 @@ def _spreads(model: MixedModel) -> str:
 
 
 def p_value(p: float) -> str:
-    """Write p with three figures; a dash where there is no test."""
+    """Return p as text with three digits; a dash if there is no test."""
     if not isfinite(p):
         return "–"
     if p < 1e-300:
@@ -223,7 +223,7 @@ def p_value(p: float) -> str:
 
 
 def figure(value: float, digits: int) -> str:
-    """Write a number with a minus sign (−), ∞ for an infinite one, and a dash for NaN."""
+    """Return a number as text, with a minus sign (−), ∞ for infinity, and a dash for NaN."""
     if value != value:  # noqa: PLR0124 - NaN
         return "–"
     if not isfinite(value):
@@ -235,13 +235,13 @@ def figure(value: float, digits: int) -> str:
 
 
 def signed(value: float, digits: int) -> str:
-    """Write a number with its sign."""
+    """Return a number as text with its sign."""
     text = figure(value, digits)
     return f"+{text}" if value > 0 and text.strip("0.") else text
 
 
 def between(ends: Interval, digits: int) -> str:
-    """Write an interval: [35.2, 64.8]."""
+    """Return an interval as text: [35.2, 64.8]."""
     return f"[{figure(ends[0], digits)}, {figure(ends[1], digits)}]"
 
 
@@ -255,10 +255,10 @@ PICTURE = "study.png"
 #: Measure → digits of a change, and its unit.
 _UNITS = {"time": (1, " s"), "ease": (1, ""), "agreement": (1, " points")}
 
-#: Bins over the range of answers; the answers of one bin are drawn side by side.
+#: Number of bins over the range of answers; answers in one bin are drawn side by side.
 _BINS = 45
 
-#: Colours of conditions, the un-aged one first.
+#: Colours of conditions, the un-aged condition first.
 _COLOURS = (BLUE, RED, GREEN, BLACK)
 
 
@@ -267,7 +267,7 @@ def plot_study(analysis: Analysis, folder: str | Path, *, force: bool = False) -
     path = Path(folder) / PICTURE
     measured = [measure for measure in MEASURES if any(mean.measure == measure for mean in analysis.table2.means)]
     panels = [*measured, *(["agreement"] if analysis.table3 else [])]
-    several = f"; not corrected for there being {len(analysis.holm)}" if len(analysis.holm) > 1 else ""
+    several = f"; not corrected for {len(analysis.holm)} tests" if len(analysis.holm) > 1 else ""
     foot = (
         f"{'Small dots: single answers. ' if any(each.values for each in analysis.samples) else ''}"
         "Large: mean or share, with 95 % intervals (agreement: Wilson). Below: change against the first condition and "
@@ -287,7 +287,7 @@ def plot_study(analysis: Analysis, folder: str | Path, *, force: bool = False) -
 
 
 def title(analysis: Analysis) -> str:
-    """State the change of each measure from the first condition to the last, and which is not significant at 5 %."""
+    """Return the title: each measure's change from the first to the last condition, and its significance at 5 %."""
     conditions = [row.condition for row in (analysis.table2.means or analysis.table3)]
     first, last = conditions[0], conditions[-1]
     parts = []
@@ -300,7 +300,7 @@ def title(analysis: Analysis) -> str:
 
 
 def changes(analysis: Analysis, measure: str) -> dict[str, tuple[float, float]]:
-    """Condition → change of a measure, or of agreement in points, against the first condition, and p."""
+    """Return condition → change of a measure (agreement: in points) against the first condition, and p."""
     if measure == "agreement":
         share = {row.condition: row.percent for row in analysis.table3}
         start = analysis.table3[0].condition if analysis.table3 else ""
@@ -335,7 +335,7 @@ def _draw_agreement(axes: Axes, analysis: Analysis) -> None:
     for place, row in enumerate(analysis.table3):
         text = f"{row.percent:.1f} %\n{row.agreed} of {row.agreed + row.disagreed}"
         _point(axes, place, row.percent, row.ci95, text, letters=_points(12.0, len(analysis.table3)))
-    # Above 100 % there is room for the mark and the figures of a condition in which all answers agreed.
+    # Space above 100 % for the mark and the figures of a condition where all answers agree.
     axes.set_ylim(0, 107)
     axes.set_yticks(range(0, 101, 20))
     axes.set_title("agreement with the un-aged reading, %", fontsize=13, weight="bold", loc="left")
@@ -354,7 +354,7 @@ def _point(axes: Axes, place: int, value: float, ends: tuple[float, float], text
 def _name(axes: Axes, conditions: Sequence[str], analysis: Analysis, measure: str) -> None:
     digits, unit = _UNITS[measure]
     against, names = changes(analysis, measure), []
-    # Characters of a condition's name that fit below its column; a longer name is broken before its hour.
+    # A condition's name of more than 12 characters does not fit below its column, and is broken before its hour.
     long = any(len(condition) > 12 for condition in conditions)
     for condition in conditions:
         change, p = against.get(condition, (float("nan"), float("nan")))
@@ -366,12 +366,12 @@ def _name(axes: Axes, conditions: Sequence[str], analysis: Analysis, measure: st
 
 
 def _points(most: float, conditions: int) -> float:
-    """Return the font size at which neighbours, of 12 characters or a mark and 8, do not overlap."""
+    """Return the font size at which neighbouring labels (12 characters, or a mark and 8) do not overlap."""
     return min(most, 35.0 / conditions)
 
 
 def abreast(values: Array, span: float) -> Array:
-    """Return the horizontal offsets that place answers of about the same value side by side, in their order, (n,)."""
+    """Return horizontal offsets, (n,), that place answers of similar value side by side, in their order."""
     offsets = np.zeros(len(values))
     bins: dict[int, list[int]] = defaultdict(list)
     for place, value in enumerate(values):

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 #: Test → its name in tables.
 TESTS = {TWO_SIDED: "t, two-sided", ONE_TAILED: "t, one-tailed", FISHER: "Fisher, one-tailed"}
 
-#: Assumptions behind the figures.
+#: Assumptions of the figures.
 ASSUMED = (
     "Standard deviations: the paper's (Avanaki et al. 2015, Table 2: 95 % intervals read as ± 1.96 standard errors of "
     "39, 40 and 40 answers), pooled. Agreement: exact, from the paper's 27 of 39 un-aged. Your readers and images will "
@@ -55,7 +55,7 @@ def power_page(power: Power) -> Iterator[Part]:
 
 
 def power_headline(power: Power) -> str:
-    """Say how often the paper's fall of agreement is found, and how many answers the target power takes."""
+    """Return a sentence on the power for the paper's fall of agreement, and on the answers for the target power."""
     seen = _agreement(power)
     first, second = (f"{100 * value:.1f} %" for value in seen.values)
     counted = "1 answer" if power.answers == 1 else f"{power.answers} answers"
@@ -66,17 +66,17 @@ def power_headline(power: Power) -> str:
 
 
 def in_the_paper(power: Power) -> str:
-    """Say which power the paper had to find the fall of agreement that it saw."""
+    """Return sentences on the paper's own power for the fall of agreement that it measured."""
     seen = _agreement(power)
     return (
-        f"The paper's own numbers find such a fall of agreement {percent(seen.paper)} of the time: that it was not "
-        "significant for chroma (p 0.066) says little, and that it was for chroma-luma (p 0.042) took some luck. Power "
-        "at a difference that was seen, not known, is no surer than that difference."
+        f"The paper's own numbers find such a fall of agreement {percent(seen.paper)} of the time. So its p for chroma "
+        "(0.066, not significant) is weak evidence against a fall, and its p for chroma-luma (0.042, significant) is "
+        "partly chance. The power is computed for the measured difference, and is as uncertain as this difference."
     )
 
 
 def detectable_part(power: Power, *, agreement: bool = True) -> Iterator[Part]:
-    """Yield the smallest detectable differences, or why there are none; ``agreement``: whether the plan measures it."""
+    """Yield the smallest detectable differences, or why there are none; ``agreement``: include agreement."""
     if power.answers < LEAST:
         yield "One answer per condition has no variance: no test can be made. Plan at least 2, better 40."
         return
@@ -96,7 +96,7 @@ def detectable_part(power: Power, *, agreement: bool = True) -> Iterator[Part]:
 
 
 def seen_table(power: Power) -> Table:
-    """Tabulate the power for each difference of the paper's Tables 2 and 3."""
+    """Return a table of the power for each difference of the paper's Tables 2 and 3."""
     heads = ("between", "the paper saw", "test", "in the paper", f"with {power.answers}", f"{percent(TARGET)} takes")
     rows = [
         (
@@ -114,18 +114,18 @@ def seen_table(power: Power) -> Table:
 
 
 def amount(measure: str, value: float) -> str:
-    """Write a difference with its unit."""
+    """Return a difference as text with its unit."""
     return f"{value:.1f} s" if measure == "time" else f"{value:.2f} steps"
 
 
 def seen_values(each: Seen) -> str:
-    """Write what the paper saw under both conditions: 41.0 → 50.1 s."""
+    """Return the paper's values under both conditions as text: 41.0 → 50.1 s."""
     scale, unit = {"time": (1, " s"), "ease": (1, ""), "agreement": (100, " %")}[each.measure]
     return f"{scale * each.values[0]:.1f} → {scale * each.values[1]:.1f}{unit}"
 
 
 def _agreement(power: Power) -> Seen:
-    """Return the paper's first comparison of agreement, by the test that the paper used."""
+    """Return the paper's first comparison of agreement, by the paper's test."""
     return next(each for each in power.seen if (each.measure, each.test) == ("agreement", ONE_TAILED))
 
 
@@ -136,7 +136,7 @@ PICTURE = "study-power.png"
 LINES = {"chroma": "--", "chroma-luma": "-"}
 COLOURS = {"time": BLUE, "ease": GREEN, "agreement": RED}
 
-#: Answers per condition at the right edge, unless the study has more.
+#: Least number of answers per condition at the right edge.
 WIDE = 160
 
 #: Answers per condition of the paper.
@@ -188,12 +188,12 @@ def _draw_power(axes: Axes, power: Power) -> None:
 
 
 def drawn(power: Power) -> list[Seen]:
-    """Return the differences that are drawn: from un-aged to each aging, by the tests that the paper used."""
+    """Return the drawn differences: from un-aged to each aging mode, by the paper's tests."""
     return [each for each in power.seen if each.between[0] == "none" and each.test != FISHER]
 
 
 def _label(axes: Axes, ends: list[tuple[float, Seen]]) -> None:
-    """Name the curves on the right, the highest first: line, difference in the paper, answers for the target power."""
+    """Label the curves at the right, the highest first: line, paper's difference, answers for the target power."""
     for row, (_, each) in enumerate(sorted(ends, key=lambda end: (end[1].needed or MOST, -end[0]))):
         height, colour = 0.97 - 0.1 * row, COLOURS[each.measure]
         axes.plot([1.015, 1.05], [height, height], LINES[each.between[1]], color=colour, linewidth=2.2, clip_on=False,
@@ -203,7 +203,7 @@ def _label(axes: Axes, ends: list[tuple[float, Seen]]) -> None:
         axes.text(1.06, height, label, fontsize=11, color=colour, va="center", transform=axes.transAxes)
 
 
-#: Most names that a sentence lists; further names are only counted.
+#: Most names in a sentence; further names are only counted.
 LISTED = 8
 
 
@@ -224,18 +224,18 @@ def plan_page(planned: Planned) -> Iterator[Part]:
     if power is not None:
         yield ""
         yield from detectable_part(power, agreement=protocol.sessions > 1)
-        yield "lutgen study power says what that rests on, and how sure the paper could be."
+        yield "lutgen study power states the assumptions, and the power of the paper's own study."
         if power.readers > 1:
             yield SEVERAL
     yield ""
     yield (
-        f"{PROTOCOL} is frozen (SHA-256 {protocol.sha256[:16]}…). It alone says which picture is which: it is the "
-        "coordinator's, not the readers'."
+        f"{PROTOCOL} is frozen (SHA-256 {protocol.sha256[:16]}…). Only this file tells which picture is which: keep it "
+        "from the readers."
     )
 
 
 def plan_headline(planned: Planned) -> str:
-    """Count images, readers, sessions and pictures of the plan."""
+    """Return the number of images, readers, sessions and pictures of the plan."""
     protocol = planned.protocol
     counts = (
         counted(len(protocol.images), "image"),
@@ -247,7 +247,7 @@ def plan_headline(planned: Planned) -> str:
 
 
 def condition_table(planned: Planned) -> Table:
-    """Tabulate the conditions: images of each in session 1, and the largest error of its LUT."""
+    """Return a table of the conditions: number of images in session 1, and the largest error of the LUT."""
     rows = []
     for each in planned.protocol.conditions:
         lut = planned.protocol.model["luts"].get(each.name)
@@ -281,7 +281,7 @@ def _sessions(planned: Planned) -> Iterator[str]:
 
 
 def study_status_page(status: StudyStatus) -> Iterator[Part]:
-    """Yield a sentence and a table of one row for each reader and session, without any answer."""
+    """Yield a sentence, and a table with one row for each reader and session, without answers."""
     sessions = [session for reader in status.readers for session in reader.sessions]
     complete = sum(session.state == "complete" for session in sessions)
     yield f"{status.protocol.title}: {complete} of {len(sessions)} sessions are complete."

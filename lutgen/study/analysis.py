@@ -1,4 +1,4 @@
-"""The analysis of a reader study: the paper's tables, further tests beside them, and the limits of the design."""
+"""The analysis of a reader study: the paper's tables, further tests, and the limits of the design."""
 
 from __future__ import annotations
 
@@ -26,24 +26,24 @@ if TYPE_CHECKING:
 def design_limits(
     conditions: Sequence[str], answers: Sequence[Answer], reading_pairs: Sequence[ReadingPair]
 ) -> Iterator[str]:
-    """Yield the limits that follow from the design: which reader read which image in which session."""
+    """Yield sentences on the limits of the design, from which reader read which image in which session."""
     if not answers:
         yield (
-            "These figures do not say how many readers and images are behind them. Where one reader or one image gave "
-            "several of the values, they are not independent, and the intervals are too narrow."
+            "These figures do not state the number of readers and images. If one reader or one image gave several of "
+            "the values, these values are not independent, and the intervals are too narrow."
         )
         return
     readers = sorted({answer.reader for answer in answers})
     if len(readers) == 1:
         yield (
-            "One reader: all intervals are about other images read by the same reader. Nothing here shows how other "
-            "readers would do."
+            "One reader: all intervals hold for other images read by the same reader. Nothing here shows how other "
+            "readers would read."
         )
     else:
         yield (
-            f"{len(readers)} readers: the tables as in the paper take their answers for independent, which they are "
-            "not where several read the same image under the same condition: their t-tests then find what is not there "
-            "too often. Go by the mixed models."
+            f"{len(readers)} readers: the tables as in the paper assume independent answers. Answers of several "
+            "readers to the same image under the same condition are not independent, and then the t-tests give too "
+            "many false findings. Use the mixed models."
         )
     yield from _images(conditions, answers)
     yield from _order(reading_pairs)
@@ -63,8 +63,9 @@ def _images(conditions: Sequence[str], answers: Sequence[Answer]) -> Iterator[st
     if once and len(set.union(*images)) < sum(map(len, images)):
         yield (
             "In the sessions with aged images each reader read an image under one condition, and other readers read "
-            "it under others: no paired test of agreement is possible. Differences between images are noise in the "
-            "tables as in the paper, and part of a difference where not every image was read under every condition."
+            "the image under other conditions: no paired test of agreement is possible. In the tables as in the paper, "
+            "differences between images are noise; if not every image was read under every condition, they also change "
+            "the differences between conditions."
         )
     elif once:
         yield (
@@ -73,9 +74,9 @@ def _images(conditions: Sequence[str], answers: Sequence[Answer]) -> Iterator[st
         )
     else:
         yield (
-            "Readers saw the same images under several conditions: the tables as in the paper leave that out "
-            "and miss more, the paired test and the mixed models use it; what was remembered from an earlier reading "
-            "is in all of them."
+            "Readers saw the same images under several conditions. The tables as in the paper do not use this, and "
+            "miss more differences; the paired test and the mixed models use it. Memory of an earlier reading changes "
+            "all of these figures."
         )
 
 
@@ -85,11 +86,11 @@ def _order(reading_pairs: Sequence[ReadingPair]) -> Iterator[str]:
     if aged and later in (0, len(aged)):
         yield (
             f"The un-aged reference was always read {'after' if later else 'before'} the aged image: practice, memory "
-            "and fatigue between sessions are in every agreement, and only their being equal for all conditions makes "
-            "the comparison fair."
+            "and fatigue between sessions change every agreement. The comparison is fair only if they are equal for "
+            "all conditions."
         )
     if aged:
-        yield "Agreement is with oneself, not with the truth: a reader may agree with an earlier mistake."
+        yield "Agreement is with the reader's own answer, not with the truth: a reader may repeat a mistake."
 
 
 def figure_limits(
@@ -98,7 +99,7 @@ def figure_limits(
     further: Sequence[comparisons.FurtherAgreement],
     corrected: Sequence[comparisons.Corrected],
 ) -> Iterator[str]:
-    """Yield the limits that follow from the figures: wide intervals, many tests, findings that depend on one test."""
+    """Yield sentences on the limits of the figures: wide intervals, many tests, findings that depend on one test."""
     least = min((row.n for row in rows), default=0)
     if len(rows) > 1 and LEAST <= least <= MOST and rows[0].agreed:
         yield _width(rows[0].share, least)
@@ -107,8 +108,8 @@ def figure_limits(
         after = sum(test.p_holm < ALPHA for test in corrected)
         chance = 1 - (1 - ALPHA) ** len(corrected)
         yield (
-            f"{len(corrected)} tests at 5 %: were nothing true and they independent, {chance:.0%} of such "
-            f"studies would report something. {alone} of them are below 0.05, {after} after Holm's correction."
+            f"{len(corrected)} tests at 5 %: if no difference existed and the tests were independent, {chance:.0%} of "
+            f"such studies would report a difference. {alone} of the p are below 0.05, {after} after Holm's correction."
         )
     yield from _depending_on_the_test(table_4, further)
 
@@ -136,7 +137,7 @@ def _depending_on_the_test(
             yield (
                 f"Agreement, {test.greater} against {test.less}: p = {test.p:.3g} by the one-tailed t-test, "
                 f"{other.fisher_one_tailed:.3g} by Fisher's exact test one-tailed and {other.fisher:.3g} two-tailed: "
-                "whether it counts as found depends on the choice of test."
+                "the finding depends on the choice of test."
             )
 
 
@@ -147,25 +148,25 @@ SCHEMA = 1
 class Analysis:
     """The result of an analysis."""
 
-    #: Where the figures come from, in sentences; the first says so where they are simulated.
+    #: Sentences on the source of the figures; the first states whether the figures are simulated.
     sources: tuple[str, ...]
-    #: How intervals of means are made, a key of ``INTERVALS``.
+    #: Kind of the intervals of means, a key of ``INTERVALS``.
     ci: str
     #: The samples of Table 2.
     samples: tuple[StudySample, ...]
-    #: As in the paper; empty where the figures for them are not known.
+    #: Tables as in the paper; empty where the figures are not known.
     table2: comparisons.Table2
     table3: tuple[comparisons.Agreement, ...]
     table4: tuple[comparisons.AgreementTest, ...]
-    #: Beyond the paper.
+    #: Analyses beyond the paper.
     means: tuple[comparisons.FurtherMeans, ...]
     agreement: tuple[comparisons.FurtherAgreement, ...]
     kappas: tuple[Kappa, ...]
     mixed: tuple[MixedModel, ...]
     holm: tuple[comparisons.Corrected, ...]
-    #: What this design can and cannot show, in sentences.
+    #: Sentences on the limits of design and figures.
     limits: tuple[str, ...]
-    #: What was left out, in sentences.
+    #: Sentences on data and analyses that were left out.
     remarks: tuple[str, ...]
 
     def as_json(self) -> dict[str, Any]:
@@ -188,13 +189,13 @@ def analyse_answers(
     Parameters
     ----------
     answers
-        At least one. Those with an impossible time are left out, and named in the remarks.
+        At least one answer. Answers with an impossible time are left out, and named in the remarks.
     conditions
-        Their order; None: ``none``, then by mode and hour.
+        Conditions in their order; None: ``none`` first, then by mode and hour.
     sources
-        Where the answers come from, in sentences.
+        Sentences on the source of the answers.
     ci
-        How intervals of means are made, a key of ``INTERVALS``.
+        Kind of the intervals of means, a key of ``INTERVALS``.
 
     Raises
     ------
@@ -206,7 +207,7 @@ def analyse_answers(
     order = tuple(conditions or condition_order(answers))
     reading_pairs = pairs(answers)
     rows, measured = counts(order, reading_pairs), samples(order, answers)
-    remarks = [] if rows else ["No image was read by a reader un-aged and once more: there is no agreement to report."]
+    remarks = [] if rows else ["No reader read an image un-aged and a second time: there is no agreement to report."]
     remarks += [] if available() else [MISSING]
     remarks += left_out
     return _analysis(
@@ -225,8 +226,8 @@ def analyse_answers(
 def analyse_figures(
     rows: Sequence[AgreementCounts], measured: Sequence[StudySample], *, sources: Sequence[str] = (), ci: str = "normal"
 ) -> Analysis:
-    """Analyse counted agreement, and samples without values; either may be empty. Raises LutgenError for ``ci``."""
-    remarks = ["Rank tests, paired tests, κ and mixed models need the answers themselves, not their figures."]
+    """Analyse counts of agreement, and samples without values; one may be empty. Raises LutgenError for ``ci``."""
+    remarks = ["Rank tests, paired tests, κ and mixed models need the answers themselves, not means and counts."]
     return _analysis(
         measured,
         rows,

@@ -1,9 +1,9 @@
-"""A reader's file: SQLite that only grows, each row carrying a hash of itself and of the row before.
+"""A reader's file: an append-only SQLite file. Each row holds a hash of its content and of the previous row's hash.
 
-The chain of hashes finds and names a row that was changed, moved, inserted or removed by hand. Rows cut off at the end
-are found by SQLite's own count of the rows ever written (AUTOINCREMENT), and by the row that ends a session, which
-states the session's number of answers. Since there is no key, two things stay unseen: somebody computes every hash anew
-and sets that count back, or puts an older copy of the file in its place.
+The chain of hashes detects and names a row that was changed, moved, inserted or removed by hand. Rows removed at the
+end are detected by SQLite's count of all rows ever written (AUTOINCREMENT), and by the row that ends a session, which
+states the session's number of answers. Since there is no secret key, two changes are not detected: somebody computes
+every hash again and resets this count, or replaces the file by an older copy.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 SCHEMA = 1
 
-#: Kind of the first row, which says whose file it is.
+#: Kind of the first row, which names the file's reader.
 OPENED = "opened"
 
 _TABLE = """
@@ -40,23 +40,23 @@ _PATIENCE = 5.0
 
 
 class NotSavedError(LutgenError):
-    """A row could not be written to disk; no part of it was."""
+    """A row could not be written to disk. No part of the row was written."""
 
 
 @dataclass(frozen=True)
 class AnswerRow:
     """A row of a reader's file."""
 
-    #: Its number, from 1 without gaps.
+    #: Number of the row, from 1 without gaps.
     row: int
-    #: When it was written: UTC by the computer's clock, ISO 8601. No time to score is taken from it.
+    #: Time of writing: UTC by the computer's clock, ISO 8601. It is never used for the time to score.
     at: str
-    #: The session that it belongs to; 0 for the first row.
+    #: Session of the row; 0 for the first row.
     session: int
-    #: What happened.
+    #: Kind of event, and its content.
     kind: str
     content: Mapping[str, Any]
-    #: SHA-256 of the row before's hash (the protocol's, for the first) and of all of the above.
+    #: SHA-256 of the previous row's hash (the protocol's hash for the first row) and of the fields above.
     hash: str
 
 
@@ -64,17 +64,17 @@ class AnswerFile:
     """A reader's file that is open for appending."""
 
     def __init__(self, path: Path, anchor: str, *, first: tuple[str, Mapping[str, Any]]) -> None:
-        """Open the file, or make it with a ``first`` row. Raises LutgenError: unreadable, damaged, altered."""
+        """Open the file, or create it with a ``first`` row. Raises LutgenError: unreadable, damaged, altered."""
         self.path = path
         self._anchor = anchor
         self.entries: list[AnswerRow] = []
         with _explained(path):
-            # Made here, since SQLite would let the group read it.
+            # Created here, since SQLite would create a file that the group may read.
             os.close(os.open(path, os.O_RDWR | os.O_CREAT, 0o600))
             self._connection = sqlite3.connect(path, timeout=_PATIENCE, isolation_level=None, check_same_thread=False)
         try:
             with _explained(path):
-                # EXTRA: an answer is on disk, and the journal's end too, before the next image is shown.
+                # EXTRA: an answer and the removal of the journal are on disk before the next image is shown.
                 self._connection.execute("PRAGMA synchronous = EXTRA")
                 self._connection.execute("BEGIN IMMEDIATE")
                 if _is_new(self._connection, path):
@@ -89,7 +89,7 @@ class AnswerFile:
             raise
 
     def append(self, at: str, session: int, events: Sequence[tuple[str, Mapping[str, Any]]]) -> None:
-        """Write rows, all of them or none, to the disk. Raises NotSavedError: it is full or not writable."""
+        """Write all rows, or none, to the disk. Raises NotSavedError: the disk is full or not writable."""
         new = self._chained(at, session, events)
         try:
             self._connection.execute("BEGIN IMMEDIATE")
@@ -98,7 +98,7 @@ class AnswerFile:
         except sqlite3.Error as error:
             if self._connection.in_transaction:
                 self._connection.execute("ROLLBACK")
-            message = f"{self.path}: cannot be written ({error}): nothing of it was saved. Make room, then try again."
+            message = f"{self.path}: cannot be written ({error}): nothing was saved. Free disk space, then try again."
             raise NotSavedError(message) from None
         self.entries = [*self.entries, *new]
 
@@ -120,9 +120,9 @@ class AnswerFile:
 
 
 def read_entries(path: Path, anchor: str) -> list[AnswerRow]:
-    """Return the verified rows of a reader's file, perhaps none. Raises LutgenError: unreadable, damaged, altered."""
+    """Return the verified rows of a reader's file; may be empty. Raises LutgenError: unreadable, damaged, altered."""
     with _explained(path):
-        # Not mode=ro: a journal that a killed process left must be rolled back before anything is read.
+        # Not mode=ro: the journal of a killed process must be rolled back before rows are read.
         connection = sqlite3.connect(f"{path.absolute().as_uri()}?mode=rw", uri=True, timeout=_PATIENCE)
     with closing(connection):
         with _explained(path):
@@ -132,10 +132,10 @@ def read_entries(path: Path, anchor: str) -> list[AnswerRow]:
 
 @contextmanager
 def locked_place(path: Path) -> Iterator[None]:
-    """Lock a reader's place for the life of this process. Raises LutgenError: another process holds it."""
-    beside = path.with_name(f".{path.stem}.lock")
-    with _explained(beside):
-        connection = sqlite3.connect(beside, timeout=0, isolation_level=None, check_same_thread=False)
+    """Lock a reader's place in the ``with`` block. Raises LutgenError: another process holds the lock."""
+    lock = path.with_name(f".{path.stem}.lock")
+    with _explained(lock):
+        connection = sqlite3.connect(lock, timeout=0, isolation_level=None, check_same_thread=False)
     with closing(connection):
         try:
             connection.execute("BEGIN EXCLUSIVE")
@@ -160,8 +160,8 @@ def _explained(path: Path) -> Iterator[None]:
 
 
 def _is_new(connection: sqlite3.Connection, path: Path) -> bool:
-    """Say whether nothing was ever written: table and first row come together, or neither does."""
-    connection.execute("SELECT 1 FROM sqlite_master").fetchone()  # rolls back what a killed process left
+    """Return whether the file is empty: table and first row are written together."""
+    connection.execute("SELECT 1 FROM sqlite_master").fetchone()  # rolls back a killed process's changes
     return path.stat().st_size == 0
 
 
@@ -193,6 +193,6 @@ def _verified(connection: sqlite3.Connection, path: Path, anchor: str) -> list[A
 
 
 def _hash(before: str, *row: object) -> str:
-    # repr: a value that lutgen never writes, such as bytes, gives a hash that does not fit.
+    # repr: a value that lutgen never writes, such as bytes, gives a hash that differs.
     text = json.dumps([before, *row], ensure_ascii=True, separators=(",", ":"), default=repr)
     return hashlib.sha256(text.encode()).hexdigest()

@@ -1,7 +1,7 @@
-"""Answers of a study: one file a place, ``STUDY/answers/reader-1.sqlite``; the reader's name is only inside.
+"""Answers of a study: one file for each place, ``STUDY/answers/reader-1.sqlite``.
 
-A place is a reader's number in the protocol. A name takes the next free place when it first reads, and has it from
-then on. The name never becomes part of a path.
+A place is a reader's number in the protocol. A reader takes the next free place at the first session, and keeps it. The
+reader's name is stored in the file, and never becomes part of a path.
 
 The same rows give the progress of the readers, without their answers.
 """
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-#: Kinds of rows: an image of the session was read, an image to practise on was, the session is complete.
+#: Kinds of rows: an image of the session was read, a practice image was read, the session is complete.
 ANSWERED, PRACTISED, ENDED = "answered", "practised", "ended"
 
 #: Most letters of a reader's name.
@@ -33,7 +33,7 @@ _PLACE = re.compile(r"reader-([1-9][0-9]*)\.sqlite")
 
 
 def reader_name(text: str) -> str:
-    """Return a name in NFC, blanks trimmed. Raises LutgenError: empty, too long, or with unseen characters."""
+    """Return a name in NFC, without extra blanks. Raises LutgenError: empty, too long, or invisible characters."""
     name = re.sub(" +", " ", unicodedata.normalize("NFC", text)).strip(" ")
     if name.isprintable() and 1 <= len(name) <= LONGEST_NAME:
         return name
@@ -59,7 +59,7 @@ def take_place(study: Path, protocol: Protocol, name: str, *, session: int, at: 
         file = AnswerFile(path, protocol.sha256, first=(at, first))
         if _same(whose(file.entries, path), name):
             return file
-        file.close()  # another process has just taken this place, for another name
+        file.close()  # another process has just taken this place for another reader
     raise LutgenError(
         f"--reader {name!r}: the study is planned for {protocol.readers} reader(s), and all places are taken by other "
         "names. Check the name."
@@ -67,14 +67,14 @@ def take_place(study: Path, protocol: Protocol, name: str, *, session: int, at: 
 
 
 def read_answers(study: Path) -> tuple[Answer, ...]:
-    """Return all answers of a study, by place, session and position, practice left out.
+    """Return all answers of a study except practice, by place, session and position.
 
-    A session that is not complete gives what is there. Every file is verified.
+    The answers of incomplete sessions are included. Every file is verified.
 
     Raises
     ------
     LutgenError
-        The protocol or a file of answers cannot be read, or was altered; names the file and the row.
+        The protocol or a file of answers cannot be read, or was altered. The message names the file and the row.
 
     """
     protocol = read_protocol(study)
@@ -87,14 +87,14 @@ def read_answers(study: Path) -> tuple[Answer, ...]:
 
 
 def answer_files(study: Path) -> list[tuple[int, Path]]:
-    """Return the places that have a file, and their files."""
+    """Return the places that have a file, with their files."""
     folder = study / ANSWERS
     names = [(_PLACE.fullmatch(path.name), path) for path in folder.iterdir()] if folder.is_dir() else []
     return sorted((int(name[1]), path) for name, path in names if name)
 
 
 def whose(entries: Sequence[AnswerRow], path: Path) -> str:
-    """Return the reader's name in a file. Raises LutgenError where the file is at another reader's place."""
+    """Return the reader's name in a file. Raises LutgenError if the file has the name of another place."""
     first = entries[0].content
     if path.name != f"reader-{first['place']}.sqlite":
         raise LutgenError(f"{path}: is a copy of reader-{first['place']}.sqlite, under another name. Remove it.")
@@ -146,7 +146,7 @@ def _check_count(entry: AnswerRow, entries: Sequence[AnswerRow], path: Path) -> 
         raise LutgenError(f"{message} Restore the file from a copy.")
 
 
-#: Longest that reading an image may have taken: a day.
+#: Longest possible time to read an image, in seconds: a day.
 MAX_SECONDS = 86_400.0
 
 
@@ -154,39 +154,42 @@ MAX_SECONDS = 86_400.0
 class Answer:
     """A reader's answer to one image."""
 
-    #: As the reader was named when the session was run.
+    #: The reader's name, as given when the session was run.
     reader: str
-    #: Number of the session, and of the image within the session, both from 1.
+    #: Number of the session, and of the image in the session, both from 1.
     session: int
     position: int
     #: Names of the protocol's image and condition.
     image: str
     condition: str
-    #: Time to score: from the first paint of the image to the decision, pauses left out.
+    #: Time to score: from the first paint of the image to the decision, without pauses.
     seconds: float
     #: Ease of reading, on the protocol's scale; larger is easier.
     ease: int
     #: Name of the protocol's category: the diagnosis.
     category: str
-    #: Whether that category is a positive one.
+    #: Whether this category is positive.
     positive: bool
 
 
 def sensible(answers: Sequence[Answer]) -> tuple[tuple[Answer, ...], list[str]]:
-    """Return the answers with a possible time, and a sentence on each other. Raises LutgenError: none is left."""
-    kept = tuple(answer for answer in answers if 0 <= answer.seconds <= MAX_SECONDS)
+    """Return the answers with a possible time, and a sentence on each other answer.
+
+    Raises LutgenError: none is left.
+    """
+    possible = tuple(answer for answer in answers if 0 <= answer.seconds <= MAX_SECONDS)
     left_out = [
         f"Left out: {answer.reader}, session {answer.session}, image {answer.position} ({answer.image}): "
         f"{str(answer.seconds)[:12]} seconds is no possible time to score."
         for answer in answers
         if not 0 <= answer.seconds <= MAX_SECONDS
     ]
-    if left_out and not kept:
+    if left_out and not possible:
         raise LutgenError(f"no answer has a possible time to score. {left_out[0]}")
-    return kept, left_out
+    return possible, left_out
 
 
-#: Kinds of rows on the course of a session.
+#: Kinds of rows on the progress of a session.
 STARTED, RESUMED, OVERRIDDEN = "started", "resumed", "overridden"
 
 
@@ -196,16 +199,16 @@ class SessionProgress:
 
     #: Its number, from 1.
     session: int
-    #: How many images it has, how many of them were read, how many were practised on before.
+    #: Number of images, of images read, and of practice images read.
     images: int
     read: int
     practised: int
-    #: When, by the computer's clock; None: not yet.
+    #: Start and end by the computer's clock; None: not yet.
     started: datetime | None
     ended: datetime | None
-    #: How often it went on after the program had ended.
+    #: How often the session was resumed after the program had ended.
     resumed: int
-    #: Reasons given for beginning against the protocol or the clock.
+    #: Reasons for a start against the protocol or the clock.
     overrides: tuple[str, ...]
 
     @property
@@ -231,12 +234,12 @@ def session_progress(entries: Sequence[AnswerRow], session: int, images: int) ->
 
 
 def latest(entries: Sequence[AnswerRow]) -> datetime:
-    """Return the latest time in a reader's file: a clock that was set back does not shorten a wait."""
+    """Return the latest time in a reader's file, so that a clock that was set back does not shorten a wait."""
     return max(datetime.fromisoformat(entry.at) for entry in entries)
 
 
 def may_begin(entries: Sequence[AnswerRow], session: int, washout_days: float) -> datetime | None:
-    """Return when a session may begin, after the washout; None where it need not wait."""
+    """Return the time when a session may begin, after the washout; None: at once."""
     if session == 1:
         return None
     before = [entry for entry in entries if entry.session == session - 1]
@@ -253,7 +256,7 @@ class ReaderStatus:
     reader: str | None
     #: The progress of each session.
     sessions: tuple[SessionProgress, ...]
-    #: When each may begin, after the washout; None: it need not wait, has begun, or the one before is not complete.
+    #: When each session may begin, after the washout; None: at once, begun, or the previous session is not complete.
     may_begin: tuple[datetime | None, ...]
 
 

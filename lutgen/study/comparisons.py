@@ -1,11 +1,12 @@
-"""The paper's Tables 2 to 4: time and ease with t-tests, agreement between sessions, and whether agreement falls.
+"""The paper's Tables 2 to 4: time and ease with t-tests, agreement between sessions, and tests on agreement.
 
-The tests of Table 2 are two-sample, unpaired, of equal variances and two-sided: of the readings of section 3.2 only
-this one gives its four p-values from its means and intervals, these read as ± 1.96 SD/√n with n = 39 un-aged images.
-Those of Table 4 are one-tailed t-tests on a 1 or a 0 for each pair of readings; an F-test checks that the variances are
-equal. All tests are corrected together, as one family (Holm 1979, Scandinavian Journal of Statistics 6:65).
+The tests of Table 2 are two-sample t-tests: unpaired, equal variances, two-sided. Among the interpretations of section
+3.2, only this interpretation gives the paper's four p-values from its means and intervals; the intervals are then
+± 1.96 SD/√n with n = 39 un-aged images. The tests of Table 4 are one-tailed t-tests on a 1 or a 0 for each pair of
+readings; an F-test checks that the variances are equal. All tests are corrected together, as one family (Holm 1979,
+Scandinavian Journal of Statistics 6:65).
 
-Beside them stand tests that assume less (Welch, ranks, exact, paired), and how large the effects are.
+Further tests assume less (Welch, ranks, exact, paired), and the sizes of the effects are given.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ class Mean:
 
 @dataclass(frozen=True)
 class MeanTest:
-    """Whether two means differ: ``difference`` is ``second`` − ``first``, p that of a pooled two-sided t-test."""
+    """A test of two means: ``difference`` is ``second`` − ``first``, p is from a pooled two-sided t-test."""
 
     measure: str
     first: str
@@ -50,14 +51,14 @@ class MeanTest:
 
 @dataclass(frozen=True)
 class Table2:
-    """The table, and the tests of the text below it."""
+    """Table 2, and the tests in the paper's text below it."""
 
     means: tuple[Mean, ...]
     tests: tuple[MeanTest, ...]
 
 
 def samples(conditions: Sequence[str], answers: Sequence[Answer]) -> tuple[statistics.StudySample, ...]:
-    """Collect time and ease by condition, from the sessions that showed anything aged; from all where none did."""
+    """Return time and ease by condition, from the sessions with aged images; from all sessions if there are none."""
     mixed = statistics.mixed_sessions(answers)
     taken = [answer for answer in answers if (answer.reader, answer.session) in mixed] or list(answers)
     collected = []
@@ -71,7 +72,7 @@ def samples(conditions: Sequence[str], answers: Sequence[Answer]) -> tuple[stati
 
 
 def table_2(measured: Sequence[statistics.StudySample], *, ci: str = "normal") -> Table2:
-    """Make the table and its tests from samples in their order; ``ci`` is a key of ``INTERVALS``."""
+    """Return the table and its tests for samples, in their order; ``ci`` is a key of ``INTERVALS``."""
     means = tuple(
         Mean(each.measure, each.condition, each.n, each.mean, each.sd, statistics.mean_interval(each, ci))
         for each in measured
@@ -82,7 +83,7 @@ def table_2(measured: Sequence[statistics.StudySample], *, ci: str = "normal") -
 def same_measure(
     measured: Sequence[statistics.StudySample],
 ) -> list[tuple[statistics.StudySample, statistics.StudySample]]:
-    """Return each pair of conditions, measure by measure, where both have a variance."""
+    """Return each pair of conditions for each measure, if both samples have a variance."""
     return [
         pair
         for measure in statistics.MEASURES
@@ -107,7 +108,7 @@ class Agreement:
 
 
 def table_3(rows: Sequence[statistics.AgreementCounts]) -> tuple[Agreement, ...]:
-    """Make the table from what was counted."""
+    """Return the table for counts of agreement."""
     rows_of_table = []
     for row in rows:
         low, high = statistics.wilson(row.agreed, row.n)
@@ -119,7 +120,7 @@ def table_3(rows: Sequence[statistics.AgreementCounts]) -> tuple[Agreement, ...]
 
 @dataclass(frozen=True)
 class AgreementTest:
-    """A row of Table 4: p is one-tailed, ``variances_p`` the F-test's, two-sided."""
+    """A row of Table 4: p is one-tailed; ``variances_p`` is from the two-sided F-test."""
 
     greater: str
     less: str
@@ -130,7 +131,7 @@ class AgreementTest:
 
 
 def table_4(rows: Sequence[statistics.AgreementCounts]) -> tuple[AgreementTest, ...]:
-    """Test each condition against each later one; conditions of a single pair are left out."""
+    """Test each condition against each later condition. Conditions with a single pair are left out."""
     tests = []
     for greater, less in statistics.pairs_of(row for row in rows if row.n > 1):
         figures = greater.figures(), less.figures()
@@ -143,7 +144,7 @@ def table_4(rows: Sequence[statistics.AgreementCounts]) -> tuple[AgreementTest, 
 
 @dataclass(frozen=True)
 class Corrected:
-    """A test of Tables 2 and 4: its p, and the p that keeps the chance of any false alarm among all of them at 5 %."""
+    """A test of Tables 2 and 4: its p, and Holm's corrected p (5 % chance of any false finding among all tests)."""
 
     measure: str
     first: str
@@ -171,7 +172,7 @@ def holm(p: Sequence[float]) -> list[float]:
 
 @dataclass(frozen=True)
 class FurtherMeans:
-    """Two means compared by tests that the paper does not have."""
+    """A comparison of two means by tests that the paper does not have."""
 
     #: What is compared.
     measure: str
@@ -180,12 +181,12 @@ class FurtherMeans:
     #: second − first, with Welch's interval.
     difference: float
     difference_ci95: statistics.Interval
-    #: Welch's t-test, two-sided: no equal variances assumed.
+    #: Welch's t-test, two-sided: does not assume equal variances.
     welch_t: float
     welch_df: float
     welch_p: float
-    #: Mann–Whitney's, two-sided: no normal distribution assumed; NaN where the answers themselves are not known, or all
-    #: the same.
+    #: Mann–Whitney's test, two-sided: does not assume a normal distribution; NaN where the answers are not known, or
+    #: all equal.
     rank_p: float
     #: The difference in standard deviations.
     hedges_g: float
@@ -194,7 +195,7 @@ class FurtherMeans:
 
 @dataclass(frozen=True)
 class McNemar:
-    """Images that the same reader read under both conditions: pairs in all, and those that agreed under one alone."""
+    """McNemar's test on images that a reader read under both conditions; counts of agreement under only one of them."""
 
     pairs: int
     first_only: int
@@ -204,26 +205,26 @@ class McNemar:
 
 @dataclass(frozen=True)
 class FurtherAgreement:
-    """Two shares of agreement compared by tests that the paper does not have."""
+    """A comparison of two shares of agreement by tests that the paper does not have."""
 
     #: What is compared.
     first: str
     second: str
-    #: p of Fisher's exact test that ``first`` agrees more often, and of the two-sided one.
+    #: p of Fisher's exact test: one-tailed (``first`` agrees more often), and two-sided.
     fisher_one_tailed: float
     fisher: float
     #: second − first in percentage points, with Newcombe's interval.
     difference: float
     difference_ci95: statistics.Interval
-    #: Odds of agreeing, second over first.
+    #: Odds ratio of agreement, second over first.
     odds_ratio: float
     odds_ratio_ci95: statistics.Interval
-    #: Exact, two-sided, where the same reader read the same images under both conditions; else None.
+    #: Exact two-sided test if a reader read the same images under both conditions; else None.
     mcnemar: McNemar | None
 
 
 def further_means(samples: Sequence[statistics.StudySample]) -> tuple[FurtherMeans, ...]:
-    """Compare means by Welch's test, by ranks and by the size of the effect, pair by pair."""
+    """Compare each pair of means by Welch's test, by a rank test and by effect size."""
     return tuple(_means(first, second) for first, second in same_measure(samples))
 
 
@@ -254,7 +255,7 @@ def _rank_p(first: statistics.StudySample, second: statistics.StudySample) -> fl
         return nan
     from scipy.stats import mannwhitneyu
 
-    # Exact where a sample is of 8 or fewer and no two values are alike, else asymptotic.
+    # Exact if a sample has at most 8 values and no two values are equal; else asymptotic.
     return float(mannwhitneyu(first.values, second.values, alternative="two-sided", method="auto").pvalue)
 
 
@@ -289,18 +290,20 @@ def _agreement(
 
 
 def _mcnemar(first: str, second: str, reading_pairs: Sequence[statistics.ReadingPair]) -> McNemar | None:
-    """Exact test on the images of which a reader agreed under one condition and not under the other."""
+    """Return the exact test on images that a reader read under both conditions; None: there is no such image."""
     from scipy.stats import binomtest
 
     agreed: dict[str, dict[tuple[str, str], bool]] = {first: {}, second: {}}
     for pair in reading_pairs:
         if pair.answer.condition in agreed:
-            # The first of several readings under one condition: one pair an image and reader.
+            # Of several readings under one condition the first counts: one pair for each image and reader.
             agreed[pair.answer.condition].setdefault((pair.answer.reader, pair.answer.image), pair.agreed)
     both = sorted(agreed[first].keys() & agreed[second].keys())
     if not both:
         return None
     first_only = sum(agreed[first][key] and not agreed[second][key] for key in both)
     second_only = sum(agreed[second][key] and not agreed[first][key] for key in both)
-    apart = first_only + second_only
-    return McNemar(len(both), first_only, second_only, float(binomtest(first_only, apart).pvalue) if apart else 1.0)
+    discordant = first_only + second_only
+    return McNemar(
+        len(both), first_only, second_only, float(binomtest(first_only, discordant).pvalue) if discordant else 1.0
+    )

@@ -1,16 +1,17 @@
-"""Who reads which image under which condition, and when: the balanced, random design of a study.
+"""The balanced, random design of a study: who reads which image under which condition, and when.
 
-Session 1, as in section 2.3 of Avanaki et al. (Proc. SPIE 9420, 2015): as many images under each condition, which
-image falls to which condition is drawn. A further reader reads the same images with the conditions moved on by one (a
-Latin square), so that as many readers as there are conditions read every image under every one. Every later session
-shows the same images un-aged.
+Session 1, as in section 2.3 of Avanaki et al. (Proc. SPIE 9420, 2015), shows the same number of images under each
+condition. The condition of each image is drawn at random. The next reader reads the same images with the conditions
+shifted by one (a Latin square), so that a group of as many readers as conditions reads every image under every
+condition. Every later session shows the same images un-aged.
 
-Orders are random, and stratified in time: the images of a condition fall one into each of as many equal stretches of
-the session as it has images. With equal numbers these are blocks that hold every condition once. A purely random
-order lets a condition come late by chance, and then a tired reader is slow "because of" it; here the mean positions of
-two conditions differ by less than one block in every session, not only on average.
+Orders are random, and stratified in time. The session is divided into as many equal stretches as a condition has
+images, and each stretch holds one of these images. With equal numbers the stretches are blocks that hold every
+condition once. In a purely random order a condition may come late by chance, and then a tired reader is slow on this
+condition. Here the mean positions of two conditions differ by less than one block in every session, not only on
+average.
 
-Each reader's session is drawn from a stream of its own: a reader more changes nothing for the others.
+Each reader's session is drawn from its own random stream: another reader changes nothing for the other readers.
 """
 
 from __future__ import annotations
@@ -31,18 +32,18 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-#: The un-aged display: the same picture, untouched.
+#: The un-aged display, which shows the picture unchanged.
 UNAGED = StudyCondition("none", "stable", 0.0)
 
-#: Session 1 as in the paper, images under each condition, and sessions. The paper does not state the hours of its aged
-#: images: 18 000 h is lutgen's choice.
+#: The paper's conditions of session 1, images under each condition, and sessions. The paper does not state the hours of
+#: its aged images: 18 000 h is lutgen's choice.
 PAPER_CONDITIONS = "none,chroma@18000,chroma-luma@18000"
 PAPER_PER_CONDITION, PAPER_SESSIONS = 40, 2
 
 #: A larger number of readers or sessions is treated as a typing error.
 MOST = 1000
 
-#: Readings in all, of every reader and session: a protocol of more takes minutes and gigabytes.
+#: Most readings over all readers and sessions: a larger protocol takes minutes and gigabytes.
 MOST_READINGS = 200_000
 
 
@@ -50,26 +51,26 @@ MOST_READINGS = 200_000
 class Design:
     """Which reader reads which image, under which condition, in which session."""
 
-    #: All that a trial names, in the order given, ``none`` last where only later sessions show it.
+    #: All conditions of the trials, in the order given; ``none`` is last if only later sessions show it.
     conditions: tuple[StudyCondition, ...]
-    #: By reader, session and position.
+    #: Trials by reader, session and position.
     trials: tuple[StudyTrial, ...]
-    #: Names of images that were given and that nobody reads.
+    #: Names of given images that nobody reads.
     left_out: tuple[str, ...]
 
     @property
     def readers(self) -> int:
-        """Places for readers."""
+        """Number of places for readers."""
         return max(trial.reader for trial in self.trials)
 
     @property
     def sessions(self) -> int:
-        """Sessions of each."""
+        """Number of sessions of each reader."""
         return max(trial.session for trial in self.trials)
 
 
 def check_readings(readings: int, asked: str) -> None:
-    """Raise LutgenError for more readings, of what was ``asked`` for, than a study has."""
+    """Raise LutgenError if there are more readings than a study may have; ``asked`` names their product."""
     if readings > MOST_READINGS:
         raise LutgenError(f"{asked} are {readings} readings; a study has at most {MOST_READINGS}. Ask for fewer.")
 
@@ -80,9 +81,9 @@ def condition_of(text: str) -> StudyCondition:
     if text == UNAGED.name:
         return UNAGED
     mode, _, hour = text.partition("@")
-    # Folders name hours in digits, to six decimals.
+    # Names of folders write hours in digits, with up to six decimals.
     hours = number(hour) if set(hour) <= set("0123456789.") else None
-    # Hours of a condition, at most.
+    # More hours are treated as a typing error.
     if mode not in MODES or hours is None or not 0 <= hours < 1e9 or round(hours, 6) != hours:
         raise LutgenError(
             f"unknown condition {text!r}. Write none (un-aged), or a mode and an hour such as chroma@18000; "
@@ -92,7 +93,7 @@ def condition_of(text: str) -> StudyCondition:
 
 
 def conditions_of(texts: Sequence[str]) -> tuple[StudyCondition, ...]:
-    """Return conditions, each once. Raises LutgenError for a bad one, one named twice, or none at all."""
+    """Return the conditions. Raises LutgenError for an unknown condition, a condition named twice, or none."""
     conditions: dict[str, StudyCondition] = {}
     for text in texts:
         condition = condition_of(text)
@@ -113,7 +114,7 @@ def balanced_design(
     sessions: int = PAPER_SESSIONS,
     seed: int,
 ) -> Design:
-    """Draw the balanced design of this module's docstring. Raises LutgenError: too few images, or no study."""
+    """Draw the design that the module's docstring describes. Raises LutgenError: too few images, or wrong options."""
     for name, count in (("per-condition", per_condition), ("readers", readers), ("sessions", sessions)):
         if count < 1 or (name != "per-condition" and count > MOST):
             raise LutgenError(f"--{name} {count}: give {'1 or more' if name == 'per-condition' else f'1 to {MOST}'}.")
@@ -125,7 +126,7 @@ def balanced_design(
             f"--per-condition {len(images) // len(conditions)}."
         )
     check_readings(needed * readers * sessions, f"{needed} images × {readers} readers × {sessions} sessions")
-    # The stream that the design itself is drawn from; readers and sessions count from 1.
+    # Stream (0, 0) is for the design itself; readers and sessions count from 1.
     drawn = [images[place] for place in stream(seed, 0, 0).permutation(len(images))[:needed]]
     trials: list[StudyTrial] = []
     for reader in range(1, readers + 1):
@@ -140,7 +141,7 @@ def balanced_design(
 
 
 def ordered(shown: Mapping[str, str], reader: int, session: int, seed: int) -> list[StudyTrial]:
-    """Put a session (image → condition) into an order drawn as this module's docstring says."""
+    """Return the trials of a session (image → condition) in random order, as the module's docstring describes."""
     rng = stream(seed, reader, session)
     times: dict[str, float] = {}
     for condition in dict.fromkeys(shown.values()):
@@ -154,15 +155,15 @@ def ordered(shown: Mapping[str, str], reader: int, session: int, seed: int) -> l
 
 
 def stream(seed: int, reader: int, session: int) -> np.random.Generator:
-    """Return the random numbers of a reader's session, which depend on nothing else."""
+    """Return the random stream of a reader's session, which depends on no other session."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(reader, session)))
 
 
 NEEDED, OPTIONAL = ("session", "image", "condition"), ("reader", "position")
 
 
-class _Shown(NamedTuple):
-    """A line of the table; ``reader`` is None where it is meant for every reader."""
+class _DesignRow(NamedTuple):
+    """A line of the table; ``reader`` None: the line holds for every reader."""
 
     line: int
     session: int
@@ -173,8 +174,8 @@ class _Shown(NamedTuple):
 
 
 def read_design(path: Path, images: Sequence[str], *, readers: int | None, seed: int) -> Design:
-    """Read a design from a table, of images with these names. Raises LutgenError with the line at fault."""
-    rows = [_shown(row, images) for row in read_rows(path, NEEDED, optional=OPTIONAL)[1]]
+    """Read a design of images with these names from a table. Raises LutgenError, which names the wrong line."""
+    rows = [_design_row(row, images) for row in read_rows(path, NEEDED, optional=OPTIONAL)[1]]
     named = {row.reader for row in rows if row.reader is not None}
     if named and readers is not None and readers != max(named):
         raise LutgenError(f"{path}: has readers up to {max(named)}, and --readers says {readers}. Leave --readers out.")
@@ -197,8 +198,8 @@ def read_design(path: Path, images: Sequence[str], *, readers: int | None, seed:
     return Design(tuple(conditions.values()), tuple(trials), tuple(image for image in images if image not in read))
 
 
-def _session(path: Path, rows: Sequence[_Shown], reader: int, session: int, seed: int) -> list[StudyTrial]:
-    shown: dict[str, _Shown] = {}
+def _session(path: Path, rows: Sequence[_DesignRow], reader: int, session: int, seed: int) -> list[StudyTrial]:
+    shown: dict[str, _DesignRow] = {}
     for row in rows:
         if row.image in shown:
             raise LutgenError(
@@ -220,14 +221,14 @@ def _session(path: Path, rows: Sequence[_Shown], reader: int, session: int, seed
     ]
 
 
-def _shown(row: Row, images: Sequence[str]) -> _Shown:
+def _design_row(row: Row, images: Sequence[str]) -> _DesignRow:
     if row.cells["image"] not in images:
         raise row.error("image", f"is no image that was given. Given were: {listed(images, 10)}.")
     try:
         condition = condition_of(row.cells["condition"])
     except LutgenError as error:
         raise row.refused("condition", error) from None
-    return _Shown(
+    return _DesignRow(
         row.line,
         row.whole("session", low=1, high=MOST),
         row.cells["image"],

@@ -1,26 +1,26 @@
 """Mixed models: the effect of a condition without the differences between images, readers and sessions.
 
-Time (its logarithm) and ease: a fixed effect a condition and a session, random effects of readers, of each reader under
-each condition, and of images, crossed, by restricted maximum likelihood over *all* answers, also those of un-aged
-sessions: there an image's difficulty shows, which the paper's own tests leave in the noise. Readers who react to a
-condition each in a way of their own are as few as they are, however many images they read: tests and intervals are
-those of Student's t with Satterthwaite's degrees of freedom.
+Time (its logarithm) and ease: fixed effects of condition and session; crossed random effects of readers, of each reader
+under each condition, and of images. The fit is by restricted maximum likelihood over *all* answers. Answers of un-aged
+sessions show each image's difficulty, which is part of the noise in the paper's own tests. Each reader may react to a
+condition in a different way, so the number of readers limits the precision, not the number of images. Therefore tests
+and intervals use Student's t with Satterthwaite's degrees of freedom.
 
-y = X·β + Σ Z_i·u_i + ε, u_i and ε normal with the variances λ_i·σ² and σ². The deviance, profiled over β and σ², is
-minimised over λ_i ≥ 0 (Bates, Mächler, Bolker & Walker, J. Stat. Softw. 67 (2015), doi:10.18637/jss.v067.i01); the
-inverse of the covariance needs matrices no larger than the number of levels (Woodbury). A variance of 0 is an estimate
-as any other. An estimate with variance C, a known function of the variances θ, is taken for Student's t with
-2·C²/(gᵀ·I⁻¹·g) degrees of freedom: g the derivatives of C, I the expected information on θ. Sources: Satterthwaite,
-Biometrics Bull. 2, 110 (1946), doi:10.2307/3002019; for mixed models Giesbrecht & Burns, Biometrics 41, 477 (1985).
-Fitted here, since the mixed model of statsmodels did not converge in 6 of 60 fits with three variances, and takes two
-seconds to import.
+y = X·β + Σ Z_i·u_i + ε, where u_i and ε are normal with the variances λ_i·σ² and σ². The deviance, profiled over β and
+σ², is minimised over λ_i ≥ 0 (Bates, Mächler, Bolker & Walker, J. Stat. Softw. 67 (2015), doi:10.18637/jss.v067.i01).
+The inverse of the covariance needs matrices no larger than the number of levels (Woodbury). A variance of 0 is a valid
+estimate. An estimate has a variance C, a known function of the variances θ. Its test uses Student's t with
+2·C²/(gᵀ·I⁻¹·g) degrees of freedom, where g are the derivatives of C and I is the expected information on θ. Sources:
+Satterthwaite, Biometrics Bull. 2, 110 (1946), doi:10.2307/3002019; for mixed models Giesbrecht & Burns, Biometrics 41,
+477 (1985). lutgen fits these models itself, since the mixed model of statsmodels did not converge in 6 of 60 fits with
+three variances, and takes two seconds to import.
 
 Agreement: logistic regression on the condition with readers as fixed effects, by generalized estimating equations with
 readings of the same image in a cluster (Liang & Zeger 1986, doi:10.1093/biomet/73.1.13), fitted by statsmodels
-(``lutgen[study]``): what several readers do with one image is not independent.
+(``lutgen[study]``), since answers of several readers to one image are not independent.
 
-The models leave out what the answers cannot separate, and a note says so: with one reader there are no differences
-between readers, and an image that was read once cannot be separated from its answer.
+The models leave out effects that the answers cannot separate, and a note names them. With one reader there is no
+effect of readers. The effect of an image that was read once cannot be separated from the noise of its answer.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from lutgen.study.answers import Answer
 
 
-#: The remark where statsmodels is not installed.
+#: The remark if statsmodels is not installed.
 MISSING = "Mixed models are left out: statsmodels is not installed. Install lutgen[study]."
 
 #: The grouping of readers under each condition.
@@ -55,7 +55,7 @@ EFFECTS = {"time": "ratio of times", "ease": "difference", "agreement": "odds ra
 
 @dataclass(frozen=True)
 class ConditionEffect:
-    """The effect of a condition against the first one, in the unit that the model's ``effect`` names."""
+    """The effect of a condition against the first condition, in the unit that the model's ``effect`` names."""
 
     condition: str
     estimate: float
@@ -65,26 +65,26 @@ class ConditionEffect:
 
 @dataclass(frozen=True)
 class MixedModel:
-    """A mixed model that was fitted, or the reason why it was not."""
+    """A fitted mixed model, or the reason why the model was not fitted."""
 
-    #: A key and its value of ``EFFECTS``.
+    #: A key of ``EFFECTS`` and its value.
     measure: str
     effect: str
-    #: The condition with which the others are compared.
+    #: The condition with which other conditions are compared.
     against: str
-    #: Answers, or pairs of readings.
+    #: Number of answers, or of pairs of readings.
     n: int
-    #: Of each other condition; none where the model could not be fitted.
+    #: Effects of the other conditions; none if the model could not be fitted.
     effects: tuple[ConditionEffect, ...]
-    #: Standard deviations of readers, readers under a condition, images and what is left, where they are in the model;
-    #: of log seconds or ease.
+    #: Standard deviations, in log seconds or ease, of readers, readers under a condition, images and noise, if they are
+    #: in the model.
     sd: Mapping[str, float] = field(default_factory=dict)
-    #: What was left out, and what went wrong.
+    #: Notes on effects that were left out, and on problems of the fit.
     notes: tuple[str, ...] = ()
 
 
 def available() -> bool:
-    """Whether statsmodels is installed."""
+    """Return whether statsmodels is installed."""
     return find_spec("statsmodels") is not None
 
 
@@ -95,7 +95,7 @@ def _statsmodels(module: str) -> Any:
 def mixed_models(
     conditions: Sequence[str], answers: Sequence[Answer], reading_pairs: Sequence[ReadingPair]
 ) -> tuple[MixedModel, ...]:
-    """Fit time, ease and agreement; a model that cannot be fitted says why in its notes."""
+    """Fit models of time, ease and agreement. The notes of a model that cannot be fitted state the reason."""
     return (
         _of_answers("time", conditions, answers, lambda answer: log(answer.seconds)),
         _of_answers("ease", conditions, answers, lambda answer: float(answer.ease)),
@@ -114,24 +114,24 @@ def _of_answers(
     groups, notes = _groupings(answers)
     blank = MixedModel(measure, EFFECTS[measure], shown[0], len(answers), ())
     if len(shown) < 2:
-        return _without(blank, "there is one condition only")
+        return _not_fitted(blank, "there is only one condition")
     if np.linalg.matrix_rank(fixed) < fixed.shape[1]:
-        return _without(blank, "conditions and sessions cannot be told apart")
+        return _not_fitted(blank, "the effects of conditions and of sessions cannot be separated")
     if np.ptp(values) == 0 or len(values) <= fixed.shape[1] + len(groups):
-        return _without(blank, "too few answers, or all the same")
+        return _not_fitted(blank, "too few answers, or all answers are equal")
     try:
         fit = fit_crossed(values, fixed, groups)
     except (np.linalg.LinAlgError, ValueError) as error:
-        return _without(blank, f"the fit failed ({error})")
+        return _not_fitted(blank, f"the fit failed ({error})")
     change = _ratio if measure == "time" else float
     share = float(np.mean(values == values.max()))
-    # With this share of answers, or more, at the highest ease, errors cannot be normal.
+    # With at least this share of answers at the highest ease, errors cannot be normal.
     if measure == "ease" and share >= 0.25:
         at_the_end = f"{share:.0%} of the answers are {values.max():g}, the highest given"
         notes.append(f"{at_the_end}: no normal errors, rely on it less")
     sd = {name: variance**0.5 for name, variance in fit.variances.items()}
     effects = _effects(shown, fit, change)
-    # Readers who react alike are the usual case: their variance of 0 stands in the table, and needs no note.
+    # Readers usually react alike: then their variance in the table is 0, which needs no note.
     alike = [
         f"no differences between {name} found: their variance is on its boundary, 0"
         for name in groups
@@ -141,12 +141,12 @@ def _of_answers(
 
 
 def _indicators(labels: Sequence[object], levels: Sequence[object]) -> list[Array]:
-    """A column of 0 and 1 a level, the first level left out."""
+    """Return a column of 0 and 1 for each level but the first."""
     return [np.array([label == level for label in labels], np.float64) for level in levels[1:]]
 
 
 def _groupings(answers: Sequence[Answer]) -> tuple[dict[str, list[str]], list[str]]:
-    """Return the labels of readers and images where they show differences, and notes on those that they cannot show."""
+    """Return the labels of readers and images that the model can include, and notes on groupings that it cannot."""
     readers, images = [answer.reader for answer in answers], [answer.image for answer in answers]
     groups, notes = {}, []
     if len(set(readers)) > 1:
@@ -155,7 +155,7 @@ def _groupings(answers: Sequence[Answer]) -> tuple[dict[str, list[str]], list[st
         notes.append("one reader: no differences between readers in the model")
     by_condition = [f"{answer.reader}\n{answer.condition}" for answer in answers]
     cells, conditions = len(set(by_condition)), len({answer.condition for answer in answers})
-    # Without more cells than readers and conditions tell already, or more answers than cells, it is no grouping.
+    # A grouping needs more cells than the fixed and reader effects explain, and more answers than cells.
     if len(set(readers)) > 1 and len(set(readers)) + conditions - 1 < cells < len(answers):
         groups[BY_CONDITION] = by_condition
     if len(set(images)) < len(images) and len(set(images)) > 1:
@@ -169,25 +169,25 @@ def _of_agreement(conditions: Sequence[str], reading_pairs: Sequence[ReadingPair
     shown = [condition for condition in conditions if any(pair.answer.condition == condition for pair in reading_pairs)]
     blank = MixedModel("agreement", EFFECTS["agreement"], shown[0] if shown else UNAGED, len(reading_pairs), ())
     if len(shown) < 2:
-        return _without(blank, "fewer than two conditions have pairs of readings")
+        return _not_fitted(blank, "fewer than two conditions have pairs of readings")
     agreed = np.array([pair.agreed for pair in reading_pairs], np.float64)
     under = np.array([pair.answer.condition for pair in reading_pairs])
     for condition in shown:
         if np.ptp(agreed[under == condition]) == 0:
-            return _without(blank, f"under {condition} all readings agreed, or none: its odds have no estimate")
+            return _not_fitted(blank, f"under {condition} all readings agreed, or none: its odds have no estimate")
     readers = [pair.answer.reader for pair in reading_pairs]
     levels = sorted(set(readers))
     fixed = np.column_stack(
         [np.ones(len(reading_pairs)), *_indicators(list(under), shown), *_indicators(readers, levels)]
     )
     if np.linalg.matrix_rank(fixed) < fixed.shape[1]:
-        return _without(blank, "conditions and readers cannot be told apart")
+        return _not_fitted(blank, "the effects of conditions and of readers cannot be separated")
     images = np.unique(np.array([pair.answer.image for pair in reading_pairs]), return_inverse=True)[1]
     try:
         fit = _fit_logistic(agreed, fixed, images)
     except (np.linalg.LinAlgError, ValueError) as error:
-        return _without(blank, f"the fit failed ({error})")
-    notes = ["one reader: nothing about others"] if len(levels) == 1 else ["readers are fixed: it is about these alone"]
+        return _not_fitted(blank, f"the fit failed ({error})")
+    notes = ["one reader: not valid for others"] if len(levels) == 1 else ["readers are fixed: valid only for them"]
     effects = _effects(shown, fit, _ratio)
     return MixedModel("agreement", blank.effect, shown[0], len(reading_pairs), effects, {}, (*notes, *fit.complaints))
 
@@ -204,7 +204,10 @@ def _fit_logistic(agreed: Array, fixed: Array, clusters: Any) -> MixedFit:
 
 
 def _fitted(fit: Callable[[], Any], errors: str) -> tuple[Any, Array, tuple[str, ...]]:
-    """Return the result, its standard errors, and each warning once. Raises ValueError: no error is finite."""
+    """Return the result, its standard errors, and each warning once.
+
+    Raises ValueError: a standard error is not finite.
+    """
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         result = fit()
@@ -232,15 +235,15 @@ def _effects(shown: Sequence[str], fit: MixedFit, change: Callable[[float], floa
 
 
 def _ratio(logarithm: float) -> float:
-    """Return the number whose logarithm is given; infinity beyond what a float holds."""
+    """Return the exponential of a logarithm; infinity if it is too large for a float."""
     return exp(logarithm) if logarithm < 700 else inf
 
 
-def _without(blank: MixedModel, why: str) -> MixedModel:
+def _not_fitted(blank: MixedModel, why: str) -> MixedModel:
     return MixedModel(blank.measure, blank.effect, blank.against, blank.n, (), {}, (f"not fitted: {why}",))
 
 
-#: A grouping with a smaller share of the noise's variance counts as having none.
+#: A grouping whose variance is a smaller share of the noise's variance counts as without variance.
 NOTHING = 1e-6
 
 
@@ -248,18 +251,21 @@ NOTHING = 1e-6
 class MixedFit:
     """The estimates of a mixed model."""
 
-    #: Of the fixed effects, their standard errors and degrees of freedom, (k,) each.
+    #: Fixed effects, their standard errors and their degrees of freedom, (k,) each.
     coefficients: Array
     errors: Array
     freedom: Array
-    #: Of each grouping, and of what is ``rest``.
+    #: Variance of each grouping, and of the noise as ``rest``.
     variances: dict[str, float]
     #: The faults of the fit, in clauses.
     complaints: tuple[str, ...] = ()
 
 
 def fit_crossed(values: Array, fixed: Array, groups: Mapping[str, Sequence[str]]) -> MixedFit:
-    """Fit values (n,) = fixed (n, k)·β + a random effect a grouping + noise. Raises LinAlgError or ValueError."""
+    """Fit values (n,) = fixed (n, k)·β + a random effect for each grouping + noise.
+
+    Raises LinAlgError or ValueError.
+    """
     from scipy.optimize import minimize
 
     members = [_membership(labels) for labels in groups.values()]
@@ -267,7 +273,7 @@ def fit_crossed(values: Array, fixed: Array, groups: Mapping[str, Sequence[str]]
     ratios, complaints = np.zeros(0), []
     if members:
         bounds = [(0.0, None)] * len(members)
-        # Where a search begins: ratios of a grouping's variance to that of the noise.
+        # Start values: ratios of a grouping's variance to the noise's variance.
         fits = [
             minimize(deviance, np.full(len(members), start), jac="3-point", bounds=bounds,
                      options={"ftol": 1e-14, "gtol": 1e-8, "maxiter": 1000})
@@ -289,13 +295,13 @@ def fit_crossed(values: Array, fixed: Array, groups: Mapping[str, Sequence[str]]
 
 
 def _membership(labels: Sequence[str]) -> Array:
-    """Columns of 0 and 1, (n, levels)."""
+    """Return a column of 0 and 1 for each level, (n, levels)."""
     levels, place = np.unique(np.array(labels), return_inverse=True)
     return np.eye(len(levels))[place]
 
 
 class _Deviance:
-    """−2 log of the restricted likelihood, but for a constant, over the ratios λ_i."""
+    """−2 log of the restricted likelihood, up to a constant, as a function of the ratios λ_i."""
 
     def __init__(self, values: Array, fixed: Array, members: Sequence[Array]) -> None:
         self._free = len(values) - fixed.shape[1]
@@ -308,21 +314,21 @@ class _Deviance:
     def __call__(self, ratios: Array) -> float:
         inner, volume = self._whitened(ratios)
         root = np.linalg.cholesky(inner)
-        # The last entry of the factor of [X y]ᵀV⁻¹[X y] is the norm of y without the fixed effects.
+        # The last diagonal entry of the factor of [X y]ᵀV⁻¹[X y] is the norm of y without the fixed effects.
         logs = np.log(np.diag(root))
         return float(volume + 2.0 * logs[:-1].sum() + self._free * 2.0 * logs[-1])
 
     def rest(self, ratios: Array) -> float:
-        """σ²."""
+        """Return σ²."""
         return float(np.linalg.cholesky(self._whitened(ratios)[0])[-1, -1] ** 2 / self._free)
 
     def coefficients(self, ratios: Array) -> Array:
-        """β, (k,)."""
+        """Return β, (k,)."""
         inner, _ = self._whitened(ratios)
         return np.asarray(np.linalg.solve(inner[: self._fixed, : self._fixed], inner[: self._fixed, self._fixed]))
 
     def _whitened(self, ratios: Array) -> tuple[Array, float]:
-        """[X y]ᵀV⁻¹[X y] and log|V|, V = I + Σ λ_i·Z_i·Z_iᵀ."""
+        """Return [X y]ᵀV⁻¹[X y] and log|V|, where V = I + Σ λ_i·Z_i·Z_iᵀ."""
         scale = np.sqrt(np.repeat(ratios, self._sizes))
         middle = np.eye(len(scale)) + scale[:, np.newaxis] * self._levels * scale
         root = np.linalg.cholesky(middle)
@@ -340,7 +346,7 @@ def errors_and_freedom(
     inverse = np.linalg.inv(total)
     weighted = inverse @ fixed
     covariance = np.linalg.inv(fixed.T @ weighted)
-    # Noise is a grouping with one value a level.
+    # Noise is a grouping with one value in each level.
     parts = [*members, np.eye(len(fixed))]
     left = inverse - weighted @ covariance @ weighted.T
     sides = [left @ part for part in parts]

@@ -1,9 +1,10 @@
 """The pictures of a study: the given images, and the renders that readers see.
 
-Given images become 8-bit RGB; no two may have the same name, the same bytes or the same pixels. Each image is rendered
-under each of its conditions, through a baked LUT. A render is a PNG of 8-bit pixels and nothing else, without
-compression, so that all renders of an image have the same size and time. Only the pixels differ between conditions:
-file names are keyed hashes, which show neither image nor condition, and files are written in the order of their names.
+Given images become 8-bit RGB. Two images must not have the same name, the same bytes or the same pixels. Each image is
+rendered under each of its conditions, through a baked LUT. A render is an uncompressed PNG that holds only 8-bit
+pixels, so that all renders of an image have the same file size and time. Only the pixels differ between conditions:
+file names are keyed hashes, which reveal neither image nor condition, and files are written in the order of their
+names.
 """
 
 from __future__ import annotations
@@ -33,10 +34,10 @@ if TYPE_CHECKING:
 
     from lutgen.display import DisplayModel
 
-#: Formats of files that a study shows: those that store code values.
+#: Formats of images that a study shows: formats that store code values.
 KINDS = ("png", "jpeg", "tiff")
 
-#: Suffixes of the files that are taken from a folder.
+#: Suffixes of the files in a folder that count as images.
 SUFFIXES = tuple(suffix for kind in FORMATS if kind.name in KINDS for suffix in kind.suffixes)
 
 
@@ -44,17 +45,17 @@ SUFFIXES = tuple(suffix for kind in FORMATS if kind.name in KINDS for suffix in 
 class Picture:
     """One image given for a study."""
 
-    #: In the study: the file's name without its suffix where that is enough to tell it from the others.
+    #: Name in the study: the file's name, without its suffix if this is unique.
     name: str
-    #: As it was given, or found in a folder.
+    #: Path as given, or as found in a folder.
     path: Path
-    #: Hashes of the file, and of the picture that is shown: its size and 8-bit pixels.
+    #: Hash of the file, and hash of the shown picture: its size and 8-bit pixels.
     sha256: str
     pixels_sha256: str
-    #: In pixels.
+    #: Size in pixels.
     width: int
     height: int
-    #: Whether it has 16 bits a channel, of which 8 are shown.
+    #: Whether the image has 16 bits a channel, and is shown rounded to 8 bits.
     rounded: bool
 
     @property
@@ -64,7 +65,7 @@ class Picture:
 
 
 def find_images(given: Iterable[str | Path]) -> list[Path]:
-    """Return the images that files and folders name, in order. Raises LutgenError: none, unreadable or twice."""
+    """Return the images that files and folders name, in order. Raises LutgenError: none, unreadable, or given twice."""
     images: dict[Path, Path] = {}
     for path in (path for each in given for path in _images_of(Path(each))):
         absolute = path.resolve()
@@ -84,7 +85,7 @@ def _images_of(given: Path) -> list[Path]:
 
 
 def look_at(paths: Sequence[Path], progress: Callable[[int], None]) -> tuple[Picture, ...]:
-    """Look at every image; ``progress`` gets how many are done. Raises LutgenError: unfit, or two are alike."""
+    """Read and check every image; ``progress`` gets the number done. Raises LutgenError: unfit, or two are equal."""
     pictures = []
     for name, path in zip(_names(paths), paths, strict=True):
         pictures.append(_picture(name, path))
@@ -125,12 +126,12 @@ def _picture(name: str, path: Path) -> Picture:
 
 
 def shown_pixels(path: Path) -> Pixels:
-    """Read an image as readers see it: uint8, (height, width, 3). Raises LutgenError: it cannot be shown so."""
+    """Read an image as readers see it: uint8, (height, width, 3). Raises LutgenError: it cannot be shown."""
     with open_source(path) as source:
         _check_shown(source)
         pixels = np.concatenate(list(_bands(source)))
         deep = source.storage.dtype == np.uint16
-    # 65535 is 257 · 255, and 257 is odd: there are no ties.
+    # 65535 is 257 · 255, and 257 is odd: no number lies halfway between two 8-bit numbers.
     return ((pixels.astype(np.uint32) + 128) // 257).astype(np.uint8) if deep else pixels.astype(np.uint8)
 
 
@@ -155,10 +156,10 @@ def _bands(source: ImageSource) -> Iterator[Pixels]:
         yield pixels[..., :3]
 
 
-#: The LUTs that images go through: the most exact of the formats.
+#: Format of the LUTs for images: the most exact format.
 LUT_FORMAT = "clf"
 
-#: Time stamp of every picture, in seconds since 1970: the earliest that a ZIP archive can store.
+#: Time stamp of every picture, in seconds since 1970: the earliest time that a ZIP archive can store.
 _WRITTEN = 315_532_800
 
 
@@ -166,12 +167,12 @@ _WRITTEN = 315_532_800
 class BakedLut:
     """The baked LUT of a condition."""
 
-    #: The file.
+    #: Path of the file.
     path: Path
-    #: Of the file.
+    #: Hash of the file.
     sha256: str
-    #: The certificate's largest ΔE2000 to the model: over all colours, and over those that neither a jump of the model
-    #: nor the gamut's edge is mixed into.
+    #: The certificate's largest ΔE2000 to the model: over all colours, and over colours whose interpolation crosses
+    #: neither a jump of the model nor the gamut's edge.
     worst: float
     smooth: float
 
@@ -182,7 +183,7 @@ class BakedLut:
 
 
 def bake_conditions(conditions: Iterable[StudyCondition], model: DisplayModel, folder: Path) -> dict[str, BakedLut]:
-    """Bake and certify the LUT of every aged condition, by name. Raises LutgenError: it cannot be baked."""
+    """Bake and certify the LUT of every aged condition, by name. Raises LutgenError: a LUT cannot be baked."""
     baked = {}
     for condition in conditions:
         if condition == UNAGED:
@@ -199,8 +200,8 @@ def bake_conditions(conditions: Iterable[StudyCondition], model: DisplayModel, f
 
 
 def blind_name(key: bytes, image: str, condition: str) -> str:
-    """Name a render: a keyed hash of its image and condition."""
-    # Letters of a blind name.
+    """Return the name of a render: a keyed hash of its image and condition."""
+    # A blind name has 20 letters.
     return hmac.new(key, f"{image}\0{condition}".encode(), hashlib.sha256).hexdigest()[:20]
 
 
@@ -216,7 +217,7 @@ def render_images(
     rendered = study / "rendered"
     for folder in (study / IMAGES, rendered):
         folder.mkdir()
-    # In the order of blind names, which is random: the order of writing would tell the un-aged picture.
+    # In the order of blind names, which is random: another order would reveal the un-aged picture.
     by_name = sorted(shown, key=lambda each: blind_name(key, each[0].name, each[1]))
     with scratch() as beside:
         for picture, condition in by_name:
@@ -230,7 +231,7 @@ def render_images(
             sha256 = hashlib.sha256(data).hexdigest()
             renders[picture.name, condition] = Render(picture.name, condition, f"{IMAGES}/{name}", sha256)
             progress(len(renders))
-    # Copied when all are made: to age a picture takes time, which the file system's own times would tell.
+    # Copied after all renders: ageing takes time, and the file system's own times would reveal the aged pictures.
     for path in sorted(rendered.iterdir()):
         copy = study / IMAGES / path.name
         shutil.copyfile(path, copy)

@@ -1,4 +1,4 @@
-"""``plan_study``: everything that is decided before the first answer, and the pictures that readers will see."""
+"""``plan_study``: freeze all decisions before the first answer, and render the pictures that readers will see."""
 
 from __future__ import annotations
 
@@ -31,33 +31,33 @@ if TYPE_CHECKING:
 #: A longer washout is treated as a typing error.
 MAX_WASHOUT_DAYS = 3650.0
 
-#: The entries of a study's folder; a folder that holds anything else is not replaced.
+#: The entries of a study's folder. A folder with other entries is not replaced.
 _OURS = {PROTOCOL, IMAGES, ANSWERS}
 
 
 @dataclass(frozen=True)
 class Planned:
-    """A study that was planned."""
+    """A planned study."""
 
-    #: Its folder.
+    #: Folder of the study.
     study: Path
     #: The frozen protocol.
     protocol: Protocol
-    #: Names of images that were given and that nobody reads.
+    #: Names of given images that nobody reads.
     left_out: tuple[str, ...]
-    #: Names of images of 16 bits a channel, of which 8 are shown.
+    #: Names of images with 16 bits a channel, which are shown rounded to 8 bits.
     rounded: tuple[str, ...]
-    #: What the LUTs fix of the display, and what they cannot carry: sentences.
+    #: Sentences on conditions of the display that the LUTs fix, or cannot represent.
     remarks: tuple[str, ...]
 
     @property
     def per_condition(self) -> dict[str, int]:
-        """Images that the first reader reads under each condition of session 1."""
+        """Number of images that the first reader reads under each condition of session 1."""
         return dict(Counter(trial.condition for trial in self.protocol.session(1, 1)))
 
     @property
     def power(self) -> Power | None:
-        """What the study can find, by the fewest answers of a condition of session 1; None: nothing to say."""
+        """Power of the study, from the fewest answers of a condition of session 1; None: it cannot be computed."""
         answers = Counter(trial.condition for trial in self.protocol.trials if trial.session == 1)
         readers = self.protocol.readers
         fewest = min(answers.values()) // readers
@@ -65,7 +65,7 @@ class Planned:
         return study_power(fewest, readers) if worked_out else None
 
     def as_json(self) -> dict[str, Any]:
-        """Return what ``--json`` writes; the protocol itself is in the study's folder."""
+        """Return what ``--json`` writes. The protocol itself is in the study's folder."""
         protocol = self.protocol
         return {
             "schema": 1,
@@ -112,31 +112,31 @@ def plan_study(
     force: bool = False,
     progress: Progress = unseen,
 ) -> Planned:
-    """Plan a study and render what its readers will see: all of it, or nothing.
+    """Plan a study and render the pictures for its readers. On an error nothing is written.
 
     Parameters
     ----------
     images, practice
-        Files, and folders of them: to be read, and to practise on first.
+        Files and folders of images to read, and of images to practise on first.
     study
-        The folder to make. One that exists is replaced with ``force`` alone, and never when it holds answers or what
-        lutgen did not put there.
+        The folder to create. An existing folder is replaced only with ``force``, and never if it holds answers or files
+        that lutgen did not write.
     model
         The display that ages the pictures.
     design_of
         Draws or reads the design, given the names of the images.
     seed
-        Of the design, and of the blind names.
+        Seed of the design and of the blind names.
     categories, ease
         The scales of the answers (see ``scales``).
     progress
-        Called with how many images and renders are done, and of how many.
+        Called with the number of images and renders done, and of all.
 
     Raises
     ------
     LutgenError
-        Images that cannot be shown, or twice; a design that they do not serve; hours outside the measured span; a
-        folder that cannot be made.
+        An image cannot be shown or is given twice, the images do not fit the design, hours are outside the measured
+        span, or the folder cannot be created.
 
     """
     study = Path(study)
@@ -148,13 +148,13 @@ def plan_study(
         model.at(condition.mode, condition.hours)
     read = {trial.image for trial in design.trials}
     pictures = tuple(picture for picture in pictures if picture.name in read)
-    shown = _shown(pictures, practised, design)
-    with _made_whole(study, force=force) as new, scratch() as folder:
+    pairs = _renders(pictures, practised, design)
+    with _new_study(study, force=force) as new, scratch() as folder:
         luts = bake_conditions(design.conditions, model, Path(folder))
-        # To work the blind names out takes the seed, every image and every LUT.
+        # Blind names can be computed only from the seed, every image and every LUT.
         hashes = [*(each.sha256 for each in (*pictures, *practised)), *(lut.sha256 for lut in luts.values())]
         key = hashlib.sha256(json.dumps([seed, *hashes]).encode()).digest()
-        renders = render_images(shown, luts, new, key, lambda done: progress(done, len(shown)))
+        renders = render_images(pairs, luts, new, key, lambda done: progress(done, len(pairs)))
         for picture in (*pictures, *practised):
             if file_sha256(picture.path) != picture.sha256:
                 raise LutgenError(f"{picture.path}: was changed while the study was planned. Plan it again.")
@@ -180,21 +180,21 @@ def plan_study(
 
 
 def check_new_study(study: Path, *, force: bool) -> None:
-    """Raise LutgenError when a study may not be made in this folder."""
+    """Raise LutgenError if no study may be created in this folder."""
     try:
         if study.exists() and not study.is_dir():
             raise LutgenError(f"{study}: is a file. Give the name of a new folder for the study.")
-        held = {path.name for path in study.iterdir()} if study.exists() else set()
-        answered = ANSWERS in held and any((study / ANSWERS).iterdir())
+        entries = {path.name for path in study.iterdir()} if study.exists() else set()
+        answered = ANSWERS in entries and any((study / ANSWERS).iterdir())
     except OSError as error:
         reason = reason_of(error)
         raise LutgenError(f"{study}: cannot make the study: {reason}. Choose another place with -o.") from None
-    if not held:
+    if not entries:
         return
     if answered:
         message = f"{study}: holds readers' answers, which --force does not delete either. Choose another folder."
         raise LutgenError(message)
-    if PROTOCOL not in held or held - _OURS:
+    if PROTOCOL not in entries or entries - _OURS:
         raise LutgenError(f"{study}: holds what lutgen study plan did not make. Choose another folder with -o.")
     if not force:
         message = f"{study}: holds a study already. Choose another folder, or add --force: it has no answers yet."
@@ -213,23 +213,23 @@ def _check(washout_days: float, seed: int, title: str) -> None:
 def _pictures(
     images: Sequence[str | Path], practice: Sequence[str | Path], progress: Progress
 ) -> tuple[tuple[Picture, ...], tuple[Picture, ...]]:
-    """Look at all images together: a practice image among those that are read would be read twice."""
+    """Read and check all images together, since a practice image must not be equal to an image of the sessions."""
     read = find_images(images)
     paths = find_images([*read, *find_images(practice)])
     pictures = look_at(paths, lambda done: progress(done, len(paths)))
     return pictures[: len(read)], pictures[len(read) :]
 
 
-def _shown(pictures: Sequence[Picture], practised: Sequence[Picture], design: Design) -> list[tuple[Picture, str]]:
+def _renders(pictures: Sequence[Picture], practised: Sequence[Picture], design: Design) -> list[tuple[Picture, str]]:
     """Return each (image, condition) that any reader sees; practice images are shown un-aged."""
     needed = {(trial.image, trial.condition) for trial in design.trials}
-    shown = [
+    pairs = [
         (picture, condition.name)
         for picture in pictures
         for condition in design.conditions
         if (picture.name, condition.name) in needed
     ]
-    return [*shown, *((picture, UNAGED.name) for picture in practised)]
+    return [*pairs, *((picture, UNAGED.name) for picture in practised)]
 
 
 def _model(model: DisplayModel, luts: dict[str, BakedLut]) -> dict[str, Any]:
@@ -242,22 +242,22 @@ def _model(model: DisplayModel, luts: dict[str, BakedLut]) -> dict[str, Any]:
         "description": without_ways(model_as_json(model, Path.cwd())),
         "luts": {name: lut.as_json() for name, lut in luts.items()},
     }
-    # Lists instead of tuples, as when the file is read again.
+    # Lists instead of tuples, as in a protocol read from its file.
     plain: dict[str, Any] = json.loads(json.dumps(content))
     return plain
 
 
 @contextmanager
-def _made_whole(study: Path, *, force: bool) -> Iterator[Path]:
-    """Give a new folder that becomes ``study`` when all is done; one that is replaced waits beside it."""
+def _new_study(study: Path, *, force: bool) -> Iterator[Path]:
+    """Yield a new folder that becomes ``study`` at the end; until then a replaced folder stays."""
     whole = study.resolve()
-    beside = whole.with_name(f".{whole.name}{PARTIAL}")
-    new, old = beside / "new", beside / "old"
+    temporary = whole.with_name(f".{whole.name}{PARTIAL}")
+    new, old = temporary / "new", temporary / "old"
     try:
-        shutil.rmtree(beside, ignore_errors=True)
+        shutil.rmtree(temporary, ignore_errors=True)
         new.mkdir(parents=True)
         yield new
-        # A reader may have answered while the pictures were rendered.
+        # A reader may have answered during rendering.
         check_new_study(study, force=force)
         if whole.exists():
             whole.rename(old)
@@ -269,4 +269,4 @@ def _made_whole(study: Path, *, force: bool) -> Iterator[Path]:
     finally:
         if old.exists() and not whole.exists():
             old.rename(whole)
-        shutil.rmtree(beside, ignore_errors=True)
+        shutil.rmtree(temporary, ignore_errors=True)

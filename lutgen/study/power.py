@@ -1,13 +1,13 @@
-"""Power: which differences a reader study of a given size would find, and how sure the paper's own could be.
+"""Power: which differences a reader study of a given size can find, and the power for the paper's own differences.
 
-The tests are the paper's (Avanaki et al., Proc. SPIE 9420, 2015, section 3.2): Student's two-sample t with pooled
-variance on time to score and ease of reading, two-sided; the same, one-tailed, on 0/1 values for agreement between
-sessions, and Fisher's exact test beside it. Power of t on means is exact for normal values (noncentral t); power of
-both tests on agreement is exact, summed over both binomial distributions.
+The tests are the paper's tests (Avanaki et al., Proc. SPIE 9420, 2015, section 3.2). Student's two-sided two-sample t
+with pooled variance is for time to score and ease of reading. The one-tailed t on 0/1 values is for agreement between
+sessions; Fisher's exact test is added. Power of t on means is exact for normal values (noncentral t). Power of both
+tests on agreement is exact, summed over both binomial distributions.
 
-Standard deviations are the paper's: Table 2 prints means ± 95 % intervals, which with 39, 40 and 40 answers give its
-p-values when they are read as ± 1.96 standard errors. Answers count as independent. With more readers they are not
-quite: figures then hold for these readers, not for all readers like them.
+Standard deviations are from the paper: Table 2 prints means ± 95 % intervals. As ± 1.96 standard errors with 39, 40 and
+40 answers, these intervals give the paper's p-values. Answers are assumed independent. With several readers this is not
+exact: the figures then hold for these readers, not for all similar readers.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-#: Significance level, and the power that is asked for.
+#: Significance level, and the required power.
 ALPHA, TARGET = 0.05, 0.8
 
 #: Largest and smallest number of answers per condition for which power is computed: one answer has no variance.
 MOST, LEAST = 2000, 2
 
-#: The conditions of the paper, with its numbers of answers: one image of the un-aged ones is missing there.
+#: The conditions of the paper, with its numbers of answers: one un-aged image is missing in the paper.
 ANSWERS = {"none": 39, "chroma": 40, "chroma-luma": 40}
 
 #: Table 2: mean and half of the 95 % interval, time to score in s and ease of reading from 1 to 10.
@@ -43,22 +43,22 @@ TABLE_2 = {
     "ease": {"none": (9.7, 0.2), "chroma": (8.7, 0.5), "chroma-luma": (8.4, 0.4)},
 }
 
-#: Table 3: images on which both sessions agreed.
+#: Table 3: number of images on which both sessions agreed.
 AGREED = {"none": 27, "chroma": 21, "chroma-luma": 20}
 
-#: Comparisons, the less aged first.
+#: Compared conditions, the less aged condition first.
 PAIRS = tuple(combinations(("none", *AGING_MODES), 2))
 
 #: The search for the smallest difference ends at this many standard deviations; two answers already find 8.
 _BEYOND = 50.0
 
-#: Sums leave out counts further from the mean than this many standard deviations: their probability is below 1e-14.
+#: Sums leave out counts more than this many standard deviations from the mean: their probability is below 1e-14.
 _REACH = 8.0
 
 
 @dataclass(frozen=True)
 class Detectable:
-    """The smallest true difference that a test finds with ``TARGET`` power; None where no difference is enough."""
+    """The smallest true difference that a test finds with ``TARGET`` power; None if no difference is large enough."""
 
     measure: str
     test: str
@@ -69,7 +69,7 @@ class Detectable:
 
 @dataclass(frozen=True)
 class Seen:
-    """A difference that the paper measured, and the power to find a difference as large."""
+    """A difference that the paper measured, and the power to find a difference of this size."""
 
     measure: str
     test: str
@@ -82,13 +82,13 @@ class Seen:
 
     @property
     def difference(self) -> float:
-        """The second value less the first."""
+        """The second value minus the first value."""
         return self.values[1] - self.values[0]
 
 
 @dataclass(frozen=True)
 class Power:
-    """Differences that a study can find: ``answers`` per condition, from ``per_condition`` images and ``readers``."""
+    """Differences that a study can find with ``answers`` per condition: ``per_condition`` images × ``readers``."""
 
     per_condition: int
     readers: int
@@ -97,7 +97,7 @@ class Power:
 
     @property
     def answers(self) -> int:
-        """Answers per condition."""
+        """Number of answers per condition."""
         return self.per_condition * self.readers
 
     def as_json(self) -> dict[str, Any]:
@@ -115,7 +115,7 @@ class Power:
 
 
 def study_power(per_condition: int, readers: int = 1) -> Power:
-    """Work out the power of so many images per condition and reader. Raises LutgenError: none, or too many."""
+    """Return the power for a number of images per condition and of readers. Raises LutgenError: none, or too many."""
     for option, count in (("--per-condition", per_condition), ("--readers", readers)):
         if count < 1:
             raise LutgenError(f"{option} {count}: give 1 or more.")
@@ -129,14 +129,14 @@ def study_power(per_condition: int, readers: int = 1) -> Power:
 
 
 def standard_deviation(measure: str, conditions: Sequence[str]) -> float:
-    """Standard deviation of the paper's answers, pooled over conditions."""
+    """Return the standard deviation of the paper's answers, pooled over conditions."""
     freedom = [ANSWERS[name] - 1 for name in conditions]
     variance = [(TABLE_2[measure][name][1] / 1.96) ** 2 * ANSWERS[name] for name in conditions]
     return sqrt(np.average(variance, weights=freedom))
 
 
 def t_power(difference: float, sd: float, answers: tuple[int, int], *, tails: int) -> float:
-    """Power of Student's two-sample t at ``ALPHA``, exact for normal values, by the noncentral t distribution."""
+    """Return the power of Student's two-sample t at ``ALPHA``, exact for normal values by the noncentral t."""
     from scipy import stats
 
     if min(answers) < LEAST:
@@ -147,13 +147,13 @@ def t_power(difference: float, sd: float, answers: tuple[int, int], *, tails: in
     power = float(stats.nct.sf(limit, freedom, shift))
     if tails == 2:
         other = float(stats.nct.cdf(-limit, freedom, shift))
-        # Far in the tail, where the probability is 0, scipy returns NaN.
+        # scipy returns NaN far in the tail, where the probability is 0.
         power += other if isfinite(other) else 0.0
     return min(power, 1.0)
 
 
 def agreement_power(shares: tuple[float, float], answers: tuple[int, int], *, test: str) -> float:
-    """Power to find that the first share is the larger, one-tailed at ``ALPHA``: exact, over all outcomes."""
+    """Return the exact power to find the first share larger, one-tailed at ``ALPHA``, over all outcomes."""
     from scipy import stats
 
     if min(answers) < LEAST:
@@ -170,19 +170,19 @@ def _likely(share: float, of: int) -> NDArray[np.int64]:
 
 
 def t_rejects(first: NDArray[Any], second: NDArray[Any], answers: tuple[int, int]) -> NDArray[np.bool_]:
-    """Whether the paper's t on 0/1 values finds the first of two counts larger, one-tailed; counts broadcast."""
+    """Return whether the paper's one-tailed t on 0/1 values finds the first count larger; counts broadcast."""
     from scipy import stats
 
     n, m = answers
     difference = first / n - second / m
     squares = first * (n - first) / n + second * (m - second) / m
-    # Without variance any difference is significant; the inequality is multiplied out, so that nothing is divided by 0.
+    # Without variance any difference is significant. The inequality is multiplied out to avoid a division by 0.
     limit = stats.t.isf(ALPHA, n + m - 2) * np.sqrt(squares / (n + m - 2) * (1 / n + 1 / m))
     return np.asarray((difference > limit) & (difference > 0))
 
 
 def fisher_rejects(first: NDArray[Any], second: NDArray[Any], answers: tuple[int, int]) -> NDArray[np.bool_]:
-    """Whether Fisher's exact test, hypergeometric, finds the first of two counts larger; counts broadcast."""
+    """Return whether Fisher's exact test, hypergeometric, finds the first count larger; counts broadcast."""
     from scipy.special import gammaln
 
     n, m = answers
@@ -207,13 +207,13 @@ REJECTS: dict[str, Callable[[NDArray[Any], NDArray[Any], tuple[int, int]], NDArr
     "fisher": fisher_rejects,
 }
 
-#: Tests of each measure, as JSON and tables name them; the paper's first.
+#: Tests of each measure, as JSON and tables name them; the paper's tests first.
 TWO_SIDED, ONE_TAILED, FISHER = "t two-sided", "t one-tailed", "fisher one-tailed"
 TESTS = {"time": (TWO_SIDED, ONE_TAILED), "ease": (TWO_SIDED, ONE_TAILED), "agreement": (ONE_TAILED, FISHER)}
 
 
 def power_of(test: str, values: tuple[float, float], sd: float | None, answers: tuple[int, int]) -> float:
-    """Power of a test, one of ``TESTS``, for two true means, or without ``sd`` for two shares that agree."""
+    """Return the power of a test of ``TESTS`` for two true means or, without ``sd``, two true shares of agreement."""
     if sd is None:
         return agreement_power(values, answers, test="fisher" if test == FISHER else "t")
     return t_power(values[1] - values[0], sd, answers, tails=2 if test == TWO_SIDED else 1)
@@ -230,7 +230,7 @@ def _detectable(answers: int) -> list[Detectable]:
 
 
 def smallest_difference(test: str, sd: float | None, base: float | None, answers: int) -> float | None:
-    """The smallest difference, or fall from the share ``base``, that is found with ``TARGET`` power; None: none is."""
+    """Return the smallest difference, or fall from the share ``base``, found with ``TARGET`` power; None: none."""
     from scipy.optimize import brentq
 
     before = base or 0.0
@@ -247,7 +247,7 @@ def _seen(answers: int) -> tuple[Seen, ...]:
     for measure, tests in TESTS.items():
         for first, second in PAIRS:
             values, sd = paper_values(measure, first, second)
-            # On means the paper tested two-sided.
+            # The paper's tests on means are two-sided.
             for test in tests if sd is None else tests[:1]:
                 of_paper = power_of(test, values, sd, (ANSWERS[first], ANSWERS[second]))
                 yours = power_of(test, values, sd, (answers, answers))
@@ -257,7 +257,7 @@ def _seen(answers: int) -> tuple[Seen, ...]:
 
 
 def paper_values(measure: str, first: str, second: str) -> tuple[tuple[float, float], float | None]:
-    """What the paper found under two conditions, and the standard deviation pooled over both; None for agreement."""
+    """Return the paper's values under two conditions, and the SD pooled over both conditions (None for agreement)."""
     if measure == "agreement":
         return (AGREED[first] / ANSWERS[first], AGREED[second] / ANSWERS[second]), None
     means = TABLE_2[measure]
@@ -266,7 +266,7 @@ def paper_values(measure: str, first: str, second: str) -> tuple[tuple[float, fl
 
 @cache
 def answers_needed(test: str, values: tuple[float, float], sd: float | None) -> int | None:
-    """Return answers per condition for ``TARGET`` power: n suffices, n − 1 does not; None beyond ``MOST``."""
+    """Return the least answers per condition for ``TARGET`` power; None: more than ``MOST``."""
 
     def enough(answers: int) -> bool:
         return power_of(test, values, sd, (answers, answers)) >= TARGET

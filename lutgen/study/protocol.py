@@ -1,10 +1,10 @@
-"""``Protocol``: a reader study as it was frozen before the first answer.
+"""``Protocol``: all decisions of a reader study, frozen before the first answer.
 
 A study is a folder::
 
-    STUDY/protocol.json       everything that was decided, with hashes of images, renders and model; never changed
-    STUDY/images/….png        what readers see: every image under every condition that it is read under, blind names
-    STUDY/answers/….sqlite    one file a reader
+    STUDY/protocol.json       all decisions, with hashes of images, renders and model; never changed
+    STUDY/images/….png        the renders that readers see: each image under each of its conditions, with blind names
+    STUDY/answers/….sqlite    one file for each reader
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ ANSWERS = "answers"
 
 SCHEMA = 1
 
-#: A trial takes some hundred bytes: this is two million of them.
+#: Most bytes of a protocol: two million trials of some hundred bytes each.
 MAX_BYTES = 256_000_000
 
 
 @dataclass(frozen=True)
 class StudyCondition:
-    """A display on which images are shown: ``none`` is the un-aged one, ``chroma@18000`` a mode at an hour."""
+    """A display that shows images: ``none`` is the un-aged display, ``chroma@18000`` is a mode at an hour."""
 
     name: str
     mode: str
@@ -44,7 +44,7 @@ class StudyCondition:
 
 @dataclass(frozen=True)
 class StudyImage:
-    """An image as it was given: its name in the study, the hash of the file, its size in pixels."""
+    """A given image: its name in the study, the hash of its file, and its size in pixels."""
 
     name: str
     sha256: str
@@ -54,7 +54,7 @@ class StudyImage:
 
 @dataclass(frozen=True)
 class Category:
-    """A diagnosis that a reader may give, the key that gives it, and which side it counts for."""
+    """A diagnosis that a reader may give, its key on the keyboard, and its side."""
 
     name: str
     key: str
@@ -73,7 +73,7 @@ class Render:
 
 @dataclass(frozen=True)
 class StudyTrial:
-    """One image in one session: ``reader`` is the number of a reader's place; all numbers count from 1."""
+    """One image in one session; ``reader`` is the number of a reader's place. All numbers count from 1."""
 
     reader: int
     session: int
@@ -84,9 +84,9 @@ class StudyTrial:
 
 @dataclass(frozen=True)
 class Protocol:
-    """All that was decided before the first answer."""
+    """All decisions before the first answer."""
 
-    #: For people.
+    #: Title to display.
     title: str
     #: The conditions, the images to read, and the images to practise on first, un-aged and not analysed.
     conditions: tuple[StudyCondition, ...]
@@ -96,19 +96,19 @@ class Protocol:
     categories: tuple[Category, ...]
     #: Smallest and largest ease of reading; larger is easier.
     ease: tuple[int, int]
-    #: How many of each.
+    #: Number of readers and of sessions.
     readers: int
     sessions: int
     #: Least days from the end of a reader's session to the start of the next.
     washout_days: float
-    #: Of the design.
+    #: Seed of the design.
     seed: int
-    #: The display model whose LUTs made the renders: name, hash, and per condition the hash of the LUT.
+    #: The display model: name, hash, and for each condition the hash of the LUT of its renders.
     model: Mapping[str, Any]
-    #: The renders, and the trials: who sees which render when.
+    #: The renders, and the trials: which reader sees which render when.
     renders: tuple[Render, ...]
     trials: tuple[StudyTrial, ...]
-    #: Of the lutgen that planned it.
+    #: Version of lutgen that planned the study.
     version: str
 
     def session(self, reader: int, session: int) -> list[StudyTrial]:
@@ -117,7 +117,7 @@ class Protocol:
         return sorted(trials, key=lambda trial: trial.position)
 
     def render(self, image: str, condition: str) -> Render:
-        """Return the render of an image under a condition. Raises KeyError when it is not in the study."""
+        """Return the render of an image under a condition. Raises KeyError if the study has no such render."""
         renders = {(render.image, render.condition): render for render in self.renders}
         return renders[image, condition]
 
@@ -128,18 +128,18 @@ class Protocol:
 
     @property
     def sha256(self) -> str:
-        """The hash that the file carries: answers are tied to it."""
+        """The hash in the file. Every file of answers refers to this hash."""
         return str(self.as_json()["sha256"])
 
 
 def write_protocol(study: Path, protocol: Protocol) -> None:
-    """Write ``protocol.json`` into the folder of a study. Raises LutgenError when that cannot be done."""
+    """Write ``protocol.json`` into the folder of a study. Raises LutgenError when the file cannot be written."""
     text = json.dumps(protocol.as_json(), indent=1, ensure_ascii=False, allow_nan=False)
     write_atomically(study / PROTOCOL, f"{text}\n".encode())
 
 
 def read_protocol(study: Path) -> Protocol:
-    """Read a study's protocol. Raises LutgenError: missing, no protocol, too large, or altered."""
+    """Return a study's protocol. Raises LutgenError: missing, no protocol, too large, or altered."""
     path = study / PROTOCOL
     advice = "Give the folder that lutgen study plan made."
     data = read_at_most(path, MAX_BYTES, what="the protocol", none="protocol", advice=advice)
@@ -183,18 +183,18 @@ def _protocol(content: Mapping[str, Any], path: Path) -> Protocol:
         raise LutgenError(message) from None
 
 
-#: The paper's: negative 0 and 1+, positive 2+ and 3+; ease from 1, hard, to 10, easy.
+#: The paper's scales: negative 0 and 1+, positive 2+ and 3+; ease from 1 (hard) to 10 (easy).
 PAPER_NEGATIVE, PAPER_POSITIVE, PAPER_EASE = "0,1+", "2+,3+", "1..10"
 
-#: Most diagnoses: one for each digit key but 0.
+#: Most diagnoses: one for each digit key except 0.
 MOST_CATEGORIES = 9
 
-#: Most letters of a diagnosis, which fit on a key of the reading page.
+#: Most letters of a diagnosis, so that it fits on a key of the reading page.
 MAX_LETTERS = 40
 
 
 def categories_of(negative: str, positive: str) -> tuple[Category, ...]:
-    """Return the diagnoses of lists such as ``0,1+`` and ``2+,3+``, with keys. Raises LutgenError: bad lists."""
+    """Return the diagnoses of lists such as ``0,1+`` and ``2+,3+``, with keys. Raises LutgenError: invalid lists."""
     sides = [(name.strip(), side) for text, side in ((negative, False), (positive, True)) for name in text.split(",")]
     names = [name for name, _ in sides]
     wrong = next((name for name in names if not (name.isprintable() and 0 < len(name) <= MAX_LETTERS)), None)
@@ -213,7 +213,7 @@ def categories_of(negative: str, positive: str) -> tuple[Category, ...]:
 
 
 def ease_of(text: str) -> tuple[int, int]:
-    """Return smallest and largest ease of text such as ``1..10``. Raises LutgenError: the text is no such scale."""
+    """Return the smallest and largest ease of a text such as ``1..10``. Raises LutgenError: no such scale."""
     first, dots, last = text.partition("..")
     lowest = whole(first, least=0, most=1)
     highest = None if lowest is None else whole(last, least=lowest + 1, most=10 if lowest else 9)

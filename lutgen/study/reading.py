@@ -1,11 +1,12 @@
-"""A reading session as a state machine, without a browser: which image is read next, and the answer to each image.
+"""A reading session as a state machine, independent of the browser: the next image, and the answer to each image.
 
-Order: the images to practise on, then those of the session, each answered once, none twice, none left out. An answer is
-on disk before the next image may be shown. Whatever happens is a row in the reader's file: started, resumed, shown,
-paused, continued, warned, accepted, overridden, practised, answered, ended.
+First come the practice images, then the images of the session. Each image is answered exactly once. An answer is on
+disk before the next image is shown. Each event is a row in the reader's file: started, resumed, shown, paused,
+continued, warned, accepted, overridden, practised, answered, ended.
 
-There are two clocks. The computer's clock dates the rows and measures the washout; it may be set wrong: a clock set
-back is noticed, one set forward is not. The page's own clock, which nobody can set, measures the time to score.
+There are two clocks. The computer's clock dates the rows and measures the washout. It may be wrong: a clock that was
+set back is detected, a clock that was set forward is not. The page's own clock, which nobody can set, measures the time
+to score.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
     from lutgen.progress import Progress
 
-#: Most pauses of an image, and seconds of them in all: a month.
+#: Most pauses of an image, and most seconds of its pauses: a month.
 MAX_PAUSES, MAX_PAUSED = 100_000, 30 * 86_400.0
 
 #: Kind of row: an image was sent to the page.
@@ -37,14 +38,14 @@ SHOWN = "shown"
 
 @dataclass(frozen=True)
 class Task:
-    """An image to be read."""
+    """An image to read."""
 
-    #: Its number among the images to practise on or among those of the session, from 1, and how many these are.
+    #: Number of the image, from 1, and the number of all images: of practice, or of the session.
     number: int
     of: int
-    #: Whether it is to practise on.
+    #: Whether it is a practice image.
     practice: bool
-    #: Path in the study's folder, and the hash that it had when the study was planned.
+    #: Path in the study's folder, and hash of the file when the study was planned.
     file: str
     sha256: str
 
@@ -57,28 +58,28 @@ class Decision:
     category: str
     #: Ease of reading.
     ease: int
-    #: From the first paint of the last showing to the choice of the category that was confirmed, pauses left out.
+    #: Seconds from the first paint of the last showing to the choice of the confirmed category, without pauses.
     seconds: float
-    #: The same, to the first choice: less where the reader changed it.
+    #: Seconds to the first choice, which is earlier if the reader changed the category.
     first_choice_seconds: float
-    #: How often and how long the image was hidden, up to the confirmation.
+    #: Number and total length of pauses, in which the image was hidden, up to the confirmation.
     pauses: int
     paused_seconds: float
-    #: How the page knew of the first paint: element-timing (the browser's own record) or animation-frame.
+    #: Source of the time of the first paint: element-timing (the browser's own record) or animation-frame.
     paint: str
 
 
 class PastError(LutgenError):
-    """An answer to an image that is not the one to be read now."""
+    """An answer to an image that is not the current image."""
 
 
 class ReadingSession:
-    """A reader's session that is being read."""
+    """A running session of a reader."""
 
     def __init__(
         self, study: Path, protocol: Protocol, file: AnswerFile, session: int, clock: Callable[[], datetime]
     ) -> None:
-        """Take the reader and session that :func:`begin_reading` has checked."""
+        """Take the reader and the session that :func:`begin_reading` has checked."""
         self.study, self.protocol, self.session = study, protocol, session
         self.reader, self.place = str(file.entries[0].content["reader"]), int(file.entries[0].content["place"])
         self._file, self._clock = file, clock
@@ -89,50 +90,50 @@ class ReadingSession:
 
     @property
     def practised(self) -> int:
-        """How many images were practised on."""
+        """Number of practice images that were read."""
         return self._done[answers.PRACTISED]
 
     @property
     def read(self) -> int:
-        """How many images of the session were read."""
+        """Number of images of the session that were read."""
         return self._done[answers.ANSWERED]
 
     @property
     def left(self) -> int:
-        """How many images of the session are left."""
+        """Number of images of the session that are not read yet."""
         return len(self.images) - self.read
 
     def task(self) -> Task | None:
-        """Return the image to be read now; None when all are read."""
+        """Return the current image; None when all images are read."""
         return next(iter([*self.practice[self.practised :], *self.images[self.read :]]), None)
 
     def picture(self, task: Task) -> bytes:
-        """Return an image as the study was planned with. Raises LutgenError when it has changed since."""
+        """Return an image's file. Raises LutgenError when the file has changed since the study was planned."""
         return picture_of(self.study, task)
 
     def showings(self, task: Task) -> int:
-        """Return how often an image was shown, now included: more than once after a reload or a crash."""
+        """Return how often an image was shown, now included; more than 1 after a reload or a crash."""
         key = (SHOWN, task.practice, task.number)
         rows = [entry for entry in self._file.entries if entry.session == self.session]
         return sum((each.kind, each.content.get("practice"), each.content.get("position")) == key for each in rows)
 
     def show(self, task: Task) -> None:
-        """Record that an image is shown, before it is. Raises NotSavedError when that cannot be written."""
+        """Record, before an image is shown, that it is shown. Raises NotSavedError when the disk cannot be written."""
         self.note(SHOWN, {"practice": task.practice, "position": task.number, "sha256": task.sha256})
 
     def following(self) -> str:
-        """Say when this reader may read on; empty after the last session."""
+        """Return a sentence on when the next session may begin; empty after the last session."""
         begin = answers.may_begin(self._file.entries, self.session + 1, self.protocol.washout_days)
         if begin is None or self.session == self.protocol.sessions:
             return ""
         return f"Session {self.session + 1} may begin on {when(begin)}."
 
     def note(self, kind: str, content: Mapping[str, Any]) -> None:
-        """Record what happened. Raises NotSavedError when that cannot be written."""
+        """Record an event. Raises NotSavedError when the disk cannot be written."""
         self._file.append(text_of(self._clock()), self.session, [(kind, content)])
 
     def answer(self, number: int, decision: Decision, *, practice: bool = False) -> None:
-        """Record an answer on disk. Raises PastError, NotSavedError, or LutgenError for what is no answer."""
+        """Record an answer on disk. Raises PastError, NotSavedError, or LutgenError for an invalid answer."""
         kind = answers.PRACTISED if practice else answers.ANSWERED
         self._check(decision)
         if number <= self._done[kind]:
@@ -174,7 +175,7 @@ class ReadingSession:
 
 
 def tasks_of(protocol: Protocol, place: int, session: int) -> tuple[list[Task], list[Task]]:
-    """Return the images of a session to practise on and to read. Raises LutgenError: no such session or image."""
+    """Return a session's practice images and its images to read. Raises LutgenError: no such session or image."""
     first = {render.image: render for render in reversed(protocol.renders)}
     trials = protocol.session(place, session)
     if not trials:
@@ -195,7 +196,7 @@ def tasks_of(protocol: Protocol, place: int, session: int) -> tuple[list[Task], 
 
 
 def picture_of(study: Path, task: Task) -> bytes:
-    """Return an image's file. Raises LutgenError when it is not as the study was planned with."""
+    """Return an image's file. Raises LutgenError when the file has changed since the study was planned."""
     path = study / task.file
     try:
         data = path.read_bytes()
@@ -209,16 +210,16 @@ def picture_of(study: Path, task: Task) -> bytes:
 
 
 def when(time: datetime) -> str:
-    """Return a time for people."""
+    """Return a time as text to display."""
     return f"{time:%Y-%m-%d %H:%M} UTC"
 
 
 def text_of(time: datetime) -> str:
-    """Return a time for a reader's file."""
+    """Return a time as text for a reader's file."""
     return time.astimezone(UTC).isoformat(timespec="milliseconds")
 
 
-#: Letters of a reason, at most.
+#: Most letters of a reason.
 LONGEST_REASON = 500
 
 
@@ -232,7 +233,7 @@ def begin_reading(
     clock: Callable[[], datetime] = lambda: datetime.now(UTC),
     progress: Progress | None = None,
 ) -> Iterator[ReadingSession]:
-    """Begin or resume a reader's session for the block. Raises LutgenError: it may not be read now."""
+    """Begin or resume a reader's session for the ``with`` block. Raises LutgenError: it may not begin now."""
     protocol = read_protocol(study)
     name, why = answers.reader_name(reader), _reason(override)
     if not 1 <= session <= protocol.sessions:
@@ -275,10 +276,10 @@ def _begin(reading: ReadingSession, file: AnswerFile, now: datetime, why: str | 
 
 
 def _forbidden(protocol: Protocol, file: AnswerFile, session: int, now: datetime, why: str | None) -> list[str]:
-    """Return the rules that beginning now breaks. Raises LutgenError where it breaks one and no reason is given."""
+    """Return the rules that a start now breaks. Raises LutgenError if it breaks a rule without a reason ``why``."""
     reasons = {}
     last = answers.latest(file.entries)
-    # A clock that goes back by less than this was corrected by network time, not set by hand.
+    # Network time may set the clock back by less than this.
     if now < last - timedelta(seconds=2):
         reasons["clock"] = f"the clock says {when(now)}, but {when(last)} was recorded before: it was set back. Set it"
     begin = answers.may_begin(file.entries, session, protocol.washout_days)

@@ -1,8 +1,7 @@
-"""The page of a reading session: its requests, the answers to them, and the local server.
+"""The page of a reading session: its requests, the responses, and the local server.
 
-One tab at a time holds the session. It gets the number and a meaningless identifier of the one image to be read now. It
-gets no name of an image or condition, no title (which may contain such a name), no answer, and nothing about other
-readers.
+One tab at a time holds the session. The tab gets the number and a random identifier of the current image. It gets no
+name of an image or condition, no title (which may contain such a name), no answer, and no data on other readers.
 """
 
 from __future__ import annotations
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
     from starlette.types import ASGIApp
 
 
-#: Seconds after its last sign of life for which a tab keeps the session. It gives one every two seconds.
+#: Seconds for which a tab keeps the session after its last request. A tab sends a request every two seconds.
 LEASE = 7.0
 
 #: Events that the page may record, apart from answers.
@@ -46,17 +45,17 @@ _ANSWER: dict[str, type | tuple[type, ...]] = {
     "paint": str,
 }
 
-#: How the page knows of the first paint.
+#: Sources of the time of the first paint.
 PAINTS = ("element-timing", "animation-frame")
 
 
 class Conversation:
-    """Answers the questions of the one browser tab that holds a reading session."""
+    """Answers the requests of the browser tab that holds a reading session."""
 
     def __init__(
         self, reading: ReadingSession, say: Callable[[str], None], clock: Callable[[], float] = time.monotonic
     ) -> None:
-        """Take the session, the function that reports troubles to the operator, and a monotonic clock in seconds."""
+        """Take the session, the function that reports problems to the operator, and a monotonic clock in seconds."""
         self._reading, self._say, self._clock = reading, say, clock
         self._one_at_a_time = RLock()
         self._tab, self._heard, self._closed = "", 0.0, False
@@ -73,7 +72,7 @@ class Conversation:
         }
 
     def ask(self, what: str, body: Mapping[str, Any]) -> dict[str, Any]:
-        """Answer the page. Raises RefusedError with a sentence for the reader."""
+        """Return the response to a request of the page. Raises RefusedError with a sentence for the reader."""
         tab = body.get("tab")
         if what not in self._asked:
             raise RefusedError(404, "bad", f"{what}: there is no such thing to ask.")
@@ -94,14 +93,14 @@ class Conversation:
                 raise RefusedError(409, "past", str(error)) from None
 
     def picture(self, identifier: str) -> bytes | None:
-        """Return the image to be read now; None for every other identifier."""
+        """Return the current image; None for every other identifier."""
         with self._one_at_a_time:
             shown = self._shown
             same = shown is not None and secrets.compare_digest(shown[0].encode(), identifier.encode())
             return shown[2] if shown and same else None
 
     def close(self) -> None:
-        """Refuse all further questions, which a browser may send on a connection that is still open."""
+        """Refuse all further requests, which a browser may send on an open connection."""
         with self._one_at_a_time:
             self._closed, self._shown = True, None
 
@@ -175,7 +174,7 @@ class Conversation:
 
     def _note(self, _tab: str, body: Mapping[str, Any]) -> dict[str, Any]:
         kind, words = body.get("kind"), body.get("said")
-        # Letters of what the page says beside such a note.
+        # At most 2000 letters in the page's remark on a note.
         if kind not in NOTES or not isinstance(words, dict) or len(json.dumps(words)) > 2000:
             raise RefusedError(400, "bad", f"kind: pick one of {', '.join(NOTES)}; said: a short object.")
         task = self._shown[1] if self._shown else None
@@ -185,13 +184,13 @@ class Conversation:
 
 
 def _decision(body: Mapping[str, Any]) -> Decision:
-    given = {name: body.get(name) for name in _ANSWER}
+    values = {name: body.get(name) for name in _ANSWER}
     for name, kind in _ANSWER.items():
-        if not isinstance(given[name], kind) or isinstance(given[name], bool):
+        if not isinstance(values[name], kind) or isinstance(values[name], bool):
             raise RefusedError(400, "bad", f"{name}: missing, or not of its kind.")
-    if given["paint"] not in PAINTS:
+    if values["paint"] not in PAINTS:
         raise RefusedError(400, "bad", f"paint: pick one of {', '.join(PAINTS)}.")
-    return Decision(**given)  # type: ignore[arg-type]
+    return Decision(**values)  # type: ignore[arg-type]
 
 
 PAGE = Path(__file__).parent / "page"
@@ -214,7 +213,7 @@ def session_application(conversation: Conversation) -> ASGIApp:
         return Response(data, media_type=kind)
 
     async def ask(request: Request) -> Response:
-        # An answer is written to disk before it is confirmed: the other requests do not wait for that.
+        # An answer is written to disk before the response. In a thread, other requests do not wait for the disk.
         body = await json_body(request)
         return JSONResponse(await run_in_threadpool(conversation.ask, request.path_params["name"], body))
 
@@ -229,7 +228,7 @@ def session_application(conversation: Conversation) -> ASGIApp:
 
 @contextmanager
 def serving(conversation: Conversation, listening: socket | None = None) -> Iterator[str]:
-    """Serve a session's page in the background; give its address. Raises LutgenError: no free port."""
+    """Serve a session's page in the background; yield its address. Raises LutgenError: no free port."""
     try:
         with served(session_application(conversation), listening or port_taken(0)) as address:
             yield address
@@ -244,7 +243,7 @@ def serve(
     say: Callable[[str], None],
     listening: socket | None = None,
 ) -> None:
-    """Serve a session until it is complete and its closing page was shown; ``say`` gets troubles, in sentences."""
+    """Serve a session until it is complete and its last page was shown; ``say`` gets sentences on problems."""
     conversation = Conversation(reading, say)
     with serving(conversation, listening) as address:
         opened(address)
@@ -252,6 +251,6 @@ def serve(
         while not conversation.finished.wait(0.2):
             if reading.task() is None:
                 complete = complete or time.monotonic()
-                # Seconds for which the closing page is waited for.
+                # The last page has at most 20 s to be shown.
                 if time.monotonic() - complete > 20.0:
                     return

@@ -1,8 +1,8 @@
-"""A simulated reader: answers to a study before anybody has read it, to rehearse its analysis and to test it.
+"""A simulated reader: it answers a study before readers do, to rehearse and to test the analysis.
 
 It is no model of a pathologist. It is the simplest reader that has the paper's effects (Avanaki et al. 2015, Tables 2
-and 3), from one cause: what aging does to the colours of nuclei, ΔE2000 between their pixels un-aged and aged. Its
-*disturbance* by a difference ΔE is
+and 3) from one cause: aging changes the colours of nuclei, by ΔE2000 between their un-aged and aged pixels. The
+reader's *disturbance* by a difference ΔE is
 
     D = 1 − exp(−ΔE / scale),
 
@@ -16,8 +16,8 @@ With an image of difficulty δ, a standard normal number that is the same whenev
 so that two readings of an image agree with probability ½ (1 + E[exp(−2 doubt exp(doubt_images δ))] exp(−ΔE / scale)):
 one half, chance, when aging hides everything.
 
-**Calibration.** The default display at 18 000 h changes nuclei of three real fields (one H-DAB, two H&E) by ΔE2000 of
-4.2 to 6.7 in chroma, 15 to 18 in chroma-luma; 5.1 and 17 are taken for the paper's images. Where the paper prints
+**Calibration.** The default display at 18 000 h changes nuclei of three real fields (one H-DAB, two H&E) by a ΔE2000 of
+4.2 to 6.7 in chroma, 15 to 18 in chroma-luma; 5.1 and 17 are assumed for the paper's images. For the paper's figures
 (un-aged, chroma, chroma + luma), this reader expects:
 
     =====================  ===================  ==================
@@ -30,8 +30,8 @@ one half, chance, when aging hides everything.
     SD of ease             0.6, 1.6, 1.3        0.6, 1.2, 1.3
     =====================  ===================  ==================
 
-How much of the spread is the images' cannot be known from the paper: the shares below are assumptions. So are the
-18 000 h, which are lutgen's: the paper does not say how old the display of its study was.
+The paper does not state which part of the spread is due to images: the shares below are assumptions. The 18 000 h are
+an assumption of lutgen too: the paper does not state the age of its display.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
-#: ΔE2000 at nuclei that is taken for the paper's images, by its conditions: see the calibration above.
+#: Condition of the paper → ΔE2000 at nuclei that is assumed for the paper's images: see the calibration above.
 PAPER_DIFFERENCES = {"none": 0.0, "chroma": 5.1, "chroma-luma": 17.0}
 
 #: The scale of the paper's ease of reading.
@@ -66,7 +66,7 @@ PAPER_EASE = (1, 10)
 
 
 class Readings(NamedTuple):
-    """Answers: seconds, ease, and whether the side of the diagnosis was kept; arrays of one shape."""
+    """Answers: seconds, ease, and whether the side of the diagnosis stays the same; arrays of one shape."""
 
     seconds: Array
     ease: Array
@@ -75,43 +75,43 @@ class Readings(NamedTuple):
 
 @dataclass(frozen=True)
 class SimulatedReader:
-    """A reader who is disturbed by ΔE at nuclei; equations and calibration in the module's docstring."""
+    """A reader whom ΔE at nuclei disturbs; equations and calibration are in the module's docstring."""
 
-    #: Seed of all random numbers: the same seed gives the same answers, trial by trial, in any order.
+    #: Seed of all random numbers: the same seed gives the same answer to each trial, in any order of the trials.
     seed: int = 1
-    #: ΔE2000 that disturbs by 63 %: at ΔE 5.1 agreement falls to Table 3's 52.5 %.
+    #: ΔE2000 with a disturbance of 63 %: at ΔE 5.1 agreement falls to Table 3's 52.5 %.
     scale: float = 2.5
-    #: Seconds for an un-aged image of middling difficulty: with the spreads below, Table 2's mean of 41.0.
+    #: Seconds for an un-aged image of average difficulty: with the spreads below, Table 2's mean of 41.0.
     median: float = 37.9
-    #: SD of log seconds: of a reading and of images (together 0.40, Table 2's 17 s of 41); of readers (assumed).
+    #: SD of log seconds of a reading and of images (together 0.40, Table 2's 17 s of 41), and of readers (assumed).
     spread: float = 0.31
     spread_images: float = 0.25
     pace: float = 0.2
-    #: Log seconds lost at full disturbance: Table 2's 51.2 over 41.0.
+    #: Increase of log seconds at full disturbance: Table 2's 51.2 / 41.0.
     slowdown: float = 0.225
-    #: Ease of reading on 1..10 before it is cut to the scale, SD of a reading and of images: Table 2's 9.7, SD 0.6.
+    #: Ease of reading before it is clipped to 1..10, SD of a reading and of images: Table 2's 9.7, SD 0.6.
     ease_middle: float = 10.59
     ease_spread: float = 1.3
     ease_images: float = 0.5
-    #: Ease lost at full disturbance: Table 2's 8.4 to 8.7.
+    #: Loss of ease at full disturbance: Table 2's 8.4 to 8.7.
     ease_loss: float = 2.07
-    #: Of the diagnosis of an un-aged image: Table 3's 69.23 %; how much it differs between images (assumed).
+    #: Uncertainty of the diagnosis of an un-aged image (Table 3's 69.23 %), and its spread over images (assumed).
     doubt: float = 0.478
     doubt_images: float = 0.5
-    #: Chance to name another category of the same side, which the paper does not count (assumed).
+    #: Chance to name another category of the same side (assumed). The paper does not count such changes.
     neighbour: float = 0.2
-    #: Of the study.
+    #: Scales of the study.
     categories: Sequence[Category] = PAPER_CATEGORIES
     ease: tuple[int, int] = PAPER_EASE
 
     def disturbance(self, difference: Array | float) -> Array:
-        """Disturbance 0..1 by ΔE2000 at nuclei, which is at least 0."""
+        """Return the disturbance, 0..1, by a ΔE2000 ≥ 0 at nuclei."""
         return np.asarray(-np.expm1(-np.asarray(difference) / self.scale))
 
     def readings(
         self, difference: Array | float, difficulty: Array | float, random: np.random.Generator, pace: float = 0.0
     ) -> Readings:
-        """Read images: arrays of ΔE2000 at nuclei and of difficulty, which broadcast, become arrays of answers."""
+        """Return the answers for arrays of ΔE2000 at nuclei and of difficulty, which broadcast."""
         difference, difficulty = np.broadcast_arrays(np.asarray(difference, np.float64), np.asarray(difficulty))
         disturbed = self.disturbance(difference)
         log_seconds = np.log(self.median) + pace + self.spread_images * difficulty + self.slowdown * disturbed
@@ -122,11 +122,11 @@ class SimulatedReader:
         return Readings(np.exp(log_seconds), ease, random.random(difference.shape) < (1 + surely) / 2)
 
     def difficulty(self, image: str) -> float:
-        """Difficulty of an image: a standard normal number."""
+        """Return the difficulty of an image: a standard normal number."""
         return float(self._random(0, crc32(image.encode())).standard_normal())
 
     def answer(self, trial: StudyTrial, difference: float, difficulty: float) -> tuple[float, int, str]:
-        """Answer one trial of so large a ``difference`` (ΔE2000): seconds, ease, name of a category."""
+        """Answer one trial with a ``difference`` (ΔE2000) at nuclei: seconds, ease, name of a category."""
         pace = self.pace * float(self._random(1, trial.reader).standard_normal())
         random = self._random(2, trial.reader, trial.session, trial.position)
         read = self.readings(difference, difficulty, random, pace)
@@ -150,7 +150,7 @@ class SimulatedReader:
 def simulate(
     trials: Iterable[StudyTrial], differences: Mapping[tuple[str, str], float], reader: SimulatedReader
 ) -> tuple[Answer, ...]:
-    """Answer all trials, by (image, condition) → ΔE2000 at nuclei, 0 where none is given. Raises LutgenError."""
+    """Answer all trials, given (image, condition) → ΔE2000 at nuclei (default 0). Raises LutgenError."""
     for (image, condition), difference in differences.items():
         if not 0 <= difference < float("inf"):
             raise LutgenError(f"ΔE2000 at nuclei of {image} under {condition}: {difference:g} is not 0 or above.")
@@ -176,7 +176,10 @@ def simulate(
 
 
 def nuclear_difference(unaged: Path, aged: Mapping[str, Path]) -> dict[str, float]:
-    """Mean ΔE2000 over the nuclei of an un-aged picture, for each aged one. Raises LutgenError: unreadable."""
+    """Return the mean ΔE2000 over the nuclei of an un-aged picture, for each aged one.
+
+    Raises LutgenError: unreadable.
+    """
     field = read_field(unaged)
     nuclei = segment(field).labels > 0
     before = linear_to_lab(code_to_linear(code_of(field.keys[nuclei])))
@@ -191,7 +194,7 @@ def nuclear_difference(unaged: Path, aged: Mapping[str, Path]) -> dict[str, floa
 
 
 def measured_differences(study: Path, protocol: Protocol, progress: Progress = unseen) -> dict[tuple[str, str], float]:
-    """Measure each image of a study under each aged condition; errors as :func:`nuclear_difference`."""
+    """Return ΔE2000 at nuclei of each image under each aged condition; errors as :func:`nuclear_difference`."""
     files: dict[str, dict[str, Path]] = {}
     for render in protocol.renders:
         files.setdefault(render.image, {})[render.condition] = study / render.file

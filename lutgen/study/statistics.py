@@ -1,18 +1,18 @@
-"""Statistics of two samples, from their answers or from n, mean and SD alone: intervals, tests, sizes of effects.
+"""Statistics of two samples, from answers or only from n, mean and SD: intervals, tests, effect sizes.
 
-The tests take arrays too, study by study, so that thousands of simulated studies take a moment. Where both samples have
-no variance there is nothing to test by, and p is NaN.
+The tests accept arrays with one entry for each study, so that thousands of simulated studies take a moment. If both
+samples have no variance, p is NaN.
 
-Agreement of readers with themselves: an answer under a condition against the reader's own un-aged answer.
+Agreement within readers compares an answer under a condition with the reader's own un-aged answer.
 
 The paper (section 2.3) reads every image twice, the second time un-aged, and asks whether both diagnoses are on the
 same side, positive or negative. In general a reader may have read an image any number of times. The rule here:
 
-- An image's *reference* is the reader's un-aged answer to it in a session that showed nothing aged, the last such one;
-  where there is none, the reader's last un-aged answer to it. In the paper that is session 2.
-- Each answer under an aged condition is paired with the reference; one image read twice under the same condition gives
-  two pairs. An image that was never read un-aged gives none.
-- Of the other un-aged answers the first is paired with the reference: each image gives ``none`` one pair at most.
+- An image's *reference* is the reader's last un-aged answer to the image in a session without aged images. If there is
+  no such answer, the reference is the reader's last un-aged answer to the image. In the paper this is session 2.
+- Each answer under an aged condition is paired with the reference. An image read twice under the same condition gives
+  two pairs. An image that was never read un-aged gives no pair.
+- The first of the other un-aged answers is paired with the reference: each image gives ``none`` at most one pair.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 Item = TypeVar("Item")
 
-#: Measure beside the diagnosis → its name and unit: the paper's TTS and EOR.
+#: Measure other than the diagnosis → its name and unit: the paper's TTS and EOR.
 MEASURES = {"time": "time to score, s", "ease": "ease of reading"}
 
 
@@ -46,13 +46,13 @@ class StudySample:
 
     #: A key of ``MEASURES``.
     measure: str
-    #: How images were shown.
+    #: Condition of the images.
     condition: str
-    #: Answers, their mean, and their standard deviation with n − 1; NaN where n does not allow it.
+    #: Number of answers, their mean, and their standard deviation with n − 1; NaN for n = 1.
     n: int
     mean: float
     sd: float
-    #: The answers themselves; empty where only figures are known.
+    #: The answers; empty if only n, mean and SD are known.
     values: tuple[float, ...] = ()
 
 
@@ -63,7 +63,7 @@ def sample_of(measure: str, condition: str, values: Sequence[float]) -> StudySam
 
 
 def pairs_of(items: Iterable[Item]) -> list[tuple[Item, Item]]:
-    """Return every item with every later one: conditions are compared in their order, the un-aged one first."""
+    """Return each item with each later item: conditions are compared in their order, the un-aged condition first."""
     return list(combinations(items, 2))
 
 
@@ -75,7 +75,7 @@ Z = NormalDist().inv_cdf(0.975)
 
 
 def half_width(n: int, kind: str = "normal") -> float:
-    """Half the width of a mean's interval in standard deviations; NaN for fewer than two answers."""
+    """Return half the width of a mean's interval in standard deviations; NaN for fewer than two answers."""
     if n < 2:
         return nan
     if kind == "normal":
@@ -86,13 +86,13 @@ def half_width(n: int, kind: str = "normal") -> float:
 
 
 def mean_interval(sample: StudySample, kind: str = "normal") -> Interval:
-    """Interval of a sample's mean, of a kind of ``INTERVALS``."""
+    """Return the interval of a sample's mean, of a kind of ``INTERVALS``."""
     half = half_width(sample.n, kind) * sample.sd
     return sample.mean - half, sample.mean + half
 
 
 def wilson(count: int, n: int) -> Interval:
-    """Score interval of the share ``count`` of ``n`` ≥ 1: Wilson 1927, doi:10.1080/01621459.1927.10502953."""
+    """Return the score interval of the share ``count`` / ``n``: Wilson 1927, doi:10.1080/01621459.1927.10502953."""
     share, weight = count / n, Z**2 / n
     middle = (share + weight / 2) / (1 + weight)
     half = sqrt(weight * (share * (1 - share) + weight / 4)) / (1 + weight)
@@ -100,7 +100,7 @@ def wilson(count: int, n: int) -> Interval:
 
 
 def newcombe(first: tuple[int, int], second: tuple[int, int]) -> Interval:
-    """Interval of first − second, each (count, n): Newcombe 1998, method 10, of two Wilson intervals."""
+    """Return the interval of first − second, each (count, n): Newcombe 1998, method 10, of two Wilson intervals."""
     # doi:10.1002/(SICI)1097-0258(19980430)17:8<873::AID-SIM779>3.0.CO;2-I
     (share_1, low_1, high_1), (share_2, low_2, high_2) = ((k / n, *wilson(k, n)) for k, n in (first, second))
     difference = share_1 - share_2
@@ -111,7 +111,7 @@ def newcombe(first: tuple[int, int], second: tuple[int, int]) -> Interval:
 
 
 class SampleFigures(NamedTuple):
-    """Answers, mean and SD: numbers, or arrays with an entry a study. A ``StudySample`` has them too."""
+    """n, mean and SD of answers: numbers, or arrays with an entry for each study. A ``StudySample`` has them too."""
 
     n: Any
     mean: Any
@@ -127,7 +127,7 @@ class Tested(NamedTuple):
 
 
 def pooled(first: Any, second: Any, *, one_tailed: bool = False) -> Tested:
-    """Student's two-sample t of equal variances, of two samples with n, mean and sd."""
+    """Return Student's two-sample t with equal variances, of two samples with n, mean and sd."""
     df = np.asarray(first.n + second.n - 2, np.float64)
     with np.errstate(divide="ignore", invalid="ignore"):
         variance = ((first.n - 1) * np.square(first.sd) + (second.n - 1) * np.square(second.sd)) / df
@@ -136,7 +136,7 @@ def pooled(first: Any, second: Any, *, one_tailed: bool = False) -> Tested:
 
 
 def welch(first: Any, second: Any) -> Tested:
-    """Welch's t of unequal variances, two-sided, with Satterthwaite's degrees of freedom; parameters as ``pooled``."""
+    """Return Welch's two-sided t, with Satterthwaite's degrees of freedom; parameters as ``pooled``."""
     of_first, of_second = np.square(first.sd) / first.n, np.square(second.sd) / second.n
     with np.errstate(divide="ignore", invalid="ignore"):
         df = (of_first + of_second) ** 2 / (of_first**2 / (first.n - 1) + of_second**2 / (second.n - 1))
@@ -151,7 +151,7 @@ def _tested(difference: Any, error: Any, df: Any, *, one_tailed: bool) -> Tested
 
 
 def equal_variances(first: Any, second: Any) -> Array:
-    """F-test of equal variances: its two-sided p; parameters as ``pooled``."""
+    """Return the two-sided p of the F-test of equal variances; parameters as ``pooled``."""
     from scipy.special import fdtr, fdtrc
 
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -160,12 +160,12 @@ def equal_variances(first: Any, second: Any) -> Array:
     return np.asarray(np.minimum(2 * np.minimum(fdtr(*df, ratio), fdtrc(*df, ratio)), 1.0))
 
 
-#: An effect and its interval; NaN where there is none.
+#: An effect and its interval; NaN where it is undefined.
 Sized = tuple[float, Interval]
 
 
 def hedges_g(first: StudySample, second: StudySample) -> Sized:
-    """Second − first in pooled standard deviations, unbiased: Hedges 1981, doi:10.3102/10769986006002107."""
+    """Return second − first in pooled standard deviations, unbiased: Hedges 1981, doi:10.3102/10769986006002107."""
     t, df, _ = map(float, pooled(second, first))
     shares = 1 / first.n + 1 / second.n
     factor = _gamma_ratio(df) if df > 1 else nan
@@ -175,7 +175,7 @@ def hedges_g(first: StudySample, second: StudySample) -> Sized:
 
 
 def _gamma_ratio(df: float) -> float:
-    """c(df) = Γ(df/2) / (√(df/2) Γ((df − 1)/2)), about 1 − 3/(4 df − 1)."""
+    """Return c(df) = Γ(df/2) / (√(df/2) Γ((df − 1)/2)), about 1 − 3/(4 df − 1)."""
     return exp(lgamma(df / 2) - lgamma((df - 1) / 2)) / sqrt(df / 2)
 
 
@@ -185,20 +185,20 @@ UNAGED = "none"
 
 @dataclass(frozen=True)
 class ReadingPair:
-    """One answer and its reference: same reader, same image."""
+    """An answer and its reference: same reader, same image."""
 
     answer: Answer
     reference: Answer
 
     @property
     def agreed(self) -> bool:
-        """Whether both are positive, or both negative: what the paper counts."""
+        """Whether both are positive, or both negative, as the paper counts agreement."""
         return self.answer.positive == self.reference.positive
 
 
 @dataclass(frozen=True)
 class AgreementCounts:
-    """A row of the paper's Table 3 as it was counted."""
+    """The counts of a row of the paper's Table 3."""
 
     condition: str
     agreed: int
@@ -206,27 +206,27 @@ class AgreementCounts:
 
     @property
     def n(self) -> int:
-        """How many pairs there are."""
+        """Number of pairs."""
         return self.agreed + self.disagreed
 
     @property
     def share(self) -> float:
-        """Share that agreed, 0..1."""
+        """Share of pairs that agreed, 0..1."""
         return self.agreed / self.n
 
     def figures(self) -> SampleFigures:
-        """Return n, mean and SD of a 1 a pair that agreed and a 0 a pair that did not."""
+        """Return n, mean and SD of values that are 1 for a pair that agreed and 0 for another pair."""
         variance = self.share * (1 - self.share) * self.n / (self.n - 1) if self.n > 1 else float("nan")
         return SampleFigures(self.n, self.share, variance**0.5)
 
 
 def mixed_sessions(answers: Iterable[Answer]) -> set[tuple[str, int]]:
-    """Return the (reader, session) that showed anything aged: where the paper measures time and ease."""
+    """Return each (reader, session) with aged images, where the paper measures time and ease."""
     return {(answer.reader, answer.session) for answer in answers if answer.condition != UNAGED}
 
 
 def pairs(answers: Sequence[Answer]) -> tuple[ReadingPair, ...]:
-    """Pair answers with their references, by the rule of this module, in the order of the answers."""
+    """Pair answers with their references, by the rule in the module's docstring, in the order of the answers."""
     mixed = mixed_sessions(answers)
     unaged: dict[tuple[str, str], list[Answer]] = defaultdict(list)
     for answer in answers:
@@ -260,7 +260,7 @@ def counts(conditions: Sequence[str], reading_pairs: Sequence[ReadingPair]) -> t
 
 @dataclass(frozen=True)
 class Kappa:
-    """κ of the pairs of a condition, by ``side`` or ``category``; NaN where all readings gave the same answer."""
+    """κ of the pairs of a condition, by ``side`` or ``category``; NaN if all readings gave the same answer."""
 
     condition: str
     of: str
@@ -271,7 +271,7 @@ class Kappa:
 
 
 def kappas(conditions: Sequence[str], reading_pairs: Sequence[ReadingPair]) -> tuple[Kappa, ...]:
-    """κ of every condition that has pairs, on sides and on categories."""
+    """Return κ of every condition that has pairs, for sides and for categories."""
     rows = []
     for condition in conditions:
         of_condition = [pair for pair in reading_pairs if pair.answer.condition == condition]
@@ -309,7 +309,7 @@ def cohen(table: Array) -> tuple[float, float]:
 
 
 def odds_ratio(first: AgreementCounts, second: AgreementCounts) -> Sized:
-    """Odds of agreeing, second over first, with the exact conditional interval (Cornfield 1956)."""
+    """Return the odds ratio of agreement, second over first, with the exact conditional interval (Cornfield 1956)."""
     from scipy.stats.contingency import odds_ratio as conditional
 
     ratio = conditional([[second.agreed, second.disagreed], [first.agreed, first.disagreed]])

@@ -1,6 +1,6 @@
 """Tables of a study as CSV: answers, published counts and means, and the tables of an analysis.
 
-A table that users bring has a header, cells that are checked one by one, and comments in lines that begin with ``#``.
+A table from a user has a header, cells that are checked one by one, and comments in lines that begin with ``#``.
 """
 
 from __future__ import annotations
@@ -22,27 +22,27 @@ if TYPE_CHECKING:
 
     from lutgen.study.analysis import Analysis
 
-#: A row is some tens of bytes, and nobody reads a million images.
+#: Most bytes of a table: a row has some tens of bytes, and nobody reads a million images.
 MAX_BYTES = 64_000_000
 
-#: Cells of a column of yes and no → whether they say yes.
+#: Cell of a yes-or-no column → whether it means yes.
 _YES_NO = {"1": True, "0": False, "true": True, "false": False, "yes": True, "no": False}
 
 
 @dataclass(frozen=True)
 class Row:
-    """A line of a table; errors name file, line and column."""
+    """A line of a table. Errors name file, line and column."""
 
     file: str
     line: int
     cells: dict[str, str]
 
     def error(self, column: str, what: str) -> LutgenError:
-        """Return the error of a cell, which it quotes."""
+        """Return the error for a cell. The message quotes the cell."""
         return self.refused(column, f"{self.cells[column][:80]!r} {what}")
 
     def refused(self, column: str, why: object) -> LutgenError:
-        """Return the error of a cell in words that name it already."""
+        """Return the error for a cell, with the message ``why``."""
         return LutgenError(f"{self.file}, line {self.line}, column {column}: {why}")
 
     def text(self, column: str) -> str:
@@ -53,7 +53,7 @@ class Row:
         return cell
 
     def number(self, column: str, *, low: float, high: float = 1e9, above: bool = False) -> float:
-        """Return a number from ``low`` (above it, with ``above``) to ``high``. Raises LutgenError for any other."""
+        """Return a number from ``low`` (excluded with ``above``) to ``high``. Raises LutgenError for any other cell."""
         cell = self.cells[column]
         value = cells.number(cell)
         if value is None or not low <= value <= high or (above and value == low):
@@ -62,7 +62,7 @@ class Row:
         return value
 
     def whole(self, column: str, *, low: int, high: int = 1_000_000) -> int:
-        """Return a whole number. Raises LutgenError for any other."""
+        """Return a whole number. Raises LutgenError for any other cell."""
         cell = self.cells[column]
         value = cells.whole(cell, least=low, most=high)
         if value is None:
@@ -70,7 +70,7 @@ class Row:
         return value
 
     def yes_no(self, column: str) -> bool:
-        """Return whether a cell says yes. Raises LutgenError for what is neither."""
+        """Return whether a cell means yes. Raises LutgenError for a cell that means neither yes nor no."""
         answer = _YES_NO.get(self.cells[column].lower())
         if answer is None:
             raise self.error(column, f"is neither yes nor no. Pick one of: {', '.join(_YES_NO)}.")
@@ -78,7 +78,7 @@ class Row:
 
 
 def read_rows(file: str | Path, columns: Sequence[str], *, optional: Sequence[str] = ()) -> tuple[str, tuple[Row, ...]]:
-    """Return the remark in the first line, and the rows of exactly these columns. Raises LutgenError: another table."""
+    """Return the remark in the first line, and the rows of these columns. Raises LutgenError: another table."""
     advice = f"Give a .csv with {','.join(columns)}."
     data = read_at_most(Path(file), MAX_BYTES, what="the table", none="such table", advice=advice)
     try:
@@ -126,7 +126,7 @@ COLUMNS = tuple(field.name for field in fields(Answer))
 
 
 def read_answer_table(file: str | Path) -> tuple[str, tuple[Answer, ...]]:
-    """Return the remark in the first line, and the answers. Raises LutgenError: a wrong cell, or an image twice."""
+    """Return the remark in the first line, and the answers. Raises LutgenError: an invalid cell, or an image twice."""
     remark, rows = read_rows(file, COLUMNS)
     answers = []
     lines: dict[tuple[str, int, str], int] = {}
@@ -158,7 +158,7 @@ def _answer(row: Row) -> Answer:
 
 
 def answer_table(answers: Iterable[Answer], *, remark: str) -> str:
-    """Write answers as a table whose first line is a remark. Raises LutgenError for a remark of several lines."""
+    """Return answers as a table whose first line is a remark. Raises LutgenError for a remark of several lines."""
     if not remark or not remark.isprintable():
         raise LutgenError("the remark of a table of answers must be one line of text.")
     rows = ([int(cell) if isinstance(cell, bool) else cell for cell in astuple(answer)] for answer in answers)
@@ -168,12 +168,12 @@ def answer_table(answers: Iterable[Answer], *, remark: str) -> str:
 COUNTS = ("condition", "agreed", "disagreed")
 SUMMARY = ("condition", "measure", "n", "mean", "ci95")
 
-#: Largest count of a table: with ten times as many the exact tests take minutes.
+#: Largest count in a table: for counts ten times as large the exact tests take minutes.
 MOST = 10_000
 
 
 def read_counts(file: str | Path) -> tuple[str, tuple[AgreementCounts, ...]]:
-    """Read ``condition,agreed,disagreed``: the remark and the rows; errors as :func:`read_rows`."""
+    """Read a table ``condition,agreed,disagreed``: the remark and the rows; errors as :func:`read_rows`."""
     remark, rows = read_rows(file, COUNTS)
     counts = []
     for row in rows:
@@ -187,7 +187,7 @@ def read_counts(file: str | Path) -> tuple[str, tuple[AgreementCounts, ...]]:
 
 
 def read_summary(file: str | Path, *, ci: str = "normal") -> tuple[str, tuple[StudySample, ...]]:
-    """Read ``condition,measure,n,mean,ci95``, where ci95 is the half width; errors as :func:`read_rows`."""
+    """Read a table ``condition,measure,n,mean,ci95`` (ci95: half the width); errors as :func:`read_rows`."""
     remark, rows = read_rows(file, SUMMARY)
     samples = []
     for row in rows:
@@ -225,7 +225,7 @@ TABLE_FILES = (
 
 
 def tables_csv(analysis: Analysis) -> dict[str, str]:
-    """Return name → text of every table that has rows; the first line says where the figures come from."""
+    """Return name → text of every table that has rows. The first line states the source of the figures."""
     rows: tuple[Iterable[Mapping[str, Any]], ...] = (
         map(asdict, analysis.table2.means),
         map(asdict, analysis.table2.tests),
@@ -252,7 +252,7 @@ def tables_csv(analysis: Analysis) -> dict[str, str]:
 
 
 def _flat(row: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
-    """Lay out a row: intervals as ``…_low`` and ``…_high``, McNemar's test in columns of its own."""
+    """Yield the cells of a row: intervals as ``…_low`` and ``…_high``, McNemar's test in separate columns."""
     for name, value in row.items():
         if name == "mcnemar":
             for part in ("pairs", "first_only", "second_only", "p"):
@@ -265,7 +265,7 @@ def _flat(row: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
 
 
 def _cell(value: Any) -> Any:
-    """Write twelve digits, which rounding on other processors does not change; nothing for what is not finite."""
+    """Format a cell: twelve digits, which do not depend on the processor's rounding; empty if not finite."""
     if not isinstance(value, float):
         return value
     return f"{value:.12g}" if isfinite(value) else ""

@@ -38,7 +38,7 @@ def command(
     from contextlib import suppress
     from threading import Thread
 
-    from lutgen.explore.commands import Asked, example_readings, tissue
+    from lutgen.explore.commands import WindowState, example_readings, tissue
     from lutgen.explore.serve import serve
     from lutgen.server import port_taken
 
@@ -52,6 +52,6 @@ def command(
 
     with port_taken(port) as listening:
         readings = data or ("" if model else str(example_readings()))
-        asked = Asked(readings, image or str(tissue()), model, baseline)
+        state = WindowState(readings, image or str(tissue()), model, baseline)
         with suppress(KeyboardInterrupt):
-            serve(asked, listening, opened=opened, wait=bool(data or image or model))
+            serve(state, listening, opened=opened, wait=bool(data or image or model))

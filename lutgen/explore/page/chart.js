@@ -1,25 +1,25 @@
-// Charts, drawn by uPlot (vendor/NOTICE says why): an error in slices of the readings, and the drift of colours.
+// Charts by uPlot (vendor/NOTICE gives the reason): the error in slices of the readings, and the drift of colours.
 
 import uPlot from "./vendor/uPlot.esm.js";
 import { colour, element, ratio, spaced } from "./words.js";
 
-/** An error up to so many times the noise may be noise, as `lutgen compare` has it. */
+/** An error of up to this many times the noise may be noise, as in `lutgen compare`. */
 const CLEAR = 1.5;
 
 const FONT = "10px system-ui, sans-serif";
 
-/** Places along the axis: by number where points have numbers of their own. @param {import("./contract").Point[]} points */
+/** Places along the axis: the points' numbers if they have numbers, else their indices. @param {import("./contract").Point[]} points */
 function places(points) {
   const numbers = points.map((point) => point.at);
   const own = numbers.every((each) => typeof each === "number") && new Set(numbers).size === numbers.length;
   return own ? /** @type {number[]} */ (numbers) : numbers.map((_, place) => place);
 }
 
-/** Powers of ten and the noise. */
+/** Ticks of the axis: powers of ten and the noise. */
 const LEVELS = [1, 10, 100, 1000, 10_000];
 
 /**
- * One small multiple: error over noise, the noise as a band, and a button on each point.
+ * One small multiple: error / noise, the noise as a band, and a button on each point.
  * @param {import("./contract").Slice} slice
  * @param {{top: number, other: (number | null)[] | null, chosen: number, point: (place: number, button: HTMLElement | null) => void, choose: (place: number) => void}} options
  */
@@ -59,7 +59,7 @@ export function multiple(slice, { top, other, chosen, point, choose }) {
     });
     return button;
   });
-  // Names have no order that a line could follow.
+  // Names have no order, so no line joins their points.
   const named = slice.points.some((each) => Number.isNaN(Number.parseFloat(String(each.at))));
   const quiet = colour("--quiet");
   const accent = colour(slice.points.some((each) => each.ratio > CLEAR) ? "--error" : "--good");
@@ -110,7 +110,7 @@ export function multiple(slice, { top, other, chosen, point, choose }) {
   return box;
 }
 
-/** An axis as both charts have it. @returns {uPlot.Axis} */
+/** The common options of an axis. @returns {uPlot.Axis} */
 const axis = () => ({
   gap: 2,
   font: FONT,
@@ -120,7 +120,7 @@ const axis = () => ({
 });
 
 /**
- * Draw in an element, in its size whatever that becomes.
+ * Draw a chart in an element, and redraw it when the element's size changes.
  * @param {HTMLElement} host @param {Partial<uPlot.Options>} options @param {uPlot.AlignedData} data @param {(plot: uPlot) => void} [fitted]
  */
 function drawIn(host, options, data, fitted = () => {}) {
@@ -134,7 +134,7 @@ function drawIn(host, options, data, fitted = () => {}) {
   }).observe(host);
 }
 
-/** The noise: a band up to what is clear, and a line at 1. @param {uPlot} plot */
+/** Draw the noise: a band up to the clear error, and a line at 1. @param {uPlot} plot */
 function band(plot) {
   const { ctx, bbox } = plot;
   const [above, line] = [CLEAR, 1].map((level) => plot.valToPos(level, "y", true));
@@ -150,7 +150,7 @@ function band(plot) {
   ctx.restore();
 }
 
-/** A stem from the noise to each point. @param {uPlot} plot @param {uPlot.AlignedData} data @param {string} stroke */
+/** Draw a stem from the noise to each point. @param {uPlot} plot @param {uPlot.AlignedData} data @param {string} stroke */
 function stems(plot, [across, ratios], stroke) {
   const { ctx } = plot;
   ctx.save();
@@ -166,7 +166,7 @@ function stems(plot, [across, ratios], stroke) {
   ctx.restore();
 }
 
-/** The first and the last place in words. @param {uPlot} plot @param {string[]} ends @param {string} stroke */
+/** Label the first and the last place. @param {uPlot} plot @param {string[]} ends @param {string} stroke */
 function ticks(plot, ends, stroke) {
   const { ctx, bbox } = plot;
   ctx.save();
@@ -182,7 +182,7 @@ function ticks(plot, ends, stroke) {
   ctx.restore();
 }
 
-/** Marks of the colours whose drift is drawn. */
+/** Marks of the colours in the chart of drift. */
 const MARKS = /** @type {Record<string, string>} */ ({
   white: "--ink",
   red: "--red",
@@ -191,7 +191,7 @@ const MARKS = /** @type {Record<string, string>} */ ({
 });
 
 /**
- * Δu′v′ of white and primaries since the first session: points are measured, lines predicted.
+ * Draw Δu′v′ of white and primaries since the first session: points are measured, lines are predicted.
  * @param {import("./contract").Drift[]} drift
  */
 export function driftChart(drift) {

@@ -1,4 +1,4 @@
-// What the server says; for the type checker alone.
+// Types of the server's messages, only for the type checker.
 
 export interface Overview {
   window: string;
@@ -8,19 +8,19 @@ export interface Overview {
   readings: number;
   hours: number[];
   max_hours: number;
-  /** What is shown first: its table is on its way with the page. */
+  /** The first mode and hours: their table is sent with the page. */
   first: { mode: string; hours: number; size: number };
   modes: string[];
   baseline: string;
-  /** Names, and what the model knows of the display by each. */
+  /** Names of baselines, and what the model knows of the display with each. */
   baselines: Record<string, string>;
   image: ImageSize | null;
-  /** Null until the first comparison, which comes as an event. */
+  /** Null until the first comparison, which is sent as an event. */
   error: ModelError | null;
   on: string[];
-  /** The readings' file is a campaign file that the page has made of sessions. */
+  /** The file of the readings is a campaign file that was written for the page from dropped sessions. */
   written: boolean;
-  /** Bytes of each kind of file that the server takes. */
+  /** Most bytes of each kind of file that the server accepts. */
   limits: { readings: number; image: number; code: number };
   can_diagnose: boolean;
 }
@@ -40,14 +40,14 @@ export interface ImageSize {
 export interface ModelError {
   provisional?: boolean;
   what_if?: boolean;
-  /** Number of the switching that it answers: the fit may come before the first step, on another connection. */
+  /** Number of the switch request: the fit may arrive before the first step, on another connection. */
   switch: number;
   noise_ratio: number;
   mean_de2000: number;
   noise_de2000: number;
   /** The noise explains the error. */
   agrees: boolean;
-  /** Where and which way the model errs most, or that it agrees, in the words of `lutgen compare`. */
+  /** The sentence of `lutgen compare`: place and direction of the largest error, or that the model agrees. */
   sentence: string;
   effects: FittedEffect[];
   slices: Slice[];
@@ -89,15 +89,15 @@ export interface Point {
   label: string;
   ratio: number;
   rows: number[];
-  /** The error of those of its readings that another point has too, by the slice and the number of the other point. */
+  /** The error of the readings that this point shares with another point, by slice and number of the other point. */
   within: Record<string, (number | null)[]>;
-  /** Its number in the slice, in the order of `within`. */
+  /** Number of the point in its slice: the index in `within`. */
   place: number;
 }
 
 export interface Reading {
   row: number;
-  /** In the file. */
+  /** Line in the file. */
   line: number;
   patch: [number, number, number];
   hours: number;
@@ -117,13 +117,13 @@ export interface Effect {
   name: string;
   sentence: string;
   sees_words: string;
-  /** Of what that is the size. */
+  /** The parameter of this size. */
   sees_of: string;
   visible: boolean;
   /** The model came with it. */
   given: boolean;
   alone_noise: number | null;
-  /** It was tried alone, whether or not it could be fitted. */
+  /** Whether the effect was tried alone, also if its fit failed. */
   tried: boolean;
   on: boolean;
   own: boolean;
@@ -134,14 +134,14 @@ export interface Verdict {
   name: string;
   effects: string[];
   rivals: string[][];
-  /** What else a reader must know. */
+  /** Further remarks for the user. */
   remarks: string[];
   next: string;
 }
 
-/** What readings that were withheld from the fit say of it. */
+/** The result of the test of the fit on withheld readings. */
 export interface Support {
-  /** `lutgen refine` asks for `--keep`. */
+  /** Whether `lutgen refine` requires `--keep`. */
   keep: boolean;
   sentence: string;
 }

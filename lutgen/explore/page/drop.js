@@ -1,4 +1,4 @@
-// Files that come from outside: dropped anywhere, pasted, or chosen; readings, an image, or an effect.
+// Files from the user, dropped anywhere, pasted, or chosen: readings, an image, or an effect.
 
 import { trying } from "./server.js";
 import { byId, element, input } from "./words.js";
@@ -30,7 +30,7 @@ export function dropOf(server, page) {
       panel.hidePopover();
     });
     byId("drop-state").textContent = "";
-    // The remedy that the command line's sentence names is a button here.
+    // The command line's message names a remedy, which is a button here.
     same.hidden = !byId("drop-trouble").textContent?.includes("--same-display");
     same.onclick = () => open(files, { same: "yes" });
   };
@@ -111,7 +111,7 @@ export function dropOf(server, page) {
 }
 
 /**
- * Send files, one after the other, or the hours of files that were sent before.
+ * Send files one after the other, or the hours of files that were sent before.
  * @param {import("./server.js").Server} server @param {File[]} files @param {{hours?: string, same?: string}} told
  */
 async function sent(server, files, told) {

@@ -1,4 +1,4 @@
-// The error: one number and its bar, where it sits, the patches behind it, and the drift of colours.
+// The error: one number and its bar, its slices, its patches, and the drift of colours.
 
 import { driftChart, multiple } from "./chart.js";
 import { byId, element, ratio, spaced, spacedIn } from "./words.js";
@@ -6,13 +6,13 @@ import { byId, element, ratio, spaced, spacedIn } from "./words.js";
 /** @typedef {import("./contract").ModelError} ModelError */
 /** @typedef {import("./contract").Reading} Reading */
 
-/** Swatches that are drawn: more than any screen shows. */
+/** Most swatches: more than any screen shows. */
 const MOST = 200;
 
-/** Readings that a tip lists. */
+/** Most readings in a tip. */
 const LISTED = 5;
 
-/** Ends of the charts' axis. */
+/** Possible ends of the charts' axis. */
 const TOPS = [10, 30, 100, 300, 1000, 3000, 10_000, 100_000];
 
 /** @param {readonly number[]} colour */
@@ -21,7 +21,7 @@ const css = (colour) => `rgb(${colour.map((each) => Math.round(each)).join(" ")}
 /** @param {readonly number[]} patch */
 const code = (patch) => patch.map((each) => Number(each.toFixed(3))).join(", ");
 
-/** A slice in the page's numbers, whose points stand in the order of their numbers, or of the numbers that their names begin with. @param {import("./contract").Slice} slice */
+/** Return a slice with formatted labels and points sorted by number, or by the number at the start of a name. @param {import("./contract").Slice} slice */
 function ordered(slice) {
   const number = (/** @type {import("./contract").Point} */ { at }) =>
     typeof at === "number" ? at : Number.parseFloat(at);
@@ -32,11 +32,11 @@ function ordered(slice) {
 }
 
 export function errorOf() {
-  /** Not yet there while the first comparison runs. @type {ModelError} */
+  /** Undefined while the first comparison runs. @type {ModelError} */
   let error;
-  /** The largest error since the session was opened: the bar's end. */
+  /** The largest error of the open session: the end of the bar. */
   let first = 0;
-  /** Whether it is that of the session that is open. */
+  /** Whether the error of the open session is known. */
   let known = false;
   /** @type {{slice: string, at: number | string} | null} */
   let choice = null;
@@ -69,7 +69,7 @@ export function errorOf() {
   const chosenPoint = () => chosenSlice()?.points.find((each) => each.at === choice?.at);
 
   const charts = () => {
-    // The element with the focus is drawn anew: its successor gets the focus.
+    // The element with the focus is replaced: the new element gets the focus.
     const had = document.activeElement?.closest(".slice")?.getAttribute("data-slice");
     const place = had
       ? [...(document.activeElement?.parentElement?.children ?? [])].indexOf(
@@ -78,7 +78,7 @@ export function errorOf() {
       : -1;
     const chosen = choice && chosenPoint();
     const ends = error.slices.flatMap((slice) => slice.points.map((point) => point.ratio));
-    // The axis does not shrink while effects are tried, so that the points are seen to fall.
+    // The axis does not shrink while effects are switched, so that a user sees the points fall.
     top = Math.max(top, TOPS.find((each) => each >= Math.max(...ends)) ?? 100_000);
     const boxes = error.slices.map((slice) =>
       multiple(slice, {
@@ -153,7 +153,7 @@ export function errorOf() {
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => error && charts());
 
   return {
-    /** Show an error; give it as it is shown. @param {ModelError} next */
+    /** Show an error, and return it. @param {ModelError} next */
     show(next) {
       error = { ...next, slices: next.slices.map(ordered) };
       known = true;
@@ -177,7 +177,7 @@ export function errorOf() {
       byId("ratio-bar").style.width = "0";
       byId("error").classList.remove("good", "provisional");
     },
-    /** The error that is shown, once it is known. */
+    /** The shown error; undefined before the first comparison. */
     get now() {
       return known ? error : undefined;
     },
@@ -195,7 +195,7 @@ function swatch(reading) {
 const inWords = (reading) =>
   `line ${reading.line}: RGB ${code(reading.patch)} at ${spaced(reading.hours)} h, ΔE2000 ${reading.de2000.toFixed(2)}, ${ratio(reading.sigma)} σ`;
 
-/** Show a tip beside an element, or none. @param {HTMLElement | null} beside @param {(Node | string)[]} content */
+/** Show a tip beside an element; null hides the tip. @param {HTMLElement | null} beside @param {(Node | string)[]} content */
 function showTip(beside, content = []) {
   const tip = byId("tip");
   tip.hidden = !beside;

@@ -1,4 +1,4 @@
-// The page of `lutgen explore`: the picture first, then all that is about its model (session.js).
+// The page of `lutgen explore`: first the picture, then everything about its model (session.js).
 
 import { pictureOf } from "./picture.js";
 import { GONE, Refusal, Server } from "./server.js";
@@ -7,7 +7,7 @@ import { byId, spaced, tell } from "./words.js";
 const server = new Server();
 server.gone = (sentence) => tell("dead", sentence);
 
-/** Say what is shown. @param {import("./contract").Overview} overview */
+/** Write the page's heading: the readings and the model. @param {import("./contract").Overview} overview */
 function head(overview) {
   const sessions = overview.hours.length;
   byId("name").textContent = overview.name;
@@ -19,12 +19,12 @@ function head(overview) {
 }
 
 try {
-  // What draws is made while the server opens the readings.
+  // The viewer is created while the server opens the readings.
   const picture = pictureOf(server);
   const overview = await server.open();
   head(overview);
   await picture.begin(overview);
-  // Nothing is fitted until the page listens, nor is the rest loaded: the picture has the processors for itself.
+  // The picture comes first: the server fits only after the page listens, and the other modules are loaded later.
   const { sessionOf } = await import("./session.js");
   await sessionOf(server, picture, head).begin(overview);
   document.body.dataset.ready = "yes";

@@ -1,4 +1,4 @@
-// The physics: the catalogue of effects with a switch each, their parameters, the search, and an effect of one's own.
+// The physics: the effects with a switch each, their parameters, the diagnosis, and the user's own effects.
 
 import { latest, trying } from "./server.js";
 import { byId, element, input, ratio, readable, save, spacedIn, tell } from "./words.js";
@@ -6,10 +6,10 @@ import { byId, element, input, ratio, readable, save, spacedIn, tell } from "./w
 /** @typedef {import("./contract").Effect} Effect */
 /** @typedef {import("./contract").ModelError} ModelError */
 
-/** The element that shows refusals. */
+/** Identifier of the element that shows refusals. */
 const TROUBLE = "physics-trouble";
 
-/** Milliseconds after which a fit is worth a button that stops it. */
+/** Milliseconds after which a running fit gets a button that stops it. */
 const SLOW = 1500;
 
 /** Steps of a parameter's slider. */
@@ -18,7 +18,7 @@ const STEPS = 1000;
 /**
  * @param {import("./server.js").Server} server
  * @param {{error: (error: ModelError) => void, begin: (overview: import("./contract").Overview) => Promise<void>}} page
- *   is told of each new error, and of readings that are compared anew
+ *   gets each new error, and the overview after a new comparison of the readings
  */
 export function physicsOf(server, page) {
   /** @type {Effect[]} */
@@ -27,16 +27,16 @@ export function physicsOf(server, page) {
   let found = [];
   /** @type {string[]} */
   let rivals = [];
-  /** The baseline that is compared. */
+  /** The baseline of the comparison. */
   let compared = "";
   /** The error of the model without effects, for the bars. */
   let start = 0;
-  /** Effects that were switched on, until the server has taken them. @type {string[] | null} */
+  /** Effects that are switched on here, until the server has accepted them. @type {string[] | null} */
   let pending = null;
-  /** What-if values that are set: "effect parameter" → value. @type {Map<string, number>} */
+  /** What-if values: "effect parameter" → value. @type {Map<string, number>} */
   const whatIf = new Map();
 
-  /** Whose parameters are shown. @type {ModelError | null} */
+  /** The error whose parameters are shown. @type {ModelError | null} */
   let drawn = null;
   let slow = 0;
   byId("stop").addEventListener("click", () => trying(TROUBLE, () => server.post("cancel")));
@@ -49,11 +49,11 @@ export function physicsOf(server, page) {
       page.error(await server.post("switch", { effects: names }));
     });
     if (pending === names) pending = null;
-    // If the server refuses, the effects that were on before stay on.
+    // If the server refuses, the previous effects stay on.
     if (!taken) take(await server.get("effects").catch(() => effects));
   });
 
-  /** The effect that was switched on last, until its parameters are seen. */
+  /** The effect that was switched on last, until its parameters are shown. */
   let turned = "";
 
   /** @param {string} name @param {boolean} wanted */
@@ -68,7 +68,7 @@ export function physicsOf(server, page) {
     await trying(TROUBLE, async () => page.error(await server.post("what-if", asked)));
   });
 
-  /** The row of each effect, and what brings it up to date. @type {Map<string, {item: HTMLLIElement, update: (effect: Effect) => void}>} */
+  /** The row of each effect, and the function that updates the row. @type {Map<string, {item: HTMLLIElement, update: (effect: Effect) => void}>} */
   let lines = new Map();
 
   const rows = (anew = false) => {
@@ -83,10 +83,10 @@ export function physicsOf(server, page) {
     if (focused instanceof HTMLElement && list.contains(focused)) focused.focus({ preventScroll: true });
   };
 
-  /** Whether rows keep their places, so that no row moves while a user switches it. */
+  /** Whether rows keep their places, so that no row moves while a user clicks its switch. */
   let kept = false;
 
-  /** Order of the rows: effects of the verdict, then those that lower the error most; effects that cannot be seen, last. */
+  /** Order of the rows: effects of the verdict, then by the error with the effect alone; undetectable effects last. */
   const order = (anew = false) => {
     const places = [...byId("effects").children].map((each) => each.id);
     const tried = effects.length > 0 && effects.every((each) => each.tried || each.given || !each.visible);
@@ -113,7 +113,7 @@ export function physicsOf(server, page) {
     const words = element("div", { class: "words", id: `${id}-words` }, sentence.replaceAll("``", ""));
     const rival = element(
       "span",
-      { class: "rival", title: "These readings do not tell it from what was found" },
+      { class: "rival", title: "These readings do not distinguish this effect from the verdict's effect" },
       "rival",
     );
     const label = element("label", { for: id }, name, " ", rival);
@@ -139,7 +139,7 @@ export function physicsOf(server, page) {
     return { item, update };
   };
 
-  /** How far the error falls with an effect alone. @param {HTMLElement} box @param {number | null} value */
+  /** Draw the error with an effect alone. @param {HTMLElement} box @param {number | null} value */
   const alone = (box, value) => {
     if (value === null) return box.replaceChildren();
     const fill = element("i");
@@ -153,14 +153,14 @@ export function physicsOf(server, page) {
     clearTimeout(slow);
     byId("stop").hidden = true;
     if (error.provisional) slow = setTimeout(() => tell("stop", "Stop the fit"), SLOW);
-    // Sliders keep the values that a user set, beside the intervals of the fit.
+    // Sliders keep the values that a user set, and show the intervals of the fit.
     if (error.what_if) return;
     const names = error.effects.map((each) => `effect-${each.name}-parameters`);
     for (const place of document.querySelectorAll(".parameters"))
       if (!names.includes(place.id)) place.replaceChildren();
-    // Which parameters an effect has here, the fit decides.
+    // The fit sets which parameters of an effect are free.
     if (error.provisional) return;
-    // Nor do they go while effects are tried: only rows that are new lack theirs.
+    // Intervals stay while effects are switched: only new rows have no interval yet.
     const same = error === drawn;
     drawn = error;
     if (!same) for (const place of document.querySelectorAll(".parameters")) place.replaceChildren();
@@ -232,7 +232,7 @@ export function physicsOf(server, page) {
     return line;
   };
 
-  /** Show which model of the fresh display is compared. @param {string} name */
+  /** Show the model of the fresh display in the comparison. @param {string} name */
   const baseline = (name) => {
     const choice = input("baseline");
     choice.value = compared = name;
@@ -265,12 +265,12 @@ export function physicsOf(server, page) {
     void trying(TROUBLE, () => server.post("cancel"));
   });
 
-  /** Add a user's effect, and switch it on beside the effects that are on. */
+  /** Add a user's own effect, and switch it on in addition to other effects. */
   const add = async (/** @type {unknown} */ body, /** @type {Record<string, unknown>} */ query = {}) =>
     trying(TROUBLE, async () => {
       const known = new Set(effects.map((each) => each.name));
       const list = await server.post("own", body, query);
-      // A changed file may declare its effects otherwise.
+      // A changed file may declare other parameters of its effects.
       for (const each of effects.filter(({ own }) => own)) lines.delete(each.name);
       take(list);
       for (const { name } of effects.filter((each) => !known.has(each.name))) turn(name, true);

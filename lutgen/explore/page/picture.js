@@ -1,19 +1,19 @@
-// The picture: hours, modes, wiper, map and zoom around the viewer, and the numbers beside it.
+// The picture: the viewer with its controls (hours, modes, wiper, map and zoom), and the numbers beside it.
 
 import { latest, trying } from "./server.js";
 import { hourly, MAP_COLOURS, Viewer } from "./viewer.js";
 import { byId, element, input, spaced, tell } from "./words.js";
 
-/** ΔE2000 at which a map's colours may end. */
+/** Possible ends of the map's scale in ΔE2000. */
 const REACHES = [2, 3, 5, 8, 12, 15, 20, 25, 30, 40, 50, 100];
 
-/** Milliseconds without a move after which the slider rests. */
+/** Milliseconds without a move after which the slider counts as resting. */
 const REST = 80;
 
-/** Milliseconds in which the picture of one model becomes that of the next: what changes is seen. */
+/** Milliseconds of the transition to another model's picture, so that a user sees the change. */
 const FADE = 700;
 
-/** A viewer, or null and the reason on the page where the browser cannot draw. @param {HTMLElement} host */
+/** Return a viewer; null if the browser cannot draw, with the reason on the page. @param {HTMLElement} host */
 function viewerIn(host) {
   try {
     return Object.assign(host, { viewer: new Viewer(host, ["un-aged", "aged", "compensated"]) }).viewer;
@@ -57,7 +57,7 @@ export function pictureOf(server) {
     viewer?.age(table);
   };
 
-  /** Go over to a table of another model. @param {import("./viewer.js").Table} table */
+  /** Blend to a table of another model. @param {import("./viewer.js").Table} table */
   const fade = (table) => {
     const before = viewer?.aged.first;
     const same = before?.size === table.size && before.values.every((each, place) => each === table.values[place]);
@@ -73,7 +73,7 @@ export function pictureOf(server) {
     step(start);
   };
 
-  /** The numbers of the model before, at the same mode and hours. @type {{at: string, now: Record<string, string>, was: Record<string, string>}} */
+  /** The numbers of the previous model at the same mode and hours. @type {{at: string, now: Record<string, string>, was: Record<string, string>}} */
   let last = { at: "", now: {}, was: {} };
 
   const figures = latest(async () => {
@@ -100,7 +100,7 @@ export function pictureOf(server) {
     if (found.mean_2sd != null) widen(found.mean_2sd);
   });
 
-  /** Let the map's colours reach a ΔE2000; they never reach less than before, so that pictures can be compared. @param {number} difference */
+  /** Extend the map's scale to a ΔE2000. The scale never shrinks, so that pictures can be compared. @param {number} difference */
   const widen = (difference) => {
     const wanted = REACHES.find((each) => each >= difference) ?? 100;
     if (wanted <= reach) return;
@@ -117,7 +117,7 @@ export function pictureOf(server) {
     if (input("map").checked) viewer?.map(reach);
   };
 
-  /** A correction costs a search of many tables' time: it follows when the slider rests. */
+  /** Computing a correction takes as long as many tables, so it starts when the slider rests. */
   let resting = 0;
   const correct = () => {
     clearTimeout(resting);
@@ -167,7 +167,7 @@ export function pictureOf(server) {
     byId("viewer").addEventListener("pointerup", () => draw());
   }
 
-  /** Say that a large image is shown smaller. @param {import("./contract").ImageSize | null} image */
+  /** Show a note if a large image is shown reduced. @param {import("./contract").ImageSize | null} image */
   const note = (image) => {
     const smaller = image && image.shown_width < image.width;
     byId("image-note").textContent = smaller
@@ -184,12 +184,12 @@ export function pictureOf(server) {
   };
 
   return {
-    /** What is shown, as a request's query. */
+    /** The shown mode and hours, as a request's query. */
     shown: () => ({ mode, hours: hours() }),
     note,
-    /** The image has been counted: its numbers can be had. */
+    /** The image's colours have been counted: request its numbers. */
     measure: () => void figures(null),
-    /** The model has changed: the same picture anew. @param {import("./contract").ModelError} error */
+    /** The model has changed: draw the same picture again. @param {import("./contract").ModelError} error */
     refresh({ provisional, effects }) {
       if (!provisional) {
         const names = effects.filter((each) => !each.given).map((each) => each.name);
@@ -212,14 +212,14 @@ export function pictureOf(server) {
           return element("label", {}, radio, ` ${each}`);
         }),
       );
-      // The same display under another model is seen at the same hour.
+      // For another model of the same display the hour stays.
       if (slider.max !== String(overview.max_hours)) {
         slider.max = String(overview.max_hours);
         slider.value = slider.max;
       }
       reach = 0;
       const last = overview.max_hours || 1;
-      // Labels of hours that would overlap are left out; the first and the last stay.
+      // Labels of hours that would overlap are left out, except the first and the last.
       let right = Number.NEGATIVE_INFINITY;
       const kept = overview.hours.filter((hour) => {
         const fits = hour === last || (hour / last - right > 0.09 && (hour === 0 || 1 - hour / last > 0.09));
@@ -238,7 +238,7 @@ export function pictureOf(server) {
       slider.disabled = !overview.max_hours;
       note(overview.image);
       said();
-      // The picture comes before anything else is asked: its corrected part, and its numbers.
+      // First the picture; its corrected part and its numbers are requested after it.
       if (viewer) {
         await Promise.all([aged(false), load()]);
         viewer.draw();
@@ -247,7 +247,7 @@ export function pictureOf(server) {
       correct();
       void figures(null);
     },
-    /** Take another image. @param {File} file */
+    /** Send another image and show it. @param {File} file */
     async take(file) {
       const before = byId("image-note").textContent;
       byId("image-note").textContent = "Reading the image …";

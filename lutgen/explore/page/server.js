@@ -1,14 +1,14 @@
-// The server behind the page: requests of this window, its events, and the word when it has gone.
+// The server of the page: requests of this window, its events, and the notice when the server has gone.
 
 import { tell } from "./words.js";
 
 export const GONE =
   "The server has ended, so nothing here answers any more. Start lutgen explore again; it opens a new page.";
 
-/** A refusal in the server's own sentence. */
+/** A refused request, with the server's sentence. */
 export class Refusal extends Error {}
 
-/** Do what the server may refuse, in a sentence that an element then shows; whether it was done. @param {string} id @param {() => Promise<unknown>} task */
+/** Run a task; if the server refuses it, show the sentence in an element. Return whether the task succeeded. @param {string} id @param {() => Promise<unknown>} task */
 export async function trying(id, task) {
   tell(id);
   try {
@@ -24,7 +24,7 @@ export async function trying(id, task) {
 export class Server {
   constructor() {
     this.window = "";
-    /** Called with what to do when the server or its window has gone, with "" when it is back. */
+    /** Called with advice when the server or its window has gone, with "" when it is back. */
     this.gone = (/** @type {string} */ _sentence) => {};
     /** @type {EventSource | null} */
     this.source = null;
@@ -32,7 +32,7 @@ export class Server {
     this.limits = {};
   }
 
-  /** Refuse files that the server would not take, before they are sent. @param {File[]} files @param {string} kind */
+  /** Refuse, before sending, files that the server would refuse. @param {File[]} files @param {string} kind */
   check(files, kind) {
     const large = files.find((each) => each.size > this.limits[kind]);
     if (large)
@@ -41,7 +41,7 @@ export class Server {
       );
   }
 
-  /** The window that comes at the end of the page. @returns {Promise<import("./contract").Overview>} */
+  /** The window whose data are at the end of the page. @returns {Promise<import("./contract").Overview>} */
   async open() {
     if (document.readyState === "loading")
       await new Promise((parsed) => document.addEventListener("DOMContentLoaded", parsed));
@@ -92,19 +92,19 @@ export class Server {
     return (await this.fetch(this.address(what, query), request)).json();
   }
 
-  /** A table as the viewer takes it. @param {Record<string, unknown>} query @returns {Promise<import("./viewer.js").Table>} */
+  /** A table for the viewer. @param {Record<string, unknown>} query @returns {Promise<import("./viewer.js").Table>} */
   async table(query) {
     const response = await this.fetch(this.address("table", query));
     const size = Number(response.headers.get("X-Lutgen-Size"));
     return { size, values: new Uint16Array(await response.arrayBuffer()), differences: Boolean(query.map) };
   }
 
-  /** Call back on the server's events, by their names. @param {Record<string, (content: any) => void>} listeners */
+  /** Call the listeners on the server's events, by the events' names. @param {Record<string, (content: any) => void>} listeners */
   listen(listeners) {
     this.source?.close();
     this.source = new EventSource(this.address("events"));
     for (const [name, listener] of Object.entries(listeners)) {
-      // The browser's own "error" has no data: the connection was lost.
+      // An "error" without data is the browser's own event: the connection was lost.
       this.source.addEventListener(name, (event) => {
         if (event instanceof MessageEvent) listener(JSON.parse(event.data));
       });
@@ -117,8 +117,8 @@ export class Server {
 }
 
 /**
- * Let one request run at a time, and after it only the last that was asked for meanwhile: a slider asks faster than
- * anybody answers.
+ * Run one request at a time, and after it only the latest of the requests that came meanwhile: a slider sends requests
+ * faster than the server answers.
  * @template A @param {(asked: A) => Promise<void>} task
  */
 export function latest(task) {

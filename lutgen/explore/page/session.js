@@ -1,4 +1,4 @@
-// What is about the model of the readings that are open: error, physics, what is dropped and what is taken away.
+// Everything about the model of the open readings: error, physics, dropped files and downloads.
 
 import { dropOf } from "./drop.js";
 import { errorOf } from "./error.js";
@@ -8,12 +8,12 @@ import { takeOf } from "./take.js";
 /**
  * @param {import("./server.js").Server} server
  * @param {ReturnType<typeof import("./picture.js").pictureOf>} picture
- * @param {(overview: import("./contract").Overview) => void} head says what is shown
+ * @param {(overview: import("./contract").Overview) => void} head writes the page's heading
  */
 export function sessionOf(server, picture, head) {
   const error = errorOf();
 
-  /** The last switching whose error was shown, and whether that was of its fit. */
+  /** Number of the last switch request whose error is shown, and whether this error is of the fit. */
   let answered = { number: 0, fitted: false };
 
   /** @param {import("./contract").ModelError} next */
@@ -27,7 +27,7 @@ export function sessionOf(server, picture, head) {
     take.refresh();
   };
 
-  /** Show other readings, or the same under another model. @param {import("./contract").Overview} overview */
+  /** Show other readings, or the same readings under another model. @param {import("./contract").Overview} overview */
   const again = async (overview) => {
     head(overview);
     await Promise.all([picture.begin(overview), begin(overview)]);
@@ -56,7 +56,7 @@ export function sessionOf(server, picture, head) {
     error.forget();
     take.begin(overview);
     await physics.begin(overview);
-    // An error that came before these readings did was forgotten with that of the others.
+    // An error that came before these readings was reset together with the previous readings' error.
     const { error: missed } = error.now ? { error: null } : await server.get("overview");
     if (missed && !error.now) show(missed);
   };

@@ -1,4 +1,4 @@
-// Take it away: files of what is shown, and the commands that make the same.
+// Downloads: files of the shown state, and the commands that make the same files.
 
 import { trying } from "./server.js";
 import { byId, element, input, save, spaced, tell } from "./words.js";
@@ -27,7 +27,7 @@ export function takeOf(server, page) {
   /** @param {string} what @param {HTMLButtonElement} button */
   const take = async (what, button) => {
     const { mode, hours } = page.shown();
-    byId("take-state").textContent = `Making it, ${mode} at ${spaced(hours)} h …`;
+    byId("take-state").textContent = `Making the file, ${mode} at ${spaced(hours)} h …`;
     const making = new AbortController();
     const cancel = byId("take-cancel");
     cancel.onclick = () => making.abort();
@@ -64,7 +64,7 @@ export function takeOf(server, page) {
       await navigator.clipboard.writeText(command);
       copy.textContent = "Copied";
     });
-    // An option and a name stay whole where a line ends.
+    // A line is never broken within an option or a name.
     const parts = command.split(/(?<= )/).map((each) => element("i", {}, each));
     return element("li", {}, element("span", {}, words), element("code", {}, ...parts), copy);
   };
@@ -73,7 +73,7 @@ export function takeOf(server, page) {
     const doubtful = page.error()?.effects.filter((each) => !each.supported) ?? [];
     const said = doubtful.map((each) => each.said);
     if (!said.length && support?.keep) said.push(support.sentence);
-    if (page.error()?.what_if) said.push("Values of “what if” are not taken away: files and commands are the fit's.");
+    if (page.error()?.what_if) said.push("Files and commands are of the fit: they do not include “what if” values.");
     tell("take-warning", said.join(" "));
     await trying("take-trouble", async () => {
       /** @type {import("./contract").Command[]} */
@@ -98,12 +98,12 @@ export function takeOf(server, page) {
       byId("take-readings").hidden = !written;
       tell("take-written", written ? "The commands read campaign.toml: save it beside the sessions." : "");
     },
-    /** The model has changed: its commands anew, where they are seen. */
+    /** The model has changed: update its commands if they are shown. */
     refresh() {
       if (page.error()?.provisional) support = null;
       refresh();
     },
-    /** What withheld readings say of the fit is known. @param {import("./contract").Support} next */
+    /** The test of the fit on withheld readings is done. @param {import("./contract").Support} next */
     support(next) {
       support = next;
       refresh();

@@ -1,18 +1,18 @@
-// Numbers as lutgen prints them, and the page's elements.
+// Numbers in the format of lutgen, and helpers for the page's elements.
 
 /** @param {number} value */
 export const spaced = (value) => String(Math.round(value)).replace(/\B(?=(\d{3})+$)/g, "\u00a0");
 
-/** A text whose whole numbers before a unit are so written, and stay in one line. @param {string} text */
+/** Format whole numbers before a unit in a text, and keep number and unit in one line. @param {string} text */
 export const spacedIn = (text) =>
   text
     .replace(/(?<![\d.])\d{4,}(?= \p{L})/gu, (digits) => spaced(Number(digits)))
     .replace(/(?<=\d) (?=\d{3}(?!\d))/g, "\u00a0");
 
-/** An error over the noise: 39.6, 1.0, 125. @param {number} value */
+/** Format an error / noise: 39.6, 1.0, 125. @param {number} value */
 export const ratio = (value) => (value >= 100 ? value.toFixed(0) : value.toFixed(1));
 
-/** A value with so many significant figures, by powers of ten where it is very small or large. @param {number} value */
+/** Format a value with a number of significant digits, with powers of ten if it is very small or large. @param {number} value */
 export function readable(value, figures = 4) {
   if (value === 0 || !Number.isFinite(value)) return String(value);
   const power = Math.floor(Math.log10(Math.abs(value)));
@@ -22,14 +22,14 @@ export function readable(value, figures = 4) {
   return `${Number((value / 10 ** shift).toPrecision(figures))} ×10${digits}`;
 }
 
-/** The page's element of an identifier. @param {string} id */
+/** The page's element with an identifier. @param {string} id */
 export const byId = (id) => /** @type {HTMLElement} */ (document.getElementById(id));
 
-/** The page's input of an identifier. @param {string} id */
+/** The page's input with an identifier. @param {string} id */
 export const input = (id) => /** @type {HTMLInputElement} */ (document.getElementById(id));
 
 /**
- * A new element.
+ * Create an element.
  * @template {keyof HTMLElementTagNameMap} T
  * @param {T} tag @param {Record<string, string>} [attributes] @param {(Node | string)[]} children
  * @returns {HTMLElementTagNameMap[T]}
@@ -41,20 +41,20 @@ export function element(tag, attributes = {}, ...children) {
   return node;
 }
 
-/** Colour of the style sheet as it is now, light or dark, for canvases. @param {string} name */
+/** The style sheet's present value of a colour (light or dark mode), for canvases. @param {string} name */
 export function colour(name) {
   document.body.style.setProperty("outline-color", `var(${name})`);
   return getComputedStyle(document.body).outlineColor;
 }
 
-/** Show a sentence in an element that is hidden while there is none. @param {string} id @param {string} sentence */
+/** Show a sentence in an element; hide the element if the sentence is empty. @param {string} id @param {string} sentence */
 export function tell(id, sentence = "") {
   const place = byId(id);
   place.textContent = sentence;
   place.hidden = !sentence;
 }
 
-/** Offer bytes as a file. @param {Blob} blob @param {string} name */
+/** Offer bytes to download as a file. @param {Blob} blob @param {string} name */
 export function save(blob, name) {
   const address = URL.createObjectURL(blob);
   element("a", { href: address, download: name }).click();

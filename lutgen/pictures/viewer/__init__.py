@@ -1,6 +1,6 @@
-"""The picture viewer of `lutgen explore` and of `lutgen report`: its script and style, and the tables it draws with.
+"""The picture viewer of `lutgen explore` and of `lutgen report`: its script, its style, and the tables that it applies.
 
-A table holds colours, and how far each is from the un-aged one, in numbers of 16 bits.
+A table holds colours, and each colour's ΔE2000 from the un-aged colour, in numbers of 16 bits.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-#: Where ``viewer.js``, a module that imports no other, and ``viewer.css`` lie.
+#: Folder of ``viewer.js``, which imports no other module, and ``viewer.css``.
 FOLDER = Path(__file__).parent
 
-#: ΔE2000 that the largest number stands for, and the number of code value 1: a .cube holds a little more beside the
-#: clip. The viewer has the same.
+#: ΔE2000 of the largest number, and the number of code value 1. Numbers above ``WHITE`` are for code values slightly
+#: above 1, which a .cube holds near clipped colours. ``viewer.js`` has the same constants.
 LARGEST, WHITE = 100.0, 65_280.0
 
 
-def viewer_table(shown: Array, apart: tuple[Array, Array] | None) -> NDArray[np.uint16]:
-    """Return RGBA of code values (..., 3): uint16; A is ΔE2000 between two displays' colours, if ``apart`` is given."""
+def viewer_table(shown: Array, pair: tuple[Array, Array] | None) -> NDArray[np.uint16]:
+    """Return code values (..., 3) as RGBA in uint16; A is ΔE2000 between the two colours of ``pair``, if given."""
     table = np.full((*shown.shape[:-1], 4), 65_535.0)
     table[..., :3] = np.clip(shown * WHITE, 0.0, 65_535.0)
-    if apart is not None:
-        before, after = (linear_to_lab(code_to_linear(code.reshape(-1, 3))) for code in apart)
+    if pair is not None:
+        before, after = (linear_to_lab(code_to_linear(code.reshape(-1, 3))) for code in pair)
         share = np.minimum(delta_e_2000(before, after) / LARGEST, 1.0)
         table[..., 3] = 65_535.0 * share.reshape(shown.shape[:-1])
     return np.rint(table).astype("<u2")

@@ -1,14 +1,14 @@
-// A picture through 3D tables, drawn by WebGL2: wiper between the parts, map of ΔE2000, zoom and pan.
+// Draw a picture through 3D tables by WebGL2: wiper between the parts, map of ΔE2000, zoom and pan.
 //
-// `lutgen explore` and the page of `lutgen report` share this module, so it depends on no other. A table is what
-// `lutgen build` writes, in 16 bits, and the shader fetches its numbers as they are (texelFetch) and interpolates in
-// tetrahedra. OpenColorIO's own GLSL ES 3.0 shader reads float textures instead, which WebGL2 filters on some
-// machines only, and would have to be written and compiled anew for each hour.
+// `lutgen explore` and the page of `lutgen report` share this module, so it imports no other module. A table holds the
+// LUT that `lutgen build` writes, in 16 bits. The shader fetches the table's numbers unfiltered (texelFetch) and
+// interpolates tetrahedrally. OpenColorIO's own GLSL ES 3.0 shader is not used: it reads float textures, which WebGL2
+// filters on some machines only, and it would have to be written and compiled again for each hour.
 
 /** @typedef {{size: number, values: Uint16Array<ArrayBuffer>, differences?: boolean}} Table size³ × 4 numbers, red fastest: code values, 65280 for 1, and ΔE2000 as 65535 for 100, unless `differences` is false */
 /** @typedef {{first: Table, second: Table, share: number}} Blend both tables mixed: 0 is the first, 1 the second */
 
-/** Colours of a map from 0 to its end: viridis, whose steps are even to the eye. */
+/** Colours of a map from 0 to its end: viridis, which is perceptually uniform. */
 export const MAP_COLOURS = [
   "#440154",
   "#472d7b",
@@ -21,13 +21,13 @@ export const MAP_COLOURS = [
   "#fde725",
 ];
 
-/** ΔE2000 that the largest number of a table's fourth channel stands for. */
+/** ΔE2000 of the largest number in a table's fourth channel. */
 const DIFFERENCE = 100;
 
 /** Number of code value 1 in a table. */
 const WHITE = 65280;
 
-/** Textures of the shader, each in the unit of its place. */
+/** Textures of the shader; the index of each is its texture unit. */
 const UNITS = ["picture", "first", "second", "corrected"];
 
 const CORNERS = `#version 300 es
@@ -41,19 +41,19 @@ precision highp sampler2D;
 
 uniform sampler2D picture;
 uniform usampler3D first, second, corrected;
-uniform float share;      // of the second table in the aged part
-uniform vec2 cuts;        // where the aged part begins and ends, in pixels of the canvas
-uniform vec2 origin;      // of the picture, in pixels of the canvas from its upper left
-uniform float scale;      // pixels of the canvas for one of the picture
-uniform float height;     // of the canvas
-uniform vec2 reach;       // ΔE2000 at the end of the map's colours in the aged part and in the corrected; 0: the picture
+uniform float share;      // share of the second table in the aged part
+uniform vec2 cuts;        // left and right edge of the aged part, in pixels of the canvas
+uniform vec2 origin;      // upper left corner of the picture, in pixels of the canvas
+uniform float scale;      // pixels of the canvas for one pixel of the picture
+uniform float height;     // height of the canvas
+uniform vec2 reach;       // ΔE2000 at the end of the map's colours in the aged and in the corrected part; 0: the picture
 uniform vec3 surround;
 uniform vec3 colours[${MAP_COLOURS.length}];
 out vec4 shown;
 
 vec4 node(usampler3D table, ivec3 at) { return vec4(texelFetch(table, at, 0)) / vec4(vec3(${WHITE}.0), 65535.0); }
 
-// From the cell's lower corner along the axis of the largest share first.
+// Tetrahedral interpolation: from the cell's lower corner, along the axis of the largest share first.
 vec4 through(usampler3D table, vec3 code) {
   int size = textureSize(table, 0).x;
   vec3 place = code * float(size - 1);
@@ -78,7 +78,7 @@ void main() {
   vec2 canvas = vec2(gl_FragCoord.x, height - gl_FragCoord.y);
   vec2 at = (canvas - origin) / scale;
   vec2 size = vec2(textureSize(picture, 0));
-  // Outside of the picture the derivatives that choose a mipmap must be defined, too.
+  // The derivatives that choose a mipmap must also be defined outside the picture.
   vec4 source = scale < 1.0 ? texture(picture, at / size) : texelFetch(picture, ivec2(clamp(at, vec2(0.0), size - 1.0)), 0);
   vec4 result = source;
   bool aged = canvas.x >= cuts.x;
@@ -94,7 +94,7 @@ void main() {
   shown = vec4(mix(surround, result.rgb, inside ? source.a : 0.0), 1.0);
 }`;
 
-/** Call back when a slider over hours moves, which keys move by round numbers of them. @param {HTMLInputElement} slider @param {() => void} moved */
+/** Call `moved` when a slider over hours moves; keys move the slider by 100 or 1000 hours. @param {HTMLInputElement} slider @param {() => void} moved */
 export function hourly(slider, moved) {
   slider.addEventListener("input", moved);
   slider.addEventListener("keydown", (event) => {
@@ -128,7 +128,7 @@ const clamp = (/** @type {number} */ value, /** @type {number} */ low, /** @type
 /** A canvas with a wiper in an element; arrow keys, + and −, 0 and 1 move and zoom the picture. */
 export class Viewer {
   /**
-   * @param {HTMLElement} host is filled, and has a size of its own
+   * @param {HTMLElement} host is filled; its size does not depend on its content
    * @param {string[]} names of the parts from left to right: two or three
    */
   constructor(host, names) {
@@ -151,12 +151,12 @@ export class Viewer {
     this.corrected = unchanged();
     /** ΔE2000 at the end of the map's colours; 0 shows the picture. */
     this.reach = 0;
-    /** Pixels of the screen for one of the picture; 0: the whole picture fits. */
+    /** Pixels of the screen for one pixel of the picture; 0: the whole picture fits. */
     this.zoom = 0;
     this.centre = [0.5, 0.5];
     this.cuts = names.length > 2 ? [0.34, 0.67] : [0.5, 1];
     this.frame = 0;
-    /** Called when the zoom has changed, by itself or with the size of what is seen. */
+    /** Called when the zoom or the size of the canvas has changed. */
     this.zoomed = () => {};
     this.bars = names.slice(1).map((name, place) => this.bar(place, names[place], name));
     this.tags = names.map((name) => this.tag(name));
@@ -179,7 +179,7 @@ export class Viewer {
     new ResizeObserver(() => this.changed()).observe(host);
   }
 
-  /** Compile the shader, and hand over what is shown. */
+  /** Compile the shader, and load the tables and the picture. */
   begin() {
     const { gl, program } = this;
     for (const [kind, text] of /** @type {[number, string][]} */ ([
@@ -242,7 +242,7 @@ export class Viewer {
     this.changed();
   }
 
-  /** Send the aged part through a table, or through two that are blended. @param {Table} first @param {Table} second */
+  /** Apply a table, or a blend of two tables, to the aged part. @param {Table} first @param {Table} second */
   age(first, second = first, share = 0) {
     if (first !== this.aged.first) this.load("first", first);
     if (second !== this.aged.second) this.load("second", second);
@@ -250,7 +250,7 @@ export class Viewer {
     this.changed();
   }
 
-  /** Send the third part through a table. @param {Table} table */
+  /** Apply a table to the third part. @param {Table} table */
   correct(table) {
     this.corrected = table;
     this.load("corrected", table);
@@ -263,7 +263,7 @@ export class Viewer {
     this.changed();
   }
 
-  /** Pixels of the screen for one of the picture, so that the whole of it fits. */
+  /** Pixels of the screen for one pixel of the picture when the whole picture fits. */
   get fit() {
     return Math.min(this.canvas.width / this.size[0], this.canvas.height / this.size[1]);
   }
@@ -272,7 +272,7 @@ export class Viewer {
     return this.zoom || this.fit;
   }
 
-  /** Zoom so that a place, in pixels of the canvas, stays; 0 fits. @param {number} zoom */
+  /** Zoom around a fixed point (x, y), in pixels of the canvas; 0 fits the whole picture. @param {number} zoom */
   zoomTo(zoom, x = this.canvas.width / 2, y = this.canvas.height / 2) {
     const before = this.scale;
     const [left, top] = this.origin;
@@ -293,7 +293,7 @@ export class Viewer {
     this.changed();
   }
 
-  /** Upper left corner of the picture in pixels of the canvas: whole pixels, so that 1:1 is 1:1. */
+  /** Upper left corner of the picture in whole pixels of the canvas, so that 1:1 stays sharp. */
   get origin() {
     const room = [this.canvas.width, this.canvas.height];
     return room.map((length, axis) => {
@@ -303,7 +303,7 @@ export class Viewer {
     });
   }
 
-  /** Left and right edge of what is seen of the picture, as shares of the canvas. */
+  /** Left and right edge of the visible part of the picture, as shares of the canvas. */
   get span() {
     const left = this.origin[0];
     return [
@@ -341,7 +341,7 @@ export class Viewer {
       gl.activeTexture(gl.TEXTURE0 + unit);
       gl.bindTexture(unit ? gl.TEXTURE_3D : gl.TEXTURE_2D, texture);
     });
-    // The right edge belongs to the last part but one when its bar stands there.
+    // When the last bar stands at the right edge, the edge belongs to the part left of the bar.
     gl.uniform2f(this.place("cuts"), cuts[0] * width, this.cuts[1] >= 1 ? 2 * width : cuts[1] * width);
     gl.uniform2f(this.place("origin"), this.origin[0], this.origin[1]);
     gl.uniform1f(this.place("share"), this.aged.share);
@@ -383,7 +383,7 @@ export class Viewer {
     return bar;
   }
 
-  /** Move a bar; it pushes the other one. @param {number} place @param {number} cut share of what is seen of the picture */
+  /** Move a bar, which pushes the other bar. @param {number} place @param {number} cut share of the visible picture */
   wipe(place, cut) {
     const cuts = [...this.cuts];
     cuts[place] = clamp(cut, 0, 1);
@@ -415,7 +415,7 @@ export class Viewer {
   }
 
   listen() {
-    /** What is dragged: a bar's number, or the picture (−1). @type {number | null} */
+    /** The dragged thing: a bar's number, or the picture (−1). @type {number | null} */
     let dragged = null;
     const canvas = this.canvas;
     const cutAt = (/** @type {PointerEvent} */ event) => {
@@ -428,7 +428,7 @@ export class Viewer {
       const bar = this.bars.indexOf(/** @type {HTMLDivElement} */ (event.target));
       const cut = cutAt(event);
       const nearest = this.bars.length > 1 && Math.abs(cut - this.cuts[1]) < Math.abs(cut - this.cuts[0]) ? 1 : 0;
-      // A picture that is seen whole cannot be moved: the nearest bar comes instead.
+      // A picture that is seen whole cannot be moved: the nearest bar moves instead.
       dragged = bar >= 0 ? bar : this.zoom > this.fit ? -1 : nearest;
       this.host.setPointerCapture(event.pointerId);
       (dragged < 0 ? canvas : this.bars[dragged]).focus({ preventScroll: true });
@@ -447,7 +447,7 @@ export class Viewer {
     this.host.addEventListener(
       "wheel",
       (event) => {
-        // In a page that scrolls, the wheel is the page's until the picture has the focus.
+        // In a page that scrolls, the wheel scrolls the page until the picture has the focus.
         const scrolls = document.documentElement.scrollHeight > innerHeight;
         if (scrolls && !event.ctrlKey && !this.host.contains(document.activeElement)) return;
         event.preventDefault();

@@ -12,7 +12,7 @@ const field = (id) => /** @type {HTMLInputElement} */ (byId(id));
 /** @type {{hours: number[], modes: Record<string, Numbers[]>, table_size: number, tables: Record<string, string[]>, map_reach: number}} */
 const data = JSON.parse(byId("data").textContent ?? "");
 
-/** Take a table out of its text: it holds what changes along red, first all high bytes, then all low ones. @param {string} text */
+/** Unpack a table from its text: differences along red, first all high bytes, then all low bytes. @param {string} text */
 async function unpacked(text) {
   const size = data.table_size;
   const packed = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
@@ -26,7 +26,7 @@ async function unpacked(text) {
   return { size, values };
 }
 
-/** Thousands apart, as everywhere in lutgen. @param {number} hours */
+/** Write hours with spaces between thousands, as everywhere in lutgen. @param {number} hours */
 const spaced = (hours) => String(Math.round(hours)).replace(/\B(?=(\d{3})+$)/g, "\u00a0");
 
 /** @param {Numbers} first @param {Numbers} second @param {number} share */
@@ -91,7 +91,7 @@ async function begin() {
   byId("fit").addEventListener("click", () => viewer.zoomTo(0));
   byId("pixels").addEventListener("click", () => viewer.zoomTo(1));
   scene();
-  // For tests, and for whoever looks at the page from its console.
+  // For tests, and for use in the browser's console.
   Object.assign(window, { viewer });
 }
 

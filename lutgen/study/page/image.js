@@ -1,4 +1,4 @@
-// The image, one of its pixels to one of the screen's, and moved where it is larger than its room.
+// The image: shown with one image pixel for one screen pixel, and moved if it is larger than the window.
 
 const stage = document.getElementById("stage");
 let image = null;
@@ -6,7 +6,7 @@ let offset = [0, 0];
 
 const clamp = (value, most) => Math.min(most, Math.max(-most, value));
 
-/** Put the image where it belongs, on whole pixels of the screen. */
+/** Position the image on whole pixels of the screen. */
 export function place() {
   if (!image) return;
   const ratio = devicePixelRatio;
@@ -16,7 +16,7 @@ export function place() {
   const [left, top] = offset.map(
     (value, axis) => Math.round(((room[axis] - size[axis]) / 2 + value) * ratio) / ratio,
   );
-  // A transform, since layout rounds a width that is no whole number of the browser's pixels.
+  // A transform, since layout rounds a width that is not a whole number of the browser's pixels.
   image.style.transform = `translate(${left}px, ${top}px) scale(${1 / ratio})`;
   stage.classList.toggle("larger", size.some((value, axis) => value > room[axis]));
 }
@@ -26,7 +26,7 @@ export function move(x, y) {
   place();
 }
 
-/** Move by an arrow key, a tenth of the window at a time; false for another key. */
+/** Move the image by an arrow key, a tenth of the window at a time; return false for another key. */
 export function moveByKey(key) {
   const step = { ArrowLeft: [1, 0], ArrowRight: [-1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[key];
   if (!step) return false;
@@ -40,7 +40,7 @@ export function hide() {
 
 const frame = () => new Promise((resolve) => requestAnimationFrame(resolve));
 
-/** Show what is hidden, and return the time when it was on the screen. */
+/** Show the hidden image, and return the time when it was on the screen. */
 export async function reveal() {
   stage.classList.remove("hidden");
   await frame();
@@ -48,8 +48,8 @@ export async function reveal() {
 }
 
 /**
- * Show another image. Returns the time of its first paint: that of the frame after the one that it was painted in.
- * Where the browser keeps its own record of the paint, `painted` is called with that a moment later.
+ * Show another image. Return the time of its first paint: the time of the frame after the paint.
+ * If the browser keeps its own record of the paint, `painted` is called with the recorded time a moment later.
  */
 export async function display(source, label, painted) {
   const next = new Image();

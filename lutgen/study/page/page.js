@@ -1,8 +1,8 @@
-// A reading session: which screen is shown, what keys do, and how long each image was looked at.
+// A reading session: screens, keys, and the time for which each image was seen.
 //
 // The time to score runs from the first paint of the image to the choice of the diagnosis that is then confirmed.
-// A choice that is taken back or changed does not stop it; pauses are left out. Only the page's own clock is used,
-// which no setting of the computer's moves.
+// A choice that is undone or changed does not stop the time. Pauses do not count. Only the page's own clock is used,
+// which does not depend on the computer's clock.
 
 import * as picture from "./image.js";
 import * as screenOf from "./screen.js";
@@ -83,7 +83,7 @@ function troubled(error, retry) {
   return show("trouble");
 }
 
-/** Do one thing at a time; where it is refused, say so and offer to try it again. */
+/** Do one action at a time. If an action is refused, show the reason and offer to try again. */
 async function attempt(action) {
   if (busy) return;
   busy = true;
@@ -114,7 +114,7 @@ async function open() {
       setup = await ask("claim");
       break;
     } catch (error) {
-      // After a reload, the page before may not have let go yet.
+      // After a reload, the previous page may still hold the session.
       if (error.why !== "tab" || left === 0) throw error;
       await new Promise((resolve) => setTimeout(resolve, 150));
     }
@@ -136,7 +136,7 @@ setInterval(async () => {
       } else if (!free) $("take").disabled = true;
     }
   } catch (error) {
-    // That lutgen does not answer is said when something is to be saved.
+    // A missing answer of lutgen is reported when an answer is saved.
     if (error.why === "tab") lost();
   }
 }, 2000);
@@ -149,7 +149,7 @@ addEventListener("pageshow", (event) => {
   if (event.persisted) location.reload();
 });
 
-// What speaks against reading here
+// Reasons against reading on this screen
 
 const room = () => ({ width: innerWidth, height: innerHeight - Math.max($("reading").querySelector("footer").offsetHeight, 104) });
 const warnings = () => screenOf.warnings(setup.largest, room());
@@ -227,7 +227,7 @@ function buttons(group, items) {
     button.addEventListener("click", (event) => {
       if (group === "diagnosis") choose(value, event.timeStamp);
       else rate(value);
-      // After the mouse, keys go to the page again.
+      // After a mouse click, keys go to the page again.
       if (event.detail) button.blur();
     });
     return button;
@@ -250,7 +250,7 @@ async function next() {
   try {
     await showNext();
   } catch (error) {
-    // What came before, such as saving the answer, is not to be done again.
+    // Earlier steps, such as saving the answer, must not be repeated.
     throw Object.assign(error, { again: next });
   }
 }
@@ -285,7 +285,7 @@ async function showNext() {
   else await changed();
 }
 
-/** Seconds of looking from the first paint until a time of the page's clock, pauses left out. */
+/** Seconds from the first paint until a time of the page's clock, without pauses. */
 function looked(until) {
   const hidden = trial.pauses.reduce((sum, [from, to]) => sum + Math.max(0, Math.min(to, until) - from), 0);
   return Math.max(0, (until - trial.start - hidden) / 1000);
@@ -354,7 +354,7 @@ async function save() {
   } else await next();
 }
 
-/** Save; an answer that could not be saved is sent again as it is, since the clock stopped before. */
+/** Save the answer. If saving fails, the same answer is sent again: its time has stopped before. */
 function confirm() {
   if (reading() && trial.ease !== null) attempt(save);
 }
@@ -422,11 +422,11 @@ function keyWhileReading(event) {
 addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.altKey || event.metaKey || event.isComposing) return;
   if (event.repeat && !event.key.startsWith("Arrow")) {
-    // A key held down is pressed once: it must not go through the next screen as well.
+    // A key that is held down counts once: it must not act on the next screen too.
     event.preventDefault();
     return;
   }
-  // A button that was reached with the Tab key is pressed with Enter and Space.
+  // Enter and Space press a button that has the focus from the Tab key.
   const onButton = document.activeElement?.tagName === "BUTTON" && (event.key === "Enter" || event.key === " ");
   const name = document.body.dataset.screen;
   if (name === "reading") {

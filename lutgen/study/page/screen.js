@@ -1,5 +1,5 @@
-// What a page can tell of the window and the screen that would change an image's pixels, or how they look.
-// The screen's colour profile it cannot see.
+// Properties of the window and the screen that change an image's pixels or their look, as far as a page can read them.
+// A page cannot read the screen's colour profile.
 
 const media = {
   gamut: "(color-gamut: p3)",
@@ -8,12 +8,12 @@ const media = {
   forced: "(forced-colors: active)",
 };
 
-// The colours of colours.png, by the rule that it was drawn with.
+// The colours of colours.png, by the rule that generated it.
 const drawn = (x, y) => [(17 * x) % 256, (255 - 17 * y + 256) % 256, (73 * (x + 16 * y)) % 256, 255];
 
 let altered = false;
 
-/** Read colours.png back: a browser that changes pixels is found out. */
+/** Read the pixels of colours.png, to detect a browser that changes pixels. */
 export async function readBack() {
   const image = new Image();
   image.src = "colours.png";
@@ -31,7 +31,7 @@ export async function readBack() {
   }
 }
 
-/** What speaks against reading here: identifiers, each with a sentence. */
+/** Reasons against reading on this screen: identifiers, each with a sentence. */
 export function warnings([width, height], room) {
   const ratio = devicePixelRatio;
   const found = new Map();
@@ -69,12 +69,12 @@ export function warnings([width, height], room) {
   return found;
 }
 
-/** Call back when the window or the screen has changed. */
+/** Call a function when the window or the screen has changed. */
 export function watch(changed) {
   addEventListener("resize", changed);
   visualViewport?.addEventListener("resize", changed);
   for (const query of Object.values(media)) matchMedia(query).addEventListener("change", changed);
-  // On another screen the ratio may change while the window's size does not; each query sees one change.
+  // On another screen the pixel ratio may change without the window's size; each media query reports one change.
   const ratio = () => {
     const query = matchMedia(`(resolution: ${devicePixelRatio}dppx)`);
     query.addEventListener("change", () => { ratio(); changed(); }, { once: true });
