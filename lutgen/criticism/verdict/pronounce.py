@@ -10,7 +10,7 @@ import numpy as np
 from lutgen.criticism.compare.drift import doubt
 from lutgen.criticism.fit.lack_of_fit import is_even, is_within_scatter
 from lutgen.criticism.search.candidates import HALF, STRONG
-from lutgen.criticism.search.free_term import Probed, free_term, probe
+from lutgen.criticism.search.free_term import FreeTerm, free_term, probe
 from lutgen.criticism.search.stepwise import MOST_OF_IT
 from lutgen.criticism.verdict.imitation import Imitated, nearest, overlap
 from lutgen.criticism.verdict.remarks import lines_of, remarks_of
@@ -116,7 +116,7 @@ def _too_much_scatter(explanation: Explanation, error: PureError, remarks: tuple
     return Verdict("measurement-problem", sentence, remarks=remarks)
 
 
-def _unexplained(explanation: Explanation, remarks: tuple[str, ...], probed: Probed = NO_PROBES) -> Verdict:
+def _unexplained(explanation: Explanation, remarks: tuple[str, ...], probed: FreeTerm = NO_PROBES) -> Verdict:
     nearest = explanation.first[0] if explanation.first else None
     tried = (
         f" The nearest effect, {nearest.name}, leaves {_left(nearest.best.fit.chi2, explanation):.0%} of it."

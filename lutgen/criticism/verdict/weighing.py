@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from lutgen.criticism.first_session.slope_errors import gain_beside, with_doubts
 from lutgen.criticism.fit.lack_of_fit import is_noise, is_within_scatter
 from lutgen.criticism.search.candidates import HALF, STRONG
-from lutgen.criticism.search.free_term import Probed, free_term, probe
+from lutgen.criticism.search.free_term import FreeTerm, free_term, probe
 from lutgen.criticism.search.stepwise import MOST_OF_IT, stand_apart, together
 from lutgen.criticism.verdict.shares import shares_of_delta_e
 
@@ -48,8 +48,8 @@ class Weighed:
     trifles: tuple[Step, ...]
     shares: Mapping[str, float]
     seen: Mapping[str, float]
-    nothing: Probed
-    left: Probed
+    nothing: FreeTerm
+    left: FreeTerm
     clean: bool
     explains: bool
     sound: bool
@@ -110,7 +110,7 @@ class Weighed:
 
 
 def _needed(
-    explanation: Explanation, error: PureError, shares: Mapping[str, float], nothing: Probed, beside_all: float
+    explanation: Explanation, error: PureError, shares: Mapping[str, float], nothing: FreeTerm, beside_all: float
 ) -> list[Step]:
     """Admitted effects without which the readings are clearly less likely, whatever a free term takes over.
 

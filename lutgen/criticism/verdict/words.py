@@ -8,7 +8,7 @@ import numpy as np
 
 from lutgen.criticism.fit.families import condition_of, family_of
 from lutgen.criticism.search.candidates import HALF, STRONG
-from lutgen.criticism.search.free_term import Probed
+from lutgen.criticism.search.free_term import FreeTerm
 from lutgen.criticism.verdict.verdict import Verdict
 from lutgen.numerals import percent
 
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from lutgen.criticism.search.stepwise import Explanation, Step
     from lutgen.criticism.verdict.imitation import Imitated
 
-NO_PROBES = Probed()
+NO_PROBES = FreeTerm()
 
 #: Said of a share of χ² where the mean ΔE2000 is not above that of noise.
 NOT_SEEN = ", too little to show in the mean ΔE2000"
 
 
-def structure(explanation: Explanation, probed: Probed = NO_PROBES) -> str:
+def structure(explanation: Explanation, probed: FreeTerm = NO_PROBES) -> str:
     """Where the leftover of the final fit sits, in words: family or condition, hours."""
     worst, course = strongest(explanation)
     follows = f"; it follows {' and '.join(probed.names[:2])}" if probed.names else ""
