@@ -233,7 +233,7 @@ def tips_only() -> Measurements:
 
 @pytest.mark.parametrize(("add", "baseline", "told"), [
     (["backlight-decay"], "colour-points", r"hidden by white and primaries .* Add --baseline first-hour"),
-    (["yellowing"], "colour-points", "only be fitted from the hour-0 display"),
+    (["yellowing"], "colour-points", "only a fit from the hour-0 display shows it"),
     (["leakage"], "colour-points", r"effect 'leakage'.*Pick one of"),
     (["crosstalk", "crosstalk"], "colour-points", "in the model already"),
 ])  # fmt: skip

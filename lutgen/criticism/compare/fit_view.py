@@ -228,7 +228,7 @@ class View:
 
     @cached_property
     def unit(self) -> str:
-        """Unit of the curves: percent of the model without the effect; cd/m² where the readings that show it most are dark."""
+        """Unit of the curves: percent of the model without the effect; cd/m² where the strongest readings are dark."""
         strongest = np.argsort(-np.abs(self.change))[: max(self.change.size // 50, 3)]
         white = self.problem.measured_tips[0, 0, self.axis]
         dark = float(np.median(self.without[strongest, self.axis])) < DARK * white
