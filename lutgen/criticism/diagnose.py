@@ -260,10 +260,10 @@ def _ranking(explanation: Explanation, seen: Sequence[Visibility], error: PureEr
     return rows
 
 
-def parameters_of(found: Fit) -> dict[str, dict[str, dict[str, Any]]]:
+def parameters_of(current: Fit) -> dict[str, dict[str, dict[str, Any]]]:
     """Return the parameters of a fit's effects: effect → name → value, stderr, unit, at_bound, free."""
     result: dict[str, dict[str, dict[str, Any]]] = {}
-    for term, errors in zip(found.terms, found.stderr, strict=True):
+    for term, errors in zip(current.terms, current.stderr, strict=True):
         result[term.effect.name] = {}
         for name, parameter in term.effect.parameters.items():
             value, error = term.values[name], errors.get(name)

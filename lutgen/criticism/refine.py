@@ -281,11 +281,11 @@ class Course:
         """Return the refinement with these effects, as :func:`refine`."""
         return self.refinement_of(self.fit(add), self.steps(add))
 
-    def refinement_of(self, found: Fit, steps: Sequence[Added], diagnosis: Diagnosis | None = None) -> Refinement:
+    def refinement_of(self, current: Fit, steps: Sequence[Added], diagnosis: Diagnosis | None = None) -> Refinement:
         """Return the refinement of a final fit and its steps."""
-        model = model_of(found, diagnosis, self.before, steps[-1].comparison if steps else self.before)
-        gain = held_out_gain(found, self.base) if steps else 0.0
-        return Refinement(self.before, tuple(steps), found, model, diagnosis, gain)
+        model = model_of(current, diagnosis, self.before, steps[-1].comparison if steps else self.before)
+        gain = held_out_gain(current, self.base) if steps else 0.0
+        return Refinement(self.before, tuple(steps), current, model, diagnosis, gain)
 
 
 def _trail(diagnosis: Diagnosis) -> list[tuple[Any, Fit]]:
@@ -295,13 +295,13 @@ def _trail(diagnosis: Diagnosis) -> list[tuple[Any, Fit]]:
 def _with_effect(current: Fit, effect: Effect) -> Fit:
     """Add an effect in its best form, then choose the forms of all other effects again."""
     _check_enough(current, effect)
-    found = family(current, effect, freely=True).best.fit
-    for name in [term.effect.name for term in found.terms if term.free][:-1]:
-        term = next(each for each in found.terms if each.effect.name == name)
-        rest = fit(found.problem, tuple(each for each in found.terms if each is not term))
+    joint = family(current, effect, freely=True).best.fit
+    for name in [term.effect.name for term in joint.terms if term.free][:-1]:
+        term = next(each for each in joint.terms if each.effect.name == name)
+        rest = fit(joint.problem, tuple(each for each in joint.terms if each is not term))
         again = family(rest, term.effect, freely=True).best.fit
-        found = again if again.bic < found.bic else found
-    return found
+        joint = again if again.bic < joint.bic else joint
+    return joint
 
 
 def _check_visible(effect: Effect, baseline: str) -> None:
@@ -323,17 +323,17 @@ def _check_enough(current: Fit, effect: Effect) -> None:
         )
 
 
-def _added(found: Fit, name: str) -> Added:
-    term = next(each for each in found.terms if each.effect.name == name)
-    return Added(name, (*term.gridded, *term.free), compare_problem(found.problem, found.terms))
+def _added(current: Fit, name: str) -> Added:
+    term = next(each for each in current.terms if each.effect.name == name)
+    return Added(name, (*term.gridded, *term.free), compare_problem(current.problem, current.terms))
 
 
-def model_of(found: Fit, diagnosis: Diagnosis | None, before: Comparison, after: Comparison) -> DisplayModel:
+def model_of(current: Fit, diagnosis: Diagnosis | None, before: Comparison, after: Comparison) -> DisplayModel:
     """Return the display model of a fit, with its provenance."""
-    problem = found.problem
+    problem = current.problem
     knots = problem.is_knot
-    tips = _tips_of(found, after)
-    parameters = parameters_of(found)
+    tips = _tips_of(current, after)
+    parameters = parameters_of(current)
     applied = tuple(
         AppliedEffect(
             term.effect,
@@ -343,7 +343,7 @@ def model_of(found: Fit, diagnosis: Diagnosis | None, before: Comparison, after:
             },
             (*term.gridded, *term.free),
         )
-        for term in found.terms
+        for term in current.terms
     )
     noise = problem.noise
     record: dict[str, str | float] = {
@@ -359,10 +359,10 @@ def model_of(found: Fit, diagnosis: Diagnosis | None, before: Comparison, after:
     return DisplayModel(
         problem.readings,
         selection=problem.selection,
-        conditions=_at_rest(problem, [term.effect for term in found.terms]),
+        conditions=_at_rest(problem, [term.effect for term in current.terms]),
         effects=applied,
         latent=LatentTips(problem.hours[knots], np.array(tips[knots])),
-        covariance=joint_covariance(found),
+        covariance=joint_covariance(current),
         baseline=problem.baseline,
         held=problem.held,
         native=problem.native,
@@ -371,15 +371,15 @@ def model_of(found: Fit, diagnosis: Diagnosis | None, before: Comparison, after:
     )
 
 
-def _tips_of(found: Fit, after: Comparison) -> Array:
+def _tips_of(current: Fit, after: Comparison) -> Array:
     """Return the latent tips for a model file, (H, 4, 3), cd/m².
 
     Fitted tips that compensate for an unexplained residual are not those of the display. Therefore, without effects,
     the measured tips are returned; where more than noise is left, the tips are solved from their own readings.
     """
-    if not found.terms:
-        return start_state(found.problem, ()).tips
-    return found.tips if after.agrees else anchored_tips(found.problem.as_baked, found.terms)
+    if not current.terms:
+        return start_state(current.problem, ()).tips
+    return current.tips if after.agrees else anchored_tips(current.problem.as_baked, current.terms)
 
 
 def _at_rest(problem: Problem, effects: Sequence[Effect]) -> Conditions:

@@ -20,15 +20,15 @@ if TYPE_CHECKING:
 FEW = 4
 
 
-def first_step(found: Fit, effects: Sequence[Effect]) -> Comparison:
+def first_step(current: Fit, effects: Sequence[Effect]) -> Comparison:
     """Compare the model with these effects after one linear step from a fit that has other effects.
 
     Parameters
     ----------
-    found
+    current
         The fit to start from; its effects that are not in ``effects`` are removed.
     effects
-        The effects of the new model. Effects of ``found`` start at their fitted values. Other effects start at rest,
+        The effects of the new model. Effects of ``current`` start at their fitted values. Other effects start at rest,
         in their simple form with the largest linear gain.
 
     Raises
@@ -37,9 +37,9 @@ def first_step(found: Fit, effects: Sequence[Effect]) -> Comparison:
         An effect happens between two sessions, and the readings hold one session.
 
     """
-    problem, fitted = found.problem, {term.effect.name: term for term in found.terms}
-    terms = tuple(fitted.get(effect.name) or best_start(found, effect) for effect in effects)
-    state = State(terms, found.tips, found.gains)
+    problem, fitted = current.problem, {term.effect.name: term for term in current.terms}
+    terms = tuple(fitted.get(effect.name) or best_start(current, effect) for effect in effects)
+    state = State(terms, current.tips, current.gains)
     system = System(problem, linearise(problem, state), state)
     moved = system.moved(state, system.step(terms).parameters)
     return compare_problem(problem, moved.terms, draws=FEW)

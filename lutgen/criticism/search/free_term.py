@@ -67,13 +67,13 @@ class FreeTerm:
     evidence: float = 0.0
 
 
-def probe(found: Fit, error: PureError) -> FreeTerm:
+def probe(current: Fit, error: PureError) -> FreeTerm:
     """Find the free term of a fit. The unit of its gains is the measured variance of replicates, or the assumed one."""
-    score = found.score
-    names, matrix = _columns(score, _signatures(found.problem, found.predicted))
+    score = current.score
+    names, matrix = _columns(score, _signatures(current.problem, current.predicted))
     if not names:
         return FreeTerm()
-    penalty = float(np.log(found.readings)) + 2.0 * float(np.log(len(names)))
+    penalty = float(np.log(current.readings)) + 2.0 * float(np.log(len(names)))
     gain, evidence = 0.0, 0.0
     chosen: list[int] = []
     # Of the part of each signature that is orthogonal to the chosen ones: product with the residuals, and squared norm.
@@ -99,11 +99,11 @@ def probe(found: Fit, error: PureError) -> FreeTerm:
     return FreeTerm(tuple(names[index] for index in chosen), gain, evidence)
 
 
-def free_term(found: Fit, error: PureError) -> FreeTerm:
+def free_term(current: Fit, error: PureError) -> FreeTerm:
     """Find the free term of a fit. Where scatter is too large but even, the unit of gains is the scatter's variance."""
-    if not is_within_scatter(error, found) and is_even(found):
-        error = replace(error, squares=found.chi2, freedom=max(found.freedom, 1), inside=None)
-    return probe(found, error)
+    if not is_within_scatter(error, current) and is_even(current):
+        error = replace(error, squares=current.chi2, freedom=max(current.freedom, 1), inside=None)
+    return probe(current, error)
 
 
 def _columns(score: Score, signatures: Iterator[tuple[str, Array]]) -> tuple[list[str], Array]:

@@ -48,7 +48,7 @@ class Suspicion:
     sentence: str
 
 
-def wrong_rows(found: Fit) -> tuple[int, ...]:
+def wrong_rows(current: Fit) -> tuple[int, ...]:
     """Return the indices of outliers: they contradict the fit, and the same patch at other hours or in replicates.
 
     An outlier shifts the fitted tips, so that its neighbours look wrong too. Therefore the largest outlier is removed
@@ -56,11 +56,11 @@ def wrong_rows(found: Fit) -> tuple[int, ...]:
     """
     outliers: list[int] = []
     while len(outliers) <= MOST_ROWS:
-        worst = _largest_outlier(found)
+        worst = _largest_outlier(current)
         if worst is None:
             return tuple(sorted(outliers))
         outliers.append(worst)
-        found = fit(found.problem.without([worst]), found.terms)
+        current = fit(current.problem.without([worst]), current.terms)
     return ()
 
 
@@ -71,10 +71,10 @@ def _is_only_tip(problem: Problem, index: int) -> bool:
     return bool((drive[index] == TIP_DRIVES).all(axis=1).any() and same.sum() == 1)
 
 
-def _largest_outlier(found: Fit) -> int | None:
+def _largest_outlier(current: Fit) -> int | None:
     """Return the index of the reading with the largest residual if it is an outlier, else None."""
-    problem = found.problem
-    size = (found.residual**2).sum(axis=1)
+    problem = current.problem
+    size = (current.residual**2).sum(axis=1)
     worst = int(np.argmax(size))
     if size[worst] < 1.5 * float(chdtri(3, UNLIKELY / max(size.size, 1))) or _is_only_tip(problem, worst):
         return None
@@ -86,12 +86,12 @@ def _largest_outlier(found: Fit) -> int | None:
     return int(problem.rows[worst]) if size[worst] > ALONE**2 * max(usual, 3.0) else None
 
 
-def wrong_sessions(found: Fit, scale: float) -> tuple[float, ...]:
+def wrong_sessions(current: Fit, scale: float) -> tuple[float, ...]:
     """Return the hours that hold nearly all of the misfit although later hours are sound: aging is not reversible.
 
     ``scale`` is the variance of the noise in the units of the fit.
     """
-    problem = found.problem
+    problem = current.problem
     if problem.foretells or problem.hours.size < 4:
         return ()
     # Few sessions hold readings away from rest, as at other places on the screen: sessions are compared at rest only.
@@ -99,7 +99,7 @@ def wrong_sessions(found: Fit, scale: float) -> tuple[float, ...]:
     count = np.bincount(problem.hour_of[rest], minlength=problem.hours.size)
     if not count.all():
         return ()
-    squares = (found.residual[rest] ** 2).sum(axis=1) / scale
+    squares = (current.residual[rest] ** 2).sum(axis=1) / scale
     mean = np.bincount(problem.hour_of[rest], squares) / (3 * count)
     # A bad hour also raises the misfit of its neighbours; the second condition excludes these.
     usual = float(np.median(mean))

@@ -288,7 +288,7 @@ def _pruned(chosen: list[Candidate], base: Fit) -> list[Candidate]:
     return chosen
 
 
-def _gain_of_all_free(found: Fit, *effects: Effect) -> float:
+def _gain_of_all_free(current: Fit, *effects: Effect) -> float:
     """Return the linear gain of freeing all parameters of some effects of a fit at once: an upper bound for any form.
 
     The gain of an effect with a grid is infinite, because a linear step cannot predict a grid's gain.
@@ -297,10 +297,11 @@ def _gain_of_all_free(found: Fit, *effects: Effect) -> float:
         return np.inf
     names = {effect.name for effect in effects}
     terms = tuple(
-        replace(term, free=tuple(term.effect.parameters)) if term.effect.name in names else term for term in found.terms
+        replace(term, free=tuple(term.effect.parameters)) if term.effect.name in names else term
+        for term in current.terms
     )
-    state = State(terms, found.tips, found.gains)
-    system = System(found.problem, linearise(found.problem, state), state)
+    state = State(terms, current.tips, current.gains)
+    system = System(current.problem, linearise(current.problem, state), state)
     return system.chi2 - system.step(terms).chi2
 
 

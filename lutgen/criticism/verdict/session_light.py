@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 CLEARLY = 3.0
 
 
-def more_light(found: Fit) -> str:
+def more_light(current: Fit) -> str:
     """Say which session has how much more light than another; "" where the gain of a usual meter explains this."""
-    keys, gains = found.problem.gain_keys, found.gains
+    keys, gains = current.problem.gain_keys, current.gains
     if len(keys) < 2:
         return ""
     least, most = int(np.argmin(gains)), int(np.argmax(gains))
     more = float((1.0 + gains[most]) / (1.0 + gains[least]) - 1.0)
-    if more < CLEARLY * np.sqrt(2.0) * found.problem.noise.session:
+    if more < CLEARLY * np.sqrt(2.0) * current.problem.noise.session:
         return ""
     (hour, name), (other_hour, other) = keys[most], keys[least]
     at, than = (name, other) if hour == other_hour else (f"{hour:g} h", f"{other_hour:g} h")
