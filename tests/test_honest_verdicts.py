@@ -440,7 +440,7 @@ def test_three_effects_that_leave_something_are_no_finding(
     kept = tuple(_stub(name=name, effect=step.effect, chosen=step.chosen, rivals=()) for name in names)
     error = PureError.of(explanation.base.problem)
     weighed = replace(
-        Weighed.of(explanation, error), kept=kept, trifles=(), shares=dict.fromkeys(names, 0.3),
+        Weighed.of(explanation, error), kept=kept, minor=(), shares=dict.fromkeys(names, 0.3),
         seen=dict.fromkeys(names, 0.3), clean=clean, explains=True, sound=True,
     )  # fmt: skip
     monkeypatch.setattr("lutgen.criticism.verdict.pronounce.Weighed.of", lambda *_: weighed)

@@ -63,14 +63,14 @@ MOST_OF_IT = 0.95
 class Step:
     """One admitted effect: its final candidate, the other admitted candidates, and the effects it was chosen from.
 
-    ``alike``: other families that alone explain nearly all of the misfit, where no formula explains all of it.
+    ``sufficient``: other families that alone explain nearly all of the misfit, where no formula explains all of it.
     """
 
     chosen: Candidate
     beside: tuple[Candidate, ...] = field(repr=False)
     effects: tuple[Effect, ...] = field(repr=False)
     base: Fit = field(repr=False)
-    alike: tuple[Family, ...] = ()
+    sufficient: tuple[Family, ...] = ()
 
     @property
     def effect(self) -> Effect:
@@ -92,7 +92,7 @@ class Step:
         """Families that explain the readings as well in place of this effect; searched for at the first access."""
         rivals = _rivals(self.chosen, self.beside, self.effects, self.base)
         known = {rival.name for rival in rivals}
-        return (*rivals, *(each for each in self.alike if each.name not in known))
+        return (*rivals, *(each for each in self.sufficient if each.name not in known))
 
 
 @dataclass(frozen=True)
@@ -138,14 +138,14 @@ def explain(
         current = together(base, chosen)
     chosen = _without_free_term(_pruned(chosen, base), base, error)
     final = together(base, chosen)
-    alike = _sufficient_alone(chosen, final, first, base, error)
-    if alike:
-        chosen = [alike[0].best]
+    sufficient = _sufficient_alone(chosen, final, first, base, error)
+    if sufficient:
+        chosen = [sufficient[0].best]
         final = together(base, chosen)
     trail = [together(base, chosen[:count]) for count in range(1, len(chosen))]
     trail += [final] if chosen else []
     steps = tuple(
-        Step(each, tuple(other for other in chosen if other is not each), tuple(effects), base, tuple(alike[1:]))
+        Step(each, tuple(other for other in chosen if other is not each), tuple(effects), base, tuple(sufficient[1:]))
         for each in chosen
     )
     return Explanation(base, final, tuple(first), steps, tuple(trail))
@@ -341,14 +341,14 @@ def _sufficient_alone(
     if is_noise(final, error) and not left.names and apart:
         return []
     whole = base.chi2 - final.chi2 + left.gain
-    alike = [each for each in first if each.best.gain > MOST_OF_IT * whole]
-    if alike and apart:
+    sufficient = [each for each in first if each.best.gain > MOST_OF_IT * whole]
+    if sufficient and apart:
         # Where the other effects explain nearly all of what the main effect leaves, they are a finding, however small.
-        others = alike[0].best.fit.chi2 - final.chi2
+        others = sufficient[0].best.fit.chi2 - final.chi2
         missed = max(left.gain, final.chi2 - final.freedom * error.scale)
         if others > MOST_OF_IT * (others + missed):
             return []
-    return alike
+    return sufficient
 
 
 def _rivals(each: Candidate, beside: Sequence[Candidate], effects: Sequence[Effect], base: Fit) -> tuple[Family, ...]:

@@ -18,7 +18,7 @@ from lutgen.criticism.verdict.session_light import more_light
 from lutgen.criticism.verdict.shares import shares_of_delta_e
 from lutgen.criticism.verdict.verdict import Verdict
 from lutgen.criticism.verdict.weighing import Weighed, bends_curves, is_of_curves
-from lutgen.criticism.verdict.words import NO_PROBES, excess, like_both, one, several, structure
+from lutgen.criticism.verdict.words import NO_FREE_TERM, excess, like_both, one, several, structure
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -88,14 +88,14 @@ def _without_steps(
         return Verdict("measurement-problem", sentence, remarks=remarks)
     base = explanation.base
     # The free term is judged under the same noise as an effect.
-    probed = probe(base, replace(error, squares=max(error.squares, error.allowance * error.freedom)))
+    residual_term = probe(base, replace(error, squares=max(error.squares, error.allowance * error.freedom)))
     within = is_within_scatter(error, base)
-    if within and not probed.names:
+    if within and not residual_term.names:
         compared = not base.problem.is_tip_anchor.all()
         return Verdict("consistent", _agrees(base) if compared else NOTHING_COMPARED, remarks=remarks)
     if not within and is_even(base) and not free_term(base, error).names:
         return _too_much_scatter(explanation, error, remarks)
-    return _unexplained(explanation, remarks, probed)
+    return _unexplained(explanation, remarks, residual_term)
 
 
 def _agrees(base: Fit) -> str:
@@ -117,7 +117,7 @@ def _too_much_scatter(explanation: Explanation, error: PureError, remarks: tuple
     return Verdict("measurement-problem", sentence, remarks=remarks)
 
 
-def _unexplained(explanation: Explanation, remarks: tuple[str, ...], probed: FreeTerm = NO_PROBES) -> Verdict:
+def _unexplained(explanation: Explanation, remarks: tuple[str, ...], residual_term: FreeTerm = NO_FREE_TERM) -> Verdict:
     nearest = explanation.first[0] if explanation.first else None
     tried = (
         f" The nearest effect, {nearest.name}, leaves {_left(nearest.best.fit.chi2, explanation):.0%} of it."
@@ -125,7 +125,7 @@ def _unexplained(explanation: Explanation, remarks: tuple[str, ...], probed: Fre
         else ""
     )
     sentence = (
-        f"Something is there that no known effect explains: {structure(explanation, probed)}.{tried} "
+        f"Something is there that no known effect explains: {structure(explanation, residual_term)}.{tried} "
         f"An effect of your own can be tried: lutgen refine --effects my_effect.py."
     )
     if more := more_light(explanation.base):
@@ -148,7 +148,7 @@ def _with_steps(explanation: Explanation, error: PureError, remarks: tuple[str, 
         traces = ", ".join(step.name for step in steps)
         remark = f"A negligible part of the residual could be explained by {traces}."
         return Verdict("consistent", _agrees(base), remarks=(*remarks, remark))
-    probed = weighed.final_free_term if weighed.final_free_term.names else weighed.base_free_term
+    residual_term = weighed.final_free_term if weighed.final_free_term.names else weighed.base_free_term
     # An effect whose share is no larger than what formulas may miss may only fit what the formula of a curve misses.
     main = [step for step in steps if weighed.shares[step.name] > 1.0 - MOST_OF_IT]
     curves = len(steps) > 1 and weighed.explains and is_of_curves(main, weighed.shares, explanation.base)
@@ -156,17 +156,17 @@ def _with_steps(explanation: Explanation, error: PureError, remarks: tuple[str, 
     if curves and not (pair and overlap([step.chosen for step in weighed.kept], base)):
         return replace(_changed_curves(explanation, weighed), remarks=remarks)
     if not weighed.sound:
-        return _unexplained(explanation, remarks, probed)
-    kept, seen, trifles = weighed.kept, weighed.seen, [step.name for step in weighed.trifles]
-    named = {*trifles, *(step.name for step in kept)}
+        return _unexplained(explanation, remarks, residual_term)
+    kept, seen, minor = weighed.kept, weighed.seen, [step.name for step in weighed.minor]
+    named = {*minor, *(step.name for step in kept)}
     if beside := [step.name for step in steps if step.name not in named]:
         only = "only because the formula leaves a residual, not as a separate fault"
         remarks = (*remarks, f"Also fitted, {only}: {', '.join(beside)}.")
-    if trifles:
-        remarks = (*remarks, f"Also fitted, with almost none of the error: {', '.join(trifles)}.")
+    if minor:
+        remarks = (*remarks, f"Also fitted, but explaining almost none of the error: {', '.join(minor)}.")
     left = "" if weighed.clean else f"its formula leaves a residual: {structure(explanation, weighed.final_free_term)}."
     if len(kept) == 1:
-        left = left or ("its formula leaves a residual that another effect explains." if beside or trifles else "")
+        left = left or ("its formula leaves a residual that another effect explains." if beside or minor else "")
         (step,) = kept
         size = f"{step.effect.in_words(step.chosen.term.values)}: {excess(step, seen, weighed.shares)}"
         verdict = one(step, size, left, _share_of_simplest(step, explanation), _imitated(step, explanation, error))
@@ -178,7 +178,7 @@ def _with_steps(explanation: Explanation, error: PureError, remarks: tuple[str, 
         # A search fits three effects with a residual where the catalogue lacks the true effect.
         or (len(kept) > 2 and not weighed.clean)
     ):
-        return _unexplained(explanation, remarks, probed)
+        return _unexplained(explanation, remarks, residual_term)
     else:
         verdict = several(kept, weighed.shares, seen, left)
     return replace(verdict, shares=weighed.shares, shares_delta_e=seen, remarks=remarks)

@@ -29,7 +29,7 @@ class Weighed:
     ----------
     kept
         Effects that the readings need, the most visible first.
-    trifles
+    minor
         Effects that the readings need too, but that explain almost none of the error: no separate faults.
     shares, seen
         Effect → share of the excess χ², and of the excess mean ΔE2000, that it explains.
@@ -45,7 +45,7 @@ class Weighed:
     """
 
     kept: tuple[Step, ...]
-    trifles: tuple[Step, ...]
+    minor: tuple[Step, ...]
     shares: Mapping[str, float]
     seen: Mapping[str, float]
     base_free_term: FreeTerm
@@ -75,8 +75,8 @@ class Weighed:
             ]
         seen = shares_of_delta_e(base, final, [step.name for step in needed])
         needed = sorted(needed, key=lambda step: (-seen[step.name], -shares[step.name]))
-        trifles = [step for step in needed[1:] if max(seen[step.name], shares[step.name]) < 1.0 - MOST_OF_IT]
-        kept = [step for step in needed if step not in trifles]
+        minor = [step for step in needed[1:] if max(seen[step.name], shares[step.name]) < 1.0 - MOST_OF_IT]
+        kept = [step for step in needed if step not in minor]
         chosen, gain = [step.chosen for step in kept], base.chi2 - lenient.chi2
         is_rest_noise, rest_term = leaves_noise, final_term
         if lenient is not final:
@@ -107,7 +107,7 @@ class Weighed:
             and stand_apart(chosen, base)
         )
         explains = clean or explained > MOST_OF_IT
-        return cls(tuple(kept), tuple(trifles), shares, seen, base_term, final_term, clean, explains, sound)
+        return cls(tuple(kept), tuple(minor), shares, seen, base_term, final_term, clean, explains, sound)
 
 
 def _needed(

@@ -18,16 +18,16 @@ if TYPE_CHECKING:
     from lutgen.criticism.search.stepwise import Explanation, Step
     from lutgen.criticism.verdict.imitation import Imitated
 
-NO_PROBES = FreeTerm()
+NO_FREE_TERM = FreeTerm()
 
 #: Added to a share of χ² where the mean ΔE2000 is not above that of noise.
 NOT_SEEN = ", too little to show in the mean ΔE2000"
 
 
-def structure(explanation: Explanation, probed: FreeTerm = NO_PROBES) -> str:
+def structure(explanation: Explanation, residual_term: FreeTerm = NO_FREE_TERM) -> str:
     """Say where the residual of the final fit is largest: family or condition, hours, signatures of the free term."""
     worst, course = strongest(explanation)
-    follows = f"; it follows {' and '.join(probed.names[:2])}" if probed.names else ""
+    follows = f"; it follows {' and '.join(residual_term.names[:2])}" if residual_term.names else ""
     return f"it is strongest in the readings called '{worst}', {course}{follows}"
 
 
