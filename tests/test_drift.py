@@ -113,7 +113,7 @@ def test_the_column_order_counts_and_not_the_rows() -> None:
 def test_a_model_that_agrees_with_a_drift_is_not_praised(baseline: str) -> None:
     found = compare(measured(dims_at_once), baseline=baseline)
     assert found.agrees
-    assert "as well as they repeat, and they drift" in found.sentence()
+    assert "as well as they repeat, but they drift" in found.sentence()
     steady = compare(measured(np.ones_like), baseline=baseline)
     assert steady.agrees
     assert "drift" not in steady.sentence()
@@ -141,7 +141,7 @@ def test_compare_names_the_reading(tmp_path: Path, run: Callable[..., Done]) -> 
     content = json.loads(run("compare", "drifts.csv", "--baseline", "native", "--json", "-").out)
     validator("compare").validate(content)
     (found,) = content["drifts"]
-    assert f"code 1, 1, 1, read before, has {found['change']:+.1%} in {found['line']}." in page
+    assert f"code 1, 1, 1, read again in {found['line']}, changed by {found['change']:+.1%}." in page
 
 
 def test_slips_of_an_instrument_with_heavy_tails_are_no_drift() -> None:

@@ -174,7 +174,7 @@ def test_where_a_fit_is_refused_what_was_on_is_on_again(tmp_path: Path) -> None:
     assert held.switch(["eotf-drift"])["on"] == ("eotf-drift",)
     settled(held)
     assert told.last("failed")["on"] == ()
-    assert "different readings, which bear" in told.last("failed")["error"]
+    assert "different readings, which determine at most" in told.last("failed")["error"]
     assert told.last("error")["effects"] == []
     assert not any(each["on"] for each in told.last("effects"))
 

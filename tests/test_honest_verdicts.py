@@ -301,7 +301,7 @@ def test_an_effect_that_the_catalogue_lacks_is_not_named_after_its_kin() -> None
     assert alike is not None
     assert alike.share < HALF
     assert found.verdict.name == "one-of", found.verdict.sentence
-    assert f"could also pass for most of {alike.name}" in found.verdict.sentence
+    assert f"could also imitate most of {alike.name}" in found.verdict.sentence
 
 
 @pytest.mark.slow(every=True)
@@ -310,7 +310,7 @@ def test_a_form_that_owes_most_to_its_freedom_proves_no_family() -> None:
     hidden = (("channel-gamma", 0.02, "other"),)
     found = diagnose(read(csv_text(replace(LUCKY, seed=1, hidden=hidden)), file="gamma.csv", sha256=""))
     assert (found.verdict.name, found.verdict.effects) == ("one-of", ("channel-gamma",))
-    assert "owes most to its freedom: the effect's simplest form explains" in found.verdict.sentence
+    assert "owes its fit mainly to its free parameters: the effect's simplest form explains" in found.verdict.sentence
 
 
 @pytest.mark.slow(every=True)
@@ -319,7 +319,7 @@ def test_two_effects_that_overlap_and_leave_noise_are_one_that_is_like_both() ->
     readings = read(csv_text(replace(LUCKY, seed=3, hidden=hidden)), file="like.csv", sha256="")
     found = diagnose(readings, without=("eotf-drift",)).verdict
     assert (found.name, set(found.effects)) == ("one-of", {"recalibration", "drive-loss"})
-    assert found.sentence.startswith("One effect is missing that is like ")
+    assert found.sentence.startswith("One effect is missing, which resembles both ")
 
 
 def test_an_hour_is_no_wrong_session_where_a_later_one_is_no_sound_one() -> None:
@@ -387,7 +387,7 @@ def test_a_shape_at_the_limit_of_what_may_be_proves_no_family() -> None:
         said[name] = pronounce(explain(base, [effect], error), error, [], Suspicion((), (), ""))
     assert said["free"].name == "named", said["free"].sentence
     assert said["quick"].name == "one-of", said["quick"].sentence
-    assert "has minutes at the limit of what may be" in said["quick"].sentence
+    assert "has minutes at the limit of the allowed range" in said["quick"].sentence
 
 
 def test_a_rival_pays_for_a_parameter_that_explains_nothing() -> None:
@@ -440,12 +440,12 @@ def test_three_effects_that_leave_something_are_no_finding(
     kept = tuple(_stub(name=name, effect=step.effect, chosen=step.chosen, rivals=()) for name in names)
     error = PureError.of(explanation.base.problem)
     weighed = replace(
-        Weighed.of(explanation, error), kept=kept, trifles=(), shares=dict.fromkeys(names, 0.3),
+        Weighed.of(explanation, error), kept=kept, minor=(), shares=dict.fromkeys(names, 0.3),
         seen=dict.fromkeys(names, 0.3), clean=clean, explains=True, sound=True,
     )  # fmt: skip
     monkeypatch.setattr("lutgen.criticism.verdict.pronounce.Weighed.of", lambda *_: weighed)
     monkeypatch.setattr("lutgen.criticism.verdict.pronounce.overlap", lambda *_: False)
-    monkeypatch.setattr("lutgen.criticism.verdict.pronounce._is_shadowed", lambda *_: False)
+    monkeypatch.setattr("lutgen.criticism.verdict.pronounce._is_imitation_likely", lambda *_: False)
     assert pronounce(explanation, error, (), Suspicion((), (), "")).name == said
 
 

@@ -382,7 +382,7 @@ def test_levels_that_its_curves_run_through_are_no_white_and_primaries() -> None
     assert diagnose(tips_alone).verdict.sentence == NOTHING_COMPARED
 
 
-@pytest.mark.parametrize(("more", "said"), [(1.02, "at 18000 h it is 2.0% more than foretold from 0 h"), (1.0, "")])
+@pytest.mark.parametrize(("more", "said"), [(1.02, "at 18000 h it is 2.0% more than predicted from 0 h"), (1.0, "")])
 def test_what_a_whole_session_has_more_is_said_beside_nothing_else(more: float, said: str) -> None:
     """The comparison fails, since a session's usual gain is 0.3 %; no effect is named for it."""
     codes = [*TIPS, *TIPS, BLACK, *GREYS, *RAMPS, *MIXTURES]

@@ -124,7 +124,7 @@ def visible_parameter(name: str) -> str:
 
 def test_general_coverage_opens_what_greys_cannot_show() -> None:
     found = plan(readings("greys"))
-    opened = found.sentence.partition("They open: ")[2].rstrip(".").split(", ")
+    opened = found.sentence.partition("They make visible: ")[2].rstrip(".").split(", ")
     blind = {each.effect for each in diagnose(readings("greys")).visibility if not each.visible}
     assert set(opened) <= blind
     assert {"edge-falloff", "warm-up", "temperature", "veiling-glare"} <= set(opened)

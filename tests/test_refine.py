@@ -233,7 +233,7 @@ def tips_only() -> Measurements:
 
 @pytest.mark.parametrize(("add", "baseline", "told"), [
     (["backlight-decay"], "colour-points", r"hidden by white and primaries .* Add --baseline first-hour"),
-    (["yellowing"], "colour-points", "only be fitted from the hour-0 display"),
+    (["yellowing"], "colour-points", "only a fit from the hour-0 display shows it"),
     (["leakage"], "colour-points", r"effect 'leakage'.*Pick one of"),
     (["crosstalk", "crosstalk"], "colour-points", "in the model already"),
 ])  # fmt: skip
@@ -248,7 +248,7 @@ def test_an_effect_that_the_model_has_is_not_added_again() -> None:
 
 
 def test_too_few_readings_for_the_parameters_are_refused() -> None:
-    with pytest.raises(LutgenError, match=r"beside white and primaries there are 0 .* lutgen plan lists them"):
+    with pytest.raises(LutgenError, match=r"apart from white and primaries there are 0 .* lutgen plan lists them"):
         refine(tips_only(), ["crosstalk"])
 
 

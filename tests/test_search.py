@@ -16,7 +16,7 @@ from lutgen.criticism.fit.linear import Term
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.fit.score import Score
 from lutgen.criticism.noise.pure_error import PureError
-from lutgen.criticism.search.candidates import STRONG, _in_its_course, bic, contenders, families, family, forms_of
+from lutgen.criticism.search.candidates import STRONG, _with_time_course, bic, contenders, families, family, forms_of
 from lutgen.effects import Effect, catalogue
 from lutgen.effects.shapes import COURSE
 from lutgen.errors import LutgenError
@@ -201,10 +201,10 @@ def test_a_formula_is_judged_in_the_course_of_the_long_form() -> None:
     tried = {each.form: each for each in forms_of(base, catalogue()["eotf-drift"])}
     formula = tried["grown",]
     (long,) = [each for form, each in tried.items() if "power" in form and len(form) == max(map(len, tried))][:1]
-    told = _in_its_course(base, formula, long)
-    assert set(told.form) == {"grown"} | (COURSE & set(long.form))
-    assert formula.gain <= told.gain <= long.gain + 1.0
-    assert _in_its_course(base, told, long) is told
+    refitted = _with_time_course(base, formula, long)
+    assert set(refitted.form) == {"grown"} | (COURSE & set(long.form))
+    assert formula.gain <= refitted.gain <= long.gain + 1.0
+    assert _with_time_course(base, refitted, long) is refitted
 
 
 @pytest.mark.parametrize("hidden", [{}, {"eotf_drift": (0.01, "same")}])

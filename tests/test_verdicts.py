@@ -73,10 +73,10 @@ CASES = {
         baseline="first-hour",
     ),
     "a leak by another formula": Case(
-        "one-of", ("black-level",), (("black-level", "other", 16.0),), "could also pass for most of meter-offset"
+        "one-of", ("black-level",), (("black-level", "other", 16.0),), "could also imitate most of meter-offset"
     ),
     "a curve by another formula": Case(
-        "one-of", ("eotf-drift",), (("eotf-drift", "other", 10.0),), "could also pass for most of drive-loss"
+        "one-of", ("eotf-drift",), (("eotf-drift", "other", 10.0),), "could also imitate most of drive-loss"
     ),
     "edges by another formula": Case("form", ("edge-falloff",), (("edge-falloff", "other", 16.0),), campaign=FULL),
     "a constant light on greys": Case(

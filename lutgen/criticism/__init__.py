@@ -1,1 +1,1 @@
-"""Criticism of the model: compare it with measurements, diagnose what it lacks, refine it, plan what to do next."""
+"""Criticism of the model: compare it with measurements, diagnose missing effects, refine it, plan the next session."""

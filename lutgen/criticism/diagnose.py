@@ -1,4 +1,4 @@
-"""Which physical effect is missing? From the search to a verdict in one sentence."""
+"""Diagnose which physical effect the model lacks: run the search, and return a verdict in one sentence."""
 
 from __future__ import annotations
 
@@ -30,34 +30,34 @@ if TYPE_CHECKING:
 
 __all__ = ["VERDICTS", "Diagnosis", "Ranked", "diagnose"]
 
-#: The search is repeated where the gain is found to wander by so many times what it was taken to.
+#: The search is repeated where the estimated drift of the gain within sessions changes by more than this factor.
 UNSTEADIER = 2.0
 
-#: Families of the ranking whose held-out error is computed.
+#: Number of effects, from the best, whose held-out error is computed.
 RANKED = 8
 
 
 @dataclass(frozen=True)
 class Ranked:
-    """One effect alone beside the model.
+    """One effect, added alone to the model.
 
     Attributes
     ----------
     effect, form
-        Its name and the parameters that its best form frees.
+        Name of the effect, and the parameters that its best form frees.
     delta_bic
-        By how much BIC falls with it: above 6 is strong.
+        Decrease of BIC with the effect: above 6 is strong.
     rms_sigma, held_out_rms_sigma
-        Error with it, of all readings, and of readings withheld from its fit; None where not computed.
+        Error with the effect, of all readings, and of readings withheld from the fit; None where not computed.
     held_out_cells, held_out_left_out
-        Groups of readings that belong together, and how many of them could not be withheld, since a parameter rests on
+        Number of groups of readings, and number of groups that could not be withheld, because a parameter depends on
         them; None where not computed.
     explained
-        Share of the excess of χ² over the noise that it removes.
+        Share of the excess of χ² over the noise that the effect explains.
     absorbed
-        Share of its signature that the tips absorb.
+        Share of the effect's signature that the tips absorb.
     parameters
-        Name → value, stderr (None: the data say nothing), unit, at_bound.
+        Name → value, stderr (None: not determined by the readings), unit, at_bound.
 
     """
 
@@ -83,22 +83,22 @@ class Ranked:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """What was found.
+    """The result of a diagnosis.
 
     Attributes
     ----------
     comparison
-        The model without new effects against the readings.
+        Comparison of the model without new effects with the readings.
     explanation
-        The search.
+        The result of the search.
     verdict
         The verdict and its sentence.
     visibility
-        What these data could have seen.
+        For every effect, whether these readings could show it.
     measure_next
-        For effects that cannot be told apart: what would separate them.
+        For effects that these readings cannot distinguish: the patches that would distinguish them.
     error
-        The scatter of replicates that tests go by.
+        Scatter of the replicates, on which the tests rest.
 
     """
 
@@ -111,21 +111,21 @@ class Diagnosis:
 
     @property
     def problem(self) -> Problem:
-        """The question."""
+        """The readings and the model that were fitted."""
         return self.explanation.base.problem
 
     @cached_property
     def ranking(self) -> tuple[Ranked, ...]:
-        """Every effect alone, best first; withheld readings are fitted when it is first asked for."""
+        """Every effect alone, best first; withheld readings are fitted at the first access."""
         return tuple(_ranking(self.explanation, self.visibility, self.error))
 
     @cached_property
     def after(self) -> Comparison:
-        """The model with what was found against the readings."""
+        """Comparison of the model with the effects that were found with the readings."""
         return compare_problem(self.problem, self.explanation.final.terms)
 
     def as_json(self) -> dict[str, Any]:
-        """Return what ``--json`` prints: the keys of compare, then its own."""
+        """Return what ``--json`` prints: the keys of ``compare``, then those of ``diagnose``."""
         return {
             **self.comparison.as_json(),
             "verdict": self.verdict.name,
@@ -166,9 +166,9 @@ def diagnose(
     without
         Names of effects to leave out.
     terms
-        Effects that the model has already, refitted together with new ones.
+        Effects that the model has already; they are refitted together with new effects.
     progress
-        Told how many effects of how many have been tried.
+        Called with the number of effects tried and the number of all effects.
 
     Raises
     ------
@@ -180,7 +180,7 @@ def diagnose(
     problem = with_shared_errors(problem, terms)
     choices = candidates(effects, baseline, (*without, *(term.effect.name for term in terms)))
     if problem.first_readings:
-        # Which of the paper's matrices a colour takes makes no difference where its own reading foretells it.
+        # The choice among the paper's matrices has no influence where a colour is predicted from its own first reading.
         choices = [each for each in choices if each.stage != "selection"]
     base, error = fit(problem, terms), PureError.of(problem)
     rows = wrong_rows(base)
@@ -189,7 +189,7 @@ def diagnose(
         base, error = fit(problem, terms), PureError.of(problem)
     seen = tuple(visibility(base, choices))
     explanation = explain(base, choices, error, progress)
-    # A misfit hides a wandering gain, or looks like one; beside the effects that explain the misfit, the gain shows.
+    # A misfit can hide a drift of the gain or look like one: the drift is estimated again when effects explain it.
     again = with_shared_errors(problem, explanation.final.terms) if explanation.steps else problem
     if max(again.wander, problem.wander) > UNSTEADIER * min(again.wander, problem.wander):
         problem = again
@@ -210,7 +210,7 @@ def diagnose(
 
 
 def known_under(effects: Mapping[str, Effect] | None, baseline: str) -> Mapping[str, Effect]:
-    """Effects by name, the catalogue's where None are given, as a baseline tells them."""
+    """Return the effects by name (None: the catalogue); under native baselines they act since the first session."""
     known = catalogue() if effects is None else effects
     if baseline not in NATIVE_BASELINES:
         return known
@@ -218,7 +218,7 @@ def known_under(effects: Mapping[str, Effect] | None, baseline: str) -> Mapping[
 
 
 def candidates(effects: Mapping[str, Effect] | None, baseline: str, without: Sequence[str]) -> list[Effect]:
-    """Effects that a search under a baseline may choose from. Raises LutgenError for an unknown name."""
+    """Return the effects that a search under a baseline may choose from; raise LutgenError for an unknown name."""
     known = known_under(effects, baseline)
     for name in without:
         if name not in known:
@@ -260,10 +260,10 @@ def _ranking(explanation: Explanation, seen: Sequence[Visibility], error: PureEr
     return rows
 
 
-def parameters_of(found: Fit) -> dict[str, dict[str, dict[str, Any]]]:
-    """Parameters of a fit's effects: effect → name → value, stderr, unit, at_bound, free."""
+def parameters_of(current: Fit) -> dict[str, dict[str, dict[str, Any]]]:
+    """Return the parameters of a fit's effects: effect → name → value, stderr, unit, at_bound, free."""
     result: dict[str, dict[str, dict[str, Any]]] = {}
-    for term, errors in zip(found.terms, found.stderr, strict=True):
+    for term, errors in zip(current.terms, current.stderr, strict=True):
         result[term.effect.name] = {}
         for name, parameter in term.effect.parameters.items():
             value, error = term.values[name], errors.get(name)

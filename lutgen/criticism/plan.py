@@ -1,13 +1,13 @@
-"""What to measure next: a patch list for two rivals, for one effect, or for general coverage."""
+"""Plan the next session: a patch list that distinguishes two effects, shows one effect, or gives general coverage."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from lutgen.criticism.diagnose import candidates, known_under
 from lutgen.criticism.fit.least_squares import Fit, fit
-from lutgen.criticism.fit.linear import State, Term
+from lutgen.criticism.fit.linear import State, Term, predict
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.model import estimate_noise
 from lutgen.criticism.noise.session_errors import with_shared_errors
@@ -24,32 +24,33 @@ if TYPE_CHECKING:
     from lutgen.effects import Effect
     from lutgen.readings import Measurements
 
-#: Tips and black, three times each: every session needs them, for the model and for the noise.
+#: Tips and black, three times each: every session needs these readings for the model and for the noise.
 BASICS = tuple(
     Patch((float(r), float(g), float(b)), {}, "")
     for r, g, b in [*TIP_DRIVES.tolist(), [0.0, 0.0, 0.0]]
     for _ in range(3)
 )
 
-#: χ² between two rivals from which they are told apart.
+#: χ² between two rivals above which they are distinguished.
 CLEAR = 20.0
 
-#: Strength that a rival's fitted effect is scaled to when the data hold none: three times what is detectable.
+#: Strength (root of χ²) to which a rival is scaled where the readings show less: three times the detectable strength.
 THREE_TIMES = 15.0
 
 
 @dataclass(frozen=True)
 class MeasurementPlan:
-    """A ready-to-measure list.
+    """A list of patches to measure.
 
     Attributes
     ----------
     sentence
-        What it is for, and what it will bring.
+        Purpose of the list, and what its patches will show.
     patches
-        In measuring order, basics first.
+        The patches in measuring order, basics first.
     gains
-        Pool set → by how much it lowers the smallest detectable size, or raises the separation: (before, after).
+        Set of patches → smallest detectable size, or separation, (before, after). For general coverage: (None, number
+        of effects that become visible).
 
     """
 
@@ -68,7 +69,7 @@ class MeasurementPlan:
         }
 
     def as_csv(self) -> str:
-        """Return the list in the columns of the table of readings, hour and X, Y, Z left to be filled in."""
+        """Return the list as a table of readings in which hour and X, Y, Z are to be filled in."""
         used = [name for name in OPTIONAL if any(name in patch.conditions for patch in self.patches)]
         lines = [
             "# A patch list: fill in hour and X,Y,Z (cd/m2) of each row.",
@@ -95,6 +96,7 @@ class MeasurementPlan:
 
 
 def _rest(name: str) -> str:
+    """Return the cell of a condition at rest."""
     value = OPTIONAL[name]
     return "" if value != value else f"{value:g}"  # noqa: PLR0124 - NaN: warm, or unknown
 
@@ -116,9 +118,9 @@ def plan(
     readings, baseline, selection, instrument, effects
         As in :func:`lutgen.criticism.diagnose.diagnose`.
     between
-        Two effects to be told apart.
+        Two effects to be distinguished.
     effect
-        One effect to be seen; neither: general coverage.
+        One effect to be shown. Without ``between`` and ``effect`` the plan gives general coverage.
 
     Raises
     ------
@@ -141,15 +143,15 @@ def plan(
 def _between(base: Fit, known: Mapping[str, Effect], pair: tuple[str, str]) -> MeasurementPlan:
     if pair[0] == pair[1]:
         raise LutgenError(f"{pair[0]} cannot be told from itself. Name two different effects: --between A,B.")
-    found = []
+    separations = []
     for one, other in (pair, pair[::-1]):
-        truth = _as_if_true(base, known[one])
-        found.append(separation(truth, family(base_of(truth), known[other]).best, (one, other)))
-    best = min(found, key=lambda each: each.after)
+        truth = _as_truth(base, known[one])
+        separations.append(separation(truth, family(_fit_of_tips(truth), known[other]).best, (one, other)))
+    best = min(separations, key=lambda each: each.after)
     if best.after < CLEAR and best.after - best.before < 1.0:
         raise LutgenError(
             f"no patch in one more session would tell {pair[0]} from {pair[1]}: re-measured white and primaries hide "
-            f"all that they do. Use --baseline first-hour, or a spectrum."
+            f"both. Use --baseline first-hour, or a spectrum."
         )
     sentence = (
         f"To tell {pair[0]} from {pair[1]}: {best.name}. It raises their separation (χ²) from {best.before:.3g} to "
@@ -158,11 +160,11 @@ def _between(base: Fit, known: Mapping[str, Effect], pair: tuple[str, str]) -> M
     return MeasurementPlan(sentence, (*BASICS, *best.patches), {best.name: (best.before, best.after)}, best)
 
 
-def _as_if_true(base: Fit, effect: Effect) -> Fit:
-    """Fit an effect; where the data show too little of it, take it as three times the detectable size."""
-    found = family(base, effect).best.fit
-    if base.chi2 - found.chi2 >= THREE_TIMES**2:
-        return found
+def _as_truth(base: Fit, effect: Effect) -> Fit:
+    """Fit an effect; where the readings show too little of the effect, take three times its detectable size."""
+    fitted = family(base, effect).best.fit
+    if base.chi2 - fitted.chi2 >= THREE_TIMES**2:
+        return fitted
     score, term = base.score, Term.at_rest(effect, effect.forms[0])
     sizes = {}
     for name in term.free:
@@ -174,10 +176,8 @@ def _as_if_true(base: Fit, effect: Effect) -> Fit:
     return fit(base.problem, (*base.terms, Term(effect, {**term.values, **sizes}, ())))
 
 
-def base_of(truth: Fit) -> Fit:
-    """Return the fit of noise-free readings of ``truth`` by the tips alone."""
-    from dataclasses import replace
-
+def _fit_of_tips(truth: Fit) -> Fit:
+    """Return the fit of the tips alone to noise-free readings of ``truth``."""
     exact = truth.problem.readings.with_light(truth.problem.readings.xyz_cd_m2.copy())
     exact.xyz_cd_m2[truth.problem.rows] = truth.predicted
     return fit(replace(truth.problem, readings=exact), (), State((), truth.tips, truth.gains))
@@ -200,7 +200,7 @@ def _for_effect(base: Fit, effect: Effect) -> MeasurementPlan:
             f"no patch in one more session would show {effect.name}: re-measured white and primaries hide it. Use "
             f"--baseline first-hour."
         )
-    # Information goes by 1/size²; what a set adds of it is weighed against the time that it takes.
+    # The information is 1/size². Its increase is divided by the root of the number of patches, which take time to read.
     already = before**-2 if before else 0.0
     best = max(useful, key=lambda name: (useful[name] ** -2 - already) / len(POOL[name]) ** 0.5)
     seen = visibility(base, [effect])[0]
@@ -211,35 +211,31 @@ def _for_effect(base: Fit, effect: Effect) -> MeasurementPlan:
 
 
 def _noise_free(base: Fit, problem: Problem) -> Fit:
-    from dataclasses import replace
-
-    from lutgen.criticism.fit.linear import predict
-
+    """Return the fit of the base's effects to noise-free readings of a problem with added patches."""
     exact = problem.readings.with_light(problem.readings.xyz_cd_m2.copy())
     exact.xyz_cd_m2[problem.rows] = predict(problem, State(base.terms, base.tips, base.gains))
     return fit(replace(problem, readings=exact), base.terms, State((), base.tips, base.gains))
 
 
 def _coverage(base: Fit, effects: Sequence[Effect]) -> MeasurementPlan:
-    """Choose, set by set, what makes most of the effects visible that are not; a full session where all are."""
-    seen = {each.effect: each for each in visibility(base, effects)}
-    blind = {name for name, each in seen.items() if not each.visible}
+    """Choose set by set the patches that make most invisible effects visible; a full session where none does."""
+    invisible = {each.effect for each in visibility(base, effects) if not each.visible}
     chosen: list[str] = []
     gains: dict[str, tuple[float | None, float | None]] = {}
-    opened = {}
+    shown = {}
     for name, patches in POOL.items():
         after = visibility(_noise_free(base, with_patches(base.problem, patches)), effects)
-        opened[name] = {each.effect for each in after if each.visible} & blind
-    while blind:
-        best = max(opened, key=lambda name: len(opened[name] & blind))
-        if not opened[best] & blind:
+        shown[name] = {each.effect for each in after if each.visible} & invisible
+    while invisible:
+        best = max(shown, key=lambda name: len(shown[name] & invisible))
+        if not shown[best] & invisible:
             break
-        gains[best] = (None, float(len(opened[best] & blind)))
-        blind -= opened[best]
+        gains[best] = (None, float(len(shown[best] & invisible)))
+        invisible -= shown[best]
         chosen.append(best)
     if not chosen:
         chosen = ["nine greys", "ramps of red, green, blue", "secondaries", "mixtures"]
-    opened_now = sorted({name for each in chosen for name in opened.get(each, set())})
-    brings = f" They open: {', '.join(opened_now)}." if opened_now else ""
-    sentence = f"For general coverage: {'; '.join(chosen)}.{brings}"
+    effects_shown = sorted({name for each in chosen for name in shown.get(each, set())})
+    result = f" They make visible: {', '.join(effects_shown)}." if effects_shown else ""
+    sentence = f"For general coverage: {'; '.join(chosen)}.{result}"
     return MeasurementPlan(sentence, (*BASICS, *(patch for name in chosen for patch in POOL[name])), gains)

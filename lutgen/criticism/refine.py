@@ -1,4 +1,4 @@
-"""Adding what is missing: effects join the model one by one, all is refitted, the error falls toward the floor."""
+"""Refine the model: add missing effects one by one and refit everything, so that the error falls toward the floor."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from lutgen.effects import Effect
     from lutgen.readings import Measurements
 
-#: What a model file says of effects that do not lower the error, or of none, and was kept all the same.
+#: Notes in the file of a model that was kept although its effects do not lower the error, or although it has none.
 BY_HAND = "by hand: the error does not fall with these effects"
 AS_IT_WAS = "by hand: no effect was added"
 
@@ -49,22 +49,22 @@ class Added:
 
 @dataclass(frozen=True)
 class Refinement:
-    """What refining has made.
+    """The result of adding effects to a model.
 
     Attributes
     ----------
     before
         The comparison without new effects.
     steps
-        Each effect added, in turn.
+        The added effects in their order.
     found
         The final fit.
     model
-        The display with the effects: what ``lutgen build --model`` bakes.
+        The display with the effects, as ``lutgen build --model`` bakes it.
     diagnosis
-        With ``auto`` the diagnosis that chose the effects.
+        With ``auto``, the diagnosis that chose the effects.
     held_out_gain
-        By how much χ² of readings that were withheld from the fits fell with the effects.
+        Decrease of χ² of withheld readings by the effects.
 
     """
 
@@ -77,7 +77,7 @@ class Refinement:
 
     @property
     def improves(self) -> bool:
-        """Whether the error, and that of withheld readings, fell; False where nothing was added."""
+        """Whether the error fell and that of withheld readings did not rise; False where nothing was added."""
         return bool(self.steps) and self.after.ratio < self.before.ratio and self.held_out_gain >= 0.0
 
     @property
@@ -87,30 +87,30 @@ class Refinement:
 
     @property
     def to_save(self) -> DisplayModel:
-        """The model for a file, which says so where its author keeps it although the error does not fall."""
+        """The model for a file; it holds a note where the user keeps the model although the error does not fall."""
         kept = BY_HAND if self.steps else AS_IT_WAS
         return self.model if self.improves else replace(self.model, fit={**self.model.fit, "kept": kept})
 
     def no_gain(self) -> str:
-        """Say why a model that does not improve does not."""
+        """Say why the model does not improve."""
         if not self.steps:
             return "Nothing was added"
         falls = self.after.ratio < self.before.ratio
         return "Withheld readings are predicted no better" if falls else "The error does not fall"
 
     def of_saved(self, saved: DisplayModel | None) -> Refinement:
-        """Keep what a saved model that was refined says of modes and conditions, which no fit touches."""
+        """Copy modes and conditions, which a fit does not change, from the saved model that was refined."""
         if saved is None:
             return self
         model = replace(self.model, reference=saved.reference, luminance=saved.luminance, conditions=saved.conditions)
         return replace(self, model=model)
 
     def carried(self) -> list[str]:
-        """Say what LUTs of this model will carry, and what they cannot."""
+        """Say what LUTs of this model will carry, and what they cannot carry."""
         return what_luts_carry(self.model)
 
     def sentence(self) -> str:
-        """Say in plain words how far the error fell."""
+        """Say in plain words how much the error fell."""
         before, after = self.before, self.after
         if not self.steps:
             return "Nothing was added: the model stays as it was."
@@ -128,7 +128,7 @@ class Refinement:
         return f"With {names} the error does not fall: it goes {course}"
 
     def as_json(self, model: str | None = None) -> dict[str, Any]:
-        """Return what ``--json`` prints; ``model`` is the file that was written."""
+        """Return what ``--json`` prints; ``model`` is the path of the written file."""
         return {
             "schema": SCHEMA,
             "sentence": self.sentence(),
@@ -169,12 +169,12 @@ def refine(
     add
         Names of effects to add, in this order.
     auto
-        Add what a diagnosis finds, after ``add``, until nothing is missing.
+        After ``add``, add the effects that a diagnosis finds, until none is missing.
 
     Raises
     ------
     LutgenError
-        An unknown effect, one that is there already, or more parameters than the readings can bear.
+        An unknown effect, an effect that the model has already, or more parameters than the readings can determine.
 
     """
     known = catalogue() if effects is None else effects
@@ -196,14 +196,14 @@ def refine(
 
 @dataclass(frozen=True)
 class Course:
-    """A model that effects join one after the other; every fit on the way is kept.
+    """A model to which effects are added one after another; every fit is cached.
 
     Attributes
     ----------
     base
         The fit without new effects.
     effects
-        All effects that may join, by name.
+        All effects that may be added, by name.
 
     """
 
@@ -223,22 +223,22 @@ class Course:
         effects: Mapping[str, Effect] | None = None,
         terms: Sequence[Term] = (),
     ) -> Course:
-        """Begin with the model of :func:`refine`, whose parameters and errors these are."""
+        """Return the model before any effect is added; parameters and errors as for :func:`refine`."""
         problem = Problem.of(readings, baseline=baseline, selection=selection, instrument=instrument)
         return cls(fit(with_shared_errors(problem, terms), terms), known_under(effects, baseline))
 
     def with_effects(self, effects: Mapping[str, Effect]) -> Course:
-        """The same model with other effects that may join; fits of effects that are in both are kept."""
+        """Return the same model with other effects that may be added; fits of effects in both sets stay cached."""
         other = copy(self)
         other.__dict__["effects"] = effects
-        stay = other.shared_with(self)
-        for kept in ("_fits", "_steps"):
-            found = getattr(self, kept).items()
-            other.__dict__[kept] = {names: each for names, each in found if stay.issuperset(names)}
+        shared = other.shared_with(self)
+        for cache in ("_fits", "_steps"):
+            cached = getattr(self, cache).items()
+            other.__dict__[cache] = {names: each for names, each in cached if shared.issuperset(names)}
         return other
 
     def shared_with(self, other: Course) -> set[str]:
-        """Names of the effects that are the same in another course: of the same name and origin."""
+        """Return the names of the effects that have the same name and origin in another course."""
         mine = {name: each.origin for name, each in self.effects.items()}
         return {name for name, each in other.effects.items() if mine.get(name) == each.origin}
 
@@ -248,16 +248,16 @@ class Course:
         return compare_problem(self.base.problem, self.base.terms)
 
     def check(self, add: Sequence[str]) -> None:
-        """Raise LutgenError for an effect that is unknown, in the model already, or that no fit of these can see."""
+        """Raise LutgenError for an effect that is unknown, in the model already, or invisible under the baseline."""
         for name in add:
             if name not in self.effects:
                 raise pick_one("effect", name, self.effects)
             if name in {term.effect.name for term in self.base.terms} or list(add).count(name) > 1:
                 raise LutgenError(f"effect {name!r} is in the model already. Leave it out of --add.")
-            _check_seen(self.effects[name], self.base.problem.baseline)
+            _check_visible(self.effects[name], self.base.problem.baseline)
 
     def fit(self, add: Sequence[str]) -> Fit:
-        """Add effects in this order, each in the form that the readings support; errors as :func:`refine`."""
+        """Return the fit with these effects, each in the form that the readings support; errors as :func:`refine`."""
         self.check(add)
         return self._fit(tuple(add))
 
@@ -265,11 +265,11 @@ class Course:
         if not add:
             return self.base
         if add not in self._fits:
-            self._fits[add] = _joined(self._fit(add[:-1]), self.effects[add[-1]])
+            self._fits[add] = _with_effect(self._fit(add[:-1]), self.effects[add[-1]])
         return self._fits[add]
 
     def steps(self, add: Sequence[str]) -> tuple[Added, ...]:
-        """Each effect added in turn, and the comparison with it."""
+        """Return each added effect with the comparison after it was added."""
         return tuple(self._step(tuple(add[: place + 1])) for place in range(len(add)))
 
     def _step(self, add: tuple[str, ...]) -> Added:
@@ -278,37 +278,37 @@ class Course:
         return self._steps[add]
 
     def refinement(self, add: Sequence[str]) -> Refinement:
-        """Return what :func:`refine` makes of these effects."""
+        """Return the refinement with these effects, as :func:`refine`."""
         return self.refinement_of(self.fit(add), self.steps(add))
 
-    def refinement_of(self, found: Fit, steps: Sequence[Added], diagnosis: Diagnosis | None = None) -> Refinement:
-        """Return what a fit with these steps has made of the model."""
-        model = model_of(found, diagnosis, self.before, steps[-1].comparison if steps else self.before)
-        gain = held_out_gain(found, self.base) if steps else 0.0
-        return Refinement(self.before, tuple(steps), found, model, diagnosis, gain)
+    def refinement_of(self, current: Fit, steps: Sequence[Added], diagnosis: Diagnosis | None = None) -> Refinement:
+        """Return the refinement of a final fit and its steps."""
+        model = model_of(current, diagnosis, self.before, steps[-1].comparison if steps else self.before)
+        gain = held_out_gain(current, self.base) if steps else 0.0
+        return Refinement(self.before, tuple(steps), current, model, diagnosis, gain)
 
 
 def _trail(diagnosis: Diagnosis) -> list[tuple[Any, Fit]]:
     return list(zip(diagnosis.explanation.steps, diagnosis.explanation.trail, strict=True))
 
 
-def _joined(current: Fit, effect: Effect) -> Fit:
-    """Add an effect in its best form, and choose the forms of all effects anew."""
+def _with_effect(current: Fit, effect: Effect) -> Fit:
+    """Add an effect in its best form, then choose the forms of all other effects again."""
     _check_enough(current, effect)
-    found = family(current, effect, freely=True).best.fit
-    for name in [term.effect.name for term in found.terms if term.free][:-1]:
-        term = next(each for each in found.terms if each.effect.name == name)
-        rest = fit(found.problem, tuple(each for each in found.terms if each is not term))
+    joint = family(current, effect, freely=True).best.fit
+    for name in [term.effect.name for term in joint.terms if term.free][:-1]:
+        term = next(each for each in joint.terms if each.effect.name == name)
+        rest = fit(joint.problem, tuple(each for each in joint.terms if each is not term))
         again = family(rest, term.effect, freely=True).best.fit
-        found = again if again.bic < found.bic else found
-    return found
+        joint = again if again.bic < joint.bic else joint
+    return joint
 
 
-def _check_seen(effect: Effect, baseline: str) -> None:
+def _check_visible(effect: Effect, baseline: str) -> None:
     if not candidates({effect.name: effect}, baseline, ()):
         raise LutgenError(
-            f"effect {effect.name!r} is hidden by white and primaries that are measured again at each hour: it can "
-            f"only be fitted from the hour-0 display. Add --baseline first-hour."
+            f"effect {effect.name!r} is hidden by white and primaries that are measured again at each hour: only a fit "
+            f"from the hour-0 display shows it. Add --baseline first-hour."
         )
 
 
@@ -317,23 +317,23 @@ def _check_enough(current: Fit, effect: Effect) -> None:
     if current.parameters + free > problem.max_parameters:
         spare = np.unique(problem.groups[~problem.is_anchor]).size
         raise LutgenError(
-            f"{problem.readings.file}: beside white and primaries there are {spare} different readings, which bear "
-            f"{problem.max_parameters} free parameters; with {effect.name} the model has {current.parameters + free}. "
-            f"Measure greys and ramps too: lutgen plan lists them."
+            f"{problem.readings.file}: apart from white and primaries there are {spare} different readings, which "
+            f"determine at most {problem.max_parameters} free parameters; with {effect.name} the model has "
+            f"{current.parameters + free}. Measure greys and ramps too: lutgen plan lists them."
         )
 
 
-def _added(found: Fit, name: str) -> Added:
-    term = next(each for each in found.terms if each.effect.name == name)
-    return Added(name, (*term.gridded, *term.free), compare_problem(found.problem, found.terms))
+def _added(current: Fit, name: str) -> Added:
+    term = next(each for each in current.terms if each.effect.name == name)
+    return Added(name, (*term.gridded, *term.free), compare_problem(current.problem, current.terms))
 
 
-def model_of(found: Fit, diagnosis: Diagnosis | None, before: Comparison, after: Comparison) -> DisplayModel:
-    """Make the display model that a fit has found, with its provenance."""
-    problem = found.problem
+def model_of(current: Fit, diagnosis: Diagnosis | None, before: Comparison, after: Comparison) -> DisplayModel:
+    """Return the display model of a fit, with its provenance."""
+    problem = current.problem
     knots = problem.is_knot
-    tips = _tips_of(found, after)
-    parameters = parameters_of(found)
+    tips = _tips_of(current, after)
+    parameters = parameters_of(current)
     applied = tuple(
         AppliedEffect(
             term.effect,
@@ -343,7 +343,7 @@ def model_of(found: Fit, diagnosis: Diagnosis | None, before: Comparison, after:
             },
             (*term.gridded, *term.free),
         )
-        for term in found.terms
+        for term in current.terms
     )
     noise = problem.noise
     record: dict[str, str | float] = {
@@ -359,10 +359,10 @@ def model_of(found: Fit, diagnosis: Diagnosis | None, before: Comparison, after:
     return DisplayModel(
         problem.readings,
         selection=problem.selection,
-        conditions=_at_rest(problem, [term.effect for term in found.terms]),
+        conditions=_at_rest(problem, [term.effect for term in current.terms]),
         effects=applied,
         latent=LatentTips(problem.hours[knots], np.array(tips[knots])),
-        covariance=joint_covariance(found),
+        covariance=joint_covariance(current),
         baseline=problem.baseline,
         held=problem.held,
         native=problem.native,
@@ -371,28 +371,28 @@ def model_of(found: Fit, diagnosis: Diagnosis | None, before: Comparison, after:
     )
 
 
-def _tips_of(found: Fit, after: Comparison) -> Array:
-    """Latent tips for a model file, (H, 4, 3), cd/m².
+def _tips_of(current: Fit, after: Comparison) -> Array:
+    """Return the latent tips for a model file, (H, 4, 3), cd/m².
 
-    Tips that make up for what no effect explains are no display's: without effects they are those that were read, and
-    where more than noise is left, those that ``after`` has, solved from their own readings.
+    Fitted tips that compensate for an unexplained residual are not those of the display. Therefore, without effects,
+    the measured tips are returned; where more than noise is left, the tips are solved from their own readings.
     """
-    if not found.terms:
-        return start_state(found.problem, ()).tips
-    return found.tips if after.agrees else anchored_tips(found.problem.as_baked, found.terms)
+    if not current.terms:
+        return start_state(current.problem, ()).tips
+    return current.tips if after.agrees else anchored_tips(current.problem.as_baked, current.terms)
 
 
 def _at_rest(problem: Problem, effects: Sequence[Effect]) -> Conditions:
-    """The campaign's own rest, in the columns that the effects need: what is baked unless ``--at`` says otherwise."""
+    """Return the campaign's rest in the columns that effects need: baked unless ``--at`` states other conditions."""
     needed = {name for effect in effects for name in effect.needs}
     return conditions_of({name: value for name, value in problem.readings.usual().items() if name in needed})
 
 
 def terms_of(model: DisplayModel) -> tuple[Term, ...]:
-    """Return the effects of a saved model as a fit takes them, free as they were."""
-    found = []
+    """Return the effects of a saved model as terms of a fit, with the same free parameters."""
+    terms = []
     for applied in model.effects:
         grids = tuple(name for name in applied.free if applied.effect.parameters[name].grid)
         free = tuple(name for name in applied.free if name not in grids)
-        found.append(replace(Term(applied.effect, dict(applied.values)), free=free, gridded=grids))
-    return tuple(found)
+        terms.append(replace(Term(applied.effect, dict(applied.values)), free=free, gridded=grids))
+    return tuple(terms)

@@ -1,8 +1,8 @@
-"""A dress rehearsal: would these readings show an effect, what would it be taken for, would it be found again.
+"""Rehearse the diagnosis of an effect: whether these readings show it, which effects resemble it, whether it is found.
 
-The display that fits the readings without effects is given the effect, at three times its smallest detectable size,
-and noise of the readings' own covariance, seeded. Then it is searched for like any other. Somebody's own effect is
-tried in this way before it is let loose on data.
+The effect is added to the display that fits the readings without effects, at three times its smallest detectable size,
+together with seeded noise of the readings' covariance. Then the usual search runs. Users can test an effect of their
+own in this way before they apply it to real data.
 """
 
 from __future__ import annotations
@@ -35,33 +35,33 @@ if TYPE_CHECKING:
 
 SEED = 20150319
 
-#: Times the smallest detectable size at which an effect is put in: there, hardly any campaign misses it.
+#: Size of the added effect in units of the smallest detectable size: hardly any campaign misses this size.
 TIMES = 3.0
 
-#: Standard errors within which a size is recovered.
+#: Number of standard errors within which a size is recovered.
 WITHIN = 3.0
 
-#: More names than this for one effect do not say which it is.
+#: Largest number of effects that the search may name in place of one recovered effect.
 MOST_ALIKE = 2
 
 
 @dataclass(frozen=True)
 class Rehearsal:
-    """What readings could show of an effect.
+    """What these readings could show of an effect.
 
     Attributes
     ----------
     absorbed
-        Share of its signature (in χ²) that the tips take up; None where it leaves no trace at all.
+        Share of the effect's signature (in χ²) that the tips absorb; None where it has no signature.
     smallest_detectable, unit, parameter
-        The size that nine of ten such campaigns would show, None where no size does, and which parameter that is.
+        The size that nine of ten such campaigns would show (None where no size shows), its unit and its parameter.
     likeness
-        Effect → cosine between what the tips leave of both signatures, each other effect in whichever of its simple
-        forms comes nearest; most alike first.
+        Effect → cosine between both signatures after projection off the tips, with each other effect in its most
+        similar simple form; most similar first.
     recovered
-        Whether the effect, put into these readings, is found again (alone, or as one of two) and in its size.
+        Whether the search finds the added effect again (alone, or as one of two) with its size.
     sentence
-        The rehearsal in plain words.
+        The result in plain words.
 
     """
 
@@ -79,16 +79,16 @@ class Rehearsal:
 
 
 def rehearse(effect: Effect, measurements: Measurements, others: Sequence[Effect]) -> Rehearsal:
-    """Put an effect into a display like the measured one, and look for it.
+    """Add an effect to a display like the measured one, and search for the effect.
 
     Parameters
     ----------
     effect
         The effect, which must keep the contract.
     measurements
-        Readings, whose patches, conditions and noise are taken.
+        Readings that give patches, conditions and noise.
     others
-        The effects that it may be taken for.
+        The other effects that the search may choose from.
 
     Raises
     ------
@@ -114,15 +114,15 @@ def rehearse(effect: Effect, measurements: Measurements, others: Sequence[Effect
 
 
 def likeness(score: Score, effect: Effect, seen: Visibility, others: Sequence[Effect]) -> list[tuple[str, float]]:
-    """Cosine between what the tips leave of an effect's signature and of each other effect's, most alike first.
+    """Return the cosine between an effect's signature and each other effect's, projected off the tips.
 
-    Empty where they leave nothing of it.
+    The most similar effect is first. The list is empty where the tips absorb the effect.
     """
     if seen.absorbed is None or (_is_amplitude(effect, seen.parameter) and seen.smallest_detectable is None):
         return []
     amplitudes = (seen.parameter,) if _is_amplitude(effect, seen.parameter) else ()
     mine = _signatures(score, _settings(score, effect, effect.forms[:1])[0], amplitudes)[0]
-    found = []
+    cosine_of = []
     for other in others:
         cosines = [0.0]
         for term in _settings(score, other, other.forms[: other.refined]):
@@ -130,19 +130,19 @@ def likeness(score: Score, effect: Effect, seen: Visibility, others: Sequence[Ef
             u, s, _ = np.linalg.svd(columns.T, full_matrices=False)
             along = u[:, s > 1e-6 * max(float(s[0]), 1e-300)].T @ mine
             cosines.append(float(np.linalg.norm(along) / max(float(np.linalg.norm(mine)), 1e-300)))
-        found.append((other.name, min(max(cosines), 1.0)))
-    return sorted(found, key=lambda each: (-each[1], each[0]))
+        cosine_of.append((other.name, min(max(cosines), 1.0)))
+    return sorted(cosine_of, key=lambda each: (-each[1], each[0]))
 
 
 def _is_amplitude(effect: Effect, name: str) -> bool:
-    """Whether a parameter is a size that slides, not a setting to be tried one by one."""
+    """Whether a parameter is a continuous size, not a setting of a grid."""
     return name in effect.neutral and not effect.parameters[name].grid
 
 
 def _settings(score: Score, effect: Effect, forms: Sequence[tuple[str, ...]]) -> list[Term]:
     """Return an effect at rest in several forms, each with all settings of its grids."""
     gaps = tuple((score.problem.hours[1:] + score.problem.hours[:-1]) / 2)
-    found = []
+    terms = []
     for form in forms or ((),):
         given = {
             name: effect.parameters[name]
@@ -150,12 +150,12 @@ def _settings(score: Score, effect: Effect, forms: Sequence[tuple[str, ...]]) ->
             if effect.parameters[name].grid and effect.parameters[name].grid != PROPOSED
         }
         values = [(gaps if isinstance(each.grid, str) else each.grid) or (each.value,) for each in given.values()]
-        found += [Term.at_rest(effect, form, **dict(zip(given, each, strict=True))) for each in product(*values)]
-    return found
+        terms += [Term.at_rest(effect, form, **dict(zip(given, each, strict=True))) for each in product(*values)]
+    return terms
 
 
 def _signatures(score: Score, term: Term, amplitudes: Sequence[str]) -> Array:
-    """What the tips leave of the signatures of amplitudes; without any, of switching the effect on: (k, 3n)."""
+    """Return the signatures of amplitudes, or of switching the effect on, projected off the tips, (k, 3n)."""
     if not amplitudes:
         changed = predict(score.problem, State((*score.base.terms, term), score.base.tips, score.base.gains))
         return score.project(whiten(score.problem, changed - score.base.predicted))[np.newaxis]
@@ -163,7 +163,7 @@ def _signatures(score: Score, term: Term, amplitudes: Sequence[str]) -> Array:
 
 
 def _put_in(score: Score, effect: Effect, seen: Visibility) -> Term | None:
-    """Return the effect at the size at which it is rehearsed; None where no size that is possible would show."""
+    """Return the effect at the size of the rehearsal; None where the readings show no possible size."""
     if not seen.visible:
         return None
     settings = _settings(score, effect, effect.forms[:1])
@@ -174,7 +174,7 @@ def _put_in(score: Score, effect: Effect, seen: Visibility) -> Term | None:
     parameter, rest = effect.parameters[seen.parameter], effect.neutral[seen.parameter]
     low, high = parameter.bounds
     size = TIMES * (seen.smallest_detectable or 0.0)
-    # Towards the typical value, unless only the other side has room.
+    # The size has the sign of the typical value, unless only the other side of the bounds is wide enough.
     up = high - rest >= min(size, rest - low) if parameter.value >= rest else rest - low < min(size, high - rest)
     value = min(rest + size, high) if up else max(rest - size, low)
     middle = settings[len(settings) // 2]
@@ -182,11 +182,12 @@ def _put_in(score: Score, effect: Effect, seen: Visibility) -> Term | None:
 
 
 def _unseen(effect: Effect, seen: Visibility) -> str:
+    """Say why these readings cannot show an effect."""
     if seen.absorbed is None:
         needs = f" It needs the columns {', '.join(effect.needs)}." if effect.needs else ""
         return f"It changes none of these readings, so nothing can be rehearsed.{needs}"
     if not _is_amplitude(effect, seen.parameter):
-        return "It shows too little in these readings, however it is set."
+        return "It shows too little in these readings, at every setting."
     if seen.smallest_detectable is None:
         advice = (
             ' Measure more than white and primaries, or declare it with baseline="first-hour".'
@@ -200,27 +201,27 @@ def _unseen(effect: Effect, seen: Visibility) -> str:
 
 
 def _recovery(base: Fit, term: Term, rivals: Sequence[Effect], seen: Visibility) -> tuple[str, bool]:
-    """Rehearse: the sentence, and whether the effect was found again."""
-    acted = fit(_acted(base, term))
-    explanation = explain(acted, [*rivals, term.effect], PureError.of(acted.problem))
-    put = f"Put into these readings{_put_as(term, seen)}, "
-    alike = _names_for(explanation, term.effect.name)
-    if not alike:
-        named = " and ".join(step.name for step in explanation.steps)
-        return put + (f"it is taken for {named}." if named else "it is not found."), False
-    size, right = _size(acted, term, seen)
-    others = [step.name for step in explanation.steps if step.name not in alike]
+    """Simulate the effect, search for it, and return the sentence and whether the effect was recovered."""
+    simulated = fit(_simulated(base, term))
+    explanation = explain(simulated, [*rivals, term.effect], PureError.of(simulated.problem))
+    start = f"Put into these readings{_size_put_in(term, seen)}, "
+    names = _names_for(explanation, term.effect.name)
+    if not names:
+        wrong = " and ".join(step.name for step in explanation.steps)
+        return start + (f"it is taken for {wrong}." if wrong else "it is not found."), False
+    size, is_right = _recovered_size(simulated, term, seen)
+    others = [step.name for step in explanation.steps if step.name not in names]
     if others:
-        return f"{put}it is found, but with {' and '.join(others)}, which is not there{size}.", False
-    rest = [name for name in alike if name != term.effect.name]
+        return f"{start}it is found, but together with {' and '.join(others)}, which was not put in{size}.", False
+    rest = [name for name in names if name != term.effect.name]
     if rest:
         size += f"; these readings cannot tell it from {' or '.join(rest)}"
-    again = "it is found again" if right else "it is found, but not in its size"
-    return f"{put}{again}{size}.", right and len(alike) <= MOST_ALIKE
+    result = "it is found again" if is_right else "it is found, but with the wrong size"
+    return f"{start}{result}{size}.", is_right and len(names) <= MOST_ALIKE
 
 
-def _acted(base: Fit, term: Term) -> Problem:
-    """Pose the problem of a display like the fitted one with the effect, read anew."""
+def _simulated(base: Fit, term: Term) -> Problem:
+    """Return the problem of new readings of the fitted display with the effect."""
     problem, rng = base.problem, np.random.default_rng(SEED)
     light = predict(problem, State((replace(term, free=()),), base.tips, np.zeros_like(base.gains)))
     _, session = np.unique(
@@ -239,39 +240,39 @@ def _sessions(problem: Problem) -> Array:
     return np.array(problem.readings.session or [""] * problem.readings.hours.size)[problem.rows]
 
 
-def _put_as(term: Term, seen: Visibility) -> str:
+def _size_put_in(term: Term, seen: Visibility) -> str:
     """Say at which size an effect is put in."""
     if not seen.parameter:
         return ""
     value = term.values[seen.parameter]
-    said = f" at {_with_unit(value, seen.unit)}"
+    size = f" at {_with_unit(value, seen.unit)}"
     if seen.smallest_detectable is None or not _is_amplitude(term.effect, seen.parameter):
-        return said
+        return size
     times = abs(value - term.effect.neutral[seen.parameter]) / seen.smallest_detectable
     if times > 0.999 * TIMES:
-        return f"{said}, three times the smallest detectable size"
-    return f"{said}, the largest size allowed and {times:.1f} times the smallest detectable one"
+        return f"{size}, three times the smallest detectable size"
+    return f"{size}, the largest size allowed and {times:.1f} times the smallest detectable one"
 
 
-def _size(acted: Fit, term: Term, seen: Visibility) -> tuple[str, bool]:
-    """Say in which size an effect comes back in the form it was put in, and whether that is right."""
+def _recovered_size(simulated: Fit, term: Term, seen: Visibility) -> tuple[str, bool]:
+    """Fit the effect in the form that was put in, and say its size; also return whether this size is right."""
     if not seen.parameter:
         return "", True
     simple = replace(term.effect, forms=term.effect.forms[:1], refined=1)
-    found = family(acted, simple).best
-    value, put = found.term.values[seen.parameter], term.values[seen.parameter]
-    error = found.fit.stderr[-1].get(seen.parameter)
+    recovered = family(simulated, simple).best
+    value, true_value = recovered.term.values[seen.parameter], term.values[seen.parameter]
+    error = recovered.fit.stderr[-1].get(seen.parameter)
     if error is None:
-        return f": {_with_unit(value, seen.unit)}", bool(value == put)
+        return f": {_with_unit(value, seen.unit)}", bool(value == true_value)
     if not np.isfinite(error):
-        return "; these readings do not say in which size", False
+        return "; these readings do not determine its size", False
     decimals = max(-int(np.floor(np.log10(error))), 0)
     unit = "" if seen.unit in {"", "1"} else f" {seen.unit}"
-    return f": {value:.{decimals}f} ± {error:.{decimals}f}{unit}", bool(abs(value - put) <= WITHIN * error)
+    return f": {value:.{decimals}f} ± {error:.{decimals}f}{unit}", bool(abs(value - true_value) <= WITHIN * error)
 
 
 def _names_for(explanation: Explanation, name: str) -> tuple[str, ...]:
-    """All names under which the search has found an effect; none when it has not."""
+    """Return an effect and its rivals where the search has found the effect or a rival of it, else an empty tuple."""
     for step in explanation.steps:
         names = (step.name, *(rival.name for rival in step.rivals))
         if name in names:

@@ -1,4 +1,4 @@
-"""Comparison: where the model fails on these measurements, by how much, and in which direction."""
+"""Compare the model with readings: size of the error, noise floor, slices, worst readings, direction."""
 
 from __future__ import annotations
 
@@ -28,19 +28,20 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.linear import Term
     from lutgen.readings import Measurements
 
-#: 2: the noise is that of X, Y and Z each, and names its instrument; ``by`` is any condition that there is.
+#: 2: the noise is stated for X, Y and Z each, and names its instrument; ``by`` may be any condition.
 SCHEMA = 2
 
-#: Readings named as the worst.
+#: Number of readings that are listed as the worst.
 WORST = 10
 
-#: Error over floor from which a slice is called too large: four standard deviations of that ratio for some 30 numbers.
+#: Ratio of error to floor above which a slice is called too large: four standard deviations of that ratio for some 30
+#: numbers.
 CLEAR = 1.5
 
 
 @dataclass(frozen=True)
 class Errors:
-    """Size of residuals: ΔE2000 (reference white: that of hour 0), and root mean square in σ of the noise."""
+    """Size of residuals: ΔE2000 (reference white: white of hour 0), and root mean square in σ of the noise."""
 
     delta_e_mean: float
     delta_e_p95: float
@@ -52,7 +53,7 @@ class Errors:
 class Slice:
     """Errors of readings that belong together.
 
-    ``mean_residual_xyz`` is measured less predicted in cd/m²; the floors are what noise alone would give.
+    ``mean_residual_xyz`` is measured less predicted in cd/m²; the floors are the errors that noise alone gives.
     """
 
     by: str
@@ -83,17 +84,17 @@ class Comparison:
     Attributes
     ----------
     problem, terms
-        The question, and the effects that the model has already.
+        The problem, and the effects that the model has already.
     predicted
         XYZ that the model predicts, (n, 3), cd/m².
     error, floor
-        Of all readings that are not tips, and what noise alone would give.
+        Errors of all readings that are not tips, and the errors that noise alone gives.
     where
         Errors by hour, level, family and condition.
     worst
-        The worst readings, in σ.
+        The readings with the largest errors in σ.
     direction
-        Which way the model errs.
+        Direction of the error where it is worst.
 
     """
 
@@ -119,7 +120,7 @@ class Comparison:
 
     @cached_property
     def first_session(self) -> FirstSession | None:
-        """How far the paper's fresh display is from the first session, and what its own curves leave."""
+        """Errors in the first session: of the paper's fresh display, and of the display's own curves."""
         return first_session(self.problem)
 
     @cached_property
@@ -129,29 +130,29 @@ class Comparison:
 
     @property
     def ratio(self) -> float:
-        """Error in floors, by root mean square."""
+        """Error over floor, by root mean square."""
         return self.error.rms_sigma / self.floor.rms_sigma if self.floor.rms_sigma else 0.0
 
     @property
     def agrees(self) -> bool:
-        """Whether the error is what noise alone gives, within three standard errors and a tenth."""
+        """Whether the error equals that of noise alone, within three standard errors and a tenth."""
         return bool(self.ratio < 1.0 + 3.0 / np.sqrt(max(3 * self.problem.rows.size, 1)) + 0.1)
 
     def sentence(self) -> str:
-        """Say in plain words how well the model does."""
+        """Say in plain words how well the model predicts the readings."""
         if not self.where:
-            taken = "white and primaries, which the model takes as given"
+            anchors = "white and primaries, which the model takes as given"
             if not self.problem.is_tip_anchor.all():
-                taken = "white, primaries, and the levels that the display's own curves run through"
-            return f"These readings hold nothing but {taken}: there is nothing to compare."
+                anchors = "white, primaries, and the levels that the display's own curves run through"
+            return f"These readings hold nothing but {anchors}: there is nothing to compare."
         size = f"mean ΔE2000 {self.error.delta_e_mean:.2f} where noise alone gives {self.floor.delta_e_mean:.2f}"
         if self.agrees:
             if self.drifts:
-                return f"The model agrees with these measurements as well as they repeat, and they drift: {size}."
+                return f"The model agrees with these measurements as well as they repeat, but they drift: {size}."
             return f"The model agrees with the measurements: {size}."
         few = self.error.delta_e_mean <= self.floor.delta_e_mean
         where = " in few readings, or in dark ones" if few else ""
-        # Fits know single colours from the first session; a baked display has the curves alone.
+        # A fit knows single colours from the first session; a baked display has only the curves.
         model = "The model" if self.problem.uses_first_readings else "The model as it is baked, with curves alone,"
         return f"{model} fails by {times(self.ratio)} the noise{where}: {size}. {self.direction.sentence()}"
 
@@ -179,7 +180,7 @@ class Comparison:
 
 
 def noise_as_json(problem: Problem) -> dict[str, Any]:
-    """Return the noise of a problem's readings, and the errors that a session's readings share, as plain values."""
+    """Return the noise of a problem's readings, and the shared errors of each session, as plain values."""
     noise = problem.noise
     return {
         "source": noise.source,
@@ -198,7 +199,7 @@ def noise_as_json(problem: Problem) -> dict[str, Any]:
 
 
 def left_out(problem: Problem) -> list[int]:
-    """Indices of the readings that do not count."""
+    """Return the indices of the readings that are left out of the problem."""
     return [int(row) for row in np.setdiff1d(np.arange(problem.readings.hours.size), problem.rows)]
 
 
@@ -210,7 +211,7 @@ def compare(
     instrument: str | None = None,
     terms: Sequence[Term] = (),
 ) -> Comparison:
-    """Compare the paper's model, with ``terms`` beside it, with readings.
+    """Compare the paper's model, with the effects ``terms`` added, with readings.
 
     Parameters
     ----------
@@ -222,15 +223,15 @@ def compare(
     selection
         The paper's choice of matrix.
     instrument
-        Noise of the instrument: ``relative,floor_cd_m2``, a name such as ``cr-100``, or a TOML file; None: replicates
-        tell.
+        Noise of the instrument: ``relative,floor_cd_m2``, a name such as ``cr-100``, or a TOML file; None: estimate it
+        from replicates.
     terms
         Effects that the model has already.
 
     Raises
     ------
     LutgenError
-        Unknown baseline, noise that is none, or readings that make no native display.
+        Unknown baseline, invalid noise, or readings that do not define a native display.
 
     """
     problem = Problem.of(readings, baseline=baseline, selection=selection, instrument=instrument)
@@ -238,7 +239,7 @@ def compare(
 
 
 def compare_problem(problem: Problem, terms: Sequence[Term] = (), *, draws: int = DRAWS) -> Comparison:
-    """Compare the model with ``terms`` as they are with a problem's readings; the floor is the mean of some draws."""
+    """Compare the model, with ``terms`` as they are, with a problem's readings; the floor is a mean over ``draws``."""
     problem = problem.as_baked
     predicted = anchored(problem, terms)
     judged = ~problem.is_anchor
@@ -260,7 +261,7 @@ def compare_problem(problem: Problem, terms: Sequence[Term] = (), *, draws: int 
 
 
 def _sizes(problem: Problem, predicted: Array, residual: Array) -> tuple[Array, Array]:
-    """ΔE2000 (n,) and whitened residuals (n, 3)."""
+    """Return ΔE2000 (n,) and whitened residuals (n, 3)."""
     white = problem.measured_tips[0, 0]
     lab = xyz_to_lab(predicted, white), xyz_to_lab(predicted + residual, white)
     return delta_e_2000(*lab), whiten(problem, residual)
@@ -277,10 +278,10 @@ def _slices(
     problem: Problem,
     predicted: Array,
     judged: NDArray[np.bool_],
-    found: tuple[Array, Array],
+    sizes: tuple[Array, Array],
     noise: list[tuple[Array, Array]],
 ) -> list[Slice]:
-    delta_e, sigma = found
+    delta_e, sigma = sizes
     residual = problem.xyz - predicted
     noise_de, noise_sigma = (np.array(each) for each in zip(*noise, strict=True))
     result = []
@@ -311,10 +312,10 @@ def _triple(values: Array) -> tuple[float, float, float]:
 
 def _worst(problem: Problem, delta_e: Array, sigma: Array, judged: NDArray[np.bool_]) -> tuple[Reading, ...]:
     size = np.where(judged, np.sqrt((sigma**2).sum(axis=1)), -1.0)
-    found = []
+    readings = []
     for index in np.argsort(-size)[: min(WORST, int(judged.sum()))]:
         row = problem.rows[index]
-        found.append(
+        readings.append(
             Reading(
                 int(problem.readings.lines[row]),
                 float(problem.readings.hours[row]),
@@ -323,4 +324,4 @@ def _worst(problem: Problem, delta_e: Array, sigma: Array, judged: NDArray[np.bo
                 float(size[index]),
             )
         )
-    return tuple(found)
+    return tuple(readings)

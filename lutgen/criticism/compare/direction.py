@@ -1,4 +1,4 @@
-"""Which way the model errs, in plain words: where most, lighter or darker, towards which hue, added or multiplied."""
+"""Direction of the model's error in plain words: place of the largest error, lightness, hue, additive or not."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.colorimetry import xyz_to_lab
-from lutgen.criticism.compare.standing_out import telling
+from lutgen.criticism.compare.standing_out import informative
 from lutgen.criticism.fit.families import dimension, slices
 from lutgen.readings.conditions import CONDITIONS
 
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from lutgen.criticism.compare.comparison import Slice
     from lutgen.criticism.fit.problem import Problem
 
-#: Mean ΔL*, Δa* or Δb* below this is not worth a word.
+#: A sentence does not mention a mean ΔL*, Δa* or Δb* below this.
 NOTICEABLE = 0.05
 
-#: How a sentence says where a slice lies, by its dimension.
+#: Phrase of a sentence for the place of a slice, by its dimension.
 CALLED = {"hour": "at {}", "level": "at levels {}", "family": "on {} patches"} | {
     dimension(each): each.sentence for each in CONDITIONS
 }
@@ -42,17 +42,17 @@ class Direction:
     kind: str
 
     def sentence(self) -> str:
-        """Say it."""
+        """Return the direction as a sentence."""
         words = ", ".join(_words(self.lab)) or "scattered about the prediction"
         kind = f"; the error is {self.kind}" if self.kind else ""
         return f"It is worst {self.where}, where the display is {words}{kind}." if self.where else ""
 
 
 def placed(worst: Slice) -> str:
-    """Say where a slice lies."""
-    said = CALLED[worst.by].format(worst.slice)
-    # Black is a level of its own among spans of levels.
-    return said.replace("levels", "level") if worst.slice == "0" else said
+    """Return the place of a slice as a phrase."""
+    phrase = CALLED[worst.by].format(worst.slice)
+    # Black is a single level; other slices of this dimension are ranges of levels.
+    return phrase.replace("levels", "level") if worst.slice == "0" else phrase
 
 
 def _words(lab: tuple[float, float, float]) -> list[str]:
@@ -65,11 +65,11 @@ def _words(lab: tuple[float, float, float]) -> list[str]:
 
 
 def direction(problem: Problem, predicted: Array, judged: NDArray[np.bool_], where: Sequence[Slice]) -> Direction:
-    """Find the slice that stands out most, by its error over its floor weighed with its size, and look which way."""
+    """Find the slice with the largest excess error, weighted by the root of its size, and the mean direction there."""
     if not where:
         return Direction("", (0.0, 0.0, 0.0), "")
     worst = max(
-        telling(where) or where, key=lambda each: (each.rms_sigma**2 - each.floor_rms_sigma**2) * np.sqrt(each.n)
+        informative(where) or where, key=lambda each: (each.rms_sigma**2 - each.floor_rms_sigma**2) * np.sqrt(each.n)
     )
     here = judged & (slices(problem)[worst.by] == worst.slice)
     white = problem.measured_tips[0, 0]
@@ -79,7 +79,7 @@ def direction(problem: Problem, predicted: Array, judged: NDArray[np.bool_], whe
 
 
 def _kind(problem: Problem, predicted: Array, judged: NDArray[np.bool_]) -> str:
-    """Whether the error goes with the light: luminance residuals explained by a constant, or by the luminance."""
+    """Say whether a constant or a factor explains the luminance residuals better; "" where neither explains enough."""
     residual, light = (problem.xyz - predicted)[judged, 1], predicted[judged, 1]
     sigma = np.sqrt(problem.covariance(predicted)[judged, 1, 1])
     squares = float(((residual / sigma) ** 2).sum())

@@ -1,4 +1,4 @@
-"""An effect of a fit, prepared for drawing: the readings it changes most, predicted with it and without it."""
+"""Data for plots of one effect of a fit: the readings that it changes most, predicted with and without the effect."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.problem import Problem
     from lutgen.effects import Effect
 
-#: Curves in one picture, and patches in a row of bars.
+#: Largest number of curves in one plot, and of bars in one plot.
 CURVES, PATCHES = 3, 12
 
 #: X or Z is drawn instead of Y if the effect changes it this many times more, in σ.
 BETTER = 2.0
 
-#: Share of white's light below which differences are given in cd/m², above it in percent.
+#: Differences are given in cd/m² below this share of white's light, and in percent above.
 DARK = 0.05
 
-#: Names of pure codes.
+#: Names of the codes in which every channel is 0 or 1.
 NAMES = {
     (0.0, 0.0, 0.0): "black",
     (1.0, 1.0, 1.0): "white",
@@ -45,13 +45,12 @@ NAMES = {
     (1.0, 1.0, 0.0): "yellow",
 }
 
-
 #: A patch has a bar if the effect changes it by at least this share of the largest change.
 WORTH_A_BAR = 0.04
 
 
 class Bar(NamedTuple):
-    """A patch: name, code value, and measured and predicted change against the model without the effect, in σ."""
+    """A patch: name, code value, and the measured and predicted differences from the model without the effect, in σ."""
 
     name: str
     code: Array
@@ -60,7 +59,7 @@ class Bar(NamedTuple):
 
 
 class Way(NamedTuple):
-    """The horizontal axis of an effect's first plot: label, values (n,), and the columns of the readings behind it."""
+    """The horizontal axis of an effect's first plot: label, values (n,), and the columns that give the values."""
 
     name: str
     values: Array
@@ -68,7 +67,7 @@ class Way(NamedTuple):
 
 
 class Curve(NamedTuple):
-    """Readings along that axis: places, measured change, its 1 σ, predicted change; (m,) each."""
+    """Readings along this axis: places, measured difference, its 1 σ, predicted difference; (m,) each."""
 
     name: str
     places: Array
@@ -97,7 +96,7 @@ class View:
 
     @classmethod
     def of(cls, problem: Problem, terms: Sequence[Term], effect: Effect) -> View:
-        """Take one effect out of a fit; the other effects keep their parameters."""
+        """Remove one effect from a fit; the other effects keep their parameters."""
         rest = [term for term in terms if term.effect.name != effect.name]
         return cls(problem, effect, anchored(problem, rest), anchored(problem, terms))
 
@@ -109,19 +108,19 @@ class View:
 
     @cached_property
     def axis(self) -> int:
-        """Index of the component of XYZ that shows the effect best; Y unless another shows it much better."""
+        """Index of the component of XYZ that shows the effect best; Y unless another component shows it much better."""
         strength = (((self.with_it - self.without) / self.sigma) ** 2).sum(axis=0)
         best = int(np.argmax(strength))
         return best if strength[best] > BETTER**2 * strength[1] else 1
 
     @cached_property
     def change(self) -> Array:
-        """Change of that component by the effect, in σ, (n,)."""
+        """Change of this component by the effect, in σ, (n,)."""
         return np.asarray(((self.with_it - self.without) / self.sigma)[:, self.axis])
 
     @cached_property
     def residual(self) -> Array:
-        """Measured less predicted without the effect in that component, in σ, (n,)."""
+        """Measured less predicted without the effect, in this component, in σ, (n,)."""
         return np.asarray(((self.problem.xyz - self.without) / self.sigma)[:, self.axis])
 
     @property
@@ -131,7 +130,7 @@ class View:
 
     @cached_property
     def way(self) -> Way:
-        """Horizontal axis: the condition that the effect needs, or else the code value or the hours, by its stage."""
+        """Horizontal axis: the condition that the effect needs, else code value or hours, as its stage suggests."""
         problem, needs = self.problem, self.effect.needs
         scene = problem.scene(problem.measured_tips)
         full = problem.rows.size
@@ -143,7 +142,7 @@ class View:
             names = tuple(column.name for column in condition.columns)
             if set(names) & set(needs):
                 values = scene.radius if condition.cell == "position" else getattr(scene, names[0])
-                # A session has one or two temperatures: hours are taken together.
+                # A session has only one or two temperatures, so a curve joins readings of all hours.
                 return Way(condition.axis, spread(values), (*names, *(("hour",) if condition.cell == "heat" else ())))
         if self.effect.stage in {"drive", "transfer", "mixing"} or (
             self.effect.stage == "emission" and not problem.from_first_hour
@@ -153,7 +152,7 @@ class View:
 
     @cached_property
     def curves(self) -> list[Curve]:
-        """Curves of readings that differ only along the axis, for the patches that show the effect best."""
+        """Curves of the patches that show the effect best; the readings of a curve differ only along the axis."""
         groups = self._groups()
         strength = {key: float((self.change[here] ** 2).sum()) for key, here in groups.items()}
         order = sorted((key for key in groups if strength[key] > 0), key=lambda key: -strength[key])
@@ -171,7 +170,7 @@ class View:
     def _distinct(
         self, order: list[tuple[float, ...]], groups: dict[tuple[float, ...], NDArray[np.intp]]
     ) -> list[tuple[float, ...]]:
-        """The strongest groups, no two of the same code value."""
+        """Return the strongest groups with different code values."""
         strongest: dict[tuple[float, ...], tuple[float, ...]] = {}
         for key in order:
             code = tuple(self._codes[groups[key][0]])
@@ -183,17 +182,17 @@ class View:
         return self.problem.readings.drive[self.problem.rows]
 
     def _patch_of(self, here: NDArray[np.intp]) -> tuple[float, ...]:
-        """What the readings of one curve have in common, without their hour."""
+        """Return the common properties of the readings of one curve, without the hour."""
         return tuple(np.delete(self._keys[here[0]], 0).tolist())
 
     @cached_property
     def _keys(self) -> Array:
-        """Hour and all other properties in which readings differ, except those of the axis, (n, m)."""
+        """Hour and all other properties of the readings, except the property of the axis, (n, m)."""
         problem, columns = self.problem, self.way.columns
         levels = self.way.name == "code value"
         code = self._codes
         top = code.max(axis=1, keepdims=True)
-        # Along code values the ratio of its channels identifies a colour.
+        # Where the axis is the code value, the ratio of the channels identifies a colour.
         patch = np.round(code / np.where(top > 0, top, 1.0), 2) if levels else code
         hour = np.zeros(len(code)) if "hour" in columns else problem.hours[problem.hour_of]
         kept = [
@@ -211,12 +210,11 @@ class View:
         return {key: here for key, here in groups.items() if np.unique(self.way.values[here]).size >= 3}
 
     def _curve(self, here: NDArray[np.intp]) -> Curve:
-        scale = self._scale
         places, index = np.unique(self.way.values[here], return_inverse=True)
         count = np.bincount(index)
 
         def mean(values: Array) -> Array:
-            unit = self.without[here, self.axis] / 100.0 if scale == "%" else 1.0
+            unit = self.without[here, self.axis] / 100.0 if self.unit == "%" else 1.0
             return np.asarray(np.bincount(index, values[here, self.axis] / unit) / count)
 
         without = mean(self.without)
@@ -229,20 +227,15 @@ class View:
         )
 
     @cached_property
-    def _scale(self) -> str:
-        """Percent, unless the readings that show the effect most are dark."""
+    def unit(self) -> str:
+        """Unit of the curves: percent of the model without the effect; cd/m² where the strongest readings are dark."""
         strongest = np.argsort(-np.abs(self.change))[: max(self.change.size // 50, 3)]
         white = self.problem.measured_tips[0, 0, self.axis]
         dark = float(np.median(self.without[strongest, self.axis])) < DARK * white
         return "cd/m²" if dark and self.way.name != "code value" else "%"
 
-    @property
-    def unit(self) -> str:
-        """Unit of the curves: percent of the model without the effect, or cd/m²."""
-        return self._scale
-
     def named(self, index: int) -> str:
-        """Name a reading for the legend of a curve: patch and hour, without the quantity of the axis."""
+        """Return the name of a reading for the legend of a curve: patch and hour, without the property of the axis."""
         hour = (
             ""
             if "hour" in self.way.columns
@@ -259,7 +252,7 @@ class View:
         return f"{patch}{_joint(condition)}{condition}{hour}"
 
     def patches(self) -> list[Bar]:
-        """Patches that the effect changes most, at the hour at which it changes them most."""
+        """Return the patches that the effect changes most, at the hour with the largest changes."""
         hour = int(np.argmax(np.bincount(self.problem.hour_of, self.change**2)))
         rows_of: dict[str, list[int]] = {}
         for index in np.flatnonzero(self.problem.hour_of == hour):
@@ -274,7 +267,7 @@ class View:
         return [bar for bar in bars if abs(bar.with_it) > WORTH_A_BAR * abs(bars[0].with_it)][:PATCHES]
 
     def _condition(self, index: int) -> str:
-        """Name the condition of a reading if it is not at rest."""
+        """Return the condition of a reading in words; "" where the reading is at rest."""
         row, kind = self.problem.rows[index], str(condition_of(self.problem)[index])
         if is_capped(self.problem.readings)[row]:
             return "lens cap"
@@ -284,11 +277,11 @@ class View:
         return condition.short.format(*(self.problem.readings.column(each.name)[row] for each in condition.columns))
 
     def sentence(self) -> str:
-        """Name the reading that the effect changes most, and its error without the effect and with it."""
+        """Name the reading that the effect changes most, and its error with and without the effect."""
         strong = int(np.argmax(np.abs(self.change)))
-        kin = (np.abs(self._codes - self._codes[strong]).max(axis=1) < 1e-9) & (self._same_condition(strong))
-        measured = float((self.problem.xyz - self.without)[kin, self.axis].mean())
-        left = float((self.problem.xyz - self.with_it)[kin, self.axis].mean())
+        same = (np.abs(self._codes - self._codes[strong]).max(axis=1) < 1e-9) & (self._same_condition(strong))
+        measured = float((self.problem.xyz - self.without)[same, self.axis].mean())
+        left = float((self.problem.xyz - self.with_it)[same, self.axis].mean())
         size, rest = f"{abs(measured):.3g} cd/m²", f"{abs(left):.2g} cd/m²"
         more = (
             ("brighter", "darker") if self.axis == 1 else (f"richer in {self.component}", f"poorer in {self.component}")
@@ -305,13 +298,14 @@ class View:
         )
 
     def _same_condition(self, index: int) -> NDArray[np.bool_]:
+        """Return a mask of the readings with a reading's hour, condition and, nearly, change by the effect, (n,)."""
         condition = condition_of(self.problem)
         same = (condition == condition[index]) & (self.problem.hour_of == self.problem.hour_of[index])
         return np.asarray(same & (np.abs(self.change - self.change[index]) < 0.2 * abs(self.change[index]) + 1.0))
 
 
 def _lit(code: Array) -> tuple[float, float, float]:
-    """Code value of the full colour of the same lit channels."""
+    """Return the code value in which the same channels are lit fully."""
     red, green, blue = (float(value > 0) for value in code)
     return red, green, blue
 
@@ -321,7 +315,7 @@ def _joint(condition: str) -> str:
 
 
 def patch_name(code: Array) -> str:
-    """Name a code value."""
+    """Return the name of a code value."""
     red, green, blue = (float(value) for value in code)
     top = max(red, green, blue)
     if top == 0 or {red, green, blue} > {0.0, top} or len({red, green, blue} - {0.0}) > 1:

@@ -1,4 +1,4 @@
-"""Residuals by dimension: for each hour, colour and condition the error over the noise, and its direction."""
+"""Residuals by dimension: the error over the noise, and its direction, for each hour, colour and condition."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ if TYPE_CHECKING:
     from lutgen.criticism.compare.comparison import Comparison
     from lutgen.criticism.fit.problem import Problem
 
-#: Colour families in the order in which people think of them.
+#: Colour families in the order of a panel.
 FAMILIES = (
     "black", "grey", "red ramp", "green ramp", "blue ramp", "secondary", "mixture", "colour points", "lens cap",
 )  # fmt: skip
 
-#: Dimensions that are conditions, and the name of the cell in which a reading departs from rest in them.
+#: Dimension of a condition → name of the cell of the readings that are not at rest in this condition.
 CELLS = {dimension(each): each.cell for each in CONDITIONS if each.heading}
 
 
@@ -40,11 +40,11 @@ class ResidualPanel:
     by
         The dimension.
     headed
-        Index of the slice that a title names: the worst one; of a condition, the worst one that departs from rest.
+        Index of the slice in the panel's title: the worst slice; for a condition, the worst slice that is not at rest.
     labels, places
         Name and position on the axis of each slice; for ``position`` u, v of shape (k, 2).
     ratio, band
-        Root mean square over that of noise alone, (k,), and its span in campaigns of noise alone, (k, 2).
+        Root mean square over that of noise alone, (k,), and its range in campaigns of noise alone, (k, 2).
     lab, scatter
         Mean ΔL*, Δa*, Δb*, measured less predicted, (k, 3), and two standard deviations of noise alone, (k, 3).
 
@@ -61,12 +61,12 @@ class ResidualPanel:
 
     @property
     def worst(self) -> float:
-        """Error over noise in the slice that a title names."""
+        """Error over noise in the slice of the title."""
         return float(self.ratio[self.headed])
 
 
 def panels(comparison: Comparison) -> list[ResidualPanel]:
-    """Sort the residuals of a comparison into panels."""
+    """Return the panels of a comparison, one for each dimension with at least two slices."""
     problem, predicted = comparison.problem, comparison.predicted
     judged = ~problem.is_anchor
     white = problem.measured_tips[0, 0]
@@ -105,8 +105,8 @@ def panels(comparison: Comparison) -> list[ResidualPanel]:
 
 def _headed(problem: Problem, by: str, chosen: Sequence[NDArray[np.bool_]], ratio: Array) -> int:
     condition = condition_of(problem)
-    off = [by in CELLS and bool((condition[here] == CELLS[by]).any()) for here in chosen]
-    return int(np.argmax(np.where(off, ratio, -1.0) if any(off) else ratio))
+    not_at_rest = [by in CELLS and bool((condition[here] == CELLS[by]).any()) for here in chosen]
+    return int(np.argmax(np.where(not_at_rest, ratio, -1.0) if any(not_at_rest) else ratio))
 
 
 def _column(problem: Problem, by: str) -> Array:
@@ -121,6 +121,7 @@ def _column(problem: Problem, by: str) -> Array:
 
 
 def _in_order(problem: Problem, by: str, label: NDArray[np.str_], among: NDArray[np.bool_]) -> list[str]:
+    """Return the names of a dimension's slices in the order of its axis."""
     names = [str(name) for name in np.unique(label[among])]
     if by == "family":
         return sorted(names, key=FAMILIES.index)

@@ -1,5 +1,5 @@
-"""The search: which effects, in which form, lower the error by more than chance.
+"""The search finds the effects, and their forms, that lower the error by more than chance does.
 
-``candidates`` fits every form of one effect, ``stepwise`` admits and prunes effects, ``free_term`` describes what no
-effect explains. A file here holds one way to propose, to admit or to refuse an explanation.
+``candidates`` fits every form of one effect, ``stepwise`` admits and prunes effects, ``free_term`` describes the
+residual that no effect explains. Each file here holds one way to propose, admit or refuse an explanation.
 """

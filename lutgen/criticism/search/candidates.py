@@ -1,4 +1,8 @@
-"""Trying effects on a problem: every form of a family from its best start, families ranked by BIC."""
+"""Fit every form of an effect to the readings from its best start, and rank the effects by BIC.
+
+A *family* is all forms of one effect. A *form* is a set of free parameters. The *linear gain* of a form is the decrease
+of χ² that the first linear step of its fit predicts; the *gain* is the decrease that the full fit reaches.
+"""
 
 from __future__ import annotations
 
@@ -20,30 +24,30 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.score import Score
     from lutgen.effects import Effect
 
-#: ΔBIC from which one explanation is preferred to another ("strong" in Kass & Raftery 1995,
+#: Smallest difference in BIC that prefers one explanation to another ("strong" in Kass & Raftery 1995,
 #: doi:10.1080/01621459.1995.10476572).
 STRONG = 6.0
 
-#: A formula of so many numbers says what an effect is. A longer form is still that effect where a formula explains more
-#: than half of what the longer form does.
+#: A form with at most so many free parameters is a formula of its effect. A longer form still counts as this effect
+#: where a formula explains more than this share of the longer form's gain.
 FORMULA, HALF = 3, 0.5
 
-#: A grid of several parameters with more settings than this is walked only where its first parameter alone promises.
+#: A grid of several parameters with more settings than this is tried only where its first parameter alone is promising.
 MANY = 20
 
-#: By how much a full fit may beat the promise of its first step, which is linear and has few starts.
+#: Ratio by which the gain of a full fit may exceed the linear gain, which comes from few starts.
 OPTIMISM = 1.6
 
-#: A refined form whose linearised gain in χ² is below this share of its own penalty is not worth a fit.
+#: A refined form whose linear gain is below this share of its own penalty is not fitted.
 WORTH = 0.6
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """One form of an effect, fitted beside others.
+    """One form of an effect, fitted together with the terms of a base fit.
 
-    ``gain``: by how much it lowers χ². ``refined``: it is not the effect's simple formula. ``settings``: how many were
-    looked at before this one was fitted.
+    ``gain``: decrease of χ² against the base fit. ``refined``: the form is not a simple formula of the effect.
+    ``settings``: number of grid settings that were compared before this one was fitted.
     """
 
     effect: Effect
@@ -61,7 +65,7 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Family:
-    """All forms of one effect that were fitted: the best by BIC, and the simple formula."""
+    """The fitted forms of one effect: the best by BIC, the simple formula, and how many were tried."""
 
     effect: Effect
     best: Candidate
@@ -74,124 +78,131 @@ class Family:
         return self.effect.name
 
 
-class Luck:
-    """By how much fits of one search beat what their first steps promise."""
+class GainRatio:
+    """Ratio by which the gains of one search may exceed their linear gains."""
 
     def __init__(self) -> None:
-        """Begin with what is usual."""
-        self.optimism, self._largest = OPTIMISM, 0.0
+        """Begin with the usual ratio."""
+        self.ratio, self._largest = OPTIMISM, 0.0
 
-    def learn(self, promise: float, gain: float) -> None:
-        """Learn from the largest gain of a fit so far.
+    def update(self, linear_gain: float, gain: float) -> None:
+        """Update the ratio from the fit with the largest gain so far.
 
-        Where slips are weighed down, a first step promises little of what the fit gains.
+        Where outliers have small weights, the linear gain is a small part of the gain.
         """
         if gain > self._largest:
-            self.optimism, self._largest = max(OPTIMISM, OPTIMISM * gain / max(promise, 1e-9)), gain
+            self.ratio, self._largest = max(OPTIMISM, OPTIMISM * gain / max(linear_gain, 1e-9)), gain
 
 
 def families(
     base: Fit, effects: Iterable[Effect], *, within: float = np.inf, limit: float = np.inf
 ) -> Iterator[Family]:
-    """Fit every effect beside what ``base`` has already, one after the other, in the order given.
+    """Fit every effect together with the terms of ``base``, one effect after the other, in the given order.
 
-    ``within``: families that cannot come this near to the best one's BIC need not be refined beyond their simple
-    formulas. What a form may reach is judged from its first step. ``limit``: effects whose simple formulas cannot bring
-    BIC below it are left out.
+    ``within``: the refined forms of an effect are fitted only where their BIC may come this near to the best effect's
+    BIC, as their linear gains predict. ``limit``: effects whose simple formulas cannot bring BIC below this limit are
+    left out.
     """
-    luck, effects, spare = Luck(), list(effects), limit < np.inf
-    simple = [_attempts(base, effect, luck, _simple(effect, spare), limit=limit, spare=spare) for effect in effects]
-    best = min((min(map(bic, tried)) for tried in simple if tried), default=np.inf)
-    for effect, tried in zip(effects, simple, strict=True):
-        if not tried:
+    ratio, effects, may_skip = GainRatio(), list(effects), limit < np.inf
+    simple = [
+        _fitted_forms(base, effect, ratio, _simple(effect, may_skip), limit=limit, may_skip=may_skip)
+        for effect in effects
+    ]
+    best = min((min(map(bic, fitted)) for fitted in simple if fitted), default=np.inf)
+    for effect, fitted in zip(effects, simple, strict=True):
+        if not fitted:
             continue
-        rest = [at for at in range(len(effect.forms)) if at not in _simple(effect, spare)]
-        refined = _attempts(base, effect, luck, rest, limit=best + within)
-        both = _of_the_family(base, _with_spared(base, luck, [*tried, *refined]))
+        rest = [at for at in range(len(effect.forms)) if at not in _simple(effect, may_skip)]
+        refined = _fitted_forms(base, effect, ratio, rest, limit=best + within)
+        both = _without_mimics(base, _with_skipped_formulas(base, ratio, [*fitted, *refined]))
         best = min(best, *map(bic, both))
-        yield Family(effect, min(both, key=bic), tried[0], len(both))
+        yield Family(effect, min(both, key=bic), fitted[0], len(both))
 
 
-def _simple(effect: Effect, spare: bool) -> list[int]:
-    """Places of an effect's simple formulas; beside another effect that is to be spared, also of proposed settings."""
+def _simple(effect: Effect, may_skip: bool) -> list[int]:
+    """Return the indices of an effect's simple formulas; where these may be skipped, also of proposed settings."""
     forms = enumerate(effect.forms)
-    return [at for at, form in forms if at < effect.refined or (spare and _is_proposed(effect, form))]
+    return [at for at, form in forms if at < effect.refined or (may_skip and _is_proposed(effect, form))]
 
 
-def contenders(base: Fit, effects: Iterable[Effect], limit: float, luck: Luck | None = None) -> list[Family]:
-    """Families whose BIC beside ``base`` is below a limit, best first; those that cannot reach it are not fitted."""
-    luck, found = luck or Luck(), []
+def contenders(base: Fit, effects: Iterable[Effect], limit: float, ratio: GainRatio | None = None) -> list[Family]:
+    """Return the families that bring the BIC of ``base`` below a limit, best first.
+
+    Families that cannot reach the limit are not fitted.
+    """
+    ratio, below = ratio or GainRatio(), []
     for effect in effects:
-        tried = _attempts(base, effect, luck, range(max(len(effect.forms), 1)), limit=limit, spare=True)
-        if tried and min(map(bic, tried)) < limit:
-            tried = _of_the_family(base, _with_spared(base, luck, tried))
-            found.append(Family(effect, min(tried, key=bic), tried[0], len(tried)))
-    return sorted((each for each in found if bic(each.best) < limit), key=lambda each: bic(each.best))
+        fitted = _fitted_forms(base, effect, ratio, range(max(len(effect.forms), 1)), limit=limit, may_skip=True)
+        if fitted and min(map(bic, fitted)) < limit:
+            fitted = _without_mimics(base, _with_skipped_formulas(base, ratio, fitted))
+            below.append(Family(effect, min(fitted, key=bic), fitted[0], len(fitted)))
+    return sorted((each for each in below if bic(each.best) < limit), key=lambda each: bic(each.best))
 
 
 def family(
     base: Fit,
     effect: Effect,
-    luck: Luck | None = None,
+    ratio: GainRatio | None = None,
     *,
     freely: bool = False,
     limit: float = np.inf,
     longest: int | None = None,
 ) -> Family:
-    """Fit the forms of an effect beside what ``base`` has already, and choose the best by BIC.
+    """Fit the forms of an effect together with the terms of ``base``, and choose the best by BIC.
 
-    ``freely``: also a long form of which no formula explains half, since somebody knows that the effect is there.
-    ``limit``, ``longest``: but for the simplest form, only those that may bring BIC below it, of so many parameters.
+    ``freely``: allow a long form of which no formula explains half, because the user knows that the effect is there.
+    ``limit``, ``longest``: apart from the simplest form, fit only forms that may bring BIC below this limit, and that
+    have at most so many parameters.
     """
-    luck = luck or Luck()
+    ratio = ratio or GainRatio()
     forms = [at for at, form in enumerate(effect.forms) if not at or longest is None or len(form) <= longest]
-    tried = _attempts(base, effect, luck, forms or [0], limit=limit)
-    if not tried:
+    fitted = _fitted_forms(base, effect, ratio, forms or [0], limit=limit)
+    if not fitted:
         raise _one_session(base, effect)
-    allowed = tried if freely else _of_the_family(base, _with_spared(base, luck, tried))
-    return Family(effect, min(allowed, key=bic), tried[0], len(tried))
+    allowed = fitted if freely else _without_mimics(base, _with_skipped_formulas(base, ratio, fitted))
+    return Family(effect, min(allowed, key=bic), fitted[0], len(fitted))
 
 
 def _is_formula(effect: Effect, form: tuple[str, ...]) -> bool:
-    """Whether a form is short enough to say what the effect is; its first form always does."""
+    """Whether a form is short enough to be a formula of the effect; the effect's first form always is."""
     return len(form) <= max(FORMULA, len(effect.forms[0]) if effect.forms else 0)
 
 
-def _of_the_family(base: Fit, tried: Sequence[Candidate]) -> list[Candidate]:
-    """Leave out long forms that do more by their freedom than any formula does: they mimic any effect."""
-    formulas = [each for each in tried if _is_formula(each.effect, each.form)]
+def _without_mimics(base: Fit, fitted: Sequence[Candidate]) -> list[Candidate]:
+    """Leave out each long form of which no formula explains half: with many parameters a form mimics any effect."""
+    formulas = [each for each in fitted if _is_formula(each.effect, each.form)]
     best = max(formulas, key=lambda each: each.gain, default=None)
 
-    def is_owed(long: Candidate) -> bool:
+    def has_formula(long: Candidate) -> bool:
         needed = HALF * long.gain
-        return best is not None and (best.gain > needed or _in_its_course(base, best, long).gain > needed)
+        return best is not None and (best.gain > needed or _with_time_course(base, best, long).gain > needed)
 
-    return [each for each in tried if _is_formula(each.effect, each.form) or is_owed(each)]
+    return [each for each in fitted if _is_formula(each.effect, each.form) or has_formula(each)]
 
 
-def _in_its_course(base: Fit, formula: Candidate, long: Candidate) -> Candidate:
-    """Give a formula the course in time that a long form has, which says nothing of what an effect does."""
+def _with_time_course(base: Fit, formula: Candidate, long: Candidate) -> Candidate:
+    """Fit a formula with the time course of a long form: the time course does not identify an effect."""
     course = [name for name in long.form if name in COURSE and name not in formula.form]
     if not course:
         return formula
     form = (*formula.form, *course)
     values = {name: long.term.values[name] for name in course}
     start = Term.at_rest(formula.effect, form, **{**formula.term.values, **values})
-    found = fit(base.problem, (*base.terms, start), _state(base))
-    return replace(formula, form=form, fit=found, gain=base.chi2 - found.chi2)
+    refitted = fit(base.problem, (*base.terms, start), _state(base))
+    return replace(formula, form=form, fit=refitted, gain=base.chi2 - refitted.chi2)
 
 
-def _with_spared(base: Fit, luck: Luck, tried: Sequence[Candidate]) -> list[Candidate]:
-    """Fit also the formulas that a limit has spared, where a long form is to be compared with them."""
-    effect, fitted = tried[0].effect, {each.form for each in tried}
-    if all(_is_formula(effect, form) for form in fitted):
-        return list(tried)
-    spared = [at for at, form in enumerate(effect.forms) if _is_formula(effect, form) and form not in fitted]
-    return [*tried, *_attempts(base, effect, luck, spared)]
+def _with_skipped_formulas(base: Fit, ratio: GainRatio, fitted: Sequence[Candidate]) -> list[Candidate]:
+    """Fit also the formulas that a limit has skipped, where a long form must be compared with them."""
+    effect, known = fitted[0].effect, {each.form for each in fitted}
+    if all(_is_formula(effect, form) for form in known):
+        return list(fitted)
+    skipped = [at for at, form in enumerate(effect.forms) if _is_formula(effect, form) and form not in known]
+    return [*fitted, *_fitted_forms(base, effect, ratio, skipped)]
 
 
-def promising(base: Fit, effect: Effect) -> Term:
-    """Return the start of an effect's simple forms from which the first step promises most, penalties counted."""
+def best_start(base: Fit, effect: Effect) -> Term:
+    """Return the start, among an effect's simple forms, with the largest linear gain less its penalty."""
     score, penalty = base.score, float(np.log(base.readings))
     forms = effect.forms[: effect.refined] or ((),)
     starts = [
@@ -211,60 +222,61 @@ def _one_session(base: Fit, effect: Effect) -> LutgenError:
 
 
 def forms_of(base: Fit, effect: Effect) -> list[Candidate]:
-    """Fit all forms of an effect beside what ``base`` has already: best by BIC first."""
-    return sorted(_of_the_family(base, _attempts(base, effect, Luck(), range(max(len(effect.forms), 1)))), key=bic)
+    """Fit all forms of an effect together with the terms of ``base``; return them best by BIC first."""
+    fitted = _fitted_forms(base, effect, GainRatio(), range(max(len(effect.forms), 1)))
+    return sorted(_without_mimics(base, fitted), key=bic)
 
 
-def _attempts(
+def _fitted_forms(
     base: Fit,
     effect: Effect,
-    luck: Luck,
+    ratio: GainRatio,
     indices: Iterable[int],
     *,
     limit: float = np.inf,
-    spare: bool = False,
+    may_skip: bool = False,
 ) -> list[Candidate]:
-    """Fit some forms when their first step promises enough; the simplest in any case, unless to ``spare``."""
-    score, tried = base.score, list[Candidate]()
+    """Fit those forms whose linear gain is large enough, and the simplest form always, unless ``may_skip``."""
+    score, fitted = base.score, list[Candidate]()
     forms = effect.forms or ((),)
     for index in indices:
         form = forms[index]
         if base.parameters + len(form) > base.problem.max_parameters:
-            continue  # a fit of more parameters than the readings bear says nothing
+            continue  # the readings cannot determine so many parameters
         penalty = len(form) * float(np.log(base.readings))
-        if _is_proposed(effect, form) and base.bic - luck.optimism * score.code_shifts.most + penalty > limit:
-            continue  # no setting can promise more than a shift of its own for each code value
-        owed = HALF * (base.bic - limit)  # what a formula has to explain where this form comes below the limit
-        if owed > 0.0 and not _is_formula(effect, form) and luck.optimism * _of_formulas(score, effect) < owed:
+        if _is_proposed(effect, form) and base.bic - ratio.ratio * score.code_shifts.most + penalty > limit:
+            continue  # no setting gains more than one free shift for each code value
+        needed = HALF * (base.bic - limit)  # gain that a formula needs where this form comes below the limit
+        if needed > 0.0 and not _is_formula(effect, form) and ratio.ratio * _formula_gain(score, effect) < needed:
             continue
         grids = _grids(score, effect, form)
         if not grids:
-            continue  # a grid between sessions, and one session only
-        walked = len(grids) > MANY and not _is_proposed(effect, form)
-        if walked and _promise(score, effect, form[:1]) < WORTH * penalty / len(form):
+            continue  # the grid lies between sessions, and there is only one session
+        is_long = len(grids) > MANY and not _is_proposed(effect, form)
+        if is_long and _linear_gain(score, effect, form[:1]) < WORTH * penalty / len(form):
             continue
         starts = [_start(score, effect, form, grid) for grid in grids]
-        promise = max(gain for gain, _ in starts)
-        hopeless = base.bic - luck.optimism * promise + penalty > limit
-        if (index or spare) and (hopeless or promise < WORTH * penalty):
+        linear_gain = max(gain for gain, _ in starts)
+        hopeless = base.bic - ratio.ratio * linear_gain + penalty > limit
+        if (index or may_skip) and (hopeless or linear_gain < WORTH * penalty):
             continue
         starts.sort(key=lambda start: -start[0])
         fits = [fit(base.problem, (*base.terms, term), _state(base)) for _, term in starts[:2]]
-        best = min(fits, key=lambda found: found.chi2)
-        luck.learn(promise, base.chi2 - best.chi2)
+        best = min(fits, key=lambda each: each.chi2)
+        ratio.update(linear_gain, base.chi2 - best.chi2)
         settings = score.proposed(effect)[1] if _is_proposed(effect, form) else 1
-        tried.append(Candidate(effect, form, best, base.chi2 - best.chi2, index >= effect.refined, settings))
-    return tried
+        fitted.append(Candidate(effect, form, best, base.chi2 - best.chi2, index >= effect.refined, settings))
+    return fitted
 
 
-def _promise(score: Score, effect: Effect, form: tuple[str, ...]) -> float:
-    """What the first step of a form promises at best."""
+def _linear_gain(score: Score, effect: Effect, form: tuple[str, ...]) -> float:
+    """Return the largest linear gain of a form over all settings of its grid."""
     return max((_start(score, effect, form, grid)[0] for grid in _grids(score, effect, form)), default=0.0)
 
 
-def _of_formulas(score: Score, effect: Effect) -> float:
-    """What the first step of an effect's formulas promises at best."""
-    return max(_promise(score, effect, form) for form in effect.forms or ((),) if _is_formula(effect, form))
+def _formula_gain(score: Score, effect: Effect) -> float:
+    """Return the largest linear gain of an effect's formulas."""
+    return max(_linear_gain(score, effect, form) for form in effect.forms or ((),) if _is_formula(effect, form))
 
 
 def bic(candidate: Candidate) -> float:
@@ -281,7 +293,7 @@ def _is_proposed(effect: Effect, form: tuple[str, ...]) -> bool:
 
 
 def _grids(score: Score, effect: Effect, form: tuple[str, ...]) -> list[dict[str, float]]:
-    """All settings of the grid parameters that a form frees; where too many, those that the effect proposes."""
+    """Return all settings of a form's grid parameters; where there are too many, those that the effect proposes."""
     if _is_proposed(effect, form):
         return [setting for setting in score.proposed(effect)[0] if set(setting) == set(form)][:FITTED]
     settings: list[dict[str, float]] = [{}]
@@ -295,35 +307,35 @@ def _grids(score: Score, effect: Effect, form: tuple[str, ...]) -> list[dict[str
 
 
 def _start(score: Score, effect: Effect, form: tuple[str, ...], grid: dict[str, float]) -> tuple[float, Term]:
-    """Return the start of a form from which the first step promises most, and that promise."""
+    """Return the largest linear gain of a form, and the start that gives this gain; cached in the score."""
     key = effect.name, form, *grid.items()
     if key not in score.starts:
-        score.starts[key] = _searched(score, effect, form, grid)
+        score.starts[key] = _find_start(score, effect, form, grid)
     return score.starts[key]
 
 
-def _searched(score: Score, effect: Effect, form: tuple[str, ...], grid: dict[str, float]) -> tuple[float, Term]:
+def _find_start(score: Score, effect: Effect, form: tuple[str, ...], grid: dict[str, float]) -> tuple[float, Term]:
     amplitudes = [name for name in form if name in effect.neutral and not effect.parameters[name].grid]
     shapes = [name for name in form if name not in effect.neutral and not effect.parameters[name].grid]
     values = [grid]
     for name in shapes:
         values += [{**grid, name: value} for value in _thirds(effect, name)]
-    found = max(
+    best = max(
         (
             (score.gain(Term.at_rest(effect, form, **each), amplitudes), Term.at_rest(effect, form, **each))
             for each in values
         ),
         key=lambda start: start[0],
     )
-    if found[0] > 0 or not amplitudes:
-        return found
-    # Beyond a threshold only: nothing moves at rest, so the search starts from the typical size.
+    if best[0] > 0 or not amplitudes:
+        return best
+    # The effect acts only beyond a threshold: its gradient is zero at rest, so the search starts at the typical size.
     typical = Term.at_rest(effect, form, **({name: effect.parameters[name].value for name in form} | grid))
     return score.gain_of_typical(typical), typical
 
 
 def _thirds(effect: Effect, name: str) -> list[float]:
-    """Two more values of a shape parameter to start from: a third and two thirds on the way through its bounds."""
+    """Return two more start values of a shape parameter: a third and two thirds of the way between its bounds."""
     low, high = effect.parameters[name].bounds
     if low > 0 and high / low > 10:
         return [float(low ** (1 - share) * high**share) for share in (1 / 3, 2 / 3)]

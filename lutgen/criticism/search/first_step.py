@@ -1,4 +1,4 @@
-"""One linear step toward a fit: what switching effects on or off would do, said before everything is fitted."""
+"""Compare the model after one linear step toward a fit: a preview of switching effects on or off before a full fit."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from lutgen.criticism.compare.comparison import compare_problem
 from lutgen.criticism.fit.linear import State, linearise
 from lutgen.criticism.fit.system import System
-from lutgen.criticism.search.candidates import promising
+from lutgen.criticism.search.candidates import best_start
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -16,30 +16,30 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.least_squares import Fit
     from lutgen.effects import Effect
 
-#: Campaigns of pure noise that the floor is the mean of: a step that is not the fit needs no better one.
+#: Number of campaigns of pure noise whose mean is the noise floor. A preview needs no more accurate floor.
 FEW = 4
 
 
-def first_step(found: Fit, effects: Sequence[Effect]) -> Comparison:
-    """Compare the model with these effects after one linear step from a fit that has other ones.
+def first_step(current: Fit, effects: Sequence[Effect]) -> Comparison:
+    """Compare the model with these effects after one linear step from a fit that has other effects.
 
     Parameters
     ----------
-    found
-        The fit to step from; its effects that are not named are taken out.
+    current
+        The fit to start from; its effects that are not in ``effects`` are removed.
     effects
-        The effects that the model shall have: those of ``found`` begin at their fitted values, others at rest, in
-        their simple form of the largest promise.
+        The effects of the new model. Effects of ``current`` start at their fitted values. Other effects start at rest,
+        in their simple form with the largest linear gain.
 
     Raises
     ------
     LutgenError
-        An effect happens between two sessions, and there is one.
+        An effect happens between two sessions, and the readings hold one session.
 
     """
-    problem, fitted = found.problem, {term.effect.name: term for term in found.terms}
-    terms = tuple(fitted.get(effect.name) or promising(found, effect) for effect in effects)
-    state = State(terms, found.tips, found.gains)
+    problem, fitted = current.problem, {term.effect.name: term for term in current.terms}
+    terms = tuple(fitted.get(effect.name) or best_start(current, effect) for effect in effects)
+    state = State(terms, current.tips, current.gains)
     system = System(problem, linearise(problem, state), state)
     moved = system.moved(state, system.step(terms).parameters)
     return compare_problem(problem, moved.terms, draws=FEW)

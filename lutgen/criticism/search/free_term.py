@@ -1,11 +1,12 @@
-"""A free term: whether the leftover of a fit still follows anything that the readings vary in.
+"""The free term: simple signatures, which belong to no effect, that the residuals of a fit still follow.
 
-An F test over thousands of readings misses a leftover that sits in a few. So simple signatures that belong to no effect
-are tried on the residuals: light that goes with level, channel, mixture, position, minutes, lux, window, temperature or
-order, at all hours alike, growing, or at one hour, and light that is added. Each is one number to fit, with the tips
-and the admitted effects free. One after the other is taken into the free term while it is worth its price in BIC: ln n
-for the number, and twice the logarithm of how many were looked at for having been chosen. What remains of the gain is
-the evidence of the free term, in the currency by which effects are compared; where it is not strong, there is none.
+An F test over thousands of readings misses a misfit in a few of them. Therefore simple signatures are fitted to the
+residuals: light that is proportional to level, channel, mixture, position, minutes, lux, window, temperature or order
+(equally at all hours, growing, or at one hour), and light that is added. Each signature has one parameter; the tips and
+the admitted effects stay free. The free term takes one signature after another while its gain exceeds its penalty in
+BIC: ln n for the parameter, and 2 ln k for the choice among k signatures. The gain less the penalties is the evidence
+of the free term. This evidence is a difference in BIC, so it can be compared with that of effects. Where the evidence
+is not strong, there is no free term.
 """
 
 from __future__ import annotations
@@ -30,34 +31,34 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.score import Score
     from lutgen.criticism.noise.pure_error import PureError
 
-#: Signatures that a free term holds at most.
+#: Largest number of signatures in a free term.
 MOST = 24
 
-#: A signature of which less than this share remains beside tips and effects says nothing.
+#: A signature is ignored where tips and effects leave less than this share of its norm.
 LEAST_SEEN = 1e-3
 
-#: A signature of which, in χ², no more than this share is left beside one that was chosen says nothing new.
+#: A signature is ignored where a chosen signature leaves no more than this share of its squared norm.
 LEAST_LEFT = 0.05**2
 
-#: Signatures that are projected at once: more take memory.
+#: Number of signatures that are projected at once: more need too much memory.
 AT_ONCE = 32
 
-#: Centres of the level probes in code values, and their half width.
+#: Centres of the level signatures in code values, and their half width.
 LEVELS, WIDTH = (0.1, 0.25, 0.4, 0.6, 0.8), 0.2
 
 
 @dataclass(frozen=True)
-class Probed:
-    """A free term beside a fit.
+class FreeTerm:
+    """The free term of a fit.
 
     Attributes
     ----------
     names
-        Its signatures, which describe the leftover, best first; empty when the leftover is noise.
+        Its signatures, which describe the residuals, best first; empty where the residuals are noise.
     gain
-        χ² that they gain together.
+        Decrease of χ² by all signatures together.
     evidence
-        By how much BIC falls with it.
+        Decrease of BIC by the free term.
 
     """
 
@@ -66,60 +67,61 @@ class Probed:
     evidence: float = 0.0
 
 
-def probe(found: Fit, error: PureError) -> Probed:
-    """Find the free term of a fit. Gains count in units of the noise that replicates show, or may be assumed."""
-    score = found.score
-    names, matrix = _columns(score, _signatures(found.problem, found.predicted))
+def probe(current: Fit, error: PureError) -> FreeTerm:
+    """Find the free term of a fit. The unit of its gains is the measured variance of replicates, or the assumed one."""
+    score = current.score
+    names, matrix = _columns(score, _signatures(current.problem, current.predicted))
     if not names:
-        return Probed()
-    price = float(np.log(found.readings)) + 2.0 * float(np.log(len(names)))
+        return FreeTerm()
+    penalty = float(np.log(current.readings)) + 2.0 * float(np.log(len(names)))
     gain, evidence = 0.0, 0.0
     chosen: list[int] = []
-    # Of each signature beside those that are chosen: its product with the residuals, its length², and theirs with it.
-    pulls, left, along = matrix @ score.residual, np.ones(len(names)), np.zeros((0, len(names)))
+    # Of the part of each signature that is orthogonal to the chosen ones: product with the residuals, and squared norm.
+    # ``along``: products of every signature with the chosen directions.
+    products, left, along = matrix @ score.residual, np.ones(len(names)), np.zeros((0, len(names)))
     directions = np.zeros((0, matrix.shape[1]))
     while len(chosen) < MOST:
-        gains = np.divide(pulls**2, left, out=np.zeros_like(pulls), where=left > 0)
+        gains = np.divide(products**2, left, out=np.zeros_like(products), where=left > 0)
         best = int(np.argmax(gains))
-        worth = float(gains[best]) / error.scale - price
-        if worth <= 0.0:
+        net_gain = float(gains[best]) / error.scale - penalty
+        if net_gain <= 0.0:
             break
         chosen.append(best)
         gain += float(gains[best])
-        evidence += worth
+        evidence += net_gain
         direction = (matrix[best] - along[:, best] @ directions) / np.sqrt(left[best])
         shared = matrix @ direction
-        pulls = pulls - shared * (pulls[best] / np.sqrt(left[best]))
+        products = products - shared * (products[best] / np.sqrt(left[best]))
         left = np.where(left - shared**2 > LEAST_LEFT * left, left - shared**2, 0.0)
         directions, along = np.vstack([directions, direction]), np.vstack([along, shared])
     if evidence <= STRONG:
-        return Probed()
-    return Probed(tuple(names[index] for index in chosen), gain, evidence)
+        return FreeTerm()
+    return FreeTerm(tuple(names[index] for index in chosen), gain, evidence)
 
 
-def free_term(found: Fit, error: PureError) -> Probed:
-    """Find the free term of a fit; where scatter is too large yet even, in units of the scatter that is there."""
-    if not is_within_scatter(error, found) and is_even(found):
-        error = replace(error, squares=found.chi2, freedom=max(found.freedom, 1), inside=None)
-    return probe(found, error)
+def free_term(current: Fit, error: PureError) -> FreeTerm:
+    """Find the free term of a fit. Where scatter is too large but even, the unit of gains is the scatter's variance."""
+    if not is_within_scatter(error, current) and is_even(current):
+        error = replace(error, squares=current.chi2, freedom=max(current.freedom, 1), inside=None)
+    return probe(current, error)
 
 
 def _columns(score: Score, signatures: Iterator[tuple[str, Array]]) -> tuple[list[str], Array]:
-    """Unit vectors of what tips and effects leave of signatures, (k, 3n), with their names."""
+    """Return names and unit vectors, (k, 3n), of signatures after projection off tips and effects."""
     names, columns, every = [], [np.zeros((0, score.residual.size))], list(signatures)
     for start in range(0, len(every), AT_ONCE):
         some = every[start : start + AT_ONCE]
         raw = whiten(score.problem, np.array([signature for _, signature in some]))
         left, size = score.project(raw), np.linalg.norm(raw.reshape(len(some), -1), axis=1)
         seen = np.linalg.norm(left, axis=1)
-        told = (size > 0) & (seen > LEAST_SEEN * size)
-        names += [name for (name, _), tells in zip(some, told, strict=True) if tells]
-        columns.append(left[told] / seen[told, np.newaxis])
+        visible = (size > 0) & (seen > LEAST_SEEN * size)
+        names += [name for (name, _), is_visible in zip(some, visible, strict=True) if is_visible]
+        columns.append(left[visible] / seen[visible, np.newaxis])
     return names, np.concatenate(columns)
 
 
-def _strange(problem: Problem, predicted: Array) -> Iterator[tuple[str, Array]]:
-    """What no effect of the catalogue does, and displays do: by the order of reading, by sides, by the room's light."""
+def _outside_catalogue(problem: Problem, predicted: Array) -> Iterator[tuple[str, Array]]:
+    """Yield signatures of displays that no effect of the catalogue has: by order of reading, by side, by room light."""
     if problem.readings.order is not None:
         yield from _in_order(problem, predicted, problem.readings.order[problem.rows])
     top = problem.readings.drive[problem.rows].max(axis=1)
@@ -131,7 +133,7 @@ def _strange(problem: Problem, predicted: Array) -> Iterator[tuple[str, Array]]:
 
 
 def _in_order(problem: Problem, predicted: Array, order: Array) -> Iterator[tuple[str, Array]]:
-    """What goes by the order of reading: light of the patch before, and a steady course through a session."""
+    """Yield the signatures of the order of reading: light of the previous patch, and a linear drift in each session."""
     before, course = np.zeros_like(predicted), np.zeros(len(order))
     sessions = problem.readings.sessions[problem.rows]
     for session in np.unique(sessions):
@@ -144,12 +146,12 @@ def _in_order(problem: Problem, predicted: Array, order: Array) -> Iterator[tupl
 
 
 def _signatures(problem: Problem, predicted: Array) -> Iterator[tuple[str, Array]]:
-    """Names and signatures in cd/m², (n, 3)."""
+    """Yield names and signatures in cd/m², (n, 3)."""
     colours = {"": np.ones(3), " in X": np.array([1.0, 0.0, 0.0]), " in Z": np.array([0.0, 0.0, 1.0])}
     for name, weight in _weights(problem):
         for colour, part in colours.items():
             yield f"light by {name}{colour}", predicted * weight[:, np.newaxis] * part
-    yield from _strange(problem, predicted)
+    yield from _outside_catalogue(problem, predicted)
     white = problem.measured_tips[:, 0][problem.hour_of]
     for name, weight in _places(problem):
         for colour, part in colours.items():
@@ -157,7 +159,7 @@ def _signatures(problem: Problem, predicted: Array) -> Iterator[tuple[str, Array
 
 
 def by_code(problem: Problem) -> Iterator[tuple[str, Array]]:
-    """Names and weights (n,) of what goes by code values alone: level, channel and mixture."""
+    """Yield names and weights (n,) that depend on code values only: level, channel and mixture."""
     code = problem.readings.drive[problem.rows]
     top = code.max(axis=1)
     for level in LEVELS:
@@ -197,7 +199,7 @@ def _weights(problem: Problem) -> Iterator[tuple[str, Array]]:
 
 
 def _conditions(problem: Problem) -> Iterator[tuple[str, Array]]:
-    """Names and weights (n,) of what the conditions of the readings would do."""
+    """Yield names and weights (n,) of the signatures of the readings' conditions."""
     readings = problem.readings
     for condition in CONDITIONS:
         names = [column.name for column in condition.columns]
@@ -208,7 +210,7 @@ def _conditions(problem: Problem) -> Iterator[tuple[str, Array]]:
 
 
 def _places(problem: Problem) -> Iterator[tuple[str, Array]]:
-    """Where light may be added: everywhere, growing, under a capped lens, by room light, surround or window."""
+    """Yield names and weights (n,) of added light: everywhere, growing, under a lens cap, to black, by condition."""
     code, hours = problem.readings.drive[problem.rows], problem.readings.hours[problem.rows]
     ones = np.ones(len(code))
     yield "everywhere", ones

@@ -1,8 +1,8 @@
-"""The next measurement: the patches on which two rivals, each refitted, stay furthest apart (T-optimality).
+"""The next measurement: the patches that best distinguish two rival effects (T-optimality).
 
-Atkinson & Fedorov, Biometrika 62, 57-70 (1975), doi:10.1093/biomet/62.1.57. One rival's fit is taken for true, readings
-of candidate patches are added without noise, and the other is fitted to all of them: the χ² that remains is
-the separation that the patches would bring.
+Atkinson & Fedorov, Biometrika 62, 57-70 (1975), doi:10.1093/biomet/62.1.57. The fit of one effect is taken as the
+truth. Noise-free readings of candidate patches are added, and the other effect is fitted to all readings. The χ² of
+this second fit is the separation that the patches give.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Patch:
-    """A patch to measure: code value and, where not at rest, conditions by column."""
+    """A patch to measure: its code value and, where it is not at rest, its conditions by column."""
 
     code: tuple[float, float, float]
     conditions: Mapping[str, float]
@@ -58,7 +58,7 @@ _MIXTURES = tuple(
     Patch((float(r), float(g), float(b)), {}) for r, g, b in np.random.default_rng(9).random((12, 3)).round(3)
 )
 
-#: What can be measured: name → patches. Each condition brings its own.
+#: Sets of patches that can be measured: name → patches. Each condition adds its own sets.
 POOL: dict[str, tuple[Patch, ...]] = {
     "lens cap": _greys((0.0, 0.0, 0.0), "lens cap"),
     "black and dark greys": _greys((0.0, 0.0, 0.0, 0.05, 0.1, 0.2)),
@@ -75,7 +75,7 @@ POOL: dict[str, tuple[Patch, ...]] = {
 
 @dataclass(frozen=True)
 class Separation:
-    """What would tell two rivals apart: patches, and χ² between them before and after these are read once."""
+    """Patches that distinguish two rivals, and χ² between the rivals before and after these patches are read once."""
 
     separates: tuple[str, str]
     name: str
@@ -95,39 +95,39 @@ class Separation:
 
 
 def what_separates(explanation: Explanation, pair: tuple[str, str]) -> Separation:
-    """Find the set of the pool that best separates an admitted effect from its rival."""
+    """Find the set of patches that best separates an admitted effect from its rival."""
     step = next(each for each in explanation.steps if each.name == pair[0])
     rival = next(each for each in step.rivals if each.name == pair[1])
     return separation(step.chosen.fit if len(explanation.steps) == 1 else explanation.final, rival.best, pair)
 
 
 def separation(truth: Fit, rival: Candidate, pair: tuple[str, str]) -> Separation:
-    """Take ``truth`` for true, and find the patches on which ``rival`` cannot follow it."""
+    """Take the fit ``truth`` as the truth, and find the patches that ``rival`` predicts worst."""
     others = tuple(term for term in truth.terms if term.effect.name != pair[0] and term.effect.name != pair[1])
-    term = rival.term
-    asked = replace(truth, problem=rival.fit.problem)
-    before = _distance(asked, (*others, term), ())
-    found = {name: _distance(asked, (*others, term), patches) for name, patches in POOL.items()}
-    # What a set adds, weighed against the time that it takes.
-    best = max(found, key=lambda name: (found[name] - before) / len(POOL[name]) ** 0.5)
-    return Separation(pair, best, POOL[best], before, found[best])
+    terms = (*others, rival.term)
+    truth = replace(truth, problem=rival.fit.problem)
+    before = _chi2_of(terms, truth, ())
+    after = {name: _chi2_of(terms, truth, patches) for name, patches in POOL.items()}
+    # The gain of a set is divided by the square root of its size: large sets take time to measure.
+    best = max(after, key=lambda name: (after[name] - before) / len(POOL[name]) ** 0.5)
+    return Separation(pair, best, POOL[best], before, after[best])
 
 
-def _distance(truth: Fit, terms: tuple[Term, ...], patches: tuple[Patch, ...]) -> float:
-    """χ² that ``terms`` leave of noise-free readings of ``truth``, with patches added at the last hour."""
+def _chi2_of(terms: tuple[Term, ...], truth: Fit, patches: tuple[Patch, ...]) -> float:
+    """Return χ² of ``terms`` fitted to noise-free readings of ``truth``, with patches added at the last hour."""
     problem = with_patches(truth.problem, patches)
-    # The patches belong to sessions that the state knows, but not always in the same order.
+    # The added patches belong to known sessions, but may change the order of the sessions' gains.
     number = {key: place for place, key in enumerate(truth.problem.gain_keys)}
     gains = [truth.gains[number[key]] if key in number else 0.0 for key in problem.gain_keys]
     state = State(truth.terms, truth.tips, np.array(gains or [0.0]))
     exact = problem.readings.with_light(problem.readings.xyz_cd_m2.copy())
     exact.xyz_cd_m2[problem.rows] = predict(problem, state)
-    # Weights are those of the prediction: added rows have no reading to take them from.
+    # The weights follow from the prediction, because the added rows have no reading.
     return fit(replace(problem, readings=exact), terms, state).chi2
 
 
 def with_patches(problem: Problem, patches: tuple[Patch, ...]) -> Problem:
-    """Add rows for patches at the last hour at which tips were read; their XYZ are placeholders."""
+    """Add rows for patches at the last hour at which tips were read; the XYZ of these rows are placeholders."""
     patches = tuple(patch for patch in patches if not set(patch.conditions) & {name for name, _ in problem.assumed})
     if not patches:
         return problem
@@ -135,7 +135,7 @@ def with_patches(problem: Problem, patches: tuple[Patch, ...]) -> Problem:
     hour = float(problem.hours[problem.is_knot][-1])
     place = int(np.searchsorted(readings.hours, hour, side="right"))
     count = len(patches)
-    # The session whose colour points are read at rest at that hour goes on: its rest is that of the patches.
+    # The patches join the session that reads tips at rest at that hour, and have the rest conditions of this session.
     host = int(np.flatnonzero(readings.at_rest() & (readings.hours == hour) & is_tip(readings.drive).any(axis=1))[-1])
     conditions = {}
     for name in COLUMNS:

@@ -1,6 +1,5 @@
-"""The verdict: what the evidence of a search allows to say, and what these readings cannot show.
+"""The verdict: the finding that the evidence of a search supports, and the effects that these readings cannot show.
 
-``pronounce`` decides, ``words`` writes the sentence; the other files answer one question each: whether the residual
-is noise, which other effect a form could imitate, how small an effect these readings can show. A file here answers
-one such question.
+``pronounce`` decides, ``words`` writes the sentence. Each other file answers one question on which the decision rests:
+whether the readings need an effect, which other effect a form could imitate, how small an effect they can show.
 """

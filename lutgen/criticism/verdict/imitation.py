@@ -1,9 +1,10 @@
-"""Imitation: which other effects the form of an admitted effect could pass for on these readings.
+"""Imitation: which other effects the form of an admitted effect could imitate on these readings.
 
-An effect that fits is proven only as far as its form cannot fit others. The signature of each other effect, in its
-simple forms at typical sizes, is scaled to what the admitted effect explains; what the tips, the effects beside and the
-form's free parameters leave of the signature is what would tell the two apart. Kin of the catalogue stand for kin that
-the catalogue lacks: a form that passes for the one passes for the other.
+A good fit proves an effect only as far as its form cannot fit other effects. Therefore the signature of each other
+effect, in its simple forms at typical sizes, is scaled to the χ² that the admitted effect explains, and is projected
+off the tips, the other admitted effects and the form's free parameters. The remaining part distinguishes the two
+effects. Effects of the catalogue represent similar effects that the catalogue lacks: a form that imitates the first
+also imitates the second.
 """
 
 from __future__ import annotations
@@ -26,17 +27,17 @@ if TYPE_CHECKING:
     from lutgen.criticism.search.stepwise import Step
     from lutgen.effects import Effect
 
-#: Columns of a form that have less than this of the largest one's own direction are none of their own.
+#: Directions of a form with a singular value below this share of the largest one are ignored.
 OWN = 1e-4
 
-#: Share of its signature, in χ², by which each of several effects must lie outside what the others could do. Chosen on
-#: seeds 617 to 619 of ``python -m tests.generators``, below all hidden pairs that were found.
+#: Share of its signature, in χ², that the forms of the other effects must not be able to follow, for each of several
+#: effects. Chosen on seeds 617 to 619 of ``python -m tests.generators``, below all hidden pairs that were found.
 APART = 0.75
 
 
 @dataclass(frozen=True)
 class Imitated:
-    """An effect, and how far a form stays from it.
+    """An effect, and how well the form of another effect can follow its signature.
 
     Attributes
     ----------
@@ -45,7 +46,7 @@ class Imitated:
     share
         Share of the effect's signature, in χ², that the form cannot follow: 0 to 1.
     left
-        χ² that the form would leave of the effect, were the effect as strong as what the form explains.
+        χ² that the form would leave of the effect if the effect were as strong as the form's own gain.
 
     """
 
@@ -55,15 +56,15 @@ class Imitated:
 
 
 def nearest(step: Step, final: Fit, scale: float) -> Imitated | None:
-    """Return the effect that the form of an admitted one follows best; ``scale``: the noise's unit of χ²."""
+    """Return the effect that the form of an admitted effect follows best; ``scale``: unit of χ² from the noise."""
     score = step.without.score
     form = _form(score, step.chosen)
     strength = (step.without.chi2 - final.chi2) / scale
-    taken = {step.name, *(other.effect.name for other in step.beside)}
+    admitted = {step.name, *(other.effect.name for other in step.beside)}
     shares = [
         (max(_outside(form, score, term) for term in terms), effect.name)
         for effect in step.effects
-        if effect.name not in taken
+        if effect.name not in admitted
         for terms in _typical(effect)
     ]
     share, name = min(shares, default=(1.0, ""))
@@ -71,9 +72,9 @@ def nearest(step: Step, final: Fit, scale: float) -> Imitated | None:
 
 
 def overlap(chosen: Sequence[Candidate], base: Fit) -> bool:
-    """Whether one of several effects does to a large part what the forms of the others could do as well.
+    """Whether the forms of the others can follow a large part of the signature of one of several effects.
 
-    Effects whose forms overlap are how a greedy search builds up another one; effects of their own stay apart.
+    A greedy search combines effects with overlapping forms to imitate another effect; separate effects do not overlap.
     """
     score = base.score
     forms = [_form(score, each) for each in chosen]
@@ -85,9 +86,10 @@ def overlap(chosen: Sequence[Candidate], base: Fit) -> bool:
 
 
 def _typical(effect: Effect) -> Iterator[list[Term]]:
-    """Each simple form of an effect at the sizes that its declaration calls typical, one term for each of its sizes.
+    """Yield each simple form of an effect at its declared typical sizes, as one term for each size.
 
-    A form passes for an effect only where it follows all sizes of it: three channels that drift alike are no channel's.
+    A form imitates an effect only where it follows all of these terms. For example, a common drift of three channels
+    does not imitate a drift of one channel.
     """
     for form in effect.forms[: effect.refined] or ((),):
         values = {name: effect.parameters[name].value for name in form}
@@ -99,7 +101,7 @@ def _typical(effect: Effect) -> Iterator[list[Term]]:
 
 
 def _form(score: Score, chosen: Candidate) -> Array:
-    """Orthonormal basis of all that a form does near its fit: its parameters' signatures and the effect's own."""
+    """Return an orthonormal basis of a form near its fit: the signatures of its parameters and of the whole effect."""
     term = chosen.term
     columns = [score.project(score.signature(term, name)) for name in term.free]
     columns.append(score.project(score.switched_on(term)))
@@ -108,13 +110,13 @@ def _form(score: Score, chosen: Candidate) -> Array:
 
 
 def _basis(columns: Array) -> Array:
-    """Orthonormal basis of what columns span."""
+    """Return an orthonormal basis of the span of columns."""
     basis, singular, _ = np.linalg.svd(columns, full_matrices=False)
     return np.asarray(basis[:, singular > OWN * singular[0]])
 
 
 def _outside(form: Array, score: Score, term: Term) -> float:
-    """Share of what an effect does, in χ², that a form cannot follow; 1 where the effect cannot be seen."""
+    """Return the share of an effect's signature, in χ², that a form cannot follow; 1 where the effect is invisible."""
     whole = score.switched_on(term)
     signature = score.project(whole)
     size = float(np.linalg.norm(signature))

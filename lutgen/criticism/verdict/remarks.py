@@ -1,4 +1,4 @@
-"""Remarks beside a verdict: assumed noise, drift, readings that are left out or weighted down, and blindness."""
+"""Remarks on a verdict: assumed noise, drift, readings with no weight or little weight, and invisible effects."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ if TYPE_CHECKING:
     from lutgen.criticism.search.influence import Suspicion
     from lutgen.criticism.search.stepwise import Explanation
 
-#: Lines of readings that a remark names.
+#: Largest number of lines of readings that a remark names.
 NAMED_LINES = 12
 
 
 def remarks_of(explanation: Explanation, blind: Sequence[str], suspicion: Suspicion) -> tuple[str, ...]:
-    """Say what else a reader must know: ``blind`` are effects that these readings cannot show."""
+    """Return remarks on a verdict; ``blind``: names of effects that these readings cannot show."""
     noise, remarks = explanation.base.problem.noise, []
     if noise.source == "assumed":
         remarks.append(
@@ -35,15 +35,15 @@ def remarks_of(explanation: Explanation, blind: Sequence[str], suspicion: Suspic
     remarks += [each.sentence() for each in drifts(problem)]
     if suspicion.rows:
         remarks.append(f"Left out, as other readings of the patch contradict them: {lines_of(explanation, suspicion)}.")
-    if slips := _weighed_down(explanation):
-        remarks.append(f"Weighed down, since they stand alone: {slips}.")
+    if outliers := _with_little_weight(explanation):
+        remarks.append(f"Given little weight, as readings of the patch at nearby hours contradict them: {outliers}.")
     if blind:
         remarks.append(f"These data could not have seen: {', '.join(blind)}.")
     return tuple(remarks)
 
 
-def _weighed_down(explanation: Explanation) -> str:
-    """Name the readings that heavy tails make count for little, the first few of them by their lines."""
+def _with_little_weight(explanation: Explanation) -> str:
+    """Name the readings to which heavy tails give little weight, the first few of them by their lines."""
     problem = explanation.base.problem
     if problem.weights is None:
         return ""

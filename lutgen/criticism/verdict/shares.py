@@ -1,7 +1,7 @@
-"""How much of the excess error goes with each effect, as eyes count it: in mean ΔE2000.
+"""Share of the excess error that each effect explains, in mean ΔE2000: as the eye sees it.
 
-χ² counts in standard deviations of the meter, which is most sensitive in the dark; an effect may explain nine tenths of
-χ² and be the smaller one to look at.
+The unit of χ² is the noise of the meter, which is most sensitive to dark patches. An effect may explain nine tenths of
+χ² and still be the less visible one.
 """
 
 from __future__ import annotations
@@ -22,21 +22,21 @@ if TYPE_CHECKING:
 
 
 def shares_of_delta_e(base: Fit, final: Fit, names: Sequence[str]) -> dict[str, float]:
-    """Return of each named effect the share of the excess mean ΔE2000 that comes back when it is taken out of a fit.
+    """Return, for each named effect, the share of the excess mean ΔE2000 that returns when it is removed from a fit.
 
-    ``base`` is the fit without these effects. The excess is what ``base`` has above the mean ΔE2000 that noise alone
-    gives; where seeded noise gives as much, there is none to share. Shares of effects that act on the same colours need
-    not add to 1.
+    ``base`` is the fit without these effects. The excess is the mean ΔE2000 of ``base`` less that of noise alone. Where
+    seeded noise gives as much as the excess, all shares are 0. Shares of effects that act on the same colours need not
+    add to 1.
     """
     problem = base.problem
-    # What curves miss of colours that the first session has not read would drown the rest.
+    # Colours that the first session has not read are excluded: the errors of the curves there would dominate.
     judged, white = ~problem.is_anchor & (problem.counts == 1.0), problem.measured_tips[0, 0]
     if not judged.any():
         return dict.fromkeys(names, 0.0)
 
     def mean(predicted: Array, measured: Array) -> float:
-        found = delta_e_2000(xyz_to_lab(predicted, white), xyz_to_lab(measured, white))
-        return float(found[judged].mean())
+        delta_e = delta_e_2000(xyz_to_lab(predicted, white), xyz_to_lab(measured, white))
+        return float(delta_e[judged].mean())
 
     def error(terms: Sequence[Term]) -> float:
         return mean(anchored(problem, terms), problem.xyz)

@@ -1,4 +1,4 @@
-"""A verdict, and what each kind of verdict means."""
+"""The verdict, and the meaning of each name of a verdict."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 
-#: Verdict → what it means.
+#: Name of a verdict → its meaning.
 VERDICTS = {
     "consistent": "nothing above the noise",
     "named": "one effect, and what remains is noise",
-    "form": "the family is right, its simple formula is not",
-    "one-of": "one of a set that these data cannot split, or one effect of the catalogue or another like it",
+    "form": "one effect, but not with its simple formula",
+    "one-of": "one of several effects that these readings cannot distinguish, or an effect like it that has no name",
     "several": "more than one effect, each with its share",
     "unexplained": "something is there that no known effect explains",
-    "measurement-problem": "the measurement moved, not the display",
+    "measurement-problem": "the fault is in the measurement, not in the display",
 }
 
 
@@ -32,15 +32,15 @@ class Verdict:
     sentence
         The finding in plain words.
     effects
-        What the finding names; for ``unexplained`` nothing.
+        Names of the effects that the finding names; empty for ``unexplained``.
     rivals
-        Sets of effects that these data cannot tell apart.
+        Sets of effects that these readings cannot distinguish.
     shares
-        Effect → share of the excess of χ² that goes with it.
+        Effect → share of the excess χ² that it explains.
     shares_delta_e
-        Effect → share of the excess mean ΔE2000 that goes with it.
+        Effect → share of the excess mean ΔE2000 that it explains.
     remarks
-        What else a reader must know.
+        Further sentences that a reader must know.
 
     """
 

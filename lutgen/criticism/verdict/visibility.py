@@ -1,4 +1,4 @@
-"""What these data can see: of every effect, how much the tips absorb, and the smallest size that would be found."""
+"""Visibility: for every effect, the share that the tips absorb, and the smallest size that these readings can show."""
 
 from __future__ import annotations
 
@@ -22,28 +22,27 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.score import Score
     from lutgen.effects import Effect
 
-#: Standard deviations above the threshold at which nine of ten are found.
+#: Distance above the threshold, in standard deviations, at which nine of ten campaigns find an effect.
 NINE_OF_TEN = 1.28
 
-
-#: Forms that a search tries on readings which show one faint effect, or none.
+#: Number of forms that a search tries on readings with one faint effect, or none.
 TRIED = 30
 
 
 @dataclass(frozen=True)
 class Visibility:
-    """Whether an effect could be seen in the data at hand.
+    """Whether these readings could show an effect.
 
     Attributes
     ----------
     effect, parameter, unit
-        Its name, and the amplitude that is meant.
+        Name of the effect, name of its amplitude, and unit of the amplitude.
     visible
-        Whether its smallest detectable size is physically possible.
+        Whether the smallest detectable size is physically possible.
     smallest_detectable
         Size that nine of ten campaigns like this one would show; None where no size shows.
     absorbed
-        Share of its signature (in χ²) that tips and gains take up; None where it has none at all.
+        Share of its signature (in χ²) that tips and gains absorb; None where it has no signature.
 
     """
 
@@ -56,19 +55,19 @@ class Visibility:
 
 
 def threshold(base: Fit) -> float:
-    """Strength (whitened norm) of a one-parameter effect that is found in nine of ten campaigns.
+    """Return the strength (whitened norm) of a one-parameter effect that nine of ten campaigns find.
 
-    The whole rule by which effects are admitted finds it: BIC of so many numbers under the noise that is allowed, the
-    corrected F test, and readings that are held out.
+    The effect must pass the whole rule of admission: BIC under the allowed noise, the corrected F test, and held-out
+    readings.
     """
     error = PureError.of(base.problem)
-    worth = error.allowance * max(error.variance, 1.0) * (STRONG + np.log(base.readings))
-    beyond_chance = error.gain_beyond(SIGNIFICANT / TRIED)
-    return float(np.sqrt(max(worth, beyond_chance, confirmed_gain()))) + NINE_OF_TEN
+    gain_for_bic = error.allowance * max(error.variance, 1.0) * (STRONG + np.log(base.readings))
+    gain_for_f_test = error.gain_beyond(SIGNIFICANT / TRIED)
+    return float(np.sqrt(max(gain_for_bic, gain_for_f_test, confirmed_gain()))) + NINE_OF_TEN
 
 
 def visibility(base: Fit, effects: Iterable[Effect]) -> list[Visibility]:
-    """Say of every effect what the readings of ``base`` could show."""
+    """Return the visibility of every effect in the readings of ``base``."""
     needed = threshold(base)
     return [_of(base.score, effect, needed) for effect in effects]
 
@@ -78,17 +77,17 @@ def _of(score: Score, effect: Effect, needed: float) -> Visibility:
     names = [name for name in dict.fromkeys(simple) if name in effect.neutral and not effect.parameters[name].grid]
     if not names:
         return _without_amplitude(score, effect, needed)
-    found = []
+    visibilities = []
     for name in names:
         raw, left = (float(np.linalg.norm(each)) for each in score.seen(_typical(score, effect), name))
         low, high = effect.parameters[name].bounds
         if raw == 0.0 and (typical := abs(effect.parameters[name].value)):
-            # Nothing moves at rest: an effect that begins beyond a threshold, judged at its typical size.
+            # An effect with a threshold has no gradient at rest: it is judged at its typical size.
             raw, left = (each / typical for each in score.switched(_at_typical(score, effect)))
         limit = max(abs(low), abs(high))
         size = needed / left if left > 1e-9 * max(raw, 1e-300) else np.inf
         absorbed = 1.0 - (left / raw) ** 2 if raw > 0 else None
-        found.append(
+        visibilities.append(
             Visibility(
                 effect.name,
                 name,
@@ -98,11 +97,11 @@ def _of(score: Score, effect: Effect, needed: float) -> Visibility:
                 absorbed,
             )
         )
-    return min(found, key=lambda each: np.inf if each.smallest_detectable is None else each.smallest_detectable)
+    return min(visibilities, key=lambda each: np.inf if each.smallest_detectable is None else each.smallest_detectable)
 
 
 def _typical(score: Score, effect: Effect) -> Term:
-    """The effect doing nothing, its grid parameters in the middle of what they may be."""
+    """Return an effect at rest, with each grid parameter in the middle of its grid."""
     hours = score.problem.hours
     middle = {}
     for name, parameter in effect.parameters.items():
@@ -118,7 +117,7 @@ def _at_typical(score: Score, effect: Effect) -> Term:
 
 
 def _without_amplitude(score: Score, effect: Effect, needed: float) -> Visibility:
-    """An effect that is there or not: whether it would show; with a grid, the mildest setting that would."""
+    """Return the visibility of an effect without amplitude; with a grid, the mildest setting that the readings show."""
     grids = [name for name in effect.forms[0] if effect.parameters[name].grid]
     if not grids:
         raw, left = score.switched(Term.at_rest(effect, ()))
@@ -126,23 +125,23 @@ def _without_amplitude(score: Score, effect: Effect, needed: float) -> Visibilit
         needed = float(np.sqrt(STRONG + switching_penalty(score.problem)))
         return Visibility(effect.name, "", "", left >= needed, None, absorbed)
     name = grids[0]
-    seen, absorbed = [], None
+    visible, absorbed = [], None
     for value in effect.parameters[name].grid:
         raw, left = score.switched(Term.at_rest(effect, effect.forms[0], **{name: float(value)}))
         absorbed = 1.0 - (left / raw) ** 2 if raw > 0 else absorbed
         if left >= needed:
-            seen.append(float(value))
-    best = max(seen) if seen else None
-    return Visibility(effect.name, name, effect.parameters[name].unit, bool(seen), best, absorbed)
+            visible.append(float(value))
+    mildest = max(visible) if visible else None
+    return Visibility(effect.name, name, effect.parameters[name].unit, bool(visible), mildest, absorbed)
 
 
 def typical_size(effect: Effect, parameter: str) -> float:
-    """Distance of a parameter's typical value from the value at which the effect does nothing, in its unit."""
+    """Return the distance of a parameter's typical value from its neutral value, in the parameter's unit."""
     return abs(effect.parameters[parameter].value - effect.neutral.get(parameter, 0.0))
 
 
 def relative_size(visibility: Visibility, effects: Mapping[str, Effect]) -> float | None:
-    """Smallest detectable size over the typical one; None where either of them is not defined."""
+    """Return the ratio of the smallest detectable size to the typical size; None where one of them is undefined."""
     effect = effects[visibility.effect]
     if (
         visibility.smallest_detectable is None

@@ -1,4 +1,4 @@
-"""How far admitted effects are needed, by BIC against a free term that no formula describes, and against both."""
+"""Which admitted effects the readings need: compare BIC of the effects, of a free term alone, and of both together."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from lutgen.criticism.first_session.slope_errors import bic_gain, with_drive_errors
 from lutgen.criticism.fit.lack_of_fit import is_noise, is_within_scatter
 from lutgen.criticism.search.candidates import HALF, STRONG
-from lutgen.criticism.search.free_term import Probed, free_term, probe
+from lutgen.criticism.search.free_term import FreeTerm, free_term, probe
 from lutgen.criticism.search.stepwise import MOST_OF_IT, stand_apart, together
 from lutgen.criticism.verdict.shares import shares_of_delta_e
 
@@ -23,120 +23,125 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Weighed:
-    """Admitted effects, and what is left of them.
+    """The evidence for the admitted effects.
 
     Attributes
     ----------
     kept
-        Effects that the readings need, the one that is seen most first.
-    trifles
-        Effects that the readings need too, and that are next to nothing of the error: no faults of their own.
+        Effects that the readings need, the most visible first.
+    minor
+        Effects that the readings need too, but that explain almost none of the error: no separate faults.
     shares, seen
-        Effect → share of the excess χ², and of the excess mean ΔE2000, that goes with it.
-    nothing, left
-        The free term beside the model alone, and beside all effects.
+        Effect → share of the excess χ², and of the excess mean ΔE2000, that it explains.
+    base_free_term, final_free_term
+        The free term of the model without the effects, and with all of them.
     clean
-        Whether all effects together leave noise.
+        Whether the residual of all effects together is noise.
     explains
-        Whether all effects together explain nearly all of what is there.
+        Whether all effects together explain nearly all of the excess χ².
     sound
-        Whether what is kept explains what is there, within what is physical.
+        Whether the kept effects explain enough of the excess, with parameters inside their physical bounds.
 
     """
 
     kept: tuple[Step, ...]
-    trifles: tuple[Step, ...]
+    minor: tuple[Step, ...]
     shares: Mapping[str, float]
     seen: Mapping[str, float]
-    nothing: Probed
-    left: Probed
+    base_free_term: FreeTerm
+    final_free_term: FreeTerm
     clean: bool
     explains: bool
     sound: bool
 
     @classmethod
     def of(cls, explanation: Explanation, error: PureError) -> Weighed:
-        """Weigh what a search has admitted."""
+        """Judge the effects that a search has admitted."""
         steps, base, final = explanation.steps, explanation.base, explanation.final
         excess = max(base.chi2 - base.freedom * error.scale, base.chi2 - final.chi2, 1e-9)
         shares, before = {}, base.chi2
-        for step, found in zip(steps, explanation.trail, strict=True):
-            shares[step.name], before = max(before - found.chi2, 0.0) / excess, found.chi2
-        nothing, left = probe(base, error), free_term(final, error)
-        both = final.bic - left.evidence
+        for step, trail_fit in zip(steps, explanation.trail, strict=True):
+            shares[step.name], before = max(before - trail_fit.chi2, 0.0) / excess, trail_fit.chi2
+        base_term, final_term = probe(base, error), free_term(final, error)
+        bic_of_both = final.bic - final_term.evidence
         leaves_noise = is_noise(final, error)
-        # Where formulas leave more, what doubts of a native display's curves leave decides whether that is enough.
-        rough = final if leaves_noise else with_drive_errors(final)
-        needed = _needed(explanation, error, shares, nothing, both)
-        if rough is not final:
-            needed = [step for step in needed if step.effect.stage == "drive" or bic_gain(rough, step.effect) > STRONG]
+        # Where the residual is not noise, a fit with the slope errors of a native display's curves decides whether the
+        # effects explain enough.
+        lenient = final if leaves_noise else with_drive_errors(final)
+        needed = _needed(explanation, error, shares, base_term, bic_of_both)
+        if lenient is not final:
+            needed = [
+                step for step in needed if step.effect.stage == "drive" or bic_gain(lenient, step.effect) > STRONG
+            ]
         seen = shares_of_delta_e(base, final, [step.name for step in needed])
         needed = sorted(needed, key=lambda step: (-seen[step.name], -shares[step.name]))
-        trifles = [step for step in needed[1:] if max(seen[step.name], shares[step.name]) < 1.0 - MOST_OF_IT]
-        kept = [step for step in needed if step not in trifles]
-        chosen, gain = [step.chosen for step in kept], base.chi2 - rough.chi2
-        noise, left_of_rough = leaves_noise, left
-        if rough is not final:
-            noise, left_of_rough = is_noise(rough, error), free_term(rough, error)
-        # A free term describes what is smooth. Where more than noise is left, at least half of it counts besides.
-        jagged = 0.0 if noise else HALF * max(excess - gain, 0.0)
-        missed = max(left_of_rough.gain, jagged) if left_of_rough.names else max(excess - gain, 0.0)
+        minor = [step for step in needed[1:] if max(seen[step.name], shares[step.name]) < 1.0 - MOST_OF_IT]
+        kept = [step for step in needed if step not in minor]
+        chosen, gain = [step.chosen for step in kept], base.chi2 - lenient.chi2
+        is_rest_noise, rest_term = leaves_noise, final_term
+        if lenient is not final:
+            is_rest_noise, rest_term = is_noise(lenient, error), free_term(lenient, error)
+        # A free term describes only smooth residuals. Where more than noise is left, at least half of it counts too.
+        not_smooth = 0.0 if is_rest_noise else HALF * max(excess - gain, 0.0)
+        missed = max(rest_term.gain, not_smooth) if rest_term.names else max(excess - gain, 0.0)
         explained = gain / (gain + missed)
-        # A family may leave what its formula misses. Of several each must explain nearly all of what the others leave:
-        # else they are what a search makes of another effect.
+        # A single effect may leave what its formula misses. Each of several effects must explain nearly all of what the
+        # others leave: else the search may have combined them to imitate another effect.
         own = [step.without.chi2 - final.chi2 for step in kept]
-        enough = explained > MOST_OF_IT and (noise or all(each > MOST_OF_IT * (each + missed) for each in own))
-        # What is fitted beside, for what formulas leave, may be no more than formulas may leave.
-        beside = 0.0
+        enough = explained > MOST_OF_IT and (is_rest_noise or all(each > MOST_OF_IT * (each + missed) for each in own))
+        # The gain of the effects that are not kept must not exceed what formulas may miss.
+        not_kept = 0.0
         if len(kept) < len(steps):
-            alone = together(base, chosen)
-            beside = (alone if rough is final else with_drive_errors(alone)).chi2 - rough.chi2
-        clean = leaves_noise and not left.names
-        # Even scatter that is more than noise may be an effect that the catalogue lacks: half of it must be explained.
-        half = is_within_scatter(error, rough) or gain > HALF * excess
+            kept_fit = together(base, chosen)
+            not_kept = (kept_fit if lenient is final else with_drive_errors(kept_fit)).chi2 - lenient.chi2
+        clean = leaves_noise and not final_term.names
+        # Even scatter above the noise may be an effect that the catalogue lacks: half of the excess must be explained.
+        half = is_within_scatter(error, lenient) or gain > HALF * excess
         sound = (
             bool(kept)
             and half
             and (clean or enough)
-            and beside <= (1.0 - MOST_OF_IT) * gain
-            and base.bic - nothing.evidence >= both - STRONG
+            and not_kept <= (1.0 - MOST_OF_IT) * gain
+            and base.bic - base_term.evidence >= bic_of_both - STRONG
             and not any(_is_at_its_limit(step) for step in kept)
             and stand_apart(chosen, base)
         )
         explains = clean or explained > MOST_OF_IT
-        return cls(tuple(kept), tuple(trifles), shares, seen, nothing, left, clean, explains, sound)
+        return cls(tuple(kept), tuple(minor), shares, seen, base_term, final_term, clean, explains, sound)
 
 
 def _needed(
-    explanation: Explanation, error: PureError, shares: Mapping[str, float], nothing: Probed, beside_all: float
+    explanation: Explanation, error: PureError, shares: Mapping[str, float], base_term: FreeTerm, bic_of_both: float
 ) -> list[Step]:
-    """Admitted effects without which the readings are clearly less likely, whatever a free term takes over.
+    """Return the admitted effects without which the readings are clearly less likely, even with a free term.
 
-    A formula that does not quite fit leaves something that looks like the effects that its own is confused with. Beside
-    a free term such shadows are superfluous, and a fault of its own is not; where the effect is strong, its shadows are
-    too, in proportion to it. ``nothing`` is the free term beside the base alone; ``beside_all`` is BIC with all effects
-    and a free term.
+    An inexact formula leaves a residual that looks like effects with which its own effect is confused. A free term
+    explains this residual too, so that such effects are not needed; a free term cannot replace a separate fault. The
+    residual grows with the main effect. Therefore an effect must also explain more than 5 % of what the largest
+    similar effect explains. ``base_term`` is the free term of the base; ``bic_of_both`` is BIC with all effects and a
+    free term.
     """
-    kept = []
+    needed = []
     for step in explanation.steps:
-        kin = [term.effect.name for term in step.without.terms if _is_alike(step.effect, term.effect)]
-        largest = max((shares[name] for name in kin if name in shares), default=0.0)
-        probed = nothing if step.without is explanation.base else probe(step.without, error)
-        free = step.without.bic - probed.evidence
-        if free > beside_all + STRONG and shares[step.name] > (1.0 - MOST_OF_IT) * largest:
-            kept.append(step)
-    return kept
+        similar = [term.effect.name for term in step.without.terms if _is_similar(step.effect, term.effect)]
+        largest = max((shares[name] for name in similar if name in shares), default=0.0)
+        term = base_term if step.without is explanation.base else probe(step.without, error)
+        bic_without = step.without.bic - term.evidence
+        if bic_without > bic_of_both + STRONG and shares[step.name] > (1.0 - MOST_OF_IT) * largest:
+            needed.append(step)
+    return needed
 
 
 def bends_curves(effect: Effect) -> bool:
-    """Whether an effect changes code values on their way, or the curves: what one misses others of these take up."""
+    """Whether an effect changes code values or transfer curves: such effects explain what the formula of one misses."""
     return effect.stage in {"drive", "transfer"}
 
 
 def is_of_curves(main: Sequence[Step], shares: Mapping[str, float], base: Fit) -> bool:
-    """Whether effects that explain more than formulas may miss are a bent curve and what takes up what its form misses.
+    """Whether the main effects are a changed curve, and effects that explain what its formula misses.
 
-    Behind a display's own curves that may be mixing: how light of several channels goes with their drive, nobody read.
+    Behind a display's own curves the latter may be mixing, because no reading of the first session shows how the light
+    of several channels depends on their drive.
     """
     if not main or not bends_curves(max(main, key=lambda step: shares[step.name]).effect):
         return False
@@ -144,12 +149,12 @@ def is_of_curves(main: Sequence[Step], shares: Mapping[str, float], base: Fit) -
     return all(bends_curves(step.effect) or (native and step.effect.stage == "mixing") for step in main)
 
 
-def _is_alike(one: Effect, other: Effect) -> bool:
+def _is_similar(one: Effect, other: Effect) -> bool:
     return one.is_kin(other) or (bends_curves(one) and bends_curves(other))
 
 
 def _is_at_its_limit(step: Step) -> bool:
-    """Whether a size of an effect lies at a bound of what is physical, other than where the effect does nothing."""
+    """Whether an amplitude of an effect lies at a physical bound other than its neutral value."""
     values, rest, parameters = step.chosen.term.values, step.effect.neutral, step.effect.parameters
     return any(
         parameters[name].is_at_bound(values[name]) and not parameters[name].is_at(rest[name], values[name])

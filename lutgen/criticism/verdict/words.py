@@ -1,4 +1,4 @@
-"""The sentence of a verdict that names effects, and the place of a residual in words."""
+"""Sentences of verdicts that name effects, and a description of where the residual is largest."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from lutgen.criticism.fit.families import condition_of, family_of
 from lutgen.criticism.search.candidates import HALF, STRONG
-from lutgen.criticism.search.free_term import Probed
+from lutgen.criticism.search.free_term import FreeTerm
 from lutgen.criticism.verdict.verdict import Verdict
 from lutgen.numerals import percent
 
@@ -18,24 +18,23 @@ if TYPE_CHECKING:
     from lutgen.criticism.search.stepwise import Explanation, Step
     from lutgen.criticism.verdict.imitation import Imitated
 
-NO_PROBES = Probed()
+NO_FREE_TERM = FreeTerm()
 
-#: Said of a share of χ² where the mean ΔE2000 is not above that of noise.
+#: Added to a share of χ² where the mean ΔE2000 is not above that of noise.
 NOT_SEEN = ", too little to show in the mean ΔE2000"
 
 
-def structure(explanation: Explanation, probed: Probed = NO_PROBES) -> str:
-    """Where the leftover of the final fit sits, in words: family or condition, hours."""
+def structure(explanation: Explanation, residual_term: FreeTerm = NO_FREE_TERM) -> str:
+    """Say where the residual of the final fit is largest: family or condition, hours, signatures of the free term."""
     worst, course = strongest(explanation)
-    follows = f"; it follows {' and '.join(probed.names[:2])}" if probed.names else ""
+    follows = f"; it follows {' and '.join(residual_term.names[:2])}" if residual_term.names else ""
     return f"it is strongest in the readings called '{worst}', {course}{follows}"
 
 
 def strongest(explanation: Explanation) -> tuple[str, str]:
-    """Name the family or condition in which most of the final fit's leftover sits, and its course over the hours."""
-    found = explanation.final
-    problem = found.problem
-    size = (found.residual**2).sum(axis=1) / 3.0
+    """Return the family or condition with the largest residual of the final fit, and the residual's course in time."""
+    problem = explanation.final.problem
+    size = (explanation.final.residual**2).sum(axis=1) / 3.0
     family, condition = family_of(problem), condition_of(problem)
     named = np.where(condition == "", family, condition)
     share = {str(name): float(np.maximum(size[named == name] - 1.0, 0.0).mean()) for name in np.unique(named)}
@@ -47,45 +46,45 @@ def strongest(explanation: Explanation) -> tuple[str, str]:
 
 
 def like_both(steps: tuple[Step, ...]) -> Verdict:
-    """Name two effects of which one does in part what the other's form could do as well: both follow one effect."""
-    one, other = (step.name for step in steps)
+    """Name two effects that together imitate one effect: the form of one could follow a large part of the other."""
+    first, second = (step.name for step in steps)
     sentence = (
-        f"One effect is missing that is like {one} and like {other}: both together fit, and one does in part what the "
-        f"other's form could do as well."
+        f"One effect is missing, which resembles both {first} and {second}: the two fit together, but they are too "
+        f"similar in these readings to be two separate faults."
     )
-    return Verdict("one-of", sentence, (one, other))
+    return Verdict("one-of", sentence, (first, second))
 
 
 def several(steps: tuple[Step, ...], shares: Mapping[str, float], seen: Mapping[str, float], left: str) -> Verdict:
-    """Name several effects; ``left`` says what their formulas leave."""
+    """Name several effects; ``left`` describes the residual that their formulas leave."""
     names = tuple(step.name for step in steps)
     rivals = tuple((step.name, *(rival.name for rival in step.rivals)) for step in steps if step.rivals)
-    both = any(seen.values())
-    listed = ", ".join(
+    is_visible = any(seen.values())
+    effects = ", ".join(
         f"{step.name} ({step.effect.in_words(step.chosen.term.values)}; "
-        f"{f'{percent(seen[step.name])} of the excess mean ΔE2000, ' if both else ''}"
+        f"{f'{percent(seen[step.name])} of the excess mean ΔE2000, ' if is_visible else ''}"
         f"{percent(shares[step.name])} of the excess χ²)"
         for step in steps
     )
     sentence = (
-        f"More than one effect is missing{'' if both else NOT_SEEN}: {listed}"
+        f"More than one effect is missing{'' if is_visible else NOT_SEEN}: {effects}"
         f"{'; ' + left.replace('its', 'one', 1) if left else '.'}"
     )
     return Verdict("several", sentence, names, rivals)
 
 
 def excess(step: Step, seen: Mapping[str, float], shares: Mapping[str, float]) -> str:
-    """How much of the excess error goes with an effect: of the mean ΔE2000, of χ² where that shows no excess."""
+    """Say which share of the excess mean ΔE2000 an effect explains; of the excess χ² where ΔE2000 has no excess."""
     if any(seen.values()):
         return f"{percent(seen[step.name])} of the excess error"
     return f"{percent(shares[step.name])} of the excess χ²{NOT_SEEN}"
 
 
-def one(step: Step, size: str, left: str, owed: float, alike: Imitated | None) -> Verdict:
+def one(step: Step, size: str, left: str, simplest: float, imitated: Imitated | None) -> Verdict:
     """Name one effect.
 
-    ``size`` says in words how large it is, ``left`` what its formula leaves, ``owed`` how much of what its form
-    explains the effect's simplest form does, ``alike`` which other effect its form follows best.
+    ``size`` describes how large the effect is, ``left`` the residual of its formula. ``simplest`` is the gain of the
+    effect's simplest form as a share of its form's gain. ``imitated`` is the effect that its form follows best.
     """
     names = (step.name,)
     if step.rivals:
@@ -96,8 +95,8 @@ def one(step: Step, size: str, left: str, owed: float, alike: Imitated | None) -
         )
         return Verdict("one-of", sentence, either, (either,))
     freed = ", ".join(step.chosen.form)
-    if doubt := _doubt(step, freed, owed, alike):
-        sentence = f"{step.name} is missing, or an effect like it that the catalogue lacks: {size}. {doubt}"
+    if objection := _objection(step, freed, simplest, imitated):
+        sentence = f"{step.name} is missing, or an effect like it that the catalogue lacks: {size}. {objection}"
         return Verdict("one-of", sentence, names)
     if step.chosen.refined:
         sentence = (
@@ -110,22 +109,23 @@ def one(step: Step, size: str, left: str, owed: float, alike: Imitated | None) -
     return Verdict("named", f"{step.name} is missing: {size}. With it, what remains is noise.", names)
 
 
-def _doubt(step: Step, freed: str, owed: float, alike: Imitated | None) -> str:
-    """Why a form that fits does not prove its effect; nothing where it does."""
+def _objection(step: Step, freed: str, simplest: float, imitated: Imitated | None) -> str:
+    """Say why the fit of a form does not prove its effect; "" where it does."""
     form = f"The form that fits ({freed} free)" if step.chosen.refined else "Its formula"
-    if alike and (alike.left < 2 * STRONG or (step.chosen.refined and alike.share < HALF)):
-        return f"{form} could also pass for most of {alike.name}."
+    if imitated and (imitated.left < 2 * STRONG or (step.chosen.refined and imitated.share < HALF)):
+        return f"{form} could also imitate most of {imitated.name}."
     if at_bounds := _at_bounds(step):
-        return f"{form} has {' and '.join(at_bounds)} at the limit of what may be."
-    if step.chosen.refined and owed < HALF:
+        return f"{form} has {' and '.join(at_bounds)} at the limit of the allowed range."
+    if step.chosen.refined and simplest < HALF:
+        share = percent(max(simplest, 0.0))
         return (
-            f"{form} owes most to its freedom: the effect's simplest form explains {percent(max(owed, 0.0))} of that."
+            f"{form} owes its fit mainly to its free parameters: the effect's simplest form explains {share} of that."
         )
     return ""
 
 
 def _at_bounds(step: Step) -> list[str]:
-    """Free shapes of an effect, as of its course in time, that lie at a bound."""
+    """Return the free shape parameters of an effect, such as its course in time, that lie at a bound."""
     term = step.chosen.term
     shapes = [name for name in term.free if name not in term.effect.neutral]
     return [name for name in shapes if term.effect.parameters[name].is_at_bound(term.values[name])]
