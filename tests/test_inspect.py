@@ -161,7 +161,7 @@ LACKING = {
 def test_what_a_session_lacks_is_null_and_named(tmp_path: Path, name: str) -> None:
     kept, said, null = LACKING[name]
     found = inspected(tmp_path, ti3(DRIVE[kept]))
-    assert any(sentence.startswith(said) for sentence in found.wanting)
+    assert any(sentence.startswith(said) for sentence in found.missing)
     content = found.as_json()
     assert {key for key in null if content[key] is not None} == set()
     validator("inspect").validate(plain(inspections_json([found])))
@@ -173,7 +173,7 @@ def test_a_relative_session_says_that_it_is_one(tmp_path: Path) -> None:
     found = inspected(tmp_path, ti3(keywords=()))
     assert found.as_json()["unit"] == "relative"
     assert found.contrast == pytest.approx(1.0 / LEAK, rel=1e-4)
-    assert any(sentence.startswith("No cd/m²") for sentence in found.wanting)
+    assert any(sentence.startswith("No cd/m²") for sentence in found.missing)
 
 
 def test_coverage_is_that_of_triangles_whose_overlap_is_known() -> None:

@@ -50,7 +50,7 @@ class Inspection:
         return remarks(self)
 
     @cached_property
-    def wanting(self) -> tuple[str, ...]:
+    def missing(self) -> tuple[str, ...]:
         """Sentences on missing patches and the diagnoses that need these patches."""
         return missing_patches(self.session)
 
@@ -111,12 +111,12 @@ class Inspection:
             "calibration": _loop(self),
             "uniformity": dict(zip(("lowest", "highest"), self.uniformity, strict=True)) if self.uniformity else None,
             "remarks": list(self.remarks),
-            "wanting": list(self.wanting),
+            "missing": list(self.missing),
         }
 
 
 def inspect_session(session: Session) -> Inspection:
-    """Inspect a session without a model. A figure is None if the session lacks its patches; ``wanting`` names these."""
+    """Inspect a session without a model. A figure is None if the session lacks its patches; ``missing`` names these."""
     session, misread = left_out(session)
     white, black = mean_xyz(session, "white"), mean_xyz(session, "black")
     ramps = {name: ramp(session, name) for name in ("grey", *CHANNELS)}

@@ -37,8 +37,8 @@ def inspect_page(inspections: Sequence[Inspection]) -> Iterator[Part]:
         if each.primaries or each.calibration:
             yield channels(each)
         yield from (f"• {remark}" for remark in each.remarks)
-        if each.wanting:
-            yield f"Missing: {' '.join(each.wanting)}"
+        if each.missing:
+            yield f"Missing: {' '.join(each.missing)}"
 
 
 def origin(inspection: Inspection) -> str:
