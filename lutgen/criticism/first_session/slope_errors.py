@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.linear import Term
     from lutgen.effects import Effect
 
-#: Relative error of the slope of a curve through few levels, between them, 1 σ; ``tests/test_doubts.py`` measures it.
+#: Relative error of the slope of a curve through few levels, between them, 1 σ; ``tests/test_slope_errors.py`` measures it.
 SLOPE = 0.15
 
 
