@@ -151,7 +151,8 @@ def test_a_model_with_which_the_error_rises_is_not_written_unless_it_is_kept(
 
 
 @pytest.mark.parametrize(
-    ("name", "says"), mostly_slow([("leak", ""), ("outside", ""), ("healthy", "no residual is left")], "leak", "healthy")
+    ("name", "says"),
+    mostly_slow([("leak", ""), ("outside", ""), ("healthy", "no residual is left")], "leak", "healthy"),
 )
 def test_a_sketch_that_was_asked_for_is_written_or_its_absence_explained(
     name: str, says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.linear import Term
     from lutgen.effects import Effect
 
-#: Relative error of the slope of a curve through few levels, between them, 1 σ; ``tests/test_slope_errors.py`` measures it.
+#: Relative error (1 σ) of the slope of a curve between its levels, where levels are few; measured by
+#: ``tests/test_slope_errors.py``.
 SLOPE = 0.15
 
 
