@@ -431,9 +431,11 @@ def test_an_effect_that_explains_less_than_half_is_no_finding_though_the_rest_is
     assert found.verdict.name == "unexplained"
 
 
-@pytest.mark.parametrize(("clean", "said"), [(True, "several"), (False, "unexplained")])
-def test_three_effects_that_leave_something_are_no_finding(
-    monkeypatch: pytest.MonkeyPatch, clean: bool, said: str
+@pytest.mark.parametrize(
+    ("clean", "seen", "said"), [(True, 0.3, "several"), (False, 0.3, "unexplained"), (True, 0.0, "unexplained")]
+)
+def test_three_effects_that_leave_something_or_do_not_show_are_no_finding(
+    monkeypatch: pytest.MonkeyPatch, clean: bool, seen: float, said: str
 ) -> None:
     explanation = diagnose(readings("curve")).explanation
     (step,) = explanation.steps
@@ -442,7 +444,7 @@ def test_three_effects_that_leave_something_are_no_finding(
     error = PureError.of(explanation.base.problem)
     weighed = replace(
         Weighed.of(explanation, error), kept=kept, minor=(), shares=dict.fromkeys(names, 0.3),
-        seen=dict.fromkeys(names, 0.3), clean=clean, explains=True, sound=True,
+        seen=dict.fromkeys(names, seen), clean=clean, explains=True, sound=True,
     )  # fmt: skip
     monkeypatch.setattr("lutgen.criticism.verdict.pronounce.Weighed.of", lambda *_: weighed)
     monkeypatch.setattr("lutgen.criticism.verdict.pronounce.overlap", lambda *_: False)

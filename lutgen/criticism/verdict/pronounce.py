@@ -175,8 +175,8 @@ def _with_steps(explanation: Explanation, error: PureError, remarks: tuple[str, 
     elif (
         overlapping
         or _is_imitation_likely(kept, explanation, error)
-        # A search fits three effects with a residual where the catalogue lacks the true effect.
-        or (len(kept) > 2 and not weighed.clean)
+        # Where the catalogue lacks the true effect, a search fits three that leave a residual or that do not show.
+        or (len(kept) > 2 and not (weighed.clean and any(seen.values())))
     ):
         return _unexplained(explanation, remarks, residual_term)
     else:
