@@ -435,7 +435,7 @@ def test_files_that_cannot_be_shown_end_the_command_with_2_and_a_sentence(lutgen
         assert sentence in done.err
 
 
-# The command in a process of its own.
+# The command in a separate process.
 
 
 class Visitor(Client):
