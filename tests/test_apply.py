@@ -1,4 +1,4 @@
-"""``lutgen apply``: what is written is what the model says, everything else survives, and bad input writes nothing."""
+"""``lutgen apply``: pixels follow the model, everything else is unchanged, and bad input writes no file."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ LOSSLESS_8 = ("png", "tif")
 
 
 class Stored(NamedTuple):
-    """An image as OpenImageIO reads it, alpha as stored."""
+    """An image as OpenImageIO reads it, with alpha as stored."""
 
     pixels: Pixels
     spec: Any
@@ -77,7 +77,7 @@ def read(path: Path) -> Stored:
 
 
 def run(*words: object) -> int:
-    """Run ``lutgen`` in this process: its exit code."""
+    """Run ``lutgen`` in this process. Return its exit code."""
     with pytest.MonkeyPatch.context() as patch:
         return exit_code(patch, *words)
 
@@ -109,13 +109,13 @@ def icc() -> bytes:
 
 
 def with_alpha(pixels: Pixels) -> Pixels:
-    """Add an alpha of every value, 0 among them, over colours that it must not touch."""
+    """Add an alpha ramp that includes 0. Alpha must not change the colours."""
     white = 1.0 if pixels.dtype.kind == "f" else np.iinfo(pixels.dtype).max
     ramp = np.broadcast_to(np.linspace(0.0, 1.0, pixels.shape[1])[np.newaxis, :, np.newaxis], (*pixels.shape[:2], 1))
     return np.concatenate([pixels, (ramp * white).astype(pixels.dtype)], axis=2)
 
 
-# What is written ------------------------------------------------------------------------------------------------------
+# Pixels ---------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("mode", ["stable", "chroma", "chroma-luma"])
@@ -231,7 +231,7 @@ def test_a_built_lut_is_within_one_code_of_the_model(
 
 
 def test_a_lut_is_interpolated_tetrahedrally(tmp_path: Path) -> None:
-    # 2³ points, red carries max(r, g, b) at the corners: trilinear and tetrahedral differ between them.
+    # 2³ points with max(r, g, b) in red at the corners: trilinear and tetrahedral interpolation differ.
     corners = [(r, g, b) for b in (0, 1) for g in (0, 1) for r in (0, 1)]
     rows = "".join(f"{max(corner)} 0 0\n" for corner in corners)
     (tmp_path / "max.cube").write_text(f"LUT_3D_SIZE 2\n{rows}")
@@ -241,7 +241,7 @@ def test_a_lut_is_interpolated_tetrahedrally(tmp_path: Path) -> None:
     assert applied.clipped_share is None
 
 
-# What survives --------------------------------------------------------------------------------------------------------
+# Unchanged parts of an image ------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("name", ["in.png", "in.tif", "in.exr", "in.jpg"])
@@ -250,7 +250,7 @@ def test_metadata_and_icc_profile_survive(
 ) -> None:
     pixels = code_to_linear(tissue / 255.0).astype(np.float16) if name.endswith("exr") else tissue
     source = write(tmp_path / name, pixels, ImageDescription="biopsy 7", Artist="M. Malpighi")
-    if not name.endswith("exr"):  # half of OpenImageIO's versions cannot be handed a profile from Python
+    if not name.endswith("exr"):  # half of OpenImageIO's versions take no profile from Python
         with Image.open(source) as picture:
             picture.save(source, icc_profile=icc, exif=picture.getexif())
     before = read(source).spec
@@ -292,7 +292,7 @@ def test_colours_multiplied_by_alpha_are_divided_aged_and_multiplied_in_exr(
     written = read(tmp_path / "out.exr").pixels
     np.testing.assert_array_equal(written[..., 3], pixels[..., 3])
     expected = alpha * code_to_linear(aged.code_to_code(linear_to_code(straight[..., :3].astype(np.float64))))
-    # A colour of the first column (alpha 0) is gone; division by small alphas magnifies float32's rounding.
+    # The first column (alpha 0) loses its colour. Division by a small alpha enlarges float32's rounding error.
     np.testing.assert_allclose(written[:, 1:, :3], expected[:, 1:], rtol=0, atol=1e-6)
     assert not written[:, 0, :3].any()
 
@@ -454,7 +454,7 @@ print(open("/proc/self/status").read().partition("VmHWM:")[2].split()[0])
         peaks.append(int(done.stdout) / 1024)
         source.unlink()
     small, large = peaks
-    # The image grows by 206 MB; bands of whole rows may differ a little.
+    # The image grows by 206 MB. Bands of whole rows may differ slightly in size.
     assert large - small < 30, peaks
 
 
@@ -475,11 +475,11 @@ def write_rows(path: Path, rows: Pixels, height: int) -> None:
 
 
 def cut(name: str, share: float) -> Callable[[Path], Path]:
-    """A sound image of that name, cut after a share of its bytes (negative: that many from its end)."""
+    """A valid image of that name, cut after a share of its bytes. A negative number counts bytes from the end."""
 
     def make(folder: Path) -> Path:
         tissue = np.asarray(data.immunohistochemistry())[:200, :300]
-        if name == "pillow.tif":  # its directory and its profile come last
+        if name == "pillow.tif":  # the directory and the profile stand at the end
             profile = ImageCms.ImageCmsProfile(ImageCms.createProfile("sRGB")).tobytes()
             Image.fromarray(tissue).save(folder / name, icc_profile=profile)
         else:
@@ -494,7 +494,7 @@ def cut(name: str, share: float) -> Callable[[Path], Path]:
 
 
 def stored(name: str, **attributes: Any) -> Callable[[Path], Path]:
-    """An image written by OpenImageIO; the number in ``name`` is that of its channels."""
+    """An image written by OpenImageIO. The number in ``name`` is the number of channels."""
     random = np.random.default_rng(2)
     channels = int("".join(filter(str.isdigit, name)) or 3)
     pixels: Pixels = random.random((16, 24, channels)).astype(np.float32)
@@ -525,7 +525,7 @@ def raw(name: str, content: bytes) -> Callable[[Path], Path]:
 
 
 def altered_png(folder: Path) -> Path:
-    """A PNG whose width was changed without its checksum: libpng complains on standard error."""
+    """A PNG with a changed width and an unchanged checksum: libpng complains on standard error."""
     path = write(folder / "in.png", np.zeros((8, 8, 3), np.uint8))
     content = bytearray(path.read_bytes())
     content[19] = 9
@@ -606,7 +606,7 @@ def test_bad_image_is_one_sentence_and_nothing_written(
 
 
 def unwritable(tmp_path: Path) -> Path:
-    """A folder that refuses files, even root's where root runs the tests."""
+    """A folder in which no file can be created, not even by root."""
     if os.geteuid() == 0:
         return Path("/proc/self")
     folder = tmp_path / "read-only"
@@ -654,7 +654,7 @@ def tiny_disk(tmp_path: Path) -> Iterator[Path]:
 def test_a_full_disk_is_one_sentence_and_leaves_nothing(
     suffix: str, tissue: Pixels, tmp_path: Path, tiny_disk: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """JPEG in a process of its own: libjpeg ends the process that it cannot write for."""
+    """JPEG needs a separate process: after a write error libjpeg ends its process."""
     source, out = write(tmp_path / "in.tif", tissue), tiny_disk / f"out{suffix}"
     words = ["apply", str(source), "--mode", MODE, "--hours", str(HOURS), "-o", str(out)]
     if suffix == ".jpg":

@@ -1,6 +1,6 @@
-"""The rules of architecture.md, read from the source: who imports whom, how long files are, what is banned.
+"""The rules of architecture.md, checked in the source: imports between layers, lengths of files, banned code.
 
-Each rule is one test, which lists all offenders.
+Each rule has one test, which lists all violations.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ pytestmark = pytest.mark.numbers
 ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "lutgen"
 
-#: A row imports only from rows above it; two siblings of a row do not import each other. A name is a folder's or a
-#: file's in ``lutgen/``.
+#: A module imports only from rows above its own row; two siblings of a row do not import each other. A name is the name
+#: of a folder or file in ``lutgen/``.
 ROWS = (
     {"errors", "cells", "names", "progress"},
     {"files", "processes"},
@@ -32,14 +32,14 @@ ROWS = (
     {"display"},
     {"bake", "criticism", "history"},
     {"pictures"},
-    {"lint", "merge", "study"},  # each needs baked LUTs, and the study shows images through them
+    {"lint", "merge", "study"},  # each needs baked LUTs, and the study shows images through LUTs
     {"report"},
     {"explore"},
     {"cli"},
 )
 ROW = {name: row for row, names in enumerate(ROWS) for name in names}
 
-#: Modules outside the rows: the package's own face, which names public functions, and ``python -m lutgen``.
+#: Modules outside the rows: the package's ``__init__``, which names public functions, and ``python -m lutgen``.
 FACE = {"__init__", "__main__"}
 
 MAX_LINES = 400
@@ -51,18 +51,18 @@ def name_of(path: Path) -> str:
 
 
 def layer_of(path: str) -> str:
-    """``display/paper.py`` → display, ``errors.py`` → errors."""
+    """Return the layer: ``display/paper.py`` → display, ``errors.py`` → errors."""
     return path.partition("/")[0].removesuffix(".py")
 
 
 @cache
 def nodes(source: str) -> tuple[ast.AST, ...]:
-    """All nodes of a module, for all rules at once."""
+    """All nodes of a module, cached for all rules."""
     return tuple(ast.walk(ast.parse(source)))
 
 
 def imports(source: str, path: str) -> Iterator[tuple[int, str]]:
-    """Line and layer of each import of lutgen's in a module, those for types and inside functions too."""
+    """Line and layer of each import of lutgen in a module, also imports for types and inside functions."""
     package = ["lutgen", *path.split("/")[:-1]]
     for node in nodes(source):
         if not isinstance(node, ast.Import | ast.ImportFrom):
@@ -82,7 +82,7 @@ def imports(source: str, path: str) -> Iterator[tuple[int, str]]:
 
 
 def module_of(path: str) -> str:
-    """``display/paper.py`` → lutgen.display.paper, ``display/__init__.py`` → lutgen.display."""
+    """Return the module: ``display/paper.py`` → lutgen.display.paper, ``display/__init__.py`` → lutgen.display."""
     return ".".join(["lutgen", *path.removesuffix(".py").split("/")]).removesuffix(".__init__")
 
 
@@ -98,7 +98,7 @@ def loads(source: str, path: str, modules: dict[str, str]) -> set[str]:
 
 
 def climbs(source: str, path: str) -> list[str]:
-    """The imports of a module that go up, or sideways to a sibling."""
+    """The imports of a module from a lower row, or from a sibling in its row."""
     here = layer_of(path)
     found = []
     for line, layer in imports(source, path):
@@ -124,7 +124,7 @@ def test_no_module_climbs(modules: dict[str, str]) -> None:
 
 
 def test_no_circle_of_modules_imports_itself(modules: dict[str, str]) -> None:
-    """Imports for types alone, and those inside functions, do not count: a module loads without them."""
+    """Imports for types and imports inside functions do not count: a module loads without them."""
     needs = {module_of(path): loads(source, path, modules) for path, source in modules.items()}
     assert needs["lutgen.bake.build"] >= {"lutgen.bake.plan", "lutgen.errors"}
     while leaves := {name for name, others in needs.items() if not others & needs.keys()}:
@@ -163,7 +163,7 @@ def test_the_readers_of_imports_and_habits_see_them() -> None:
     assert {source: len(banned(source, may_print=False)) for source in HABITS} == HABITS
 
 
-#: An import of lutgen's, the module that has it, and how many climb.
+#: An import of lutgen, the module with the import, and the number of violations.
 CLIMBS = {
     ("from lutgen.bake.lut import Lut", "display/chain.py"): 1,
     ("import lutgen.cli", "bake/build.py"): 1,
@@ -184,7 +184,7 @@ CLIMBS = {
 
 
 def banned(source: str, *, may_print: bool) -> list[str]:
-    """Handlers that swallow every error, and printing or exiting where only the command line may."""
+    """Handlers that catch every error, and code that prints or exits, which only the command line may do."""
     found = []
     for node in nodes(source):
         if isinstance(node, ast.ExceptHandler):
@@ -199,7 +199,7 @@ def banned(source: str, *, may_print: bool) -> list[str]:
     return found
 
 
-#: Habits, and how many of them are banned outside the command line.
+#: Code, and the number of its violations outside the command line.
 HABITS = {
     "try:\n    f()\nexcept:\n    pass": 1,
     "try:\n    f()\nexcept Exception:\n    pass": 1,

@@ -23,7 +23,7 @@ def rows_of(*options: str) -> list[dict[str, Any]]:
 
 
 def is_whole(row: dict[str, Any]) -> bool:
-    """Whether a row has a ratio and its ends, or says that its peer is missing; and whether a goal is met, if it is."""
+    """Whether a row has a ratio and its ends, or names its missing peer; and whether ``met`` agrees with the goal."""
     if row["peer_name"].endswith("not here"):
         shown = (row["ratio"], row["peer"]) == (None, None)
     else:

@@ -1,4 +1,4 @@
-"""``lutgen build``: what lies in the folder, how true it is, what is refused, and what a killed build leaves."""
+"""``lutgen build``: the files in the folder, their errors, refused input, and the remains of a killed build."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).parents[1]
 SMALL = Plan((0.0, 10_000.0), modes=("chroma", "chroma-luma"), cubesize=17)
-#: The certificate figures of the issue are for these.
+#: The issue states certificate figures for these hours and modes.
 HOURS = (10_000.0, 18_000.0)
 AGING = ("chroma", "chroma-luma")
 JOURNAL = ".lutgen-build.json"
@@ -45,7 +45,7 @@ JOURNAL = ".lutgen-build.json"
 
 @pytest.fixture(scope="module")
 def small(model: DisplayModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """One build, which no test alters."""
+    """One build, which no test changes."""
     folder = tmp_path_factory.mktemp("small") / "aged"
     build(model, SMALL, folder, jobs=1)
     return folder
@@ -53,7 +53,7 @@ def small(model: DisplayModel, tmp_path_factory: pytest.TempPathFactory) -> Path
 
 @pytest.fixture
 def copy(small: Path, tmp_path: Path) -> Path:
-    """A copy of that build, to be altered."""
+    """A copy of that build for a test to change."""
     return Path(shutil.copytree(small, tmp_path / "aged"))
 
 
@@ -68,7 +68,7 @@ def manifest_of(folder: Path) -> dict[str, Any]:
 
 
 def refused(done: subprocess.CompletedProcess[str], *says: str) -> None:
-    """Exit code 2, one sentence on standard error, nothing else."""
+    """Check for exit code 2, one sentence on standard error, and no other output."""
     assert done.returncode == 2, done.stdout + done.stderr
     assert done.stdout == ""
     assert done.stderr.startswith("lutgen: error: ")
@@ -159,12 +159,12 @@ def test_a_second_build_writes_the_same_bytes(small: Path, model: DisplayModel, 
 
 
 def test_two_processes_write_the_bytes_of_one(small: Path, model: DisplayModel, tmp_path: Path) -> None:
-    # Five displays and more are needed for a second process to get any.
+    # A second process starts only for five displays or more.
     plan = Plan((0.0, 3333.3, 10_000.0), modes=tuple(MODES), cubesize=17)
     build(model, plan, tmp_path / "one", jobs=1)
     build(model, plan, tmp_path / "two", jobs=2)
     assert contents(tmp_path / "one") == contents(tmp_path / "two")
-    # What a LUT holds does not depend on what else was built.
+    # The content of a LUT does not depend on the other LUTs of the build.
     path = "chroma/10000h/aged.clf"
     assert (tmp_path / "one" / path).read_bytes() == (small / path).read_bytes()
 
@@ -191,7 +191,7 @@ def test_stable_is_built_only_when_asked(options: tuple[str, ...], modes: set[st
     done = here("build", *asked, *options, "-o", tmp_path / "aged")
     assert done.returncode == 0, done.stderr
     assert {path.name for path in (tmp_path / "aged").iterdir() if path.is_dir()} == modes
-    # Without certificates there is no error to tell.
+    # Without certificates there is no error to print.
     law = ["Luminance of chroma-luma: the paper's law, 67 % at 10 000 h and 40 % at 18 000 h."]
     written = f"{len(modes)} LUTs and {len(modes) + 1} configs in {tmp_path / 'aged'}"
     assert done.stdout.splitlines() == [*(law if "chroma-luma" in modes else []), written]
@@ -263,18 +263,18 @@ def test_certificates_are_as_good_as_expected(
     assert cube["smooth"]["mean"] <= 0.02
     assert cube["smooth"]["p99"] <= 0.2
     assert clf["smooth"]["max"] <= 0.02
-    # `continuous` has no borders: every colour counts.
+    # `continuous` has no borders, so every colour counts.
     assert max(exact[group]["max"] for group in ("smooth", "gamut", "border")) <= 0.01
 
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings(
-    # colour-science says at import which optional packages it would also use; nothing here needs them.
+    # At import colour-science warns of missing optional packages. The test needs none of these packages.
     "ignore::colour.utilities.ColourUsageWarning"
 )
 @pytest.mark.parametrize("name", ["aged.cube", "aged.clf"])
 def test_a_certificate_is_what_a_slow_independent_path_finds(name: str, nearest_33: tuple[Path, Built]) -> None:
-    """The twin's model, the file by another way, colour-science's Lab and ΔE, the groups in plain Python."""
+    """The twin's model, an independent reader of the file, colour-science's Lab and ΔE, and groups in plain Python."""
     import colour
 
     path = nearest_33[0] / "chroma/18000h" / name
@@ -290,7 +290,7 @@ def test_a_certificate_is_what_a_slow_independent_path_finds(name: str, nearest_
     error = colour.delta_E(lab[0], lab[1], method="CIE 2000")
 
     group = groups(code, twin, linear_index=name == "aged.clf")
-    # Dark colours, before the pairs, are there for the largest error alone.
+    # The dark colours, which stand before the pairs, count only for the largest error.
     place = np.arange(len(code)) - (len(code) - 2 * CERTIFIED.pairs)
     usual = (place >= 0) | (place < -CERTIFIED.dark)
     certificate = record.certificate
@@ -308,7 +308,7 @@ def test_a_certificate_is_what_a_slow_independent_path_finds(name: str, nearest_
 
 
 def by_opencolorio(path: Path, code: Any) -> Any:
-    """Colours through a file, in single precision."""
+    """Send colours through a file, in single precision."""
     lib = ocio()
     lib.ClearAllCaches()
     transform = lib.FileTransform(src=str(path), interpolation=lib.INTERP_TETRAHEDRAL)
@@ -318,7 +318,7 @@ def by_opencolorio(path: Path, code: Any) -> Any:
 
 
 def cube_in_plain_python(path: Path, code: Any) -> Any:
-    """Colours through a .cube of 33³: its numbers in single precision, as programs hold them, the sums in double."""
+    """Send colours through a .cube of 33³: numbers in single precision, as in programs; sums in double."""
     rows = [line.split() for line in path.read_text(encoding="utf-8").splitlines()]
     table = np.array([row for row in rows if len(row) == 3 and row[0][0].isdigit()], dtype=np.float32)
     table = table.astype(np.float64)
@@ -333,13 +333,13 @@ def cube_in_plain_python(path: Path, code: Any) -> Any:
 
 
 def groups(code: Any, twin: Twin, *, linear_index: bool) -> Any:
-    """The group of every colour, by the definition in fidelity's docstring, for a 33³ table."""
+    """The group of every colour for a 33³ table, as the docstring of fidelity defines groups."""
     axis = [i / 32 for i in range(33)]
     axis_linear = axis if linear_index else [to_linear(value) for value in axis]
     points: dict[tuple[int, int, int], tuple[str, str]] = {}
 
     def at(node: tuple[int, int, int]) -> tuple[str, str]:
-        """Region of a lattice point, and on which sides of the gamut its aged colour lies."""
+        """Region of a lattice point, and the sides of the gamut on which its aged colour lies."""
         if node not in points:
             linear = (axis_linear[node[0]], axis_linear[node[1]], axis_linear[node[2]])
             red, green, blue = code_of(linear) if linear_index else (axis[node[0]], axis[node[1]], axis[node[2]])
@@ -349,12 +349,12 @@ def groups(code: Any, twin: Twin, *, linear_index: bool) -> Any:
         return points[node]
 
     def region_of(linear: tuple[float, float, float]) -> str:
-        """On which side of white's border, or on it: the one border at which `nearest` jumps."""
+        """The side of white's border, or the border itself: `nearest` jumps only at this border."""
         nearest = nearest_points(linear)
         return "white" if list(nearest) == ["w"] else "border" if "w" in nearest else "primary"
 
     def before_clip(node: tuple[int, int, int]) -> bool:
-        """Whether a channel passes 1 on the way to the next point along its own axis."""
+        """Whether a channel exceeds 1 between the point and the next point along the channel's axis."""
         for own in range(3):
             step = (node[0] + (own == 0), node[1] + (own == 1), node[2] + (own == 2))
             if node[own] < 32 and at(node)[1][own] == "0" and at(step)[1][own] == "+":
@@ -379,7 +379,7 @@ def groups(code: Any, twin: Twin, *, linear_index: bool) -> Any:
 
 
 def beside_the_jump(region: Callable[[tuple[int, int, int]], str]) -> Callable[[tuple[int, int, int]], bool]:
-    """Which points are fitted: those of a cell of a 33³ table with corners on different sides of white's border."""
+    """Whether a point is fitted: it is a corner of a cell of a 33³ table that white's border cuts."""
     ends = list(product((0, 1), repeat=3))
 
     @cache
@@ -401,7 +401,7 @@ def code_of(linear: tuple[float, float, float]) -> tuple[float, float, float]:
 
 
 def mixed(index: tuple[float, float, float]) -> list[tuple[tuple[int, int, int], float]]:
-    """Lattice points that tetrahedral interpolation mixes, and their shares."""
+    """Lattice points that tetrahedral interpolation mixes, and their weights."""
     corner = [min(int(value * 32), 31) for value in index]
     share = [value * 32 - low for value, low in zip(index, corner, strict=True)]
     order = sorted(range(3), key=lambda channel: -share[channel])
@@ -499,7 +499,7 @@ def test_a_foreign_file_beside_our_own_survives_a_build_over_it(copy: Path, mode
     build(model, other, copy, jobs=1, force=True)
     found = contents(copy)
     assert found.pop("chroma/notes.txt") == b"mine"
-    # What the last build made and this one does not is gone, empty folders too.
+    # Files of the last build that this build does not write are removed, with their empty folders.
     assert set(found) == {"manifest.json", "config.ocio", "chroma/5000h/config.ocio", "chroma/5000h/aged.clf"}
     assert not (copy / "chroma-luma").exists()
     assert not (copy / "chroma" / "0h").exists()
@@ -625,11 +625,11 @@ def test_a_folder_that_cannot_be_made_is_one_sentence() -> None:
     )
 
 
-# Killed
+# Killed builds
 
 
 def check_whole(folder: Path, reference: dict[str, bytes]) -> None:
-    """Every file is whole: equal to the reference's where LUTs are compared, readable in any case."""
+    """Check that every file is complete: each LUT equals the reference, and other files are readable."""
     lib = ocio()
     for path in folder.rglob("*"):
         relative = str(path.relative_to(folder))
@@ -646,7 +646,7 @@ def check_whole(folder: Path, reference: dict[str, bytes]) -> None:
 
 
 def still_running(group: int) -> list[int]:
-    """Processes of a process group that still run (zombies, which nobody may reap here, do not)."""
+    """Running processes of a process group. Zombies, which this process may be unable to reap, do not count."""
     found = []
     for stat in Path("/proc").glob("[0-9]*/stat"):
         try:
@@ -662,7 +662,7 @@ KILLED = ("build", "--hours", "0,500,10000,18000", "--mode", "chroma,chroma-luma
 
 
 class Killable:
-    """That build, in a process group of its own."""
+    """That build in its own process group, so that a test can kill it."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -676,12 +676,12 @@ class Killable:
             time.sleep(0.001)
 
     def wait_until_there_are(self, files: int, named: Iterable[str]) -> None:
-        """Wait for so many of the files, or the end."""
+        """Wait until this number of the named files exists, or the build ends."""
         while self.process.poll() is None and sum((self.folder / name).exists() for name in named) < files:
             time.sleep(0.001)
 
     def kill(self) -> None:
-        """What `kill -9` and the kernel's out-of-memory killer do: one process, its workers are not asked."""
+        """Kill only the main process, not its workers, like `kill -9` and the kernel's out-of-memory killer."""
         self.process.kill()
         self.process.wait()
 
@@ -696,7 +696,7 @@ class Killable:
 
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
-    """What that build gives when nobody kills it."""
+    """The files of that build if no process kills it."""
     build = Killable(tmp_path_factory.mktemp("undisturbed") / "aged")
     assert build.process.wait() == 0
     return contents(build.folder)
@@ -712,7 +712,7 @@ def test_kill_9_leaves_whole_files_and_the_next_build_completes(
     build = Killable(tmp_path / "aged")
     try:
         build.wait_until_it_writes()
-        # One moment in each eighth of the files, the last as late as the end.
+        # One moment in each eighth of the files; the last moment may be the end.
         written = int(len(reference) * (seed + random.Random(seed).random()) / 8)  # noqa: S311 - no secret
         build.wait_until_there_are(written, reference)
         build.kill()
@@ -725,7 +725,7 @@ def test_kill_9_leaves_whole_files_and_the_next_build_completes(
         assert contents(build.folder) == reference
         assert ("interrupted" in done.stdout) == interrupted
         if interrupted:
-            # A worker may finish its file after the kill, before it sees that its parent is gone.
+            # A worker may finish its file after the kill, before the worker sees that its parent is gone.
             said = int(done.stdout.split(" of its ")[0].rsplit(" ", 1)[1])
             assert missing - 2 <= said <= missing
     finally:
@@ -735,7 +735,7 @@ def test_kill_9_leaves_whole_files_and_the_next_build_completes(
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="watches processes through /proc")
 def test_the_workers_of_a_killed_build_do_not_outlive_it(tmp_path: Path) -> None:
-    """They would write into a folder that the next build owns, and then wait for ever."""
+    """A surviving worker would write into the folder of the next build, and then wait for ever."""
     build = Killable(tmp_path / "aged")
     try:
         build.wait_until_it_writes()
@@ -752,7 +752,7 @@ def test_the_workers_of_a_killed_build_do_not_outlive_it(tmp_path: Path) -> None
 
 
 def test_what_a_killed_build_half_wrote_is_cleared_away(copy: Path, small: Path, model: DisplayModel) -> None:
-    """The state of a folder after `kill -9`, made by hand: a journal, some files, a partial one, no manifest."""
+    """The state of a folder after `kill -9`, made by hand: a journal, some files, a partial file, no manifest."""
     (copy / "manifest.json").rename(copy / JOURNAL)
     (copy / "chroma/10000h/aged.clf").unlink()
     (copy / "config.ocio").unlink()

@@ -114,7 +114,7 @@ def test_the_hash_covers_the_sessions(folder: Path) -> None:
 
 A = '[[sessions]]\nfile = "a.ti3"\n'
 
-#: Text after the head, and what the error says.
+#: Text after the head, and the words of the error.
 BAD = {
     "no TOML": ("[[sessions", "is no TOML"),
     "an unknown key": (f"{A}hour = 3\n", r"line 4: unknown key 'hour'\. Pick one of: ambient_lx, date"),

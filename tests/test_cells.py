@@ -1,4 +1,4 @@
-"""Numbers as text: Python's own ``float`` and ``int`` say what a plain number is, and what else is refused."""
+"""Numbers as text: Python's ``float`` and ``int`` define plain numbers; the tests list the additional refusals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``lutgen check`` finds each way in which a built folder can stop being true."""
+"""``lutgen check`` finds each kind of fault in a built folder."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def built(pristine: Path, tmp_path: Path, display: Path) -> Path:
 
 
 def edit(name: str, pattern: str, replacement: str, *, reseal: bool = False) -> Callable[[Path], None]:
-    """A fault: the first match of a pattern in a file replaced; ``reseal`` makes the manifest agree with it."""
+    """A fault: replace the first match of a pattern in a file. ``reseal`` makes the manifest agree with the file."""
 
     def fault(folder: Path) -> None:
         path = folder / name
@@ -70,7 +70,7 @@ def edit_all(name: str, old: str, new: str) -> Callable[[Path], None]:
 
 
 def _reseal(folder: Path, name: str) -> None:
-    """Lie in the manifest too: the check trusts nothing."""
+    """Falsify the manifest too: the check must not trust the manifest."""
     from lutgen.bake.manifest import sha256
 
     manifest = json.loads((folder / "manifest.json").read_text())
@@ -85,7 +85,7 @@ def another_hours_lut(folder: Path) -> None:
 
 
 def forgotten(start: str) -> Callable[[Path], None]:
-    """A fault: the manifest lists no file whose path begins so."""
+    """A fault: the manifest lists no file whose path begins with ``start``."""
 
     def fault(folder: Path) -> None:
         manifest = json.loads((folder / "manifest.json").read_text())
@@ -170,7 +170,7 @@ FAULTS: list[tuple[str, Callable[[Path], None], str, str]] = [
 
 
 def test_a_display_of_a_wide_gamut_is_true(tmp_path: Path) -> None:
-    """Its bright green takes the light of a viewer's dark red, and the rounding of the one is as large as the other."""
+    """Bright green absorbs the light of a viewer's dark red: the rounding of green is as large as the red light."""
     red, green, blue = (0.4866, 0.2290, 0.0), (0.2657, 0.6917, 0.0451), (0.1982, 0.0793, 1.0439)
     rows = [
         (1, 1, 1, *map(sum, zip(red, green, blue, strict=True))),

@@ -1,6 +1,6 @@
-"""What is wrong in one place, with a manifest that agrees, is found: a number of a table, a part of a config.
+"""A single fault under a manifest that agrees with it is found: a number of a table, a part of a config.
 
-A file here is edited and its hash written into the manifest anew, so that the check can trust neither.
+The tests edit a file and write its new hash into the manifest, so that the check can trust neither of them.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def problems(folder: Path) -> list[str]:
 
 
 def rewrite(folder: Path, name: str, data: bytes) -> None:
-    """Write a file, and a manifest that agrees."""
+    """Write a file, and a manifest that agrees with the file."""
     (folder / name).write_bytes(data)
 
     def agree(content: dict[str, Any]) -> None:
@@ -144,7 +144,7 @@ def test_the_default_of_a_context_variable_is_compared(built: Path, variable: st
 
 
 def test_the_config_in_an_archive_is_compared(tmp_path: Path) -> None:
-    """One role less, which no colour tells."""
+    """Remove one role, which changes no colour."""
     plan = Plan((9000.0,), modes=("chroma",), formats=("ocioz",), cubesize=17)
     build(DisplayModel(read_measurements(default_display())), plan, tmp_path / "built", jobs=1)
     name = f"{HERE}/aged.ocioz"

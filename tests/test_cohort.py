@@ -1,4 +1,4 @@
-"""Cohorts: the figures over all slides, what is kept and resumed, processes and Dask workers that die on the way."""
+"""Cohorts: figures over all slides, stored and resumed results, and processes and Dask workers that die early."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def results(folder: Path) -> dict[str, str]:
 
 @pytest.fixture
 def written(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Names of the slides whose results are written, each time that one is."""
+    """Names of the slides whose results are written, in the order of writing."""
     names: list[str] = []
     keep = RunFolder.keep
 
@@ -215,7 +215,7 @@ def test_a_tiled_tiff_by_the_name_of_a_slide_is_read_as_one(tmp_path: Path) -> N
     np.testing.assert_array_equal(slide.curves["chroma"].mean, picture.curves["chroma"].mean)
 
 
-# What is kept ---------------------------------------------------------------------------------------------------------
+# Stored results -------------------------------------------------------------------------------------------------------
 
 
 def test_a_second_run_does_only_what_is_missing(tmp_path: Path, written: list[str]) -> None:
@@ -227,7 +227,7 @@ def test_a_second_run_does_only_what_is_missing(tmp_path: Path, written: list[st
     assert written == ["s00.png", "s01.png", "s03.png"]
     assert calls == [(0, 4), (1, 4), (2, 4), (3, 4), (4, 4)]
     written.clear()
-    make_slides(tmp_path / "in", 5)  # whole again, and one more; the others are touched
+    make_slides(tmp_path / "in", 5)  # the broken slide is repaired and one is added; the other files get a new time
     again = cohort([tmp_path / "in"], model(), tmp_path / "run", jobs=1, **FEW)
     assert (again.broken, again.kept, len(written)) == ((), 0, 5)
     written.clear()
@@ -330,7 +330,7 @@ def test_a_process_that_is_killed_loses_nothing_and_a_slide_that_kills_is_named(
 def test_processes_that_cannot_start_are_told(tmp_path: Path) -> None:
     display = deadly_model(tmp_path, order=False)
     files = make_slides(tmp_path / "in", 2)
-    crew = cohort_workers.on_this_machine  # the effect is looked for when a process starts
+    crew = cohort_workers.on_this_machine  # a process looks for the effect when it starts
     (tmp_path / "deadly.py").unlink()
     with pytest.raises(LutgenError, match=r"a worker process cannot be started"):
         list(crew(_asked(display), find_slides(files), 2))
@@ -378,13 +378,13 @@ def _asked(display: DisplayModel) -> CohortTask:
 
 # Dask -----------------------------------------------------------------------------------------------------------------
 
-#: Seconds after which a test with a cluster fails instead of waiting for ever: ten times what it takes.
+#: Seconds after which a test with a cluster fails and does not wait for ever: ten times the usual duration.
 ENDLESS = 300
 
 
 @pytest.fixture
 def bounded() -> Iterator[None]:
-    """A limit for tests that wait for processes of Dask: its clusters may lose a worker and wait for it without end."""
+    """A time limit for tests with Dask processes: a cluster that loses a worker may wait without end."""
 
     def give_up(_signal: int, _frame: object) -> NoReturn:
         raise TimeoutError(f"a cluster of Dask has not answered for {ENDLESS} s")
@@ -417,7 +417,7 @@ def test_a_cluster_whose_worker_is_killed_loses_nothing_and_counts_nothing_twice
 ) -> None:
     files = make_slides(tmp_path / "in", 6)
     broken = break_slide(make_slides(tmp_path / "more", 1)[0])
-    monkeypatch.chdir(tmp_path)  # workers are elsewhere
+    monkeypatch.chdir(tmp_path)  # the workers have another working folder
     display = deadly_model(Path(), order=True)
     given = [f"in/{file.name}" for file in files]
     found = cohort([*given, broken], display, "run", scheduler=dask.scheduler_address, **FEW)
@@ -438,8 +438,8 @@ def test_a_slide_under_which_dask_workers_die_is_named_and_the_others_finish(tmp
     files = make_slides(tmp_path / "in", 3)
     deadly = seven_colours(tmp_path / "in/deadly.png")
     display = deadly_model(tmp_path, order=False)
-    # The only worker: it is started again each time, also where it died before it was known to have started. Dask lets
-    # a task kill three more workers, each a new process of some seconds; here the first one is enough.
+    # Dask restarts the only worker each time, even if the worker dies before its start is known. By default a task
+    # may kill three more workers, each a new process of some seconds. The first death is enough for the test.
     few = dask_config().set({"distributed.scheduler.allowed-failures": 0})
     with (
         few,

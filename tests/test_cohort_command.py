@@ -1,4 +1,4 @@
-"""`lutgen cohort` as users call it: page, files, exit codes, what is broken, an interruption."""
+"""The command `lutgen cohort`: page, files, exit codes, broken slides, an interruption."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def written(folder: Path) -> set[str]:
     return {path.relative_to(folder).parts[0] for path in folder.rglob("*") if path.is_file()} - {"in"}
 
 
-# What is printed ------------------------------------------------------------------------------------------------------
+# Printed text ---------------------------------------------------------------------------------------------------------
 
 
 def test_the_page_has_a_line_a_slide_the_median_and_its_interval(run: Callable[..., Done], tmp_path: Path) -> None:
@@ -105,7 +105,7 @@ def test_nothing_but_broken_slides(run: Callable[..., Done]) -> None:
     assert run("gone.png", "-o", "run").out.startswith("0 slides in run; 1 slide broken")
 
 
-# What is written ------------------------------------------------------------------------------------------------------
+# Written files --------------------------------------------------------------------------------------------------------
 
 
 def test_json_is_as_the_schema_says_and_csv_says_the_same(run: Callable[..., Done], tmp_path: Path) -> None:
@@ -206,7 +206,7 @@ def test_nothing_is_replaced_without_force(option: str, run: Callable[..., Done]
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows interrupts in its own way")
 def test_an_interrupted_run_keeps_what_is_finished_and_goes_on(tmp_path: Path) -> None:
-    """Both processes wait at a slide, before the last three: three results are there, and no fourth can come."""
+    """Both processes wait at a slide before the last three: three results exist, and no fourth result can appear."""
     files = make_slides(tmp_path / "in", 8, side=24)
     for file in files[3:5]:
         seven_colours(file)
@@ -219,7 +219,7 @@ def test_an_interrupted_run_keeps_what_is_finished_and_goes_on(tmp_path: Path) -
     ) as started:
         while len(list(slides.glob("*.json"))) < 3 and started.poll() is None:
             time.sleep(0.02)
-        # As a terminal does: to the command and its processes.
+        # As a terminal does: interrupt the command and its processes.
         os.killpg(started.pid, signal.SIGINT)
         out, err = started.communicate(timeout=60)
     assert (started.returncode, out) == (130, "")

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
 
 pytestmark = pytest.mark.filterwarnings(
-    # colour-science says at import which optional packages it would also use; nothing here needs them.
+    # At import colour-science warns of missing optional packages. The tests need none of these packages.
     "ignore::colour.utilities.ColourUsageWarning"
 )
 
@@ -81,7 +81,7 @@ SHARMA = [
 
 @pytest.fixture(scope="module")
 def colours() -> Array:
-    """Linear sRGB: random, corners, greys, and values at both sides of each break of a curve."""
+    """Linear sRGB: random, corners, greys, and values on both sides of each break of a curve."""
     random = np.random.default_rng(1)
     corners = np.array(np.meshgrid([0, 1], [0, 1], [0, 1])).reshape(3, -1).T
     breaks = np.array([0.0031308, 0.0031307, 0.0031309, 0.008856, 0.0088, 0.0089])
@@ -111,7 +111,7 @@ def test_black_has_no_chromaticity_and_warns_of_nothing() -> None:
 
 def test_the_srgb_matrices_are_those_that_iec_prints() -> None:
     np.testing.assert_array_equal(np.round(LINEAR_TO_XYZ, 4), IEC_TO_XYZ)
-    # IEC inverted the rounded matrix, which costs it up to 4e-4: its inverse is the one to meet.
+    # IEC inverted the rounded matrix, with an error of up to 4e-4: the test compares with this inverse.
     np.testing.assert_array_equal(np.round(np.linalg.inv(np.round(LINEAR_TO_XYZ, 4)), 4), IEC_FROM_XYZ)
     np.testing.assert_allclose(XYZ_TO_LINEAR, IEC_FROM_XYZ, rtol=0, atol=4e-4)
 
@@ -178,7 +178,7 @@ def test_the_srgb_curve_goes_on_outside_0_to_1_as_opencolorio_does() -> None:
     code = np.array([-0.5, -0.1, -0.01, 0.0, 0.01, 0.5, 1.0, 1.1, 1.5])
     shown = np.repeat(code[:, np.newaxis], 3, axis=1).astype(np.float32)
     processor.getDefaultCPUProcessor().applyRGB(shown)
-    # OpenColorIO's own straight piece has slope 1/12.9232 where IEC rounds to 12.92: 3e-4 of the value.
+    # OpenColorIO's straight piece has slope 1/12.9232, and IEC rounds to 12.92: a difference of 3e-4 of the value.
     np.testing.assert_allclose(code_to_linear(code), shown[:, 0], rtol=3e-4, atol=1e-7)
 
 
@@ -189,7 +189,7 @@ def test_ciede2000_gives_the_published_difference(pair: tuple[float, ...]) -> No
     assert round(float(delta_e_2000(second, first)), 4) == expected
 
 
-#: Kind → from random Lab colours, two sets of them.
+#: Kind → function from random Lab colours to two sets of Lab colours.
 PAIRS_BY_HAND: dict[str, Callable[[Array], tuple[Array, Array]]] = {
     "anywhere": lambda lab: (lab, lab[::-1]),
     "near": lambda lab: (lab, lab + 0.005 * lab[::-1]),
@@ -204,7 +204,7 @@ PAIRS_BY_HAND: dict[str, Callable[[Array], tuple[Array, Array]]] = {
 
 
 def lab_pairs(kind: str) -> tuple[Array, Array]:
-    """Random pairs of Lab colours, of kinds that each meet another branch of the formula."""
+    """Random pairs of Lab colours. Each kind tests another branch of the formula."""
     random = np.random.default_rng(2)
     lab = np.array([100.0, 200.0, 200.0]) * random.random((20_000, 3)) - np.array([0.0, 100.0, 100.0])
     if kind in PAIRS_BY_HAND:

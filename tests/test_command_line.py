@@ -1,4 +1,4 @@
-"""What all commands share: the help and its sections, usage errors, interrupts, closed pipes, words on a terminal."""
+"""Behaviour of all commands: help and its sections, usage errors, interrupts, closed pipes, text on a terminal."""
 
 from __future__ import annotations
 
@@ -79,10 +79,10 @@ def test_help_wraps_at_words_at_any_width(name: str, width: int, monkeypatch: py
         monkeypatch.setenv("COLUMNS", str(columns))
         texts[columns] = command.get_help(Context(command, info_name=name))
     assert "".join(texts[width].split()) == "".join(texts[1000].split())
-    # A word that is longer than its column may be cut; no other word is.
+    # Only a word that is longer than its column may be cut.
     short = {word for word in texts[1000].split() if len(word) <= width // 3}
     assert short <= set(texts[width].split())
-    # What stands behind \b (examples, small tables) keeps its lines; the rest is not wider than the terminal.
+    # Text after \b (examples, small tables) keeps its lines. Other text is not wider than the terminal.
     kept = {line.strip() for line in (command.help or "").splitlines()}
     wide = [line for line in texts[width].splitlines() if len(line) > width and line.strip() not in kept]
     assert all(line.startswith(("  -", "Usage:")) or len(line.split()) == 1 for line in wide), wide
@@ -179,18 +179,18 @@ def until_closed(terminal: int) -> Iterator[bytes]:
     while True:
         try:
             part = os.read(terminal, 4096)
-        except OSError:  # how Linux says that nobody holds the other end
+        except OSError:  # Linux reports so that no process holds the other end
             return
         yield part
 
 
 def handles_sigterm(pid: int) -> bool:
-    """Whether a process has begun to run a command: from then on it answers SIGINT and SIGTERM itself."""
+    """Whether a process has begun to run a command: from then on the process handles SIGINT and SIGTERM itself."""
     (caught,) = re.findall(r"SigCgt:\s*([0-9a-f]+)", Path(f"/proc/{pid}/status").read_text())
     return bool(int(caught, 16) >> (signal.SIGTERM - 1) & 1)
 
 
-#: Ctrl-C comes while a module is imported.
+#: Ctrl-C arrives during the import of a module.
 INTERRUPTED_IMPORT = """
 import importlib.abc, sys
 class Interrupt(importlib.abc.MetaPathFinder):
@@ -208,9 +208,9 @@ main()
     ("module", "error"),
     [
         ("click", "raise KeyboardInterrupt"),
-        # As libraries in C++ say it.
+        # The error of libraries in C++.
         ("OpenImageIO", "raise ImportError('initialization failed') from KeyboardInterrupt()"),
-        # While a dataclass is made: Python then ends by the signal, unless it is made to forget it.
+        # While a dataclass is made: Python then ends by the signal, unless lutgen prevents this.
         ("click", "exec('raise KeyboardInterrupt')"),
         ("OpenImageIO", "exec('raise KeyboardInterrupt')"),
     ],
@@ -219,7 +219,7 @@ def test_an_interrupt_while_modules_load_ends_with_130_in_silence(
     module: str, error: str, folder: Path, tmp_path: Path
 ) -> None:
     program = INTERRUPTED_IMPORT.format(module=module, error=error).replace("a.png", "slide.png")
-    # As a module, like `python -m lutgen`: Python ends a text of -c, and a script, in another way.
+    # As a module, like `python -m lutgen`: Python ends code given by -c and a script differently.
     (tmp_path / "interrupted.py").write_text(program, encoding="utf-8")
     done = subprocess.run(
         [sys.executable, "-m", "interrupted"],
@@ -244,10 +244,10 @@ def test_an_interrupt_while_modules_load_ends_with_130_in_silence(
     ],
 )
 def test_an_interrupt_ends_with_130_and_without_a_traceback(command: str, folder: Path, tmp_path: Path) -> None:
-    # A shell starts what it runs in the background deaf to Ctrl-C, and its children inherit that.
+    # A background process of a shell ignores Ctrl-C, and its children inherit this setting.
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-    # All that the shell started is interrupted, as by Ctrl-C: the workers too.
+    # The test interrupts all processes of the command, also the workers, as Ctrl-C does.
     started = subprocess.Popen(
         [*PROGRAM, *command.replace("OUT", str(tmp_path)).split()],
         cwd=folder,
@@ -268,7 +268,7 @@ def test_an_interrupt_ends_with_130_and_without_a_traceback(command: str, folder
     assert not out
 
 
-#: Commands with the files that are asked for.
+#: Commands, and the files that each command must write.
 ASKED = {
     "nuclei slide.png --hours 0,10000 --csv OUT/n.csv --json OUT/n.json": {"n.csv", "n.json"},
     "lifetime slide.png --hours 0,10000 --csv OUT/l.csv --json OUT/l.json": {"l.csv", "l.json"},
@@ -284,7 +284,7 @@ ASKED = {
     "lint theirs.cube --json OUT/l.json": {"l.json"},
 }
 
-#: Those that take least.
+#: The fastest commands.
 QUICK = ("inspect examples/session.ti3 --json OUT/i.json", "lint theirs.cube --json OUT/l.json")
 
 

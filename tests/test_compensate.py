@@ -1,4 +1,4 @@
-"""The display backwards: the drive with which an aged display shows what it showed when it was new."""
+"""The inverse display: the drive with which an aged display shows the colours of its new state."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.numbers
 
-#: Effects that a display can have beside the paper's model, and the search has to undo.
+#: Effects beside the paper's model that a display can have. The search has to invert these effects.
 BAKED = [name for name, each in catalogue().items() if each.stage not in ("instrument", "selection")]
 
 
@@ -74,7 +74,7 @@ def with_effects(readings: Measurements, *names: str, selection: str = "continuo
 
 
 def a_display(selection: str, bonus: tuple[float, float, float]) -> AgedDisplay:
-    """A display whose white is its primaries' sum times one plus ``bonus``, in their own light."""
+    """A display whose white is the sum of its primaries, each multiplied by one plus its value in ``bonus``."""
     white = LINEAR_TO_XYZ @ (1.0 + np.array(bonus))
     xyY = xyz_to_xyY(np.vstack([white, LINEAR_TO_XYZ.T]))
     return AgedDisplay("made up", 0.0, (SrgbTransfer(), Selection(selection)), (matrices_of(xyY, selection),))
@@ -104,7 +104,7 @@ def test_the_aged_display_of_the_literal_twin_shows_the_new_one_through_the_corr
     aged, fresh = Twin(rows, mode=mode, **twin), Twin(rows, mode="stable", **twin)  # type: ignore[arg-type]
     found = [aged.xyz((r, g, b)) for r, g, b in code[reached]]
     expected = [fresh.xyz((r, g, b)) for r, g, b in colours[reached]]
-    # The twin's sRGB curve has the standard's own gap of 2e-9 between its pieces; tips hold more of it.
+    # The twin's sRGB curve has the standard's own gap of 2e-9 between its pieces. The tips contain a larger gap.
     np.testing.assert_allclose(found, expected, rtol=0, atol=3e-6)
 
 
@@ -115,7 +115,7 @@ def test_at_hour_0_nothing_is_corrected(selection: str, readings: Measurements, 
 
 
 def test_what_one_channel_lacks_costs_the_others_nothing(readings: Measurements) -> None:
-    """Clipping is by channels: white, which lacks blue, keeps its red."""
+    """Each channel clips by itself: white, which lacks blue, keeps its red."""
     sent = correction(DisplayModel(readings, selection="continuous"), "chroma", 18_000.0)
     drive = sent.code_to_linear(np.ones((1, 3)))[0]
     assert drive[0] < 1.0 < drive[2]
@@ -127,7 +127,7 @@ def test_what_one_channel_lacks_costs_the_others_nothing(readings: Measurements)
 def test_scaled_light_fits_into_what_the_luminance_law_leaves(
     hours: float, left: float, selection: str, readings: Measurements, colours: Array
 ) -> None:
-    """The paper's law leaves 67 % and 40 % of white's light; a white of the old colour gets less, and all fits."""
+    """The paper's law leaves 67 % and 40 % of white's light. White in its old colour gets less, and nothing clips."""
     sent = correction(DisplayModel(readings, selection=selection), "chroma-luma", hours, "scale")
     assert 0.7 * left < link_of(sent).scale < left
     assert 1.0 - 1e-5 < sent.code_to_linear(colours).max() <= 1.0 + 1e-6
@@ -142,15 +142,15 @@ def test_white_beyond_what_is_left_is_out_of_reach(readings: Measurements) -> No
     np.testing.assert_array_equal(outside_gamut(drive), [False, True, True])
 
 
-# Where ``nearest`` jumps
+# At the jump of ``nearest``
 
-#: A display of which the jump leaves a gap: no drive shows the colours in it.
+#: A display whose jump leaves a gap: no drive shows the colours in the gap.
 GAP = (-0.05, -0.08, -0.02)
 
 
 @pytest.mark.parametrize("bonus", mostly_slow([((0.06, 0.02, 0.1),), (GAP,), ((0.05, 0.0, -0.08),)], GAP))
 def test_no_drive_of_the_twin_looks_more_alike_than_the_one_found(bonus: tuple[float, float, float]) -> None:
-    """Folds and gaps included: many starts of scipy's bounded least squares find nothing better."""
+    """Many starts of scipy's bounded least squares find nothing better, even at folds and gaps."""
     display = a_display("nearest", bonus)
     asked = np.random.default_rng(11).uniform(0.25, 0.75, (24, 3))
     drive = drive_of(display, asked @ LINEAR_TO_XYZ.T, asked)
@@ -166,7 +166,8 @@ def test_no_drive_of_the_twin_looks_more_alike_than_the_one_found(bonus: tuple[f
             delta_e_2000(away(least_squares(away, np.clip(colour + way, 0, 1), bounds=(0, 1)).x) + lab, lab)
             for way in ways
         )
-        # In a gap the border is reached by raising two channels alike, not by all three: a tenth of a ΔE2000 at most.
+        # In a gap the search raises two channels equally to reach the border, not all three: an error of at most
+        # 0.1 ΔE2000.
         assert error <= best + 0.1
         assert error <= 1e-9 or bonus != GAP
 
@@ -176,7 +177,7 @@ def test_where_two_drives_show_the_same_the_nearer_to_the_colour_is_sent() -> No
     asked = np.array([[0.8, 0.505, 0.505], [0.8, 0.501, 0.501]])
     shown = display.code_to_xyz(linear_to_code(asked))
     np.testing.assert_allclose(drive_of(display, shown, asked), asked, rtol=0, atol=1e-9)
-    # Asked from the other side of the border, it is the primary's drive that shows the same.
+    # A start on the other side of the border gives the primary's drive, which shows the same colour.
     other = drive_of(display, shown, np.full((2, 3), 0.3))
     np.testing.assert_array_less(np.sort(other, axis=1)[:, :2].sum(axis=1), 1.0)
     np.testing.assert_allclose(display.code_to_xyz(linear_to_code(other)), shown, rtol=0, atol=1e-12)
@@ -189,7 +190,7 @@ def test_in_a_gap_the_drive_stays_on_one_side_of_the_border() -> None:
     middle = 0.5 * (shown[0] + shown[1])
     drive = drive_of(display, middle, below)
     assert abs(np.sort(drive[0])[:2].sum() - 1.0) == pytest.approx(ON_BORDER / 2, rel=1e-6)
-    # From the middle to the better side is half the gap, give or take what ΔE2000 is not linear in.
+    # The distance from the middle to the better side is half the gap, except for the nonlinearity of ΔE2000.
     gap = delta_e_2000(look(shown[0]), look(shown[1]))[0]
     assert delta_e_2000(look(display.code_to_xyz(linear_to_code(drive))), look(middle))[0] < 0.75 * gap
 
@@ -204,16 +205,16 @@ def test_the_search_undoes_every_effect_of_the_catalogue(name: str, readings: Me
     drive = sent.drive(colours)
     reached = ~outside_gamut(drive)
     assert reached.mean() > 0.4
-    # No drive follows stairs finer than itself: the curve through them is undone.
+    # No drive can follow steps finer than its own: the search inverts the smooth curve.
     aged = without_steps(sent.aged) or sent.aged
     fresh = without_steps(sent.fresh) or sent.fresh
     shown = aged.code_to_xyz(linear_to_code(np.clip(drive[reached], 0.0, 1.0)))
-    # A drive that needs up to 1e-6 more than there is counts as reached: near black that is 3e-3 ΔE2000 at most.
+    # A drive that exceeds its range by at most 1e-6 counts as reached: near black the error is 3e-3 ΔE2000 at most.
     assert delta_e_2000(look(shown), look(fresh.code_to_xyz(colours[reached]))).max() < 5e-3
 
 
 def test_the_search_is_not_beaten_by_scipy(readings: Measurements) -> None:
-    """The same least squares, one colour at a time, by scipy's trust region with bounds: reachable or not."""
+    """Scipy's bounded trust region solves the same least squares for single colours, reachable or not."""
     model = with_effects(readings, "eotf-drift", "black-level", "crosstalk")
     sent = link_of(correction(model, "chroma-luma", 10_000.0))
     asked = np.concatenate([np.random.default_rng(2).random((20, 3)), np.eye(3), np.ones((1, 3)), np.zeros((1, 3))])
@@ -254,7 +255,7 @@ def test_search_and_closed_form_agree_on_the_papers_display(selection: str, read
 def test_starting_from_neighbours_finds_what_each_colour_finds_alone(
     unreachable: str, selection: str, readings: Measurements
 ) -> None:
-    """Many colours start from a lattice's drives, a few from what an additive display would be sent."""
+    """Many colours start from the drives of a lattice, a few from the drives of an additive display."""
     model = with_effects(readings, "eotf-drift", "black-level", "crosstalk", selection=selection)
     sent = link_of(correction(model, "chroma-luma", 18_000.0, unreachable))
     colours = np.random.default_rng(4).random((4_000, 3))
@@ -266,12 +267,12 @@ def test_starting_from_neighbours_finds_what_each_colour_finds_alone(
         np.square(wanted - problem.shown(np.clip(drive, 0.0, 1.0))).sum(axis=1) for drive in (together, apart)
     )
     assert missed.mean() <= alone.mean() + 1e-7
-    # Where light is missing and ``nearest`` jumps, descents from two starts may end on different sides of the jump.
+    # If light is missing and ``nearest`` jumps, descents from two starts may end on different sides of the jump.
     assert (missed - alone).max() < (1e-6 if selection == "continuous" else 2e-4)
 
 
 def test_neighbours_make_a_search_short(readings: Measurements, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Three evaluations for the slopes and one a step: alone it takes from 12 to 70, most where light is missing."""
+    """The slopes take three evaluations, each step one. A single colour takes 12 to 70, most if light is missing."""
     model = with_effects(readings, "eotf-drift", "black-level", selection="nearest")
     sent = link_of(correction(model, "chroma-luma", 18_000.0))
     colours = np.random.default_rng(6).random((20_000, 3))
@@ -294,7 +295,7 @@ def test_a_leak_that_the_new_display_lacked_puts_black_out_of_reach(readings: Me
     np.testing.assert_array_equal(sent.code_to_code(np.zeros((1, 3))), 0.0)
 
 
-# What is refused, and lists that are kept in two places
+# Refused effects, and lists that the code holds in two places
 
 
 def test_what_cannot_be_inverted_is_refused(readings: Measurements) -> None:

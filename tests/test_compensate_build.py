@@ -1,4 +1,4 @@
-"""``lutgen build --direction compensate``: what lies in the folder, how true it is, and that ``check`` finds faults."""
+"""``lutgen build --direction compensate``: the folder's files, their errors, and faults that ``check`` finds."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def manifest_of(folder: Path) -> dict[str, Any]:
 
 
 def away_from_the_jump(one_in: int) -> Array:
-    """The certificate's colours without the pairs that hug the border of ``nearest``, where no table follows."""
+    """The certificate's colours without the pairs beside the border of ``nearest``, which no table can follow."""
     return certificate_colours(Counts(50_000 // one_in, 4_096 // one_in, 32_000 // one_in, 0))
 
 
@@ -69,7 +69,7 @@ def test_names_tell_the_direction(clipped: Path) -> None:
 
 
 def test_a_simulation_says_nothing_of_directions_and_graphics_cards(simulated: Path) -> None:
-    """So that its bytes are what they were before there were any."""
+    """The manifest of a simulation has the same bytes as before directions existed."""
     content = manifest_of(simulated)
     assert not {"direction", "unreachable", "gpu"} & set(content["options"])
     assert not any("gpu" in record for record in content["files"])
@@ -90,7 +90,7 @@ def test_the_configs_show_the_signal_for_one_display_alone(clipped: Path) -> Non
 @pytest.mark.parametrize("mode", MODES)
 @pytest.mark.parametrize("hour", ["10000h", "18000h"])
 def test_through_both_files_the_new_display_comes_back(mode: str, hour: str, clipped: Path, simulated: Path) -> None:
-    """Compensate, clip as a display does, simulate: both by OpenColorIO. In 8-bit steps, where the drive is inside."""
+    """Compensate, clip like a display, and simulate, by OpenColorIO. Errors in 8-bit steps where drives are inside."""
     code = away_from_the_jump(one_in=8)
     sent = apply_lut(clipped / mode / hour / "compensate.clf", code)
     back = apply_lut(simulated / mode / hour / "aged.clf", np.clip(sent, 0.0, 1.0))
@@ -103,7 +103,7 @@ def test_through_both_files_the_new_display_comes_back(mode: str, hour: str, cli
 
 @pytest.mark.parametrize("unreachable", ["clip", "scale"])
 def test_the_files_figures_are_those_of_the_literal_twin(unreachable: str, model: DisplayModel, tmp_path: Path) -> None:
-    """What the certificate calls reached, sent through the file to the twin: the same light, times the factor."""
+    """Send the certificate's reached colours through the file to the twin: the same light, times the factor."""
     plan = Plan((10_000.0,), modes=("chroma",), formats=("clf",), direction="compensate", unreachable=unreachable)
     build(model, plan, tmp_path / "out", jobs=1)
     certificate = manifest_of(tmp_path / "out")["files"][1]["certificate"]

@@ -1,4 +1,4 @@
-"""``examples/compensation.py``: runs, says that it is simulated, and leaves the same picture twice."""
+"""``examples/compensation.py``: it runs, states that its data are simulated, and reproduces its picture."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A config's text is OpenColorIO's own, whichever other config it was made from."""
+"""The text of a config is OpenColorIO's own text, whatever config it was made from."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""The report on real programs can fail, asks every program, and OpenColorIO shows what the direct model does.
+"""The report on real programs: it can fail, it covers every program, and OpenColorIO equals the direct model.
 
-``make consumers`` asks the programs; they are in ``tests/consumers``.
+``make consumers`` runs the programs, which are in ``tests/consumers``.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
 
 pytestmark = pytest.mark.filterwarnings(
-    # colour-science says at import which optional packages it would also use; nothing here needs them.
+    # At import colour-science warns of missing optional packages. The tests need none of these packages.
     "ignore::colour.utilities.ColourUsageWarning"
 )
 
@@ -47,7 +47,7 @@ def test_a_picture_of_another_mode_or_hour_passes_no_gate(shown: Case, meant: Ca
 
 def test_a_program_that_interpolates_trilinearly_instead_does_not_pass(gallery: Gallery) -> None:
     lib, job = ocio(), gallery.job(CONTINUOUS)
-    # What a CLF says of interpolation outranks the config.
+    # The interpolation that a CLF states has precedence over the config.
     altered = job.scratch / "trilinear.clf"
     altered.write_text(job.clf.read_text().replace('interpolation="tetrahedral"', 'interpolation="trilinear"'))
     processor = lib.Config.CreateRaw().getProcessor(lib.FileTransform(src=str(altered)))
@@ -64,7 +64,7 @@ def test_a_picture_with_one_value_that_is_no_number_passes_no_gate() -> None:
 
 @pytest.mark.parametrize("case", CASES, ids=str)
 def test_a_wider_viewer_shows_aged_colours_that_srgb_must_clip(gallery: Gallery, case: Case) -> None:
-    # Codes as 8-bit pictures have them; aging takes part of the saturated ones out of sRGB.
+    # Codes of 8-bit pictures. Aging moves some of the saturated colours out of sRGB.
     codes = np.random.default_rng(5).integers(0, 256, (300, 300, 3), dtype=np.uint8)
     linear = aged(case).code_to_linear(codes / 255)
     wide = linear_to_p3(linear)

@@ -1,4 +1,4 @@
-"""The contact sheet: the paper's layout, pixels one to one, texts where they can be read."""
+"""The contact sheet: the paper's layout, unscaled pixels, readable places of the texts."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SIZES = ((512, 512), (61, 47), (333, 701), (700, 401))
 
 
 def pictures(height: int, width: int) -> dict[str, Pixels]:
-    """Five different images of noise: any resampling would show."""
+    """Five different images of noise, in which any resampling would be visible."""
     random = np.random.default_rng(2)
     return {f"picture {i}": random.integers(0, 256, (height, width, 3), dtype=np.uint8) for i in range(5)}
 

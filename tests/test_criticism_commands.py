@@ -1,4 +1,4 @@
-"""`lutgen compare`, `diagnose`, `refine` and `plan` as users call them: pages, files, exit codes, bad input."""
+"""The commands `lutgen compare`, `diagnose`, `refine` and `plan`: pages, files, exit codes, bad input."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_compare_fails_above_a_ratio_that_is_asked_for(run: Callable[..., Done],
     assert (done.code, done.err) == (0, "")
 
 
-#: Data set and options → what the page says of it: the verdict's beginning, and some words.
+#: Data set and options → text of the page: the beginning of the verdict, and some words.
 DIAGNOSED: dict[str, tuple[str, ...]] = {
     "leak": (
         "named: black-level",
@@ -105,7 +105,7 @@ def test_diagnose_says_what_is_missing_then_what_to_do_then_what_can_be_seen(
 
 
 def commands_in(text: str) -> list[list[str]]:
-    """The lines of lutgen that a page tells to run next."""
+    """The lutgen command lines that a page recommends next."""
     return [shlex.split(each) for each in re.findall(r"  (lutgen .*)$", text, flags=re.MULTILINE)]
 
 
@@ -300,7 +300,7 @@ def test_options_are_handed_on_to_the_next_command(run: Callable[..., Done], tmp
     ]
 
 
-#: Command line after the data → what the one sentence says. {leak} and {tips} are data files.
+#: Command line after the data → words of the one sentence. {leak} and {tips} are data files.
 BAD: dict[str, str] = {
     "compare missing.csv": "missing.csv: cannot read the readings: no such file",
     "compare folder": "folder: the folder holds no readings. Put sessions into it",

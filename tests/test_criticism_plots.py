@@ -1,4 +1,4 @@
-"""The pictures of compare, diagnose and refine: the same bytes, nothing cut off, no text over another."""
+"""The pictures of compare, diagnose and refine: the same bytes each time, no text cut off, no overlapping texts."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ class Canvas(NamedTuple):
 
 @pytest.fixture
 def canvases(monkeypatch: pytest.MonkeyPatch) -> list[Canvas]:
-    """Every canvas that is drawn while a test runs, with its horizontal texts."""
+    """Every canvas that is drawn during a test, with its horizontal texts."""
     drawn: dict[RendererAgg, Canvas] = {}
     found: list[Canvas] = []
     draw: Any = RendererAgg.draw_text
@@ -87,7 +87,7 @@ def canvases(monkeypatch: pytest.MonkeyPatch) -> list[Canvas]:
 
 
 def overlap(one: Drawn, other: Drawn) -> bool:
-    """Whether two texts cover each other by more than a pixel or two."""
+    """Whether two texts overlap by more than two pixels in both directions."""
     across = min(one.right, other.right) - max(one.left, other.left)
     down = min(one.bottom, other.bottom) - max(one.top, other.top)
     return across > 2 and down > 2
@@ -196,7 +196,7 @@ def test_panels_show_what_the_comparison_says() -> None:
     assert by["warmup_min"].labels == ("2 min", "5 min", "10 min", "20 min", "40 min", "warm")
     centre = by["position"].labels.index("u 0.5, v 0.5")
     np.testing.assert_allclose(by["position"].places[centre], 0.5)
-    # Only patches that were read at the edges too: there the centre is as predicted.
+    # The picture has only patches that were also read at the edges. The model predicts their centre correctly.
     assert abs(by["position"].lab[centre, 0]) < 0.1
     assert by["position"].lab[:, 0].min() < -2.0
 
@@ -246,7 +246,7 @@ def test_an_effect_is_drawn_over_what_it_depends_on(data: str, effect: str, way:
 def test_every_effect_has_a_view_and_the_longest_over_each_axis_is_legible(
     tmp_path: Path, canvases: list[Canvas]
 ) -> None:
-    """As the next test, without fits: effects that share their axes differ in names and sentences alone."""
+    """The next test without fits: effects that share their axes differ only in names and sentences."""
     problem = Problem.of(readings("edge"))
     longest: dict[tuple[str, str], View] = {}
     for effect in catalogue().values():
@@ -293,7 +293,7 @@ def test_patches_have_names(code: tuple[float, float, float], name: str) -> None
 
 @pytest.fixture(autouse=True)
 def no_pyplot() -> Iterator[None]:
-    """Nothing that is drawn here may bring in pyplot's global state."""
+    """Check that no drawing imports pyplot's global state."""
     before = "matplotlib.pyplot" in sys.modules
     yield
     assert ("matplotlib.pyplot" in sys.modules) == before

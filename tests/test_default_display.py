@@ -1,4 +1,4 @@
-"""The default display gives Table 1 of the paper on a named slide, and its drift is what the fit says."""
+"""The default display gives Table 1 of the paper on a named slide, and its drift is the drift of the fit."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).parent.parent
 
-# As the paper prints them: hours until Max 3, average 3, Max 5, average 5.
+# The paper's printed order: hours until Max 3, average 3, Max 5, average 5.
 PAPER = {"chroma": (4500, 7800, 8100, 11100), "chroma-luma": (2200, 3700, 4100, 5800)}
 GATES = {"chroma": 0.05, "chroma-luma": 0.10}
 
@@ -77,7 +77,7 @@ def test_the_file_says_how_near_it_comes() -> None:
 
 @pytest.mark.slow
 @pytest.mark.rare(instead="test_the_lifetimes_on_the_named_slide_are_those_of_table_1")
-@pytest.mark.numbers  # both makes read the same pixels, which the lifetimes above hold
+@pytest.mark.numbers  # both builds read the same pixels, which the lifetimes above check
 def test_the_drift_is_what_the_fit_gives(whole: Colours) -> None:
     found = table1.fit(whole)
     assert table1.rounded(found) == Drift()
@@ -111,7 +111,7 @@ def test_mean_and_sd_are_those_over_pixels_by_the_papers_steps_and_colour_scienc
 
 
 def srgb_of_the_paper() -> Any:
-    """colour-science's sRGB with its matrix computed rather than rounded to four digits."""
+    """colour-science's sRGB with a computed matrix, not the matrix of four digits."""
     import colour
 
     srgb = colour.RGB_COLOURSPACES["sRGB"].copy()

@@ -47,7 +47,7 @@ def lines(out: Path) -> list[str]:
 
 @pytest.fixture(scope="module")
 def pieces(lines: list[str]) -> dict[str, np.ndarray]:
-    """The five images as they stand on the sheet."""
+    """The five images of the sheet."""
     with Image.open(lines[-1]) as image:
         sheet = np.asarray(image.convert("RGB"))
     layout = Layout(*SOURCE.shape[:2])

@@ -1,4 +1,4 @@
-"""ΔE2000 between un-aged and aged displays, against colour-science step by step, and CIEDE2000's own pitfalls."""
+"""ΔE2000 between un-aged and aged displays, against colour-science step by step, and pitfalls of CIEDE2000."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.numbers
 
-#: Hues, in degrees, at which a formula of CIEDE2000 changes: the wrap, where sine or cosine change sign, the rotation.
+#: Hues, in degrees, where a formula of CIEDE2000 changes: the wrap, sign changes of sine or cosine, the rotation.
 EDGES = (0.0, 90.0, 95.0, 180.0, 270.0, 275.0, 360.0)
 
 
 @pytest.fixture(scope="module")
 def code() -> Array:
-    """Colours of all kinds: of a lattice with its greys, primaries and ties, and between."""
+    """Colours of all kinds: a lattice with its greys, primaries and ties, and random colours."""
     lattice = np.array(list(product(np.linspace(0.0, 1.0, 9), repeat=3)))
     return np.concatenate([lattice, np.random.default_rng(1).random((3000, 3))])
 
 
 def by_colour_science(code: Array, before: AgedDisplay, after: AgedDisplay) -> Array:
-    """The same by colour-science's own steps; XYZ of the displays is lutgen's, which other tests hold to oracles."""
+    """The same by colour-science's own steps. XYZ of the displays is lutgen's: other tests compare XYZ with oracles."""
     import colour
 
     def lab(display: AgedDisplay) -> Array:
@@ -45,7 +45,7 @@ def by_colour_science(code: Array, before: AgedDisplay, after: AgedDisplay) -> A
 
 
 def around(hue: float, apart: float, chroma_1: Array, chroma_2: Array) -> tuple[Array, Array]:
-    """Pairs whose hues lie on both sides of ``hue``, so many degrees from it."""
+    """Pairs of hues on both sides of ``hue``, at this distance in degrees."""
     low, high = np.radians([hue - apart, hue + 0.7 * apart])
     light = np.linspace(5.0, 95.0, len(chroma_1))
     first = np.column_stack([light, chroma_1 * np.cos(low), chroma_1 * np.sin(low)])
@@ -61,13 +61,13 @@ def test_ciede2000_agrees_with_colour_science_around_its_edges(hue: float, apart
     random = np.random.default_rng(3)
     chroma_1, chroma_2 = 10.0 ** random.uniform(-8, 2.1, (2, 2000))
     first, second = around(hue, apart, chroma_1, chroma_2)
-    # The mean hue is never on the wrap itself: CIEDE2000 jumps there, and rounding would decide on which side it is.
+    # The mean hue is never exactly at the wrap: CIEDE2000 jumps there, and rounding would decide the side.
     expected = colour.delta_E(first, second, method="CIE 2000")
     np.testing.assert_allclose(delta_e_2000(first, second), expected, rtol=0, atol=1e-10)
 
 
 def test_ciede2000_of_colours_hardly_apart_stays_a_small_number() -> None:
-    # Cosine and sine of equal hues, computed twice, may differ in the last bit: no square root of a negative number.
+    # Cosine and sine of equal hues, computed twice, may differ in the last bit: avoid the root of a negative number.
     random = np.random.default_rng(4)
     lab = np.array([100.0, 120.0, 120.0]) * random.random((20_000, 3)) - np.array([0.0, 60.0, 60.0])
     with warnings.catch_warnings():
@@ -104,7 +104,7 @@ def test_the_unaged_picture_is_the_picture_itself(model: DisplayModel, code: Arr
     plain = colour.XYZ_to_Lab(colour.algebra.vecmul(LINEAR_TO_XYZ, colour.models.eotf_sRGB(code)), SRGB_XY[0])
     shown = colour.models.eotf_sRGB(aged.code_to_code(code))
     seen = colour.XYZ_to_Lab(colour.algebra.vecmul(LINEAR_TO_XYZ, shown), SRGB_XY[0])
-    # The picture goes through the sRGB curve and back, as `apply` writes it: 1e-7, for the curve has a gap of 2e-9.
+    # The picture goes through the sRGB curve and back, as in `apply`: an error of 1e-7 by the curve's gap of 2e-9.
     np.testing.assert_allclose(found, colour.delta_E(plain, seen, method="CIE 2000"), rtol=0, atol=2e-5)
 
 

@@ -45,7 +45,7 @@ def tissue() -> Any:
 
 
 def literal(code: Any, model: DisplayModel, mode: str, hours: float) -> Any:
-    """ΔE2000 of code values (..., 3) by colour-science, pixel by pixel; from the display only its signal is taken."""
+    """ΔE2000 of code values (..., 3) by colour-science, pixel by pixel. Only the signal comes from the display."""
 
     def lab(shown: Any) -> Any:
         light = colour.models.eotf_sRGB(np.clip(shown, 0.0, 1.0))
@@ -169,7 +169,7 @@ def test_means_do_not_depend_on_how_the_picture_is_cut(factor_to: int) -> None:
 
 
 def overlaps(edges: Array, length: int) -> Array:
-    """How much of each pixel each cell covers, (cells, pixels)."""
+    """The area of each pixel that each cell covers, (cells, pixels)."""
     pixel = np.arange(length)
     covered = np.minimum(edges[1:, np.newaxis], pixel + 1) - np.maximum(edges[:-1, np.newaxis], pixel)
     return np.asarray(np.maximum(covered, 0.0))
@@ -255,7 +255,7 @@ def test_the_histogram_counts_every_pixel_once(found: DifferenceMap) -> None:
     held = found.histogram()
     assert held.sum() == found.pixels
     expected, _ = np.histogram(found.shown, np.arange(len(held) + 1) * BIN)
-    # Single floats of the map may lie on the other side of a bin's edge.
+    # Single-precision values of the map may fall on the other side of a bin's edge.
     assert np.abs(held - expected).sum() <= 4
 
 
@@ -294,7 +294,7 @@ def test_the_picture_shows_the_maps_colours(found: DifferenceMap, tmp_path: Path
     plot_map(found, tmp_path / "m.png", ends=RANGE)
     page = np.asarray(Image.open(tmp_path / "m.png").convert("RGB"))
     assert page.shape[1] == 1500
-    # The frame's lines are the only dark rows that cross the map.
+    # Only the lines of the frame are dark rows across the map.
     dark = np.flatnonzero(page[:, 70:970].max(axis=(1, 2)) < 110)
     top, bottom = dark[0], dark[-1]
     high, wide = found.shown.shape

@@ -1,4 +1,4 @@
-"""The reconstructed default display: its file is what its script writes, and behaves like an aging CCFL-lit LCD."""
+"""The reconstructed default display: its script reproduces its file, and it behaves like an aging CCFL-lit LCD."""
 
 import csv
 from pathlib import Path
@@ -117,7 +117,7 @@ def test_white_is_a_little_less_than_the_sum_of_the_primaries(tips: np.ndarray) 
     x, y, luminance = np.moveaxis(tips, -1, 0)
     xyz = np.stack([x, y, 1 - x - y], axis=-1) * (luminance / y)[..., np.newaxis]
     excess = xyz[:, 1:].sum(axis=1) / xyz[:, 0] - 1
-    # 0.2 %: far above the rounding of the file (0.01 %), so that an additive display fails.
+    # 0.2 % is far above the rounding of the file (0.01 %), so an additive display fails.
     assert (excess > 0.002).all()
     assert (excess < 0.03).all()
     assert (excess[-1] > excess[0]).all()

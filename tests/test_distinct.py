@@ -1,4 +1,4 @@
-"""Counting distinct colours: as `numpy.unique` does on all pixels at once, for every depth, order and format."""
+"""Counting distinct colours: equal to `numpy.unique` on all pixels, for every depth, order and format."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ def test_too_many_colours_are_counted_in_the_finest_bins_that_fit_whatever_their
     expected = np.unique(pixels.reshape(-1, 3) >> shift, axis=0)
     assert len(found) == len(expected) <= limit
     assert shift == 0 or len(np.unique(pixels.reshape(-1, 3) >> (shift - 1), axis=0)) > limit
-    # Each pixel lies within half a bin of its colour, and the middles are the bins'.
+    # Each pixel is within half a bin of its colour, and the colours are the middles of the bins.
     np.testing.assert_allclose(found.code() * 65535.0, (expected << shift) + ((1 << shift) - 1) / 2, atol=1e-9)
     assert found.half_bin == pytest.approx(((1 << shift) - 1) / 2 / 65535.0)
     assert found.pixels == 128 * 256
@@ -208,7 +208,7 @@ def slide(path: Path, tissue: Pixels) -> Path:
 
 
 def without_tile(path: Path, tile: int) -> Path:
-    """Make a TIFF say that one of its tiles has no bytes, as slides with a missing tile do (TIFF 6.0, section 15)."""
+    """Change a TIFF so that one of its tiles has no bytes, as in slides with a missing tile (TIFF 6.0, section 15)."""
     data = bytearray(path.read_bytes())
     (start,) = struct.unpack("<I", data[4:8])
     (entries,) = struct.unpack("<H", data[start : start + 2])
@@ -231,7 +231,7 @@ def test_slides_are_counted_like_images(suffix: str, tissue: Pixels, tmp_path: P
 
 def test_a_slide_with_a_missing_tile_is_refused(tissue: Pixels, tmp_path: Path) -> None:
     pytest.importorskip("openslide", reason="the extra `slides` is not installed")
-    # 1200 × 1200 pixels are 5 × 5 tiles: the eighth lies at (2 · 256, 1 · 256).
+    # 1200 × 1200 pixels are 5 × 5 tiles: the eighth tile is at (2 · 256, 1 · 256).
     path = without_tile(slide(tmp_path / "a.svs", tissue), 7)
     with pytest.raises(LutgenError, match=r"a\.svs: the tile at pixel \(512, 256\) is missing"):
         count_colours(path)
@@ -256,7 +256,7 @@ def test_slides_without_openslide_say_what_to_install(monkeypatch: pytest.Monkey
 
 
 def on_glass(tissue: Pixels, rows: int) -> Pixels:
-    """Tissue with bare glass, a little noisy, below it."""
+    """Tissue above bare, slightly noisy glass."""
     glass = np.random.default_rng(3).normal(242, 2, (rows, tissue.shape[1], 3))
     return np.concatenate([tissue, np.clip(np.rint(glass), 0, 255).astype(np.uint8)])
 

@@ -1,4 +1,4 @@
-"""README.md and docs/ are held to the code: every command runs, prints what the page says, and every link leads on."""
+"""README.md and docs/ against the code: every command runs, prints the page's text, and every link has a target."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ pytestmark = pytest.mark.texts
 ALL = sorted({*PAGES, *DOCS.rglob("*.md"), ROOT / "CONTRIBUTING.md", ROOT / "SECURITY.md"})
 TEXTS = {page: page.read_text(encoding="utf-8") for page in ALL}
 
-#: Bytes that a picture or a table may take in the repository.
+#: Largest size in bytes of a picture or a table in the repository.
 SMALL = 150_000
 
 
@@ -52,7 +52,7 @@ def of(page: Path) -> str:
     return page.relative_to(ROOT).as_posix()
 
 
-# What the pages say
+# Text and commands of the pages
 
 
 @pytest.mark.slow(every=True)
@@ -164,7 +164,7 @@ TIPS = {"1,1,1": "95,100,109", "1,0,0": "41,21,2", "0,1,0": "36,72,12", "0,0,1":
 
 
 def table_with(column: str, cell: str) -> str:
-    """A small table; the last of its rows has this cell, in a column of its own where it is optional."""
+    """A small table whose last row has this cell, in an additional column if the column is optional."""
     rows = [f"0,{drive},{xyz}" for drive, xyz in TIPS.items()]
     last = dict(zip(HEAD.split(","), ["5", "0.5", "0.5", "0.5", "20", "21", "23"], strict=True))
     if column in last:

@@ -1,4 +1,4 @@
-"""JSON, TOML, names and tables that no program of good will writes end in a sentence, and soon."""
+"""Hostile JSON, TOML, names and tables end quickly in a sentence."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A session whose light changes while it is measured: told in words, where its repeats alone would pass for noise."""
+"""A session whose light changes during the session: reported in words, even if its repeats alone look like noise."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ CODES = [*TIPS, BLACK, *GREYS, *RAMPS, *MIXTURES]
 def measured(
     course: Callable[[Array], Array], repeats: int = 3, noise: float = 0.001, hours: tuple[float, ...] = (0.0,)
 ) -> Measurements:
-    """Sessions in random order, with so many more whites in even steps, whose light follows a course over 0..1."""
+    """Sessions in random order, with ``repeats`` more whites at even steps. Their light follows a course over 0..1."""
     random = np.random.default_rng(11)
     codes = [CODES[place] for place in random.permutation(len(CODES))]
     for place in np.linspace(0, len(codes) + repeats - 1, repeats).round().astype(int):
@@ -76,7 +76,7 @@ def test_noise_is_no_drift() -> None:
 
 @pytest.mark.parametrize("course", [np.ones_like, warms_up])
 def test_photon_noise_of_dim_patches_is_no_drift(course: Callable[[Array], Array]) -> None:
-    """Greys at a fifteenth of white's light scatter by 1.5 %, whites by 0.4 %; a drift of all is told as before."""
+    """Greys at a fifteenth of white's light scatter by 1.5 %, whites by 0.4 %. A common drift is still reported."""
     random = np.random.default_rng(12)
     codes = [*CODES, *[(0.3, 0.3, 0.3), WHITE] * 12]
     codes = [codes[place] for place in random.permutation(len(codes))]
@@ -98,7 +98,7 @@ def test_one_reading_that_slipped_is_no_drift() -> None:
 
 
 def test_the_column_order_counts_and_not_the_rows() -> None:
-    """The largest change is that of the last reading in time, wherever its row stands."""
+    """The largest change is the change of the last reading in time, wherever its row stands."""
     read = measured(warms_up)
     order = np.arange(float(read.hours.size))
     shuffled = np.random.default_rng(3).permutation(read.hours.size)
@@ -127,7 +127,7 @@ def test_diagnose_doubts_the_measurement_before_the_display() -> None:
 
 
 def test_an_effect_that_no_drift_hides_is_named() -> None:
-    """A drift of 4 % leaves black's light alone, which grew eightfold."""
+    """A drift of 4 % cannot explain black's light, which has grown eightfold."""
     read = measured(lambda place: 1.0 + 0.04 * place, hours=(0.0, 5000.0))
     leaked = np.where(read.hours > 0, 0.02, 0.0)[:, np.newaxis] * read.xyz_cd_m2.max(axis=0)
     found = diagnose(replace(read, xyz_cd_m2=read.xyz_cd_m2 + leaked), baseline="native")
@@ -145,7 +145,7 @@ def test_compare_names_the_reading(tmp_path: Path, run: Callable[..., Done]) -> 
 
 
 def test_slips_of_an_instrument_with_heavy_tails_are_no_drift() -> None:
-    """The last white of a session slipped by 5 %: of such an instrument that says nothing of the display's light."""
+    """The last white of a session is an outlier of 5 %: with such an instrument the display's light need not change."""
     truth = campaign(711052289, {}, design="full", habits=2)
     text = table(truth, METERS["heavy-tails"].read(truth, 711052289))
     assert diagnose(read(text, file="healthy.csv", sha256="")).verdict.name == "consistent"

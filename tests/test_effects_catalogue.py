@@ -47,15 +47,15 @@ class TestContract:
         assert len(set(map(frozenset, effect.forms))) == len(effect.forms) <= 10
         assert max(map(len, effect.forms)) <= 12
         assert 1 <= effect.refined <= len(effect.forms)
-        # A start that the baseline tells is no unknown.
+        # A start that the baseline determines is no unknown.
         told = {name for name, parameter in effect.parameters.items() if parameter.beside_first}
         assert {name for form in effect.forms for name in form} == set(effect.parameters) - told
         for form in effect.forms:
-            # A search starts where the effect does nothing: without an amplitude it would stay there.
+            # A search starts where the effect is zero: without an amplitude the search would stay there.
             assert effect.stage == "selection" or set(form) & set(effect.neutral)
 
     def test_its_simple_forms_free_sizes_and_times_alone(self, effect: Effect) -> None:
-        """What bends the formula, such as a power, belongs to the refined forms."""
+        """Parameters of the formula's shape, such as a power, belong to the refined forms."""
         times = {"hour", "early_h", "minutes", "headroom"}
         for form in effect.forms[: effect.refined]:
             assert set(form) <= {*effect.neutral, *times}
@@ -63,7 +63,7 @@ class TestContract:
     def test_neutral_is_identity_whatever_the_shape(self, effect: Effect) -> None:
         if effect.stage == "selection":
             assert not effect.neutral
-            return  # a selection is there or not; test_effects_formulas.py tries what it returns
+            return  # a selection has no neutral value; test_effects_formulas.py tests its output
         rng = np.random.default_rng(seed_of(effect))
         scene = scene_of()
         signal = signal_of(effect, scene)
@@ -98,7 +98,7 @@ class TestContract:
         np.testing.assert_allclose(
             effect.function(signal, scene, **values), effect.function(signal, many, **values), rtol=1e-13
         )
-        if effect.stage == "emission":  # a model holds one set of tips an hour, whatever the colours
+        if effect.stage == "emission":  # a model has one set of tips an hour, for all colours
             found = effect.function(TIPS[np.newaxis], scene, **values)
             assert np.broadcast_shapes(found.shape, (N, 4, 3)) == (N, 4, 3)
 
@@ -127,7 +127,7 @@ class TestContract:
             value = getattr(scene, each.name)
             if isinstance(value, np.ndarray):
                 value.flags.writeable = False
-        effect.function(signal_of(effect, scene), scene, **lively(effect))  # read-only arrays raise when written to
+        effect.function(signal_of(effect, scene), scene, **lively(effect))  # read-only arrays raise an error on a write
 
     def test_every_parameter_matters(self, effect: Effect) -> None:
         scene = scene_of(200)
@@ -155,7 +155,7 @@ class TestContract:
                 np.testing.assert_allclose(there, here, rtol=1e-4, atol=1e-4 * np.abs(here).max())
 
     def test_without_its_columns_it_hides_behind_the_tips(self, effect: Effect) -> None:
-        """Where its columns are at rest, all it does is a factor an hour."""
+        """With its columns at rest, the effect is only a factor per hour."""
         if not effect.needs:
             return
         seen = scene_of(hours=np.full((N, 1), 9000.0))

@@ -1,4 +1,4 @@
-"""``lutgen effects``: the list, the explanation, the picture, the check, and what it says of bad input."""
+"""``lutgen effects``: the list, the explanation, the picture, the check, and its messages on bad input."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ LEAK = "leak: xyz + k*tau*white; k=0.002[0,0.05]"
 
 
 def run(*arguments: str) -> str:
-    """What the command prints."""
+    """Return the printed text of the command."""
     done = CliRunner().invoke(group, ["effects", *arguments], catch_exceptions=False)
     assert done.exit_code == 0, done.output
     return done.stdout
@@ -164,7 +164,7 @@ Ended = Callable[..., tuple[int, str]]
 
 @pytest.fixture
 def ended(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Ended:  # noqa: ARG001 - where
-    """Runs the program in the folder; gives its exit code and all that it says."""
+    """Run the program in the folder. Return its exit code and all its output."""
 
     def run_main(*arguments: str) -> tuple[int, str]:
         done = in_process(monkeypatch, capsys, "effects")(*arguments)
@@ -235,7 +235,7 @@ class Rehearsal(NamedTuple):
 
 @pytest.fixture
 def rehearsed(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
-    """Stands in for the rehearsal, and keeps what it was given."""
+    """Replace the rehearsal, and keep its arguments."""
     given: list[Any] = []
 
     def rehearse(effect: Any, measurements: Any, others: Any) -> Rehearsal:

@@ -1,4 +1,4 @@
-"""Each built-in effect does what its formula says, and its free forms come near formulas that it does not have."""
+"""Each built-in effect follows its formula, and its free forms approximate formulas outside the catalogue."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ pytestmark = pytest.mark.numbers
 
 NAMES = tuple(catalogue())
 
-# Literal twins: name, values, where, what passes and what must come out, computed by hand or in plain Python.
+# Literal twins: name, values, scene, input, and expected output, computed by hand or in plain Python.
 LINEAR = (0.2, 0.5, 0.9)
 HALF = 9000.0
 #: exp(−0.4·τ^(2·bend)) at τ = ½ for bends of 2, 1 and ½.
@@ -33,7 +33,7 @@ GAINS = np.exp([[-0.4 / 16], [-0.4 / 4], [-0.4 / 2]])
 
 
 def _faded(gains: list[float]) -> Array:
-    """Tips whose primaries have these gains; what white has beside them takes the mean."""
+    """Tips whose primaries have these gains. White's light beyond the sum of its primaries has the mean gain."""
     red, green, blue = (gain * tip for gain, tip in zip(gains, TIPS[1:], strict=True))
     beside = TIPS[0] - TIPS[1] - TIPS[2] - TIPS[3]
     return np.array([[red + green + blue + beside * (sum(gains) / 3), red, green, blue]])
@@ -284,7 +284,7 @@ TWINS: tuple[tuple[str, Mapping[str, float], Scene, object, object], ...] = (
         {"new": 0.1, "exponent": 2.0, "weight_red": 1.0, "weight_blue": 3.0, "tint_red": 0.5, "tint_blue": -0.5},
         at(code=(1.0, 0.0, 0.5), window=0.5, surround=0.6),
         [[1.0] * 3],
-        # Weights 2:1:4 of squared code values, half of the screen
+        # Weights 2:1:4 of squared code values, for half of the screen
         [1 - 0.1 * (0.5 * 3 / 7 + 0.5 * 0.36) * np.array([1.5, 1.0, 0.5])],
     ),
     (
@@ -292,11 +292,11 @@ TWINS: tuple[tuple[str, Mapping[str, float], Scene, object, object], ...] = (
         {"bits": 4, "panel_gamma": 2.0, "added": 0.0},
         at(),
         [[0.0, 0.5, 1.0]],
-        # Light 0.21404 of code 0.5; its root times 15 is 6.94, which truncates to 6
+        # Code 0.5 gives light 0.21404. The root of this light times 15 is 6.94, truncated to 6.
         [[0.0, float(linear_to_code((6 / 15) ** 2)), float(linear_to_code((14 / 15) ** 2))]],
     ),
     ("recalibration", {"hour": 9000, "green": 0.2, "blue": -0.1}, at(), [LINEAR], [[0.2, 0.5**1.2, 0.9**0.9]]),
-    # A Γ that is the same at all levels
+    # The same Γ at all levels
     (
         "recalibration",
         {"hour": 9000, **dict.fromkeys(("level_00", "level_25", "level_50", "level_75", "level_100"), 0.2)},
@@ -337,13 +337,13 @@ def test_every_effect_has_a_literal_twin_or_a_test_of_its_own() -> None:
         "yellowing",
         "phosphor-wear",
         "meter-mismatch",
-    }  # below and in test_spectra
+    }  # tested below and in test_spectra
     assert {name for name, *_ in TWINS} | own == set(NAMES)
 
 
 @pytest.mark.parametrize(("hours", "left"), [(0, 1.0), (10_000, 0.67), (18_000, 0.40)])
 def test_the_decay_meets_the_papers_luminances(hours: float, left: float) -> None:
-    """β = 1.41, T = 19 150 h meet 67 % at 10 000 h and 40 % at 18 000 h."""
+    """β = 1.41 and T = 19 150 h give 67 % at 10 000 h and 40 % at 18 000 h."""
     loss = (18_000 / 19_150) ** 1.41
     found = one("backlight-decay", TIPS[None], at(hours), loss=loss, beta=1.41)
     np.testing.assert_allclose(found, TIPS[None] * left, rtol=0.003)
@@ -362,7 +362,7 @@ def test_a_primary_shifts_with_its_own_level_only() -> None:
 
 
 def test_a_primary_may_shift_by_the_light_of_its_drive() -> None:
-    """(1 − d^b)^e at d = ½, b = 2, e = 1, and half of the shift at hour 0."""
+    """(1 − d^b)^e at d = ½, b = 2, e = 1, with half of the shift at hour 0."""
     found = one("primary-shift", TIPS[None], at(HALF, code=(0.5, 1, 1)), red_x=0.04, bend=2.0, onset=0.5, power=2.0)
     shift = 0.75 * (0.5 + 0.5 / 4) * 0.04 * TIPS[1].sum() * np.array([1.0, 0.0, 0.0])
     np.testing.assert_allclose(found[0], np.add(TIPS, [shift, shift, [0.0] * 3, [0.0] * 3]), rtol=1e-12)
@@ -390,7 +390,7 @@ def test_worn_phosphors_keep_a_share_of_their_light() -> None:
 
 
 def test_filters_that_have_moved_read_every_colour_through_one_matrix() -> None:
-    """ȳ and the others at λ − 0.5 nm, read between the table's points by a parabola through three of them."""
+    """ȳ and the other curves at λ − 0.5 nm, interpolated in the table by a parabola through three points."""
     scene = at(HALF)
     assert scene.light is not None
     step = 0.5 / 5.0
@@ -433,7 +433,7 @@ def test_a_soft_switching_takes_the_power_mean_for_the_smallest_channel() -> Non
     found = one("matrix-switching", linear, at(), softness=1.0)
     np.testing.assert_allclose(found, np.repeat(harmonic, 3).reshape(3, 3), rtol=1e-12)
     np.testing.assert_allclose(one("matrix-switching", linear, at(), softness=1e-3)[:, 0], [0.25, 0.2, 0], rtol=2e-3)
-    # In the chain: Σ l P + D·mean, with D what white has beside its primaries.
+    # In the chain: Σ l P + D·mean, where D is white's light beyond the sum of its primaries.
     scene = at(code=(0.8, 0.6, 0.9))
     applied = [Term(catalogue()["matrix-switching"], softness=1.0)]
     light = code_to_linear(np.array([0.8, 0.6, 0.9]))
@@ -504,7 +504,7 @@ def test_growth_comes_near_logistic_curves(steepness: float, middle: float) -> N
     assert np.sqrt((least_squares(missed, start, bounds=bounds).fun ** 2).mean()) < 0.01
 
 
-# Forms that the catalogue does not have, and how far its freest form must come: (name, parameters, hidden, limit).
+# Forms outside the catalogue, and the largest permitted error of the catalogue's freest form: (name, formula, limit).
 HIDDEN: tuple[tuple[str, Callable[[Array, float], Array], float], ...] = (
     ("a symmetric S in linear light", lambda light, size: light + size * light * (1 - light) * (2 * light - 1), 5e-4),
     (

@@ -1,4 +1,4 @@
-"""Why sessions differ, held to a simulator that is not ours, to arithmetic, and to what authors of real ones noted."""
+"""Why sessions differ: tests against another simulator, by arithmetic, and against the notes on real sessions."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.numbers
 
-#: An additive display: sRGB's primaries for 100 cd/m² of white (IEC 61966-2-1), and 0.1 cd/m² of black.
+#: An additive display: sRGB's primaries at 100 cd/m² of white (IEC 61966-2-1), and 0.1 cd/m² of black.
 FIVE = ColourPoints(
     np.array([[41.24, 21.26, 1.93], [35.76, 71.52, 11.92], [18.05, 7.22, 95.05]]),
     np.zeros(3),
@@ -56,14 +56,14 @@ def verdict(folder: Path, cause: str, size: float, seed: int) -> tuple[SessionVe
 
 @pytest.mark.parametrize("size", [(cause, size) for cause, sizes in SIZES.items() for size in sizes], ids=str)
 def test_a_simulated_cause_is_named_alone_or_among_its_rivals(size: tuple[str, float], tmp_path: Path) -> None:
-    # A seed that nothing was tuned on.
+    # A seed that no tuning has used.
     found, label = verdict(tmp_path, *size, 901)
     assert found.kind in KINDS
     if label == "same":
         assert (found.kind, found.names, found.display) == ("same", (), "unchanged")
     else:
         assert label in found.names, found
-        # At most four names: a verdict that names everything says nothing.
+        # At most four names: a verdict with every name gives no information.
         assert len(found.names) <= 4
         assert found.tests
 
@@ -94,14 +94,14 @@ def test_light_changes_as_each_parameter_says() -> None:
 def test_a_fit_finds_what_was_changed(name: str) -> None:
     size = np.log(np.array([0.8, 0.85, 0.7])[: PARAMETERS[name][0]])
     found = fit(FIVE, changed(FIVE, {name: size}), [name], noise=0.0)
-    # The prior pulls by some parts in a thousand.
+    # The prior shifts the estimate by some parts in a thousand.
     np.testing.assert_allclose(found.values[name], size, atol=0.004)
     assert found.chi2 < 1.0
     assert found.evidence > fit(FIVE, changed(FIVE, {name: size}), [], noise=0.0).evidence
 
 
 def test_the_evidence_is_the_integral_that_it_approximates() -> None:
-    # One parameter: prior times likelihood, summed over a fine grid (Laplace is exact but for the exponential).
+    # One parameter: sum prior times likelihood over a fine grid (Laplace's method is exact except for the exponential).
     after = changed(FIVE, {"gauge": np.array([0.01])})
     grid = np.linspace(-0.2, 0.2, 8001)
     inverse = np.linalg.inv(covariance(FIVE, after, noise=0.0))
@@ -247,7 +247,7 @@ def test_a_noisy_instrument_and_no_repeats_are_no_cause(seed: int, tmp_path: Pat
 def test_what_scatters_is_told_from_what_drifts(
     readings: int, noise: float, moved: Callable[[Array], Array], share: tuple[float, float], tmp_path: Path
 ) -> None:
-    """Share of 300 sessions, with white read so many times, in which a drift is seen."""
+    """Share of 300 sessions with a detected drift, if each session reads white this number of times."""
     random = np.random.default_rng(20261122)
     white = np.array([95.04, 100.0, 108.9])
     (tmp_path / "s.csv").write_text(csv_text(np.ones((readings, 3)), np.tile(white, (readings, 1))))
@@ -365,9 +365,9 @@ def test_a_cause_on_record_is_no_second_assumption(tmp_path: Path) -> None:
         found[before] = weighed[frozenset({"brightness", "instrument"})], weighed[frozenset({"gamut-mode"})], pair
     said, unsaid = found["one meter"][0], found["other"][0]
     assert (said.assumed, unsaid.assumed) == (1, 2)
-    # The prior of the instrument is 2 in place of -1 as well.
+    # The prior of the instrument is also 2 in place of -1.
     assert said.weight - unsaid.weight == pytest.approx(SECOND + 3.0)
-    # One preset nearly as likely: what is on record is not left out for being one cause more.
+    # A single preset is nearly as likely: a recorded cause must stay even if it makes one cause more.
     both, preset, pair = found["one meter"]
     assert "instrument" in pronounce(pair, [both, replace(preset, weight=both.weight - RIVAL + 0.1)]).names
     both, preset, pair = found["other"]
@@ -408,7 +408,7 @@ def test_a_session_without_black_is_compared_without(tmp_path: Path) -> None:
     lit = [row for row in rows if not row.startswith("0.0000,0.0000,0.0000,")]
     assert len(lit) < len(rows)
     found = explain(read_campaign(write(tmp_path, [texts[0], "\n".join([head, *lit])], [0, 0])))
-    # Light after black is needed to tell a factor on all light from gains of the channels.
+    # Without readings of light after black, a common factor cannot be distinguished from gains of the channels.
     assert "brightness" in found.verdicts[0].names
     assert found.pairs[0].contrast is None
 
@@ -427,7 +427,7 @@ def _two(folder: Path, texts: list[str], days: int = 10) -> SessionVerdict:
 
 @pytest.mark.parametrize("order", ["", "sorted", "shuffled"])
 def test_sessions_sorted_by_code_do_not_drift(order: str, tmp_path: Path) -> None:
-    """What a brightness change looks like when a spreadsheet sorted the rows, with the order written down or not."""
+    """A change of brightness after a spreadsheet sorted the rows, with and without a record of the order."""
     rng = np.random.default_rng(8)
     made, code = panel(rng), np.unique(chart(9, 4), axis=0)
     texts = []
@@ -451,7 +451,7 @@ def test_a_drift_shows_in_the_order_of_reading_where_that_is_not_the_codes(tmp_p
 
 
 def test_blue_that_fades_over_a_year_is_aging(tmp_path: Path) -> None:
-    """Light of short wavelengths is lost, as behind a yellowing sheet: red and green hardly move."""
+    """Light of short wavelengths is lost, as behind a yellowing sheet: red and green hardly change."""
     rng = np.random.default_rng(3)
     made, code = panel(rng), chart(9, 3)
     short = 0.1 * made.channels[:, 2]
@@ -464,7 +464,7 @@ def test_blue_that_fades_over_a_year_is_aging(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("x", "y", "z"), [(0.95, 0.97, 0.85), (0.97, 0.87, 0.96)], ids=["short", "long"])
 def test_blue_light_that_fades_alone_is_aging_and_no_instrument(x: float, y: float, z: float, tmp_path: Path) -> None:
-    """Blue's own filter fades, towards short or long wavelengths: red and green do not move at all."""
+    """Only blue's filter fades, towards short or long wavelengths: red and green do not change at all."""
     rng = np.random.default_rng(12)
     made, code = panel(rng), chart(9, 3)
     faded = replace(made, channels=made.channels * np.array([[1.0] * 3, [1.0] * 3, [x, y, z]]))
@@ -475,7 +475,7 @@ def test_blue_light_that_fades_alone_is_aging_and_no_instrument(x: float, y: flo
 
 
 def test_a_matrix_that_moves_blue_alone_over_a_year_may_be_aging(tmp_path: Path) -> None:
-    """Blue became brighter and another blue: no loss that lutgen knows, but nothing says that the meter changed."""
+    """Blue becomes brighter and changes its hue. lutgen knows no such loss, but no record names another meter."""
     rng = np.random.default_rng(13)
     made, code = panel(rng), chart(9, 3)
     moved = replace(made, channels=made.channels * np.array([[1.0] * 3, [1.0] * 3, [1.0, 1.1, 1.0]]))
@@ -484,7 +484,7 @@ def test_a_matrix_that_moves_blue_alone_over_a_year_may_be_aging(tmp_path: Path)
 
 
 def test_a_preset_of_which_nobody_told_is_among_the_rivals(tmp_path: Path) -> None:
-    """Neither instrument nor settings are on record: primaries that mix, and black that stays, may be a preset."""
+    """No instrument and no settings are recorded: primaries that mix while black stays may be a preset."""
     found, label = verdict(tmp_path, "gamut-mode", 0.1, 7103)
     assert label in found.names
 
@@ -519,7 +519,7 @@ def test_one_patch_misread_is_named_and_left_out(beside: str, tmp_path: Path) ->
 
 @pytest.mark.parametrize("declares", ["proof", "sign", "beside", "bends"])
 def test_a_cause_is_one_file(declares: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever an invented cause declares names it: nothing else has to know it."""
+    """Each declaration of an invented cause suffices to name the cause. No other module has to know the cause."""
     says: dict[str, object] = {declares: lambda _pair: True if declares == "bends" else "a cat sat on the screen"}
     invented = Cause("cat", "a cat sat on the screen", "look", "unchanged", frozenset({"sum"}), **says)  # type: ignore[arg-type]
     known = {**causes(), "cat": invented}
@@ -532,11 +532,11 @@ def test_a_cause_is_one_file(declares: str, tmp_path: Path, monkeypatch: pytest.
 
 X61_2020 = "ThinkPad_X61__N121X5-L06__1_2020-05-26"
 
-#: Real pairs by how their files begin, and names that a verdict may hold: "" means nothing at all.
+#: Real pairs by the first letters of their file names, and the names that a verdict may contain ("": no name).
 REAL = {
     "one day, twice": ("K2721UG__1_2022-08-20_16", "K2721UG__1_2022-08-20_17", {""}),
     "one day, recalibrated": ("U2718Q__1_2020-05-26_12-15", "U2718Q__1_2020-05-26_12-58", {""}),
-    # Their colours repeat; in one session of each light is the same from code 224 or 199 of 255 up.
+    # Their colours repeat. In one session of each pair the light is constant from code 224 or 199 of 255 upwards.
     "Dell": ("DELL_P2715Q_2022", "DELL_P2715Q_14", {"signal-range"}),
     "LG": ("LG_ULTRAWIDE_2022", "LG_ULTRAWIDE_14", {"signal-range"}),
     "LG, two cables": ("LG_ULTRAWIDE_17-06-2022_D65_120_D", "LG_ULTRAWIDE_17-06-2022_D65_120_H", {"signal-range"}),

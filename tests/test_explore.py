@@ -1,4 +1,4 @@
-"""`lutgen explore` without a browser: its numbers are the command line's, and nothing that a page sends hurts it."""
+"""`lutgen explore` without a browser: its numbers equal the command line's, and no request of a page harms it."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ BOTH = ["eotf-drift", "black-level"]
 
 
 class Told(list[tuple[str, Any]]):
-    """What an object tells its window."""
+    """Messages of an object to its window."""
 
     def __call__(self, what: str, content: Any) -> None:
         self.append((what, content))
@@ -65,7 +65,7 @@ def fitting(data: str = EXAMPLE, **given: Any) -> tuple[Fitting, Told]:
 
 
 def settled(held: Fitting) -> None:
-    """Wait for the fit and for what it is worth, not for the effects that are tried alone."""
+    """Wait for the fit and its error, not for the effects that are tried one by one."""
     assert held.idle()
     assert held.idle()
 
@@ -103,7 +103,7 @@ def test_the_error_is_what_compare_and_refine_print(lutgen: Callable[..., Done])
 
 
 def test_what_a_chosen_point_leaves_of_the_others_is_told_by_the_server() -> None:
-    """The root mean square in σ of the readings that two points share, in units of the one's own noise."""
+    """The root mean square in σ of the readings that two points share, in units of the unchosen point's noise."""
     held, told = fitting()
     settled(held)
     error = told.last("error")
@@ -123,7 +123,7 @@ def test_what_a_chosen_point_leaves_of_the_others_is_told_by_the_server() -> Non
 
 
 def one_line(printed: str) -> str:
-    """What is printed, in one line."""
+    """The printed text in one line."""
     return " ".join(printed.split())
 
 
@@ -135,7 +135,7 @@ def test_a_switch_is_answered_by_one_linear_step_and_taken_back_by_another() -> 
     first = held.switch(["black-level"])
     settled(held)
     final = told.last("error")["noise_ratio"]
-    # Near the fit, and not the fit.
+    # Near the fit, but not equal to the fit.
     assert first["noise_ratio"] == pytest.approx(final, rel=0.02)
     assert first["noise_ratio"] != final
     assert held.switch([])["noise_ratio"] == pytest.approx(alone, rel=1e-9)
@@ -166,7 +166,7 @@ def test_an_effect_that_the_readings_do_not_support_is_told_and_a_refused_one_ch
 def test_where_a_fit_is_refused_what_was_on_is_on_again(tmp_path: Path) -> None:
     head, *rows = Path(EXAMPLE).read_text().split("\nhour,")
     lines = rows[0].splitlines()
-    # White, red, green and blue at rest, and one colour beside them.
+    # White, red, green and blue at rest, and one other colour.
     few = [line for line in lines[1:] if is_plain(line)]
     (tmp_path / "few.csv").write_text("\n".join([head, f"hour,{lines[0]}", *few, ""]))
     held, told = fitting(str(tmp_path / "few.csv"))
@@ -216,7 +216,7 @@ def test_an_effect_of_ones_own_leaves_what_is_on_and_what_is_fitted() -> None:
     settled(held)
     assert held.switch(["black-level"])["noise_ratio"] == fit
     assert not held.switch(["black-level"])["provisional"]
-    # A formula that has changed under its name is fitted anew.
+    # A formula that has changed under its name needs a new fit.
     held.own([], ["leak: xyz + k*tau**2*white"])
     assert not held.switch(["black-level"])["provisional"]
     assert held.switch(["black-level", "leak"])["provisional"]
@@ -226,7 +226,7 @@ def test_an_effect_of_ones_own_leaves_what_is_on_and_what_is_fitted() -> None:
 
 
 def greys_alone() -> str:
-    """Readings that do not tell light that leaks from light that is reflected, or from the meter's own."""
+    """Readings that cannot distinguish leaked light from reflected light or from the meter's own offset."""
     hidden = (("black-level", 32e-6, "constant"),)
     hours = (0.0, 6000.0, 18_000.0)
     return csv_text(Campaign(design="greys", held=True, ageing=0.3, hours=hours, seed=3, hidden=hidden))
@@ -259,7 +259,7 @@ def test_a_table_is_the_one_that_build_writes(kind: str, lutgen: Callable[..., D
     if kind == "compensated":
         # The correction's numbers, as the aged display shows them.
         written = DisplayModel(read_measurements(EXAMPLE)).at("chroma", 9000.5).code_to_code(written)
-    # Half a step of 16 bits; and of the seventh decimal, which a display makes a few times larger.
+    # Half a step of 16 bits; and the seventh decimal, which a display makes a few times larger.
     assert np.abs(given[:, :3] / WHITE - written).max() <= 0.5 / 65535 + 1e-6
     assert (given[:, 3] == 65535).all()
     for mode, hours, points in [("chroma", 0, 34), ("sepia", 0, 33), ("chroma", 18_001, 33), ("chroma", -1, 33)]:
@@ -268,7 +268,7 @@ def test_a_table_is_the_one_that_build_writes(kind: str, lutgen: Callable[..., D
 
 
 def test_the_first_picture_is_through_the_table_that_build_writes(lutgen: Callable[..., Done], tmp_path: Path) -> None:
-    """It is baked before anything is fitted, from the readings alone."""
+    """The table is baked from the readings alone, before any fit."""
     showing = Showing(Told())
     overview = showing.open(data=EXAMPLE, baseline=None, model=None)
     first = overview["first"]
@@ -340,7 +340,7 @@ def test_commands_are_lines_to_copy() -> None:
         "lutgen", "refine", "my data.csv", "--add", "eotf-drift", "--add-expr", "leak: xyz + k*tau*white", "--keep",
         "-o", "my-display.toml",
     ]  # fmt: skip
-    # What may choose effects is told of the user's own, too.
+    # The commands that may choose effects also receive the user's own effects.
     own = ["--add-expr", "leak: xyz + k*tau*white"]
     assert shlex.split(lines[1]) == ["lutgen", "diagnose", "my data.csv", *own]
     assert shlex.split(lines[2]) == ["lutgen", "plan", "my data.csv", *own, "-o", "next.csv"]
@@ -435,11 +435,11 @@ def test_files_that_cannot_be_shown_end_the_command_with_2_and_a_sentence(lutgen
         assert sentence in done.err
 
 
-# The command in a process of its own.
+# The command in a separate process.
 
 
 class Visitor(Client):
-    """A page without a browser: one window, and its news."""
+    """A client in place of a page: one window and its news."""
 
     def __init__(self, address: str) -> None:
         super().__init__(address)
@@ -477,7 +477,7 @@ class Visitor(Client):
                     self.news.put((what, json.loads(value)))
 
     def hears(self, what: str, holds: Callable[[Any], bool] = lambda _: True) -> Any:
-        """Wait for news."""
+        """Wait for a message of this name whose content satisfies the condition."""
         end = monotonic() + 60
         while monotonic() < end:
             name, content = self.news.get(timeout=60)
@@ -512,14 +512,14 @@ def address() -> Iterator[str]:
 
 @pytest.fixture
 def own_address() -> Iterator[str]:
-    """Of a server that no other test's windows fill."""
+    """The address of a server that no other test's windows fill."""
     with exploring() as address:
         yield address
 
 
 @pytest.mark.slow(few=3)
 def test_a_small_reply_comes_at_once_on_a_connection_that_is_kept(address: str) -> None:
-    """A body that waits until its head is acknowledged comes 40 ms after it, each time."""
+    """A body that waits for the acknowledgement of its head would arrive 40 ms later, each time."""
     path = urlsplit(address)
     with closing(HTTPConnection(HOST, path.port or 0, timeout=60)) as connection:
         waited = []
@@ -550,11 +550,11 @@ def test_from_the_simulated_campaign_to_its_lut(address: str, lutgen: Callable[.
     assert found["mean_de2000"] == refined["after"]["delta_e_mean"]
     (tmp_path / "display-a.csv").write_bytes(page.see("take", "&what=readings"))
     (tmp_path / "taken.toml").write_bytes(page.see("take", "&what=model"))
-    # The same model, but for the way to its readings.
+    # The same model, except the path to its readings.
     assert [text for text in (tmp_path / "taken.toml").read_text().splitlines() if not text.startswith("file")] == [
         text for text in model.read_text().splitlines() if not text.startswith("file")
     ]
-    # The same list of what to measure next.
+    # The same list of patches to measure next.
     (planned,) = (
         shlex.split(each["command"]) for each in json.loads(page.see("commands")) if " plan " in each["command"]
     )
@@ -601,7 +601,7 @@ def test_files_are_dropped_and_what_was_there_stays_where_they_are_refused(
     assert len(needed["needs_hours"]) == 2
     composed = page.ask("drop", b"", "&hours=0,9000")
     assert composed["hours"] == [0.0, 9000.0]
-    # The commands read a file that only the page has: it is offered, and stands beside the sessions.
+    # The commands read a file that only the page has: the page offers the file for the folder of the sessions.
     assert composed["written"]
     for name in ("2021-01.ti3", "2024-12.ti3"):
         (tmp_path / name).write_bytes((folder / name).read_bytes())
@@ -628,7 +628,7 @@ def test_a_campaign_file_is_dropped_with_its_sessions(own_address: str, lutgen: 
     assert not opened["written"]
     error = page.hears("error", lambda error: len(error["readings"]) != 620)
     assert error["mean_de2000"] == compared["error"]["delta_e_mean"]
-    # Without its sessions it is refused, and the sentence names the file by its own name.
+    # Without its sessions the campaign is refused. The sentence names the file only by the file's own name.
     refused = page.ask("drop", campaign.read_bytes(), "&name=campaign.toml", status=400)["error"]
     assert "2021-01.ti3" in refused
     assert "/w" not in refused
@@ -699,14 +699,14 @@ def test_an_own_effect_of_one_line_is_added_and_code_only_when_it_is_trusted(add
     assert page.ask("own", code, "&name=mine.py&trusted=yes", status=400)["error"] == ENDED
     page.ask("switch", {"effects": ["eotf-drift"]})
     assert page.hears("error", lambda error: len(error["effects"]) == 1)["effects"][0]["name"] == "eotf-drift"
-    # A file that its author has changed is dropped again.
+    # The author changes the file and drops it again.
     for text in (GOOD, f"{GOOD}\n# changed\n"):
         own = page.ask("own", text.encode(), "&name=glow.py&trusted=yes")
         assert [each["name"] for each in own if each["own"]].count("glue-glow") == 1
 
 
 def png_of(width: int, height: int) -> bytes:
-    """A small file that says it is a picture of that size, all of one colour, compressed."""
+    """A small compressed PNG file that states this size, all of one colour."""
 
     def chunk(kind: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
@@ -717,7 +717,7 @@ def png_of(width: int, height: int) -> bytes:
 
 
 def begin(connection: HTTPConnection, page: Visitor, what: str, **headers: str) -> None:
-    """Say that something will be sent."""
+    """Announce a request body."""
     connection.putrequest("POST", f"{page.path}api/{what}")
     connection.putheader("Origin", f"http://{HOST}:{page.port}")
     for name, value in headers.items():
@@ -726,7 +726,7 @@ def begin(connection: HTTPConnection, page: Visitor, what: str, **headers: str) 
 
 
 def at_once(count: int, ask: Callable[[], Any]) -> list[Any]:
-    """Ask from so many threads: all answers."""
+    """Ask from this number of threads. Return all answers."""
     answers: Queue[Any] = Queue()
     threads = [Thread(target=lambda: answers.put(ask())) for _ in range(count)]
     for thread in threads:
@@ -738,7 +738,7 @@ def at_once(count: int, ask: Callable[[], Any]) -> list[Any]:
 
 @pytest.mark.slow(few=3)
 def test_of_many_pages_at_once_few_are_opened() -> None:
-    """Each has a window, and so processes of its own."""
+    """Each page has a window, and so its own processes."""
     with exploring() as address:
         page = Visitor(address)
 
@@ -757,7 +757,7 @@ def test_of_many_pages_at_once_few_are_opened() -> None:
 def test_hostile_input_is_refused_and_the_window_goes_on(address: str) -> None:
     page = Visitor(address)
     page.hears("error")
-    # 2 GB are announced, or 10⁷ lines, however short; none of them need be sent to be refused.
+    # The requests announce 2 GB, or 10⁷ bytes. The server refuses the request before the bytes arrive.
     for what, name, most, size in (
         ("drop", "a.csv", READINGS, 2 * 10**9),
         ("image", "a.png", IMAGE, 2 * 10**9),
@@ -766,7 +766,7 @@ def test_hostile_input_is_refused_and_the_window_goes_on(address: str) -> None:
         with closing(HTTPConnection(HOST, page.port, timeout=60)) as connection:
             begin(connection, page, f"{what}?window={page.window}&name={name}", Content_Length=str(size))
             assert f"larger than {most // 1_000_000} MB" in json.loads(connection.getresponse().read())["error"]
-    # What announces no size is counted while it comes.
+    # A body without an announced size is counted on arrival.
     with closing(HTTPConnection(HOST, page.port, timeout=60)) as connection:
         begin(connection, page, f"drop?window={page.window}&name=a.csv", Transfer_Encoding="chunked")
         for size in (READINGS, 1):

@@ -1,4 +1,4 @@
-"""The page of `lutgen explore` in real browsers: the whole road, what is dropped on it, a server that has gone."""
+"""The page of `lutgen explore` in real browsers: the whole workflow, dropped files, and a server that has ended."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ pytestmark = [
 ROOT = Path(__file__).resolve().parents[1]
 AXE = ROOT / "build/page/node_modules/axe-core/axe.min.js"
 
-#: Seconds for a fit or a diagnosis on a busy machine.
+#: Seconds allowed for a fit or a diagnosis on a busy machine.
 LONG = 150.0
 
 READY = "document.body?.dataset.ready === 'yes' && document.getElementById('ratio-number').textContent.endsWith('×')"
@@ -58,7 +58,7 @@ RATIO = "document.getElementById('ratio-number').textContent"
 
 @contextmanager
 def explored(folder: Path, *arguments: str) -> Iterator[tuple[str, subprocess.Popen[str]]]:
-    """`lutgen explore` in a folder: its address, and the process."""
+    """Run `lutgen explore` in a folder: yield its address and its process."""
     command = [sys.executable, "-m", "lutgen", "explore", "--no-browser", *arguments]
     with subprocess.Popen(
         command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, start_new_session=True
@@ -80,14 +80,14 @@ def explored(folder: Path, *arguments: str) -> Iterator[tuple[str, subprocess.Po
 
 @pytest.fixture(scope="module")
 def server() -> Iterator[str]:
-    """The address of examples/display-a.csv, which many windows show one after the other."""
+    """The address of a server of examples/display-a.csv, which many windows use one after the other."""
     with explored(ROOT, "examples/display-a.csv") as (address, _):
         yield address
 
 
 @pytest.fixture(params=["chromium", "fox"])
 def either(request: pytest.FixtureRequest) -> tuple[Page, Path]:
-    """Each browser in turn, and the folder that takes its downloads."""
+    """Each browser in turn, and its folder of downloads."""
     page, folder = request.getfixturevalue(request.param)
     page.size(1280, 720)
     page.theme()
@@ -109,7 +109,7 @@ def opened(page: Page, address: str) -> None:
 
 
 def shown(ratio: float) -> str:
-    """An error as the page writes it."""
+    """An error in the page's notation."""
     return f"{ratio:.0f} ×" if ratio >= 100 else f"{ratio:.1f} ×"
 
 
@@ -129,8 +129,8 @@ def text(page: Page, selector: str) -> str:
 
 
 def hand_over(page: Page, way: str, width: int) -> None:
-    """Drop or paste a picture that the page paints itself."""
-    # An event's own constructor takes no clipboard with files in Firefox.
+    """Drop or paste a picture that the page itself paints."""
+    # In Firefox the constructor of an event takes no clipboard with files.
     carrier = {"drop": "dataTransfer", "paste": "clipboardData"}[way]
     page.ask(
         f"""(() => {{
@@ -147,7 +147,7 @@ def hand_over(page: Page, way: str, width: int) -> None:
 
 
 def taken(page: Page, downloads: Path, what: str, suffix: str) -> Path:
-    """Take a file away, and wait until the browser has saved it."""
+    """Download a file, and wait until the browser has saved it."""
     click(page, f"#take-{what}")
     page.wait("document.getElementById('take-state').textContent.endsWith('kB')", LONG)
     until(lambda: any(each.stat().st_size for each in downloads.glob(f"*{suffix}")), f"no {suffix} was saved")
@@ -156,7 +156,7 @@ def taken(page: Page, downloads: Path, what: str, suffix: str) -> Path:
 
 
 def commands_of(page: Page) -> list[list[str]]:
-    """The commands to copy, as a shell reads them."""
+    """The commands to copy, split as a shell splits them."""
     click(page, "#take-open")
     page.wait("document.querySelectorAll('#commands code').length > 2")
     listed = page.ask("[...document.querySelectorAll('#commands code')].map((each) => each.textContent)")
@@ -164,7 +164,7 @@ def commands_of(page: Page) -> list[list[str]]:
 
 
 def drop(page: Page, *files: tuple[str, str]) -> None:
-    """Drop files, each a name and its text, on the page."""
+    """Drop files on the page. Each file is a name and its text."""
     page.ask(
         f"""(() => {{
             const dataTransfer = new window.DataTransfer();
@@ -182,7 +182,7 @@ def until(condition: Callable[[], object], otherwise: str) -> None:
 
 
 def building(server: int) -> bool:
-    """Whether `lutgen build` runs below a server."""
+    """Whether `lutgen build` runs as a descendant of the server."""
     found = [server]
     for parent in found:
         for task in Path(f"/proc/{parent}/task").glob("*/children"):
@@ -197,7 +197,7 @@ def switched_on(page: Page) -> set[str]:
 
 
 def overlapping(page: Page) -> list[str]:
-    """Words of the error's head that stand in one another."""
+    """Words of the error's head that overlap one another."""
     found: list[str] = page.ask(
         """(() => {
             const words = ["ratio", "error-mean", "error-state", "error-where", "noise-line", "stop"]
@@ -218,7 +218,7 @@ def overlapping(page: Page) -> list[str]:
 
 
 def cut_words(page: Page) -> list[str]:
-    """Words that are wider than what holds them."""
+    """Words that are wider than the element that holds them."""
     found: list[str] = page.ask(
         """[..."h1 h2 button .button label dt dd figcaption .heads>span #error-mean".split(" ")]
             .flatMap((each) => [...document.querySelectorAll(each)])
@@ -231,7 +231,7 @@ def cut_words(page: Page) -> list[str]:
 
 
 def shown_pixels(page: Page) -> np.ndarray[Any, np.dtype[np.uint8]]:
-    """The picture's canvas, a pixel in 16."""
+    """The picture's canvas, one pixel of each 16."""
     values = page.ask(
         """(() => {
             const canvas = document.querySelector("#viewer canvas");
@@ -244,7 +244,7 @@ def shown_pixels(page: Page) -> np.ndarray[Any, np.dtype[np.uint8]]:
     return np.array(values, np.uint8)
 
 
-# The road -----------------------------------------------------------------------------------------------------------
+# The whole workflow -------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.slow
@@ -265,7 +265,7 @@ def test_the_whole_road_from_the_error_to_a_lut(either: tuple[Page, Path], tmp_p
         assert switched_on(page) == {"eotf-drift", "black-level"}
         page.wait("document.getElementById('error').classList.contains('good')")
         until(lambda: not np.array_equal(shown_pixels(page), aged), "the picture stays as it was")
-        # What the page gives and what its commands print are the same.
+        # The page's results and the output of its commands are the same.
         commands = commands_of(page)
         (refine,) = (each for each in commands if each[1] == "refine")
         (tmp_path / "examples").mkdir()
@@ -292,7 +292,7 @@ def test_the_whole_road_from_the_error_to_a_lut(either: tuple[Page, Path], tmp_p
         page.open_address("about:blank")
 
 
-# What is dropped ----------------------------------------------------------------------------------------------------
+# Dropped files ------------------------------------------------------------------------------------------------------
 
 
 def test_a_ti3_is_opened_and_several_are_asked_for_their_hours(page_of_either: Page) -> None:
@@ -356,7 +356,7 @@ def test_an_image_is_dropped_or_pasted_and_one_that_is_none_is_refused(page_of_e
         hand_over(page, way, width)
         page.wait(f"{picture}[0][0] === {width}")
         assert page.ask("document.getElementById('image-trouble').hidden")
-        # It is measured, too.
+        # The aged picture is measured, too.
         page.wait("/\\d/.test(document.getElementById('figure-mean').textContent)", LONG)
 
 
@@ -371,7 +371,7 @@ def test_an_effect_of_ones_own_is_added_and_switched_on(page_of_either: Page) ->
     page.ask("void (document.getElementById('own-line').value = 'xyz + k*tau*white')")
     click(page, "#own button")
     page.wait("!!document.getElementById('effect-own-1')?.checked", LONG)
-    # What was on stays on, from the first moment.
+    # Effects that were switched on stay on, from the first moment.
     assert switched_on(page) == both
     page.wait(f"{RATIO} !== {json.dumps(before)} && !!document.querySelector('#effect-own-1-parameters *')", LONG)
     assert text(page, "#error-state") == ""
@@ -408,7 +408,7 @@ def test_a_switch_gives_an_error_at_once_and_what_if_moves_it(page_of_either: Pa
     page = page_of_either
     before = text(page, "#ratio-number")
     click(page, "#effect-black-level")
-    # Effects that are tried meanwhile do not switch it off again.
+    # Effects that the server tries meanwhile do not switch the effect off again.
     for _ in range(5):
         assert switched_on(page) == {"black-level"}, text(page, "#physics-trouble")
     page.wait(f"{RATIO} !== {json.dumps(before)} && document.querySelector('.parameter input') && {FINAL}", LONG)
@@ -460,7 +460,7 @@ def test_a_first_step_that_comes_after_its_fit_is_not_shown(page_of_either: Page
 
 def test_the_picture_answers_a_switch_and_shows_what_it_was_without_it(page_of_either: Page) -> None:
     page = page_of_either
-    # It is measured before, so that the numbers can say what they were.
+    # The picture is measured before the change, so that the page can state the earlier numbers.
     page.wait("/\\d/.test(document.getElementById('figure-mean').textContent)", LONG)
     before, mean = shown_pixels(page), text(page, "#figure-mean")
     assert page.ask("document.getElementById('with-label').hidden")
@@ -478,7 +478,7 @@ def test_sizes_and_hours_are_in_words_and_with_spaces(page_of_either: Page) -> N
     page = page_of_either
     seen = "[...document.querySelectorAll('#effects li:not(.unseen-by-data) .seen')].map((each) => each.innerText)"
     for words in page.ask(seen):
-        # A size, its unit, and what is of that size; the jump of the matrices has no size.
+        # A size, its unit, and what has the size. The jump of the matrices has no size.
         assert re.fullmatch(r"any size|[\d.]+( ×10[⁻\d⁰-⁹]+)?( \S+)?\n.{10,}", words.strip()), words
     ends = page.ask("document.querySelector('[data-slice=hour] .point:last-child').getAttribute('aria-label')")
     assert "18\u00a0000 h" in ends
@@ -500,7 +500,7 @@ def test_readings_of_one_hour_say_that_nothing_ages(page_of_either: Page) -> Non
 
 
 def test_an_error_that_came_before_its_readings_did_is_shown(page_of_either: Page) -> None:
-    """On a busy machine the server's news of readings may be heard before its answer to their drop."""
+    """On a busy machine the server's news of readings may arrive before its answer to their drop."""
     page = page_of_either
     page.ask(
         """void (window.fetch = ((fetch) => async (...asked) => {
@@ -568,7 +568,7 @@ def test_another_baseline_gives_the_error_and_the_commands_of_that_baseline(
     click(page, "#effect-black-level")
     page.wait(f"document.querySelector('.parameter') && {FINAL}", LONG)
     commands = commands_of(page)
-    # Of refine, diagnose and plan; what the model file says already is not said twice.
+    # Of refine, diagnose and plan. The other commands read the baseline from the model file.
     assert [each[each.index("--baseline") + 1] for each in commands[:3]] == ["first-hour"] * 3
     assert not any("--baseline" in each for each in commands[3:])
 
@@ -585,7 +585,7 @@ def test_the_diagnosis_is_cancelled(page_of_either: Page) -> None:
 
 
 def test_a_fit_that_takes_long_is_stopped(page_of_either: Page, tmp_path: Path) -> None:
-    """An effect that dawdles while a file is there: its fit would take minutes."""
+    """An effect that is slow while a file exists: its fit would take minutes."""
     page, slow = page_of_either, tmp_path / "slow"
     dawdle = f"    import os, time\n    time.sleep(0.3 * os.path.exists({str(slow)!r}))\n    return"
     before = text(page, "#ratio-number")
@@ -603,7 +603,7 @@ def test_a_fit_that_takes_long_is_stopped(page_of_either: Page, tmp_path: Path) 
     slow.unlink()
     page.wait(f"{FINAL} && {RATIO} === {json.dumps(before)}", LONG)
     page.wait("document.getElementById('stop').hidden && !document.querySelector('[role=switch]:checked')", LONG)
-    # What answers is not the process that was ended.
+    # A new process answers, not the process that was ended.
     click(page, "#effect-black-level")
     page.wait(f"document.querySelector('.parameter input') && {RATIO} !== {json.dumps(before)} && {FINAL}", LONG)
     assert switched_on(page) == {"black-level"}
@@ -667,7 +667,7 @@ def test_what_is_being_made_is_cancelled(either: tuple[Page, Path]) -> None:
         page.open_address("about:blank")
 
 
-# Where the error sits -----------------------------------------------------------------------------------------------
+# The patches with the largest error ---------------------------------------------------------------------------------
 
 
 def test_a_slice_that_is_chosen_filters_the_patches_and_the_other_charts(page_of_either: Page) -> None:
@@ -679,7 +679,7 @@ def test_a_slice_that_is_chosen_filters_the_patches_and_the_other_charts(page_of
     assert worst == sorted(worst, reverse=True)
     assert len(worst) == 200
     point = "document.querySelector('[data-slice=hour] .points').firstElementChild"
-    # White and primaries at rest are what the model is anchored to: no slice has them.
+    # The model is anchored to white and primaries at rest: no slice has them.
     anchors = read.at_rest() & is_tip(read.drive).any(axis=1)
     of_hour_0 = int(((read.hours == 0) & ~anchors).sum())
     assert page.ask(f"{point}.getAttribute('aria-label')").endswith(f"times the noise, {of_hour_0} readings")
@@ -694,7 +694,7 @@ def test_a_slice_that_is_chosen_filters_the_patches_and_the_other_charts(page_of
 
 
 def test_swatches_are_the_measured_and_the_predicted_colour(page_of_either: Page) -> None:
-    """The worst patch is dark and red; its halves are of the colours that the readings and the model give."""
+    """The worst patch is dark and red. Its halves show the measured and the predicted colour."""
     page = page_of_either
     label = page.ask(LABELS)[0]
     image = page.ask("getComputedStyle(document.querySelector('#patches .swatch')).backgroundImage")
@@ -711,7 +711,7 @@ def test_swatches_are_the_measured_and_the_predicted_colour(page_of_either: Page
     assert text(page, "#tip") == label
 
 
-# Windows, and the server --------------------------------------------------------------------------------------------
+# Windows and the server ---------------------------------------------------------------------------------------------
 
 
 @pytest.mark.rare(
@@ -741,7 +741,7 @@ def test_the_page_says_when_the_server_has_gone(either: tuple[Page, Path]) -> No
 
 @pytest.fixture(params=["chromium", "firefox"])
 def without_webgl(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Page]:
-    """Each browser in turn, with a graphics driver that serves no WebGL2."""
+    """Each browser in turn, with a graphics driver without WebGL2."""
     if request.param == "firefox":
         if FIREFOX is None:
             pytest.skip("Firefox and a screen for it are not installed (Debian: firefox-esr, xvfb)")
@@ -765,7 +765,7 @@ def test_without_webgl_the_rest_of_the_page_serves(without_webgl: Page) -> None:
         page.wait(f"document.querySelector('.parameter input') && {FINAL}", LONG)
 
 
-# Reach --------------------------------------------------------------------------------------------------------------
+# Access -------------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("size", [(1280, 720), (1920, 1080), (1024, 768)])
@@ -785,7 +785,7 @@ def test_everything_is_inside_the_window(page_of_either: Page, size: tuple[int, 
 
 
 def test_the_keyboard_reaches_everything(page_of_either: Page) -> None:
-    """From the top of the page Tab alone comes to each control, and keys work there."""
+    """From the top of the page the Tab key reaches each control, and keys operate the controls."""
     page = page_of_either
     page.ask("document.body.tabIndex = -1, document.body.focus(), document.body.removeAttribute('tabindex')")
     seen: list[str] = []
@@ -823,7 +823,7 @@ def test_axe_finds_no_violation(page_of_either: Page, theme: str) -> None:
         if panel:
             page.ask(f"document.getElementById({panel!r}).showPopover()")
             time.sleep(0.3)
-        # Behind an open panel the page is what was asked first.
+        # The first call covers the page behind an open panel.
         found = page.ask(
             f"window.axe.run({f'#{panel}' if panel else 'html'!r}).then(({{ violations }}) => "
             "violations.map(({ id, nodes }) => [id, nodes.map((each) => each.html)]))"
@@ -843,6 +843,6 @@ def test_the_page_asks_nobody_but_its_server_and_has_no_complaint(chromium: tupl
         page.wait("!document.getElementById('scale').hidden")
         page.open_address("about:blank")
     assert {each for each in page.requests if not each.startswith((address, "data:", "blob:", "about:"))} == set()
-    # What came with the page is what it asks for: one image, and no preload that nobody used (a complaint).
+    # The page requests one image, and no preload is unused (the browser would complain).
     assert sum("/api/image" in each for each in page.requests) == 1
     assert [each for each in page.complaints if "ReadPixels" not in each] == []

@@ -1,4 +1,4 @@
-"""The library that the explore page ships is the one that its NOTICE names, and the page asks for nothing else."""
+"""The library of the explore page is the library that its NOTICE names, and the page requests no other library."""
 
 from __future__ import annotations
 

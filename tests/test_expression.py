@@ -1,4 +1,4 @@
-"""One-line effects: what the grammar reads, what it refuses, and what is found out about a formula."""
+"""One-line effects: the grammar, refused formulas, and the derived properties of a formula."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ BOUNDS = (-1.0, 1.0)
         ("drive - k*clip(drive, 0.2, 0.8)*tau + k*0.2*tau", "drive", {"k"}, ()),
         ("code + k*abs(code - 0.5)*sqrt(tau)", "drive", {"k"}, ()),
         ("xyz*(1 + k*log(1 + ambient_lx)*cos(u))", "optics", {"k"}, ("ambient_lx", "u")),
-        # In a product of a sine the factor is the amplitude, although zeroing the frequency would do as well.
+        # In a product with a sine the factor is the amplitude, although a frequency of 0 would also remove the effect.
         ("xyz*(1 + sin(w*tau)*k)", "optics", {"k"}, ()),
     ],
 )
@@ -119,7 +119,7 @@ def test_good_expressions(text: str, stage: str, neutral: set[str], needs: tuple
         ("xyz*(1 + k*log(ambient_lx))", "is not xyz itself"),
         ("xyz*(1 - k*warmup_min)", "warmup_min is infinite when warm"),
         ("xyz*(1 + k/rho)", "is not xyz itself"),
-        # b is blue's linear light, not a parameter: the sentence says how it was read.
+        # b is blue's linear light, not a parameter: the sentence states how the name was read.
         ("xyz + a*white + b*tau*white", "as quantities: white, b, tau; as parameters: a"),
         ("xyz + k*tua*white", "'tua' looks like 'tau'"),
         ("xyz + k*Tau*white", "'Tau' looks like 'tau'"),

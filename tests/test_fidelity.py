@@ -1,4 +1,4 @@
-"""A certificate's colours: how much of the largest error do they find?"""
+"""The colours of a certificate: the share of the largest error that they find."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from lutgen.bake.lut import Sampler
 from lutgen.bake.readback import TableKind
 from lutgen.display import default_display
 
-#: Ten times as many, half of them where tables err most.
+#: Ten times as many colours, half of them where tables have the largest errors.
 MANY = Counts(150_000, 0, 0, 0, 150_000)
 
 

@@ -1,4 +1,4 @@
-"""`lutgen figure`, `sheet` and `animate`: layouts, pixels one to one, frames as Pillow and ffmpeg read them."""
+"""`lutgen figure`, `sheet` and `animate`: layouts, unscaled pixels, and frames as Pillow and ffmpeg read them."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def pixels(path: Path) -> Any:
 
 
 def applied(folder: Path, model: DisplayModel, mode: str, hours: float) -> Any:
-    """The image as `lutgen apply` ages it."""
+    """The image aged by `lutgen apply`."""
     out = folder / f"applied-{mode}-{hours:g}.png"
     if not out.is_file():
         apply_to_image(folder / "a.png", out, model.at(mode, hours))
@@ -57,7 +57,7 @@ def applied(folder: Path, model: DisplayModel, mode: str, hours: float) -> Any:
 
 
 def places(page: Any, picture: Any) -> list[tuple[int, int]]:
-    """Row and column of every place where a page holds a picture, to the last bit."""
+    """Row and column of every place where a page contains a picture, to the last bit."""
     high, wide = picture.shape[:2]
     found = (page == picture[0, 0]).all(axis=2)
     found &= np.roll((page == picture[-1, -1]).all(axis=2), (1 - high, 1 - wide), axis=(0, 1))
@@ -188,7 +188,7 @@ def test_a_sheet_of_one_mode_and_many_hours_is_made_to_fit(run: Callable[..., Do
 
 
 def test_hours_that_nobody_chooses_are_those_of_the_display(run: Callable[..., Done], tmp_path: Path) -> None:
-    """A display measured to 12 000 h is built, laid out and animated to 12 000 h."""
+    """The default hours of a display measured to 12 000 h end at 12 000 h in build, sheet and animation."""
     rows = DISPLAY.read_text().splitlines()
     kept = [row for row in rows if not row[0].isdigit() or float(row.split(",")[0]) in (0, 4000, 8000, 12_400)]
     (tmp_path / "d.csv").write_text("\n".join(kept) + "\n")

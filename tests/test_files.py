@@ -1,4 +1,4 @@
-"""Files that may be anything are read up to a bound, whoever reads them: what is larger is refused at once."""
+"""Every reader reads files of unknown size only up to a bound: larger files are refused at once."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.numbers
 
-#: Bytes of a file of nothing but zeros that takes no room on the disk.
+#: Bytes of a sparse file of zeros, which takes no space on the disk.
 GIGABYTE = 10**9
 
 
@@ -55,7 +55,7 @@ def test_a_gigabyte_is_refused_before_it_is_read(
         read(tmp_path / name)
     assert str(error.value).startswith(f"{tmp_path / name}: larger than ")
     assert says in str(error.value)
-    # ru_maxrss is in kB, and what a reader imports on its first call counts too.
+    # ru_maxrss is in kB, and includes the imports of a reader's first call.
     assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < GIGABYTE / 1e4
 
 

@@ -1,4 +1,4 @@
-"""The fit, held to a slow twin that solves for everything at once, and to its own statistics."""
+"""The fit against a slow twin that solves for all unknowns together, and against its own statistics."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ pytestmark = pytest.mark.numbers
 #: Sessions of the healthy displays.
 NULL_HOURS = (0.0, 2500.0, 6000.0, 11_500.0, 18_000.0)
 
-#: A fit stops when an iteration promises less than 0.02 of χ²; Gauss-Newton is then nearer than this, in σ.
+#: A fit stops when the predicted decrease of χ² is below 0.02. Gauss-Newton is then nearer than this, in σ.
 NEAR = 0.02
 
 
@@ -81,7 +81,7 @@ def test_a_fit_ends_where_the_twin_ends_and_near_the_truth(name: str) -> None:
 
 def test_two_effects_are_fitted_together_as_the_twin_does() -> None:
     both = Fault(linear=FAULTS["eotf-drift"].linear, xyz=FAULTS["black-level"].xyz)
-    # One pair of parameters drives both, so that the twin needs no names of its own: eotf's new is black's new.
+    # One pair of parameters drives both effects, so the twin needs no separate names: eotf's new is black's new.
     readings = noisy(
         [each for hour in HOURS for each in session(hour)], display(), both, {"new": 0.01, "grown": 0.0}, 2
     )
@@ -112,7 +112,7 @@ def test_the_gain_between_two_sessions_of_one_hour_is_fitted_as_the_twin_does() 
 @pytest.mark.slow(every=True)
 @pytest.mark.parametrize("name", ["crosstalk", "black-level"])
 def test_an_hour_without_tips_is_fitted_nearly_as_the_twin_does(name: str) -> None:
-    # lutgen lets such an hour follow the tips of its neighbours, the twin also lets it pull at them.
+    # In lutgen the tips of such an hour follow the neighbouring hours. In the twin the hour also influences them.
     truth, _ = TRUTHS[name]
     hours = (0.0, 5000.0, 7000.0, 11_000.0, 16_000.0)
     tips = display(hours)
@@ -139,7 +139,7 @@ def test_a_held_display_is_fitted_as_the_twin_does() -> None:
 
 
 def test_parameters_that_trade_off_perfectly_do_not_keep_a_fit_from_its_minimum() -> None:
-    # Held white: a decay that all channels share cannot be seen, the differences can.
+    # With a constant white, a decay of all channels cannot be seen, but their differences can.
     truth, form = {"red": 0.2, "green": 0.3, "blue": 0.7}, ("red", "green", "blue")
     patches = [each for hour in HOURS for each in session(hour)]
     readings = noisy(patches, display(ageing=0.0), Fault(tips=_held), truth, seed=4)
@@ -183,7 +183,7 @@ def test_standard_errors_are_what_repeated_campaigns_scatter_by(name: str) -> No
     for key, value in truth.items():
         found = np.array([each.terms[0].values[key] for each in fits])
         said = float(np.mean([each.stderr[0][key] for each in fits]))
-        # 60 draws know their own scatter within 9 %, their mean within 0.13 of it.
+        # The standard deviation of 60 draws is known within 9 %, their mean within 0.13 standard deviations.
         assert np.std(found, ddof=1) == pytest.approx(said, rel=0.3)
         assert abs(found.mean() - value) < 4.0 * said / np.sqrt(60)
 
@@ -191,7 +191,7 @@ def test_standard_errors_are_what_repeated_campaigns_scatter_by(name: str) -> No
 @pytest.mark.slow
 @pytest.mark.rare(instead="test_standard_errors_are_what_repeated_campaigns_scatter_by")
 def test_estimates_of_what_is_not_there_scatter_by_their_standard_errors() -> None:
-    """Pulls over 100 healthy spectral displays, the noise estimated from their replicates."""
+    """Pulls over 100 healthy spectral displays. The noise is estimated from their replicates."""
     pulls: dict[str, list[float]] = {"black-level grown": [], "crosstalk new": [], "eotf-drift grown": []}
     for seed in range(100):
         text = csv_text(Campaign(display=list(CLASSES)[seed % 4], design="colours", hours=NULL_HOURS, seed=seed))

@@ -1,4 +1,4 @@
-"""Fitted nodes: the least squares by another way, and what becomes of tissue."""
+"""Fitted nodes: the least squares by another method, and the change of tissue colours."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from lutgen.display import default_display
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
 
-#: SHA-256 of aged.cube, 33³, of the default display, by hours in chroma; another processor's last bits change no digit.
+#: SHA-256 of aged.cube, 33³, of the default display in chroma, by hours. Another processor changes no digit.
 HASHES = {
     8_000.0: "5ba27c7a3d4fb288f09837724a7885ee3043d48b95bd3f92ec65d0a39acd39c6",
     18_000.0: "469e9b0e6d91ebc72ab0a634ed62c9a5d82a9074c10ba42f010acfc275265913",
@@ -69,7 +69,7 @@ def test_a_table_that_meets_no_clip_at_white_stays() -> None:
 
 @pytest.mark.parametrize(("space", "size"), [("code", 17), ("code", 33), ("linear", 17)])
 def test_ramps_come_nearer_to_the_step_than_a_table_of_the_step_itself(space: str, size: int) -> None:
-    """On other colours than those of the fit: at least a seventh less, of what no table of that size can avoid."""
+    """On colours outside the fit, the squared error that no such table can avoid falls by at least a seventh."""
     nodes, shares = ramps_at_white(space, size)
     assert np.abs(shares).max() < 1.5
     step = lattice_side(lattice(size, space))
@@ -84,7 +84,7 @@ def test_ramps_come_nearer_to_the_step_than_a_table_of_the_step_itself(space: st
         return float(np.square((weights * table[mixed]).sum(axis=1) - wanted).mean())
 
     assert squares(shares) < 0.85 * squares(np.zeros_like(shares))
-    # No other length of the same move comes much nearer.
+    # No other length of the same change is much nearer.
     for factor in (0.5, 1.5):
         assert squares(shares) < squares(factor * shares)
 
@@ -98,7 +98,7 @@ def lattice_side(code: Array) -> Array:
 
 @pytest.mark.parametrize("hours", [8_000.0, 18_000.0])
 def test_a_file_with_fitted_nodes_has_the_same_bytes_on_every_binding(hours: float) -> None:
-    """Held by their hash, which `make test-quick-other` asks of the other make of OpenColorIO too."""
+    """The hash fixes the bytes. `make test-quick-other` compares the hash with the other build of OpenColorIO."""
     aged = DisplayModel(read_measurements(default_display())).at("chroma", hours)
     form = format_named("cube")
     (lut,) = form.bake(Sampler(), aged, 33)

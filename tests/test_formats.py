@@ -1,6 +1,6 @@
-"""LUT formats: a contract for every format of the registry, the forms of .cube and CLF, and both bindings alike.
+"""LUT formats: a contract for every registered format, the syntax of .cube and CLF, and both OpenColorIO bindings.
 
-The contract runs over ``format_names()``: a new format is tested on the day that it is added.
+The contract tests run over ``format_names()``, so they cover each new format automatically.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def sampler() -> Sampler:
 
 @pytest.fixture(scope="module")
 def colours() -> Array:
-    """Random colours, lattice points, greys and corners, as float32 holds them."""
+    """Random colours, lattice points, greys and corners, rounded to float32."""
     random = np.random.default_rng(12)
     greys = np.repeat(np.linspace(0, 1, 500)[:, np.newaxis], 3, axis=1)
     code = np.concatenate([random.random((20_000, 3)), lattice(17, "code"), lattice(2, "code"), greys])
@@ -93,13 +93,13 @@ def colours() -> Array:
 
 
 def read_back(path: Path, code: Array) -> Array:
-    """Send colours through a file: apart from lutgen's own routine where OpenColorIO reads it."""
+    """Send colours through a file: by OpenColorIO if it reads the format, else by lutgen's ``apply_lut``."""
     reads = any(format_named(name).reader and path.name == format_named(name).file for name in format_names())
     return apply_lut(path, code) if reads else through_ocio(path, code)
 
 
 def through_ocio(path: Path, code: Array, *, optimised: bool = True) -> Array:
-    """Send colours through a file with OpenColorIO, apart from lutgen's own routine for that."""
+    """Send colours through a file with OpenColorIO, without ``apply_lut``."""
     lib = ocio()
     lib.ClearAllCaches()
     transform = lib.FileTransform(src=str(path), interpolation=lib.INTERP_TETRAHEDRAL)
@@ -144,7 +144,7 @@ def test_a_format_says_who_it_is(name: str) -> None:
     assert re.fullmatch(r"\.[a-z0-9]+", form.suffix)
 
 
-#: Formats that OpenColorIO reads, and those that their own reader does: that one has tests of its own.
+#: Formats that OpenColorIO reads, and formats with a reader of their own, which have separate tests.
 OF_OCIO = [name for name in format_names() if format_named(name).reader is None]
 OF_OTHERS = sorted(set(format_names()) - set(OF_OCIO))
 
@@ -161,10 +161,11 @@ def test_opencolorio_gives_what_the_lut_gives_by_itself(
             path = tmp_path / f"lut{form.suffix}"
             path.write_bytes(form.write(lut, PROVENANCE))
             expected = lut.apply(colours)
-            # Seven decimals and float32: 1e-7 of each. In linear light OpenColorIO's sRGB curve has its break where
-            # the pieces meet smoothly (0.03928, slope 1/12.9232), IEC's at 0.04045 (1/12.92): 1.1e-5 near black and
-            # 2.6e-4 of what lies below 0; and its fast powers from 2.2 on cost another 2.5e-5.
-            # OpenColorIO draws the shaper of a .csp anew, through 65536 points.
+            # Rounding to seven decimals and to float32 costs 1e-7 each. In linear light OpenColorIO's sRGB curve has
+            # its break at 0.03928 (slope 1/12.9232), where its pieces meet smoothly. The curve of IEC has its break at
+            # 0.04045 (slope 1/12.92). The difference is 1.1e-5 near black and 2.6e-4 of the values below 0.
+            # OpenColorIO 2.2 and later have fast powers, which cost another 2.5e-5.
+            # OpenColorIO resamples the shaper of a .csp at 65536 points.
             exact, fast = {"code": (4e-7, 4e-7), "shaped": (2e-6, 2e-6), "linear": (1.1e-5, 4e-5)}[lut.space]
             below = 2.6e-4 * np.maximum(-expected, 0) if lut.space == "linear" else 0.0
             error = np.abs(through_ocio(path, colours, optimised=False) - expected) - below
@@ -184,9 +185,9 @@ def test_a_format_of_another_reader_gives_what_the_lut_gives_by_itself(
             path.write_bytes(form.write(lut, PROVENANCE))
             expected = np.clip(lut.apply(colours), 0, 1)
             error = np.abs(np.clip(apply_lut(path, colours), 0, 1) - expected)
-            # sRGB's slope at black, 12.92 times the matrix's 3.2, makes 8e-4 of what LittleCMS and the sRGB profile
-            # round (their numbers have steps of 1.5e-5). In linear light OpenColorIO's fast powers cost 4e-5, as
-            # above; LittleCMS reads curves, straight ones too, at 16 bit.
+            # LittleCMS and the sRGB profile round in steps of 1.5e-5. The slope of sRGB at black (12.92) times the
+            # matrix (3.2) enlarges the rounding error to 8e-4. In linear light OpenColorIO's fast powers cost 4e-5, as
+            # above. LittleCMS reads curves, straight curves too, at 16 bit.
             profile = form.suffix == ".icc" and name != "devicelink"
             limit = 8.5e-4 if profile else {"linear": 5e-5}.get(lut.space, 3e-5 if name == "devicelink" else 1e-6)
             assert error.max() <= limit, f"{display}: {lut.space}"
@@ -217,7 +218,7 @@ def test_a_format_keeps_colours_outside_srgb_exactly_when_it_says_so(
             assert shown.max() > 1.001
         else:
             assert shown.min() >= 0
-            assert shown.max() < 256 / 255  # headroom beside the clip, less than a code of 8 bits
+            assert shown.max() < 256 / 255  # the headroom beside the clip is less than one 8-bit code
 
 
 @pytest.mark.parametrize("name", format_names())
@@ -226,7 +227,7 @@ def test_a_format_writes_the_same_bytes_each_time_and_carries_its_provenance(
 ) -> None:
     form = format_named(name)
     for aged in displays.values():
-        # Two samplers: nothing may depend on what was baked before.
+        # Two samplers: the result must not depend on what a sampler baked before.
         first, second = (form.bake(sampler, aged, 17) for sampler in (Sampler(), Sampler()))
         written = [[form.write(lut, PROVENANCE) for lut in luts] for luts in (first, second)]
         assert written[0] == written[1]
@@ -237,12 +238,12 @@ def test_a_format_writes_the_same_bytes_each_time_and_carries_its_provenance(
 def test_the_best_candidate_is_near_the_model(
     name: str, displays: dict[str, AgedDisplay], sampler: Sampler, colours: Array
 ) -> None:
-    """Not a certificate, which is in test_build: that no axis is swapped, no curve missing."""
+    """Check that no axis is swapped and no curve is missing. The certificates are tested in test_build."""
     form = format_named(name)
     for aged in displays.values():
         model = aged.code_to_code(colours)
         errors = [np.abs(np.clip(lut.apply(colours), 0, 1) - model).mean() for lut in form.bake(sampler, aged, 33)]
-        # A format that does not follow every display is a code or two off, of 255.
+        # A format that does not follow every display has an error of one or two codes of 255.
         assert min(errors) < (5e-4 if form.follows else 6e-3)
 
 
@@ -270,14 +271,14 @@ def test_a_file_that_cannot_be_read_is_a_clear_error(name: str, fault: bytes, tm
     assert "\n" not in str(error.value)
 
 
-#: A file's name, and metadata, may hold anything that a user typed.
+#: A file's name and its metadata may hold any text that a user typed.
 NASTY = Provenance(
     'a "b"\nLUT_3D_SIZE 2 </ProcessList>', 'id "<&>', ("one\nLUT_3D_SIZE 2", "ΔE\r0 0 0", "\x07 ]]> --> &amp;")
 )
 
 
 class Plain(NamedTuple):
-    """A table, and what its file shows with an ordinary provenance."""
+    """A table, and the colours that its file shows with an ordinary provenance."""
 
     form: Format
     lut: Lut | MatrixLut
@@ -301,14 +302,14 @@ def test_no_text_of_the_provenance_can_break_a_file(plain: Plain, colours: Array
     np.testing.assert_array_equal(read_back(plain.path, colours), plain.shown)
 
 
-#: Names of displays in scripts whose letters take two, three and four bytes; Í has a byte that Windows-1252 lacks.
+#: Names of displays in scripts whose letters take two, three and four bytes. One byte of Í is not in Windows-1252.
 SCRIPTS = "Büro, Íslenska, Дисплей, 显示器, 𝒟"
 
 
 def test_a_displays_name_in_any_script_survives_in_a_file(plain: Plain, colours: Array) -> None:
     words = Provenance("Aged display", "lutgen", ("lutgen: words", f"display: {SCRIPTS}.csv"))
     data = plain.form.write(plain.lut, words)
-    # The text of a profile is ASCII, where each letter stands as its number.
+    # A profile's text is ASCII: each other letter stands as its number.
     held = SCRIPTS.encode("ascii", "backslashreplace") if plain.form.suffix == ".icc" else SCRIPTS.encode()
     assert b"display: %s.csv" % held in data
     plain.path.write_bytes(data)
@@ -334,7 +335,7 @@ def test_a_cube_has_the_one_form_that_every_reader_takes(
     for aged in list(displays.values())[1:4] if size == 33 else list(displays.values())[1:2]:
         (lut,) = form.bake(sampler, aged, size)
         data = form.write(lut, PROVENANCE)
-        # A comment may have letters of any script: the display's name.
+        # A comment may hold letters of any script, for the display's name.
         assert "# ΔE2000 & more\n".encode() in data
         assert data.replace("Δ".encode(), b"").isascii()
         assert b"\r" not in data
@@ -345,9 +346,9 @@ def test_a_cube_has_the_one_form_that_every_reader_takes(
         rows = np.array(match[3].split(), dtype=float).reshape(-1, 3)
         assert len(rows) == size**3
         assert rows.min() >= 0
-        # three.js makes bytes of the numbers and does not clip them first: 256 would be 0.
+        # three.js converts the numbers to bytes without clipping: 256 would become 0.
         assert (rows.max() * 255) // 1 <= 255
-        # Values below float32's smallest normal number would break readers; seven decimals leave none.
+        # Values below float32's smallest normal number would break readers. Seven decimals leave no such value.
         assert rows[rows > 0].min() >= 1e-7
 
 
@@ -391,7 +392,7 @@ def test_rows_of_text_are_what_percent_7f_gives(values: Array) -> None:
 
 
 def check_digits(values: Array) -> None:
-    # An exact half of the last digit is rounded by the binary value in one and to even in the other.
+    # One routine rounds an exact half of the last digit by the binary value, the other rounds it to even.
     tenth = np.abs(values) * 1e8
     values = np.where(np.abs(tenth % 10 - 5) < 1e-3, 0.25, values)
     signed = bool((values < -0.5e-7).any())
@@ -433,7 +434,7 @@ def clf_of(aged: AgedDisplay, size: int = 17) -> list[tuple[Lut | MatrixLut, ET.
 def test_a_clf_is_the_plain_version_3_form_with_its_birth_certificate(displays: dict[str, AgedDisplay]) -> None:
     for aged in displays.values():
         for _, root in clf_of(aged):
-            # No namespace: SMPTE 2136's is refused by colour-clf-io.
+            # No namespace: colour-clf-io refuses the namespace of SMPTE 2136.
             assert root.tag == "ProcessList"
             assert root.attrib["compCLFversion"] in {"3", "3.0"}
             assert root.attrib["id"] == PROVENANCE.identifier
@@ -476,7 +477,7 @@ def test_in_a_clf_blue_is_fastest_interpolation_tetrahedral_and_depths_are_float
         assert array is not None
         assert array.attrib["dim"] == "5 5 5 3"
         values = np.array((array.text or "").split(), dtype=float).reshape(5, 5, 5, 3)
-        # Along the last axis but one blue grows, along the first red.
+        # Blue grows along the last axis but one, red along the first axis.
         assert (np.diff(values[0, 0, :, 2]) > 0).all()
         assert (np.diff(values[:, 0, 0, 0]) > 0).all()
 
@@ -490,8 +491,8 @@ def test_the_clf_of_continuous_is_the_model_to_float_precision(
     path = tmp_path / "lut.clf"
     path.write_bytes(form.write(lut, PROVENANCE))
     assert path.stat().st_size < 3000
-    # Above the curve's straight piece, where OpenColorIO's break differs from IEC's. The seventh decimal, steepened
-    # 12 times by the curve, is 6e-7.
+    # Above the curve's straight piece, where OpenColorIO's break differs from IEC's. The seventh decimal is 6e-7 after
+    # the curve's slope of 12.
     code = np.random.default_rng(15).uniform(0.05, 1.0, (20_000, 3))
     code = code.astype(np.float32).astype(np.float64)
     model = aged.code_to_linear(code)
@@ -517,7 +518,7 @@ def test_the_matrix_of_an_additive_display_is_the_model_to_float_precision(
 
 # Both bindings
 
-#: Builds, then says what it wrote and what every display and view of every config given gives.
+#: Builds, then prints what it wrote, and the output of every display and view of every given config.
 WORKER = """
 import copy, json, os, sys
 import numpy as np
@@ -571,13 +572,13 @@ def run_worker(task: dict[str, Any], environment: dict[str, str]) -> dict[str, A
     )
     assert done.returncode == 0, done.stderr
     answer: dict[str, Any] = json.loads(Path(task["answer"]).read_text(encoding="utf-8"))
-    # OpenColorIO logs to standard error; Python's own warnings come there too.
+    # Standard error holds OpenColorIO's log and Python's own warnings.
     return {**answer, "logged": done.stderr}
 
 
 @pytest.fixture(scope="session")
 def other_binding(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """An environment in which PyOpenColorIO is Debian's when it is a wheel here, and a wheel when it is Debian's."""
+    """An environment with the other PyOpenColorIO: Debian's if the current one is a wheel, else a wheel."""
     folder = tmp_path_factory.mktemp("other_binding")
     here = importlib.util.find_spec("PyOpenColorIO")
     assert here is not None
@@ -591,7 +592,7 @@ def other_binding(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
         if done.returncode != 0:
             pytest.skip(f"the opencolorio wheel cannot be installed here: {done.stderr.strip()[-200:]}")
     elif debian.is_file():
-        # Only the binding: numpy is to be this environment's.
+        # Only the binding comes from Debian: numpy must be this environment's.
         (folder / debian.name).symlink_to(debian)
     else:
         pytest.skip("python3-pyopencolorio is not installed for this Python")
@@ -602,7 +603,7 @@ BINDINGS = ("this", "other")
 
 
 class BothBindings:
-    """The same small build made with this binding and with the other, and each read with each: what is asked for."""
+    """The same small build made with either binding and read with either binding, on demand."""
 
     def __init__(self, folder: Path, environment: Callable[[str], dict[str, str]]) -> None:
         self.folder, self.environment = folder, environment
@@ -623,7 +624,7 @@ class BothBindings:
         return self.answers[writer, reader]
 
     def shown(self, writer: str, reader: str) -> dict[str, Array]:
-        """Pixels by config, display and view, the config's path relative to its build."""
+        """Return the pixels by config, display and view. The config's path is relative to its build."""
         root = str(self.built(writer))
         return {key.removeprefix(root): np.array(value) for key, value in self.read(writer, reader)["shown"].items()}
 
@@ -645,7 +646,7 @@ def test_the_two_bindings_are_two(both: BothBindings) -> None:
 def test_both_bindings_give_the_same_luts_byte_for_byte(both: BothBindings) -> None:
     found = []
     for folder in map(both.built, BINDINGS):
-        # A config's wording differs between versions, and an archive holds one.
+        # The text of a config differs between versions, and an archive holds a config.
         others = {"config.ocio", "manifest.json", "aged.ocioz"}
         luts = [path for path in sorted(folder.rglob("*")) if path.is_file() and path.name not in others]
         found.append({str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in luts})
@@ -659,7 +660,7 @@ def test_both_bindings_give_the_same_luts_byte_for_byte(both: BothBindings) -> N
 def test_configs_of_either_binding_load_in_both_without_a_warning(writer: str, reader: str, both: BothBindings) -> None:
     answer = both.read(writer, reader)
     assert answer["logged"] == ""
-    # Three builds, each nine displays and a common config of nine context values; three viewers, three views.
+    # Three builds, each with nine displays and a common config of nine context values; three viewers, three views.
     assert len(answer["shown"]) == 3 * (9 + 9) * 3 * 3
 
 
@@ -677,10 +678,10 @@ def test_both_bindings_show_a_config_alike(both: BothBindings) -> None:
     one, other = both.shown("this", "this"), both.shown("this", "other")
     assert one.keys() == other.keys()
     for key, pixels in one.items():
-        # The power of Rec.1886 is infinitely steep at black: float32's last bit there becomes 4e-4 of code value.
+        # The power of Rec.1886 is infinitely steep at black: float32's last bit becomes 4e-4 of code value there.
         power = 2.4 if "Rec.1886|" in key else 1.0
         light = [np.sign(shown) * np.abs(shown) ** power for shown in (pixels, other[key])]
-        # Each version rounds on its way in float32; that configs say the same is tested above, within one version.
+        # Each version rounds its intermediate results to float32. A test above compares the configs within one version.
         np.testing.assert_allclose(light[0], light[1], rtol=0, atol=3e-6, err_msg=key)
     views = {key.rpartition("|")[2] for key in one}
     assert views == {"Aged", "Un-aged", "Raw"}
@@ -691,7 +692,7 @@ def test_both_bindings_show_a_config_alike(both: BothBindings) -> None:
 
 
 def test_the_views_of_an_hours_config_show_what_their_names_say(tmp_path: Path) -> None:
-    """The same of one hour's config, on the sRGB viewer and in this process."""
+    """The same for one hour's config, on the sRGB viewer and in this process."""
     plan = Plan((18_000.0,), ("chroma",), ("clf",), cubesize=17, certify=False)
     build(DisplayModel(read_measurements(default_display())), plan, tmp_path, jobs=1)
     (path,) = tmp_path.glob("chroma/*h/config.ocio")
@@ -713,7 +714,7 @@ def test_the_views_of_an_hours_config_show_what_their_names_say(tmp_path: Path) 
 @pytest.mark.slow
 @pytest.mark.parametrize("binding", BINDINGS)
 def test_the_views_of_a_config_show_what_their_names_say(binding: str, both: BothBindings) -> None:
-    """On the sRGB viewer: the LUT, interpolated tetrahedrally; the source signal; and that again."""
+    """On the sRGB viewer: Aged is the tetrahedral LUT, Raw the source signal, Un-aged the source signal too."""
     code = np.random.default_rng(17).random((500, 3)).astype(np.float32).astype(np.float64)
     shown = both.shown(binding, binding)
     for key, pixels in shown.items():
@@ -725,5 +726,5 @@ def test_the_views_of_a_config_show_what_their_names_say(binding: str, both: Bot
             folder = both.built(binding) / config.strip("/").removesuffix("config.ocio")
             lut = folder / (f"{mode}/{hours}h" if mode else "") / f"aged{'.cube' if '/cube/' in config else '.clf'}"
             expected = through_ocio(lut, code, optimised=False)
-            # Through the sRGB curve and back; a trilinear reading of these tables is off by 1e-3 and more.
+            # Through the sRGB curve and back. A trilinear reading of these tables has an error of 1e-3 or more.
             np.testing.assert_allclose(pixels, expected, rtol=0, atol=5e-6, err_msg=key)

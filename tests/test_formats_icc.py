@@ -1,6 +1,6 @@
-"""ICC profiles and device links: their bytes by the standard, and what LittleCMS reads there, which we use.
+"""ICC profiles and device links: their bytes by the standard, and the values that LittleCMS reads.
 
-``make consumers`` asks Argyll, LittleCMS' own programs and Chromium.
+``make consumers`` tests Argyll, LittleCMS' own programs and Chromium.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def test_a_profile_is_what_the_standard_says(
     assert struct.unpack_from(">I", data) == (len(data),)
     assert data[8:12] == bytes([4, 0x30, 0, 0] if name == "icc" else [2, 0x40, 0, 0])
     assert (data[12:16], data[16:20], data[20:24], data[36:40]) == (device_class, b"RGB ", space, b"acsp")
-    # The standard's own D50, of which every profile has these bytes (ICC.1, 7.2.16).
+    # The standard's own D50: every profile has these bytes (ICC.1, 7.2.16).
     assert data[68:80].hex() == "0000f6d6000100000000d32d"
     found = tags_of(data)
     assert list(found) == tags.split()
@@ -103,7 +103,7 @@ def test_a_table_has_blue_fastest_and_16_bit_in_big_endian(aged: AgedDisplay) ->
 
 
 def test_a_table_of_version_4_lies_between_straight_curves(aged: AgedDisplay) -> None:
-    """ICC.1:2010, 10.10: A curves, the table, B curves; no matrix and no M curves; steps of L*a*b* as in 6.3.4.2."""
+    """ICC.1:2010, 10.10: A curves, table, B curves; no matrix, no M curves; steps of L*a*b* as in 6.3.4.2."""
     form = format_named("icc")
     (lut,) = form.bake(Sampler(), aged, 17)
     table = tags_of(form.write(lut, PROVENANCE))["A2B0"]
@@ -135,7 +135,7 @@ def test_both_versions_hold_the_same_colours(files: dict[str, Path], code: Array
 
 
 def test_the_matrix_beside_a_table_shows_its_white_and_is_nearer_than_its_primaries(aged: AgedDisplay) -> None:
-    """It is what programs without tables show, and Chromium where it hardly differs from the table."""
+    """Programs without tables use the matrix. Chromium uses the matrix if it hardly differs from the table."""
     (lut,) = format_named("icc").bake(Sampler(), aged, 17)
     xyz = lab_held_to_xyz_d50(table_of(lut))
     fitted, corners = nearest_colorants(xyz), np.array([xyz[0, 0, -1], xyz[0, -1, 0], xyz[-1, 0, 0]])
@@ -162,7 +162,7 @@ def test_every_intent_shows_the_aged_white_and_the_model(
 
 
 def test_a_profile_whose_white_is_the_aged_one_would_show_no_aging_of_white(aged: AgedDisplay, tmp_path: Path) -> None:
-    """Why the profile is made as it is: LittleCMS' own way to describe a display loses what matters."""
+    """The reason for the profile's form: LittleCMS' own description of a display loses the aging of white."""
     import imagecodecs
 
     x, y, z = linear_to_xyz(aged.code_to_linear(np.ones(3)))
@@ -174,7 +174,7 @@ def test_a_profile_whose_white_is_the_aged_one_would_show_no_aging_of_white(aged
 
 
 def test_littlecms_gives_what_a_literal_reading_of_the_profile_gives(files: dict[str, Path], code: Array) -> None:
-    """CIE's formulas, one number at a time, and colour-science's adaptation, from the bytes of the file."""
+    """CIE's formulas for single numbers, and colour-science's adaptation, from the bytes of the file."""
     import colour
 
     table = tags_of(files["icc-v2"].read_bytes())["A2B0"]
@@ -229,7 +229,7 @@ def with_grid(points: int) -> Callable[[bytes], bytes]:
     return change
 
 
-#: What is wrong, how it is made, and what the error says.
+#: The fault, a function that makes the fault, and the words of the error.
 LIES: list[tuple[str, Callable[[bytes], bytes], str]] = [
     ("it is empty", lambda _: b"", "is empty"),
     ("it is no profile", lambda _: b"not a profile", "is no ICC profile"),
@@ -275,13 +275,13 @@ def test_the_profiles_table_holds_what_was_baked(name: str, steps: list[float], 
     (lut,) = format_named(name).bake(Sampler(), aged, 17)
     numbers = table_of(lut) * 65_535
     assert np.abs(numbers - np.rint(numbers)).max() < 1e-9
-    # White in L*a*b*, of 16 bit.
+    # White in 16-bit L*a*b*.
     lab = lab_of(aged.code_to_linear(np.ones(3)))
     assert numbers[-1, -1, -1] / steps - [0, 128, 128] == pytest.approx(lab, abs=0.01)
 
 
 def lab_of(linear: Array) -> Array:
-    """L*a*b* under D50, as colour-science has it."""
+    """L*a*b* under D50, by colour-science."""
     import colour
 
     d50 = np.array([0.9642, 1.0, 0.8249])

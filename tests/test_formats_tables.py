@@ -1,4 +1,4 @@
-"""The forms of .cube for Resolve, .csp, .spi3d, .3dl, Hald images and .ocioz, and files of them that lie."""
+"""The syntax of .cube for Resolve, .csp, .spi3d, .3dl, Hald images and .ocioz, and files with false claims."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 PROVENANCE = Provenance("Aged display, chroma", "lutgen-chroma", ("lutgen: what it shows", "hours: 18000"))
 SIZE = 17
 
-#: Tables of 17 points err by more than the budget that is made for 33.
+#: A table of 17 points has a larger error than the budget for 33 points allows.
 COARSE = Budget(max_delta_e=2.0, p99=1.0)
 
 
@@ -67,7 +67,7 @@ def written(name: str, aged: AgedDisplay, folder: Path, *, candidate: int = 0, s
 
 
 def at_nodes(aged: AgedDisplay, *, clip: bool = True) -> Array:
-    """The model on the lattice, by red, green, blue: shape (n, n, n, 3)."""
+    """The model on the lattice with axes red, green, blue: shape (n, n, n, 3)."""
     axis = np.linspace(0, 1, SIZE)
     code = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1)
     if clip:
@@ -106,7 +106,7 @@ def test_a_cube_for_resolve_has_its_curve_first_and_no_title(aged: AgedDisplay, 
 def test_a_cube_for_resolve_whose_curve_would_be_straight_has_none_and_no_input_range(
     aged: AgedDisplay, tmp_path: Path
 ) -> None:
-    """Readers without curves take the numbers of LUT_3D_INPUT_RANGE, and a curve's rows, for rows of the table."""
+    """Readers that know no curves mistake the numbers of LUT_3D_INPUT_RANGE and a curve's rows for table rows."""
     path = written("resolve", aged, tmp_path, candidate=0)
     assert re.fullmatch(rb"(#[^\n]*\n)+LUT_3D_SIZE 17\n%s{%d}" % (ROWS, SIZE**3), path.read_bytes())
     found = lint(path, ask_readers=True)
@@ -152,7 +152,7 @@ def test_a_3dl_has_12_bit_and_blue_fastest(aged: AgedDisplay, tmp_path: Path) ->
     assert lines[0].split() == [str(place * 64) for place in range(17)]
     values = np.array([line.split() for line in lines[1:]], dtype=int).reshape(SIZE, SIZE, SIZE, 3)
     away, unclipped = np.abs(values / 4095 - at_nodes(aged)), at_nodes(aged, clip=False)
-    # The last nodes before the clip, along the channel's own axis, are raised by half a code of 8 bits at most.
+    # The last nodes before the clip, along the channel's own axis, are raised by at most half an 8-bit code.
     fitted = np.zeros(away.shape, dtype=bool)
     for channel in range(3):
         own, before = (np.moveaxis(each[..., channel], channel, -1) for each in (unclipped, fitted))
@@ -196,7 +196,7 @@ def test_a_hald_is_an_untagged_png_of_16_bit_that_pillow_reads(
 
     path = written("hald", aged, tmp_path, size=size)
     data = path.read_bytes()
-    # Length, type and depth of IHDR; colour type 2 is RGB.
+    # Width, height, depth and colour type of IHDR: colour type 2 is RGB.
     assert struct.unpack_from(">II2B", data, 16) == (side, side, 16, 2)
     with Image.open(path) as image:
         assert image.size == (side, side)
@@ -205,12 +205,12 @@ def test_a_hald_is_an_untagged_png_of_16_bit_that_pillow_reads(
         top = np.asarray(image.convert("RGB")).reshape(-1, 3)
     points = round(side ** (2 / 3))
     model = aged.code_to_code(lattice(points, "code"))
-    # Pillow keeps the upper of the two bytes of each number.
+    # Pillow keeps the upper byte of each 16-bit number.
     assert np.abs(top - np.floor(model * 65_535 / 256)).max() <= 1
 
 
 def test_the_picture_for_obs_has_a_tile_for_each_step_of_blue(aged: AgedDisplay, tmp_path: Path) -> None:
-    """As OBS' filter says: eight tiles a row, red to the right, green downwards, 8 bit."""
+    """The layout of OBS' filter: eight tiles a row, red to the right, green downwards, 8 bit."""
     from PIL import Image
 
     path = written("obs", aged, tmp_path)
@@ -313,14 +313,14 @@ def test_an_archive_without_its_two_files_is_a_clear_error(names: tuple[str, ...
         apply_lut(path, np.zeros((1, 3)))
 
 
-# Lies
+# False claims
 
 CONTENT = b"".join(b"%d " % number for number in range(500))
 PACKED = zlib.compress(CONTENT)[2:-4]
 
 
 def archive() -> bytes:
-    """An archive of the two files that ours hold."""
+    """An archive with the file names of lutgen's archives."""
     data = BytesIO()
     with zipfile.ZipFile(data, "w", zipfile.ZIP_DEFLATED) as file:
         for name in ("config.ocio", "lut.clf"):
@@ -328,7 +328,7 @@ def archive() -> bytes:
     return data.getvalue()
 
 
-#: A file's name, its content, and what the error says.
+#: File name, content, and the expected words of the error.
 LIES = {
     "empty.cube": (b"", "is empty"),
     "claims.cube": (b"LUT_3D_SIZE 100000\n0 0 0\n", "claims 100000 points in 3D; OpenColorIO takes at most 129"),
@@ -347,7 +347,7 @@ LIES = {
 }
 OF_OTHERS = {
     "empty.png": (b"", "is empty"),
-    # Older versions of OpenImageIO open it, and then it is no Hald image.
+    # Older versions of OpenImageIO can open the file, but then it is no Hald image.
     "claims.png": (png(100_000, 100_000, b""), "claims.png: "),
     "claims-hald.png": (png(512, 512, b"\0" * 100), "cannot read all of it"),
     "empty.icc": (b"", "is empty"),
@@ -396,7 +396,7 @@ def test_a_file_of_a_gigabyte_is_refused_unread(suffix: str, aged: AgedDisplay, 
             engine_for(path)
 
 
-# Ways through the program
+# The commands
 
 
 @pytest.fixture(scope="module")
@@ -411,10 +411,8 @@ def test_a_build_of_every_format_is_certified_and_checked(built: Path) -> None:
     assert result.passed, result.findings
     assert len(result.certificates) == len(format_names())
     for path, certificate in result.certificates.items():
-        # Cells of a clipped table before the clip are gamut.
-        assert certificate.smooth.colours > 0.55 * sum(CERTIFIED), (
-            path
-        )  # a clipped table's cells before the clip are gamut
+        # In a clipped table the cells before the clip belong to the gamut group.
+        assert certificate.smooth.colours > 0.55 * sum(CERTIFIED), path
         assert certificate.smooth.max < 2.0, path
 
 
@@ -437,7 +435,7 @@ def test_a_profile_without_a_table_is_held_to_its_own_certificate(lutgen: Callab
     done = lutgen("check", str(folder), "--max-delta-e", "1")
     assert done.code == 1
     assert "over the budget of 1 (--max-delta-e)" in done.out
-    # By itself it has no certificate, so the usual budget holds.
+    # A single file has no certificate, so the usual budget applies.
     profile = folder / "chroma/18000h/aged-matrix.icc"
     assert lutgen("check", str(profile), "--mode", "chroma", "--hours", "18000").code == 1
     manifest = folder / "manifest.json"
@@ -461,7 +459,7 @@ def test_profiles_without_the_binding_are_made_uncertified_or_refused(
     lutgen: Callable[..., Done], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setitem(sys.modules, "imagecodecs", None)
-    # An hour of its own: within one process, what is certified stays so.
+    # This hour occurs nowhere else, because a certificate stays valid within one process.
     options = ("--hours", "12345", "--mode", "chroma", "--cubesize", "17", "--jobs", "1", "--format", "icc")
     done = lutgen("build", *options, "-o", str(tmp_path / "refused"))
     assert done.code == 2

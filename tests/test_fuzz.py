@@ -1,4 +1,4 @@
-"""Mutations of every reader, planted faults and kills: a seeded run, and what the run itself must be able to see."""
+"""Mutations of every reader, planted faults and kills: a seeded run, and failures that the run must detect."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def test_two_thousand_mutations_find_nothing() -> None:
 
 
 def test_no_letter_of_a_cube_can_be_wrong_unseen(tmp_path: Path) -> None:
-    """Ten thousand are in `make fuzz ARGS="--only rows --count 20000"`; the bound is the last decimal."""
+    """`make fuzz ARGS="--only rows --count 20000"` tests ten thousand. The bound is the last decimal."""
     found = [fuzz.one("rows", 7, case, tmp_path) for case in range(300)]
     assert not any(found)
 

@@ -1,4 +1,4 @@
-"""The generator that perturbs real sessions: each simulated effect changes what it should, and nothing else."""
+"""The generator that perturbs real sessions: each simulated effect changes only its own readings."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def simulated(seed: int, kind: str, base: str | None) -> Truth:
 
 
 def change(kind: str, base: str | None, seed: int = 3) -> tuple[Truth, Floats]:
-    """Largest relative change of XYZ (n,), with a floor of 0.01 % of white, that a hidden effect makes."""
+    """Largest relative change of XYZ (n,) by a hidden effect, with a floor of 0.01 % of white."""
     healthy, hidden = simulated(seed, "", base), simulated(seed, kind, base)
     np.testing.assert_array_equal(healthy.drive, hidden.drive)
     floor = 1e-4 * display(base or X61).white
@@ -47,7 +47,7 @@ def assert_unchanged(truth: Truth, changed: Floats, nowhere: tuple[str, ...]) ->
         assert changed[kept].max() < 1e-12, words
 
 
-# effect, readings that all change by at least so much, readings that stay.
+# effect, readings that all change by at least this share, readings that stay.
 SIGNATURES = (
     ("eotf-drift", "last, grey, middle, rest", 0.01, ("first", "corner")),
     ("drive-loss", "last, white", 0.03, ("first", "black")),
@@ -82,7 +82,7 @@ def test_an_effect_changes_readings_where_its_signature_says_and_nowhere_else(
     assert_unchanged(truth, changed, nowhere)
 
 
-# effect, readings of which at least half change by at least so much, readings that stay.
+# effect, readings of which at least half change by at least this share, readings that stay.
 PARTIAL = (
     ("quantization", "later, grey, dark, rest", 1e-3, ("first", "black")),
     ("recalibration", "last, grey, rest", 1e-2, ("first", "black")),
@@ -119,7 +119,7 @@ def test_an_effect_of_one_channel_leaves_the_ramps_of_the_others(kind: str) -> N
         assert changed[select(truth, "black")].max() < 1e-12
 
 
-# effect, readings, smallest and largest change over ten displays: about effects.md's typical sizes.
+# effect, readings, smallest and largest change over ten displays: near the typical sizes of effects.md.
 SIZES = (
     ("eotf-drift", "last, grey, middle, rest", 0.05, 0.3),
     ("channel-gamma", "last, grey, middle, rest", 0.02, 0.35),

@@ -65,7 +65,7 @@ def test_displays_age_plausibly_and_differently() -> None:
         tints.append(white[-1, 2] / white[0, 2] / levels[-1])
     assert 0.4 < min(levels) < 0.75
     assert 0.999 < max(levels) < 1.03
-    assert 0.9 < min(tints) < max(tints) < 1.005  # white yellows
+    assert 0.9 < min(tints) < max(tints) < 1.005  # white turns yellow
     assert len(np.unique(np.round(tints, 4))) > 20
 
 

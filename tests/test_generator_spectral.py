@@ -1,4 +1,4 @@
-"""The spectral simulator: healthy displays are the sum of their primaries, each kind acts where the catalogue says."""
+"""The spectral simulator: a healthy display is the sum of its primaries, each kind acts where the catalogue says."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def linear(code: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def groups(truth: Truth) -> NDArray[np.str_]:
-    """The part of the design that each reading of habit 0 belongs to."""
+    """The part of the design to which each reading of habit 0 belongs."""
     drive, note = truth.drive, np.array(truth.note)
     lit, grey, top = (drive > 0).sum(axis=1), np.ptp(drive, axis=1) == 0, drive.max(axis=1)
     condition = {name: truth.conditions.get(name, np.full(len(top), rest)) for name, rest in REST.items()}
@@ -116,10 +116,10 @@ def test_a_healthy_display_ages(seed: int) -> None:
     assert last[2] / last[1] < first[2] / first[1]  # yellower
 
 
-#: Where codes between 0 and 1 are shown.
+#: Groups that show codes between 0 and 1.
 CODED = "grey ramp secondary mixture position lit-room cold dark-window bright-window hot"
 
-#: Kind → groups that must leave the sum of the primaries; the others must not.
+#: Kind → groups that must deviate from the sum of the primaries. The other groups must not.
 WHERE = {
     "recalibration": CODED,
     "quantization": CODED,
@@ -156,7 +156,7 @@ def test_a_kind_shows_where_its_signature_says_and_nowhere_else(kind: str) -> No
 
 
 def test_the_tables_name_every_kind() -> None:
-    of_time = {"dynamic-contrast", "static-dimming", "image-retention", "pwm-beat"}  # they follow the order of reading
+    of_time = {"dynamic-contrast", "static-dimming", "image-retention", "pwm-beat"}  # by order of reading
     assert set(WHERE) | of_time == {*KINDS, *OUTSIDE}
     assert len(KINDS) == 22
     assert not set(KINDS) & set(OUTSIDE)
@@ -294,7 +294,7 @@ def test_habits_write_what_their_laboratory_would() -> None:
         assert next(iter(truth.metadata)) == "simulated"
 
 
-#: Class: white's Y, then x and y of R, G, B within 0.03 of what data sheets of the class give.
+#: Class: white's Y, then x and y of R, G, B, within 0.03 of the data sheets of the class.
 CLASSES = {
     "CCFL LCD": ((220, 420), ((0.65, 0.34), (0.30, 0.61), (0.15, 0.07))),
     "white LED LCD": ((250, 500), ((0.64, 0.34), (0.31, 0.61), (0.15, 0.06))),

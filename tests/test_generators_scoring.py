@@ -1,4 +1,4 @@
-"""The scoring of all generators asks what it says, sizes what it hides, and counts replies as the issue does."""
+"""The scoring of all generators: its questions, the sizes of hidden effects, and the issue's counts of replies."""
 
 from __future__ import annotations
 
@@ -301,7 +301,7 @@ def test_the_command_prints_figures_and_says_by_its_exit_code_whether_they_meet_
 def test_a_run_that_is_out_of_time_reports_what_was_asked(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    # Threads, since processes would not see what is patched here.
+    # Threads, since other processes would not see the patched functions.
     monkeypatch.setattr(command, "ProcessPoolExecutor", ThreadPoolExecutor)
     monkeypatch.setattr(command, "ask", _slowly)
     command.main(["--per-kind", "4", "--only", "healthy", "--workers", "1", "--minutes", "0.005"])

@@ -1,4 +1,4 @@
-"""OpenColorIO's shaders for our views, drawn by Mesa or a graphics card, against the CPU and against numpy."""
+"""OpenColorIO's shaders for lutgen's views, drawn by Mesa or a graphics card, against the CPU and numpy."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ CONFIG = "chroma/10000h/config.ocio"
 
 @pytest.fixture(scope="module")
 def renderer() -> None:
-    """What draws here; skips where nothing does."""
+    """Find the renderer, or skip the test if there is none."""
     try:
         gpu.renderer_name()
     except LutgenError as error:
@@ -44,7 +44,7 @@ def renderer() -> None:
 
 
 def drawn(test: Callable[..., None]) -> Callable[..., None]:
-    """Run a test only where shaders can be drawn, which is slow without a graphics card."""
+    """Run a test only if shaders can be drawn. Drawing is slow without a graphics card."""
     marked: Callable[..., None] = pytest.mark.slow(pytest.mark.usefixtures("renderer")(test))
     return marked
 
@@ -65,7 +65,7 @@ def colours() -> Array:
 def test_shaders_of_every_view_agree_with_the_cpu(built: Path, colours: Array) -> None:
     run = gpu.gpu_run(built / CONFIG, colours)
     assert set(run.views) == {f"{viewer}, {view}" for viewer in VIEWERS for view in ("Aged", "Un-aged")}
-    # 2e-5 is OpenColorIO 2.6's fast power; the largest is Rec.1886 near black, where its curve is steep.
+    # 2e-5 is the error of OpenColorIO 2.6's fast power. The largest error is Rec.1886 near black, where it is steep.
     for view in run.views.values():
         assert view.p99 < 2e-5
         assert view.max < 2e-4
@@ -76,7 +76,7 @@ def test_shaders_of_every_view_agree_with_the_cpu(built: Path, colours: Array) -
 def test_a_shader_draws_what_numpy_computes_from_the_table(
     viewer: str, model: DisplayModel, built: Path, colours: Array
 ) -> None:
-    """The tetrahedra, the matrices and the curves in double precision, by nobody's renderer."""
+    """Compute the tetrahedra, the matrices and the curves in double precision, without a renderer."""
     lib = ocio()
     config = lib.Config.CreateFromFile(str(built / CONFIG))
     found = gpu.drawn_by_gpu(
@@ -87,13 +87,13 @@ def test_a_shader_draws_what_numpy_computes_from_the_table(
     expected = viewer_values(code_to_linear(table.apply(colours)), viewer)
     away = np.abs(np.clip(found, 0, 1) - np.clip(expected, 0, 1)).max(axis=1)
     assert np.quantile(away, 0.99) < 2e-5
-    # Near black float32 tables and Rec.1886's steep curve leave more; it is what the CPU differs by too.
+    # Near black, float32 tables and Rec.1886's steep curve have larger errors. The CPU has the same errors.
     assert away.max() < 4e-4
 
 
 @drawn
 def test_trilinear_shaders_draw_something_else(model: DisplayModel, tmp_path: Path, colours: Array) -> None:
-    """What the interpolation is worth is seen: the same file without `tetrahedral` is off by more than any limit."""
+    """The interpolation matters: without `tetrahedral` the error of the same file exceeds every limit."""
     lib = ocio()
     build(model, Plan(HOURS, modes=("chroma",), formats=("cube",), certify=False), tmp_path / "aged", jobs=1)
     lut, raw = tmp_path / "aged/chroma/10000h/aged.cube", lib.Config.CreateRaw()

@@ -1,4 +1,4 @@
-"""Held-out error: one Gauss-Newton step says what a true refit without the cell says."""
+"""Held-out error: one Gauss-Newton step equals a true refit without the cell."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def fitted(name: str, *, with_effect: bool = True) -> Fit:
 
 
 def refitted(found: Fit) -> list[float]:
-    """The oracle: every cell in turn left out of a whole new fit, and predicted from that."""
+    """The oracle: for each cell in turn, fit without the cell and predict the cell from this fit."""
     squares = []
     for cell in cells(found.problem):
         rest = found.problem.without([int(row) for row in found.problem.rows[cell]])
@@ -79,7 +79,7 @@ def test_from_hour_0_whole_sessions_are_withheld_and_their_gains_counted(name: s
         again = fit(rest, [Term.at_rest(term.effect, term.free) for term in found.terms])
         tips = np.repeat(again.tips[:1], problem.hours.size, axis=0)
         whole = replace(found, terms=again.terms, tips=tips, gains=np.zeros_like(found.gains))
-        # χ² of the session with its gain free, but for what is known of it: a line through the residuals.
+        # χ² of the session with a free gain, weighted by the prior of the gain: a line through the residuals.
         light = whiten(problem, whole.predicted)[cell].ravel()
         left = whiten(problem, problem.xyz - whole.predicted)[cell].ravel()
         known = 1.0 / problem.noise.session**2
@@ -125,7 +125,7 @@ def test_an_hour_of_one_family_can_be_withheld_whole() -> None:
     alone = next(k for k, cell in enumerate(cells(found.problem)) if found.problem.hour_of[cell[0]] == 2)
     held = held_out(found).squares[alone]
     numbers = 3 * len(greys)
-    assert 0.2 * numbers < held < 30.0 * numbers  # the session's gain of 0.3 % is unknown then: 1.5 σ of a reading
+    assert 0.2 * numbers < held < 30.0 * numbers  # without the session its gain of 0.3 % is unknown: 1.5 σ of a reading
 
 
 def test_a_true_effect_predicts_withheld_readings_better_and_a_false_one_does_not() -> None:
@@ -149,7 +149,7 @@ def test_an_effect_that_shows_in_few_cells_is_confirmed_too(hours: tuple[float, 
 
 
 def test_what_dims_whole_sessions_is_confirmed_from_hour_0() -> None:
-    # While any reading of a session is known, its gain hides a decay that all colours share.
+    # If any reading of a session is known, the session's gain hides a decay that all colours share.
     truth = {"loss": 0.2, "beta": 1.0}
     patches = [each for hour in LATER for each in session(hour)]
     readings = table(noisy(patches, display(LATER, ageing=0.0), FAULTS["backlight-decay"], truth, 4), luminance="free")
@@ -163,7 +163,7 @@ def test_what_dims_whole_sessions_is_confirmed_from_hour_0() -> None:
     ("name", "truth", "form", "confirmed"),
     [
         ("channel-decay", {"red": 0.1, "green": 0.2, "blue": 0.6}, ("red", "green", "blue"), True),
-        # What all colours share hides in the session's gain.
+        # The session's gain hides a change that all colours share.
         ("backlight-decay", {"loss": 0.2, "beta": 1.0}, ("loss",), False),
     ],
 )
@@ -186,25 +186,25 @@ def test_of_two_sessions_cells_of_the_later_one_are_withheld(
 
 
 def _stated(bare: Fit) -> PureError:
-    """The noise that was stated is the yardstick."""
+    """The pure error that equals the stated noise."""
     return replace(PureError.of(bare.problem), squares=0.0, freedom=0, allowance=1.0)
 
 
 @pytest.mark.parametrize("count", [6, 60])
 def test_the_error_of_a_gain_is_what_it_scatters_by(count: int) -> None:
-    """Cells of four numbers that a true model predicts and another misses by 3 σ, in 2000 campaigns."""
+    """Cells of four numbers in 2000 campaigns: a true model predicts them, and another model has an error of 3 σ."""
     noise = np.random.default_rng(5).standard_normal((2000, count, 4))
     true, other = (noise**2).sum(axis=-1), ((noise + np.array([3.0, 0.0, 0.0, 0.0])) ** 2).sum(axis=-1)
     four = np.full(count, 4)
     found = [HeldOut(a, four).gain_over(HeldOut(b, four)) for a, b in zip(true, other, strict=True)]
     gain, deviation = np.array(found).T
     np.testing.assert_allclose(gain, (other - true).sum(axis=1))
-    # A spread over six cells is itself known within a third, and where it is the smaller of two it is too small.
+    # The uncertainty of a spread over six cells is a third, and the smaller of two spreads is biased low.
     assert np.median(deviation) == pytest.approx(np.std(gain), rel=0.25 if count == 6 else 0.1)
 
 
 def test_what_shows_in_a_few_cells_of_many_is_confirmed_by_them() -> None:
-    """Of 130 cells ten miss by 2 σ: their gain is 40 ± 13, which the spread over all cells would call ± 20."""
+    """Ten of 130 cells have an error of 2 σ: their gain is 40 ± 13. The spread over all cells would give ± 20."""
     noise = np.random.default_rng(6).standard_normal((500, 130, 4))
     missed = np.where(np.arange(130) < 10, 2.0, 0.0)[:, np.newaxis] * np.array([1.0, 0.0, 0.0, 0.0])
     true, other = (noise**2).sum(axis=-1), ((noise + missed) ** 2).sum(axis=-1)

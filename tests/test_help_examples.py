@@ -1,4 +1,4 @@
-"""Every command's help ends in examples that work."""
+"""Every command's help ends with examples that work."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.texts
 
-#: A command line is run once: what README and docs show, tests/test_docs.py runs.
+#: Commands of README and docs, which tests/test_docs.py runs. Each command line runs only once.
 RUN_BY_DOCS = frozenset(all_commands())
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What the examples name; of display A two sessions, since what is printed is not looked at here."""
+    """The files of the examples. Display A has two sessions, since this test ignores the printed text."""
     folder = make_folder(tmp_path_factory.mktemp("examples"))
     readings = folder / "examples/display-a.csv"
     lines = readings.read_text(encoding="utf-8").splitlines(keepends=True)
@@ -39,13 +39,13 @@ def examples(command: str) -> list[str]:
     return [line.strip() for line in after.splitlines() if line.strip().startswith("lutgen ")]
 
 
-#: Commands whose examples make what those of others use.
+#: Commands whose examples make the input files of other examples.
 FIRST = ("build", "refine", "study plan")
 
 
 @pytest.fixture(scope="module")
 def prepared(folder: Path) -> Path:
-    """The folder with what the examples of these commands make, whether the docs run these too or not."""
+    """The folder with the output of these commands' examples, even if the docs also run the examples."""
     for command in FIRST:
         for line in examples(command):
             run_lutgen(line, folder)

@@ -1,4 +1,4 @@
-"""The scoring on data with hidden effects, its small seeded part: no gate of criticism.md may be clearly missed."""
+"""A small seeded part of the scoring on data with hidden effects: no gate of criticism.md may be clearly missed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a verdict may not say: agreement that a test rejects, numbers that nobody measured, a fall that is a rise."""
+"""False verdicts: agreement that a test rejects, numbers without a measurement, a fall that is called a rise."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.numbers
 
-#: XYZ in cd/m² of white, red, green and blue at hour 0, made up.
+#: Invented XYZ in cd/m² of white, red, green and blue at hour 0.
 TIPS: dict[tuple[float, ...], tuple[float, ...]] = {
     (1, 1, 1): (190.0, 200.0, 218.0), (1, 0, 0): (82.4, 42.5, 3.9),
     (0, 1, 0): (71.6, 143.1, 23.9), (0, 0, 1): (36.1, 14.4, 190.2),
@@ -57,7 +57,7 @@ def readings(name: str) -> Measurements:
 
 
 def tips_and(*greys: tuple[float, float, float], repeats: int = 1) -> Measurements:
-    """Colour points at two hours, dimmed by a tenth, and at the later one greys of code 0.5: factors of X, Y, Z."""
+    """Tips at two hours, the later dimmed by a tenth, and greys of code 0.5 at the later hour: factors of X, Y, Z."""
     rng = np.random.default_rng(4)
     rows = ["# simulated, not measured", "hour,R,G,B,X,Y,Z"]
     for hour, factor in ((0, 1.0), (9000, 0.9)):
@@ -84,7 +84,7 @@ def test_scatter_that_is_too_large_and_even_is_the_measurements() -> None:
     base = fit(Problem.of(quiet))
     groups = Problem.of(quiet).groups
     rng = np.random.default_rng(8)
-    # Replicates still agree as before: each patch is off as a whole, by three times the noise.
+    # Replicates agree as before: the error of each patch is shared by its replicates, and is three times the noise.
     root = np.linalg.cholesky(Problem.of(quiet).noise.covariance(quiet.xyz_cd_m2))
     off = np.einsum("nij,nj->ni", root, rng.standard_normal((groups.max() + 1, 3))[groups])
     loud = quiet.with_light(quiet.xyz_cd_m2 + 3.0 * off)
@@ -100,7 +100,7 @@ def test_no_form_has_more_parameters_than_the_readings_bear() -> None:
     assert problem.max_parameters == 0
     found = diagnose(few, instrument="0.002,0.003")
     assert found.verdict.effects == ()
-    assert {each.effect for each in found.ranking} <= {"matrix-switching"}  # which has no parameters
+    assert {each.effect for each in found.ranking} <= {"matrix-switching"}  # matrix-switching has no parameters
     rich = Problem.of(readings("leak"))
     base = fit(rich)
     for effect in catalogue().values():
@@ -166,7 +166,7 @@ def test_a_sketch_that_was_asked_for_is_written_or_its_absence_explained(
 
 
 def test_patches_to_measure_next_join_the_sessions_that_there_are() -> None:
-    """Two sessions at each hour have gains of their own, one of them without colour points."""
+    """Each hour has two sessions with separate gains. One of the two sessions has no colour points."""
     rows = text_of("leak").splitlines()
     head = [line for line in rows if line.startswith("#")]
     header, *body = [line for line in rows if not line.startswith("#")]
@@ -181,7 +181,7 @@ def test_patches_to_measure_next_join_the_sessions_that_there_are() -> None:
 
 
 def test_no_cell_is_withheld_on_which_a_parameter_rests() -> None:
-    """A window effect that one grey of one hour alone can show: without it, the prediction has no end."""
+    """Only one grey of one hour constrains the window effect: without this grey the prediction is unbounded."""
     rows = text_of("leak").splitlines()
     head = [line for line in rows if line.startswith("#")]
     header, *body = [line for line in rows if not line.startswith("#")]
@@ -220,7 +220,7 @@ def test_shares_are_told_in_delta_e_too_and_in_its_order() -> None:
     assert set(verdict.effects) == {"black-level", "warm-up"} == set(verdict.shares_delta_e)
     assert list(verdict.effects) == sorted(verdict.effects, key=lambda name: -verdict.shares_delta_e[name])
     assert "of the excess mean ΔE2000" in verdict.sentence
-    # Both darken or lighten the same dark patches: what comes back without the one is partly hidden by the other.
+    # Both effects change the same dark patches: each effect hides part of the loss if the other is removed.
     assert all(0.3 < share <= 1.0 for share in verdict.shares_delta_e.values())
 
 
@@ -230,12 +230,12 @@ def test_the_f_test_goes_by_the_replicates() -> None:
     assert not PureError.of(replace(problem, rows=problem.rows[:5])).measured
 
 
-#: Sessions of ten hours, as the bench of criticism has them; of seed 0 the whites' replicates happen to agree too well.
+#: Sessions at eight hours, as in the benchmark of criticism. With seed 0 the replicates of white agree too well.
 LUCKY = Campaign(design="full", hours=(0.0, 1000.0, 2500.0, 4500.0, 6000.0, 8500.0, 11_500.0, 18_000.0), seed=0)
 
 
 def test_scatter_is_even_where_only_bright_patches_have_more_of_it_than_lucky_replicates() -> None:
-    """Bright readings scatter by 1.3 times the variance that 72 replicates show, dark ones do not."""
+    """The variance of bright readings is 1.3 times the variance of 72 replicates. Dark readings have no such excess."""
     found = diagnose(read(csv_text(LUCKY), file="lucky.csv", sha256=""))
     assert found.error.p_of_lack_of_fit(found.explanation.base) < 0.01
     assert found.verdict.name == "measurement-problem", found.verdict.sentence
@@ -252,7 +252,7 @@ NOT_HIDDEN = "test_an_effect_that_explains_nearly_all_of_chi2_does_not_hide_anot
 def test_an_effect_that_explains_nearly_all_of_chi2_does_not_hide_another_that_is_seen(
     hours: tuple[float, ...],
 ) -> None:
-    """A leak of black explains 99.6 % of χ²; the warm-up beside it, of usual size, is a sixth of the excess ΔE2000."""
+    """A leak of black explains 99.6 % of χ². A warm-up of usual size makes a sixth of the excess ΔE2000."""
     hidden = (("black-level", 0.0016, "other"), ("warm-up", 0.1, "other"))
     found = diagnose(read(csv_text(replace(LUCKY, hours=hours, hidden=hidden)), file="lucky.csv", sha256=""))
     assert found.verdict.name == "several", found.verdict.sentence
@@ -261,7 +261,7 @@ def test_an_effect_that_explains_nearly_all_of_chi2_does_not_hide_another_that_i
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_the_noise_of_white_is_no_wander_of_the_gain(seed: int) -> None:
-    """All gains of a session share it: these healthy campaigns were told to wander by 0.001 to 0.0015."""
+    """All gains of a session share the noise of white. This noise once counted as a drift of 0.001 to 0.0015."""
     healthy = read(csv_text(replace(LUCKY, seed=seed)), file="healthy.csv", sha256="")
     problem = Problem.of(healthy)
     assert with_shared_errors(problem).wander <= 2.0 * problem.noise.wander
@@ -276,7 +276,7 @@ def test_neighbouring_levels_err_alike_where_the_curve_is_wrong_and_not_by_noise
     assert p_of["drifting"] < 0.01 <= p_of["healthy"]
 
 
-#: A cold display that lacks a twentieth of its light for some 30 minutes.
+#: A cold display that lacks a twentieth of its light for about 30 minutes.
 COLD = (("warm-up", 0.05, "same"),)
 
 
@@ -293,7 +293,7 @@ def test_an_effect_that_needs_a_free_curve_is_one_of_those_that_change_curves() 
 
 @pytest.mark.slow(every=True)
 def test_an_effect_that_the_catalogue_lacks_is_not_named_after_its_kin() -> None:
-    """Without recalibration a freed eotf-drift follows it, and would follow others as well."""
+    """Without recalibration in the catalogue, a free eotf-drift fits it, and would fit other effects as well."""
     hidden = (("recalibration", 0.02, "other"),)
     readings = read(csv_text(replace(LUCKY, seed=1, hidden=hidden)), file="curve.csv", sha256="")
     found = diagnose(readings, without=("recalibration",))
@@ -307,7 +307,7 @@ def test_an_effect_that_the_catalogue_lacks_is_not_named_after_its_kin() -> None
 
 @pytest.mark.slow(every=True)
 def test_a_form_that_owes_most_to_its_freedom_proves_no_family() -> None:
-    """A gamma of one channel that follows another law: eight numbers fit, and one number explains next to nothing."""
+    """One channel's gamma follows another law: eight parameters fit it, and one parameter explains next to nothing."""
     hidden = (("channel-gamma", 0.02, "other"),)
     found = diagnose(read(csv_text(replace(LUCKY, seed=1, hidden=hidden)), file="gamma.csv", sha256=""))
     assert (found.verdict.name, found.verdict.effects) == ("one-of", ("channel-gamma",))
@@ -338,7 +338,7 @@ def test_an_hour_is_no_wrong_session_where_a_later_one_is_no_sound_one() -> None
 
 
 def test_of_two_effects_that_do_the_same_none_is_a_finding() -> None:
-    """A drift of the curve does by the hours what a recalibration does at once; a dim edge does something else."""
+    """A drift of the curve at these hours equals a recalibration in one step. A dim edge is a different effect."""
     readings = read(
         csv_text(replace(LUCKY, seed=1, hidden=(("eotf-drift", 0.05, "same"),))), file="curve.csv", sha256=""
     )
@@ -350,7 +350,7 @@ def test_of_two_effects_that_do_the_same_none_is_a_finding() -> None:
 
 
 def test_a_form_passes_for_an_effect_only_where_it_follows_all_sizes_of_it() -> None:
-    """Three channels that drift alike are a drift of the curve; one channel that drifts is not."""
+    """An equal drift of three channels is a drift of the curve. A drift of one channel is not."""
     readings = read(
         csv_text(replace(LUCKY, seed=1, hidden=(("eotf-drift", 0.05, "same"),))), file="curve.csv", sha256=""
     )
@@ -365,7 +365,7 @@ def test_a_form_passes_for_an_effect_only_where_it_follows_all_sizes_of_it() -> 
 
 @pytest.mark.slow(every=True)
 def test_choosing_forms_again_never_makes_a_fit_worse() -> None:
-    """Steps of codes are found in what the others leave: beside a wrong second effect they were lost."""
+    """Quantisation steps appear in the residuals of other effects: a wrong second effect must not hide the steps."""
     stepped = replace(LUCKY, seed=1, hidden=(("quantization", 1.0 / 255.0, "other"),))
     base = fit(Problem.of(read(csv_text(stepped), file="steps.csv", sha256="")))
     steps = family(base, catalogue()["quantization"]).best
@@ -374,7 +374,7 @@ def test_choosing_forms_again_never_makes_a_fit_worse() -> None:
 
 
 def test_a_shape_at_the_limit_of_what_may_be_proves_no_family() -> None:
-    """The hidden warm-up takes 30 minutes; this one may take 27 at most."""
+    """The hidden warm-up takes 30 minutes. The bounds of this effect allow 27 at most."""
     readings = read(csv_text(replace(LUCKY, seed=1, hidden=COLD)), file="cold.csv", sha256="")
     warm = catalogue()["warm-up"]
     quick = replace(warm.parameters["minutes"], bounds=(1.0, 27.0), value=10.0)
@@ -405,7 +405,7 @@ def test_a_rival_pays_for_a_parameter_that_explains_nothing() -> None:
 
 @pytest.mark.slow(every=True)
 def test_a_backlight_that_follows_the_picture_is_not_three_effects() -> None:
-    """Beside a curve that is taken for granted it dims patches that fill the screen too."""
+    """If the curve counts as known, the backlight also dims patches that fill the screen."""
     quiet = read(csv_text(replace(LUCKY, seed=1)), file="dimmed.csv", sha256="")
     problem = Problem.of(quiet)
     dimming = catalogue()["dynamic-contrast"]
@@ -414,7 +414,7 @@ def test_a_backlight_that_follows_the_picture_is_not_three_effects() -> None:
         predict(problem, State(terms, problem.measured_tips, np.zeros(max(int(problem.gains.max()) + 1, 1))))
         for terms in ((), (term,))
     )
-    # A screen that no light comes from has no ratio.
+    # The ratio is undefined for a black screen.
     ratio = dimmed / np.where(plain > 0, plain, 1.0)
     light = quiet.xyz_cd_m2.copy()
     light[problem.rows] *= np.where(plain > 0, ratio, 1.0)
@@ -423,7 +423,7 @@ def test_a_backlight_that_follows_the_picture_is_not_three_effects() -> None:
 
 
 def test_an_effect_that_explains_less_than_half_is_no_finding_though_the_rest_is_even() -> None:
-    """Light of the patch before stays for a while, whatever the patch: to a search for effects that is scatter."""
+    """Light of the last patch persists for a while on any patch: for a search for effects this light is scatter."""
     truth = campaign(1425548862, {"image-retention": 0.012060213562956609})
     text = table(truth, METERS["gaussian"].read(truth, 1425548862), order=False)
     found = diagnose(read(text, file="retention.csv", sha256=""))
@@ -453,7 +453,7 @@ def test_three_effects_that_leave_something_or_do_not_show_are_no_finding(
 
 
 def test_a_gain_counts_in_units_of_the_noise_that_replicates_show() -> None:
-    """Replicates that scatter twice as much as their noise model make each gain in χ² worth half."""
+    """If replicates scatter twice as much as their noise model predicts, each gain in χ² counts half."""
     problem = Problem.of(readings("curve"))
     base, error = fit(problem), PureError.of(problem)
     candidate = family(base, catalogue()["eotf-drift"]).best
@@ -471,7 +471,7 @@ def _stub(**attributes: Any) -> Any:
 def test_beside_a_bent_curve_of_a_native_display_mixing_is_what_its_form_misses(
     native: str | None, alike: bool
 ) -> None:
-    """How light of several channels goes with their drive, nobody has read there."""
+    """No reading shows how the light of several channels depends on their drive."""
     curve, mixing = (_stub(name=name, effect=catalogue()[name]) for name in ("eotf-drift", "crosstalk"))
     base = _stub(problem=_stub(native=native))
     assert is_of_curves([curve, mixing], {"eotf-drift": 0.8, "crosstalk": 0.2}, base) is alike
@@ -482,7 +482,7 @@ def test_beside_a_bent_curve_of_a_native_display_mixing_is_what_its_form_misses(
 def test_kin_that_is_tied_leaves_out_kin_that_is_not(
     monkeypatch: pytest.MonkeyPatch, ahead: float, left: list[str]
 ) -> None:
-    """An effect stands alone only where its kin is clearly worse; where another is tied, that one is the rival."""
+    """An effect stands alone only if its related effects are clearly worse. A tied related effect is the rival."""
     mine = diagnose(readings("curve")).explanation.first[0].best
     kin = next(each for each in catalogue().values() if each.is_kin(mine.effect))
 
@@ -497,7 +497,7 @@ def test_kin_that_is_tied_leaves_out_kin_that_is_not(
 
 
 def test_a_misfit_is_no_wandering_gain_once_an_effect_explains_it() -> None:
-    """Warm readings are lighter, as if the gain of a session wandered; beside the effect it is as steady as usual."""
+    """Warm readings are lighter, like a drift of the session's gain. With the effect the gain drifts as usual."""
     hidden = (("temperature", 0.01, "same"),)
     warm = read(csv_text(Campaign(design="full", hours=MORE_HOURS, hidden=hidden, seed=1)), file="warm.csv", sha256="")
     before = with_shared_errors(Problem.of(warm), ()).wander
@@ -508,7 +508,7 @@ def test_a_misfit_is_no_wandering_gain_once_an_effect_explains_it() -> None:
 
 @pytest.mark.parametrize(("spread", "wander"), [(0.005, 0.005), (0.05, 0.0003)])
 def test_no_instruments_gain_wanders_by_more_than_two_percent(spread: float, wander: float) -> None:
-    """What moves readings of a session by more is the display's doing."""
+    """A larger movement of the readings in a session comes from the display."""
     drawn = np.random.default_rng(2).standard_normal(4001) * np.hypot(spread, 0.001)
     departures = np.array([drawn**2, np.full(4001, 0.001**2), np.ones(4001)])
     assert _sd_by_median(departures, 0.0003) == pytest.approx(wander, rel=0.05)

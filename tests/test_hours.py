@@ -1,4 +1,4 @@
-"""``--hours``: what each form means, and which are refused."""
+"""``--hours``: the meaning of each form, and refused forms."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from lutgen.display import Tips, hour_name
 from lutgen.display.tips import MAX_HOURS, parse_hours
 from lutgen.errors import LutgenError
 
-#: Measured at these hours, evenly neither in number nor in kind.
+#: Measured hours at uneven intervals, some of them not whole.
 MEASURED = [0.0, 562.5, 1000.0, 10_000.0, 18_000.0]
 
 

@@ -1,4 +1,4 @@
-"""``icc-matrix``: how far a matrix is from the display; ``make consumers`` asks LittleCMS for its white."""
+"""``icc-matrix``: the error of a matrix for a display; ``make consumers`` tests its white with LittleCMS."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ PROVENANCE = Provenance("Aged display, chroma", "lutgen-chroma", ("lutgen: what 
 @pytest.mark.parametrize("selection", ["nearest", "continuous"])
 @pytest.mark.parametrize("mode", ["chroma", "chroma-luma"])
 def test_the_matrix_errs_by_as_much_as_the_readme_says(selection: str, mode: str) -> None:
-    """And no matrix that shows the primaries instead, scaled to white, errs less."""
+    """No matrix of the primaries, scaled to white, has a smaller error."""
     aged = DisplayModel(read_measurements(default_display()), selection=selection).at(mode, 18_000)
     (lut,) = format_named("icc-matrix").bake(Sampler(), aged, 33)
     code = np.random.default_rng(31).random((4000, 3))

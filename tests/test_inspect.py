@@ -1,4 +1,4 @@
-"""What is said of a session, held to a display that is known exactly and to what real sessions' authors noted."""
+"""Statements on a session, against an exactly known display and against the notes of real sessions' authors."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def test_what_calibration_holds_back_is_told_from_its_curves(tmp_path: Path) -> 
     assert loop is not None
     assert loop.at_stop == ("red",)
     assert loop.target == {"x": 0.3127, "y": 0.329, "Y": 180.0}
-    # Luminance is 0.2126, 0.7152, 0.0722 of the primaries' (IEC 61966-2-1); γ 2.2 of each end is kept of it.
+    # Luminance is 0.2126, 0.7152, 0.0722 of the primaries' (IEC 61966-2-1). The calibration keeps γ 2.2 of each end.
     kept = np.array([0.2126, 0.7152, 0.0722]) @ ends**2.2
     assert loop.cost == pytest.approx(1.0 - kept, abs=1e-3)
     for name in ("red", "green", "blue"):
@@ -147,7 +147,7 @@ def test_faults_are_remarked_upon(tmp_path: Path, change: Any, said: str) -> Non
     assert [remark for remark in found.remarks if any(part in remark for part in said.split("|"))], found.remarks
 
 
-#: Rows to keep, and what cannot be told without the rest.
+#: Rows to keep, and the figures that cannot be computed without the other rows.
 LACKING = {
     "black": (DRIVE.any(axis=1), "No black", {"black", "contrast"}),
     "white": (DRIVE.min(axis=1) < 1, "No white at full drive", {"white", "contrast", "additivity", "gamma"}),
@@ -187,12 +187,12 @@ def test_coverage_is_that_of_triangles_whose_overlap_is_known() -> None:
 
 
 def inspections_json(inspections: Sequence[Inspection]) -> dict[str, Any]:
-    """What ``lutgen inspect --json`` writes of these sessions."""
+    """The JSON that ``lutgen inspect --json`` writes for these sessions."""
     return {"schema": 1, "sessions": [each.as_json() for each in inspections]}
 
 
 def plain(content: dict[str, Any]) -> Any:
-    """The content as a strict reader of its JSON sees it."""
+    """The content after a strict JSON reader."""
     text = json.dumps(content, allow_nan=False)
     return json.loads(text)
 

@@ -1,4 +1,4 @@
-"""``lutgen inspect`` as users meet it."""
+"""The command ``lutgen inspect``."""
 
 from __future__ import annotations
 

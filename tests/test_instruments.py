@@ -1,4 +1,4 @@
-"""Instruments by name: their files, users' own files, and how their figures reach the noise of a campaign."""
+"""Instruments by name: their files, users' own files, and the use of their figures in the noise of a campaign."""
 
 from __future__ import annotations
 
@@ -130,7 +130,7 @@ def test_few_replicates_are_shrunk_towards_the_instrument() -> None:
     z_over_y = {
         name: np.mean([estimate_noise(each, name).floor_ratio[2] for each in few]) for name in (None, "i1display-pro")
     }
-    # The same readings, of X, Y and Z alike: two blacks in two sessions hardly tell otherwise.
+    # The same readings, with equal noise in X, Y and Z: two blacks in two sessions hardly show another ratio.
     assert z_over_y[None] < 1.3
     assert 1.8 < z_over_y["i1display-pro"] < instrument_of("i1display-pro").ratios[1][2]
 

@@ -1,4 +1,4 @@
-"""A parameter ± its standard error means what it says: 95 % of the intervals hold the true value."""
+"""Standard errors of parameters: 95 % of the intervals contain the true value."""
 
 from __future__ import annotations
 

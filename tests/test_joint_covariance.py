@@ -1,4 +1,4 @@
-"""The covariance of what a fit has found: beside a slow twin, through a model file, and in what is drawn from it."""
+"""The covariance of a fit's estimates: against a slow twin, through a model file, and in random draws from it."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def found(baseline: str, gain: float = 0.0) -> Fit:
 
 
 def twin(of: Fit, scale: float = 1e-4) -> Array:
-    """Inverse of the normal equations of all unknowns at once, by differences: parameters, tips, and gains."""
+    """Inverse of the normal equations of all unknowns together, by differences: parameters, tips, and gains."""
     problem, (term,) = of.problem, of.terms
     tips = of.tips if not problem.from_first_hour else of.tips[:1]
 
@@ -75,7 +75,7 @@ def test_it_is_the_inverse_of_the_normal_equations(baseline: str) -> None:
     assert known.hours == (1 if baseline == "first-hour" else len(HOURS))
     size = np.sqrt(np.diagonal(expected))
     np.testing.assert_allclose(known.matrix / np.outer(size, size), expected / np.outer(size, size), atol=2e-3)
-    # A leak that was there from the first hour and one that grows trade off, and X, Y and Z share a reading's noise.
+    # A leak from the first hour and a growing leak are anticorrelated. X, Y and Z of a reading share noise.
     correlation = known.matrix / np.outer(size, size)
     assert correlation[0, 1] < -0.3
     assert correlation[2, 3] > 0.3
@@ -147,7 +147,7 @@ def test_a_bound_stops_a_parameter_and_what_follows_it() -> None:
     tips = np.array([tips for _, tips in drawn_ones])
     assert (off >= 0.0).all()
     assert (off == 0.0).mean() == pytest.approx(0.5, abs=0.05)
-    # Where the bound holds it, the tips are scattered by what they do not owe to the parameter.
+    # With the parameter at its bound, the tips scatter only by their part that is independent of the parameter.
     np.testing.assert_allclose(tips[off == 0.0].mean(axis=0), 0.0, atol=0.06)
     np.testing.assert_allclose(tips[off == 0.0].std(axis=0), (1 - 0.81) ** 0.5, rtol=0.1)
 

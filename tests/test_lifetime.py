@@ -1,4 +1,4 @@
-"""Lifetimes against a slow twin that takes every pixel at every hour by itself, and what must not change them."""
+"""Lifetimes against a slow twin that computes every pixel at every hour, and options that must not change them."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def tissue() -> Pixels:
 
 @pytest.fixture(scope="module")
 def refined(model: DisplayModel) -> DisplayModel:
-    """A model as `refine` leaves it: an effect with standard errors, tips before it, and the noise of a reading."""
+    """A model after `refine`: an effect with standard errors, tips before the effect, and the noise of a reading."""
     leak = catalogue()["black-level"]
     values = {**AppliedEffect.of(leak, {"new": 0.002}).estimates, "new": Estimate(0.002, 0.0004)}
     with_leak = replace(model, effects=(AppliedEffect(leak, values, ("new",)),))
@@ -158,7 +158,7 @@ def test_an_image_of_one_colour_has_no_spread(model: DisplayModel, tmp_path: Pat
     assert (image.pixels, image.colours) == (25, 1)
 
 
-# What must not matter -------------------------------------------------------------------------------------------------
+# Options without influence --------------------------------------------------------------------------------------------
 
 
 def curves(images: list[Path], model: DisplayModel, **options: Any) -> list[dict[str, dict[str, list[float]]]]:
@@ -286,11 +286,11 @@ def test_draws_scatter_as_they_should(refined: DisplayModel) -> None:
     leaks = np.array([each.effects[0].values["new"] for each in models])
     assert leaks.mean() == pytest.approx(0.002, abs=1e-4)
     assert leaks.std() == pytest.approx(0.0004, rel=0.15)
-    # White and primaries were read once an hour: they are seen as before, give or take one reading's noise.
+    # White and primaries were read once an hour: the models show the same tips within one reading's noise.
     for hour in (0.0, 18_000.0):
         seen = np.array([xyY_to_xyz(each.shown_tips(hour)) for each in models])
         before = xyY_to_xyz(refined.shown_tips(hour))
-        # Twenty standard errors of the leak would move black by 1 cd/m²; what is left of it is second order.
+        # Twenty standard errors of the leak would move black by 1 cd/m². The remaining movement is of second order.
         np.testing.assert_allclose(seen.mean(axis=0), before, rtol=5e-4, atol=2e-3)
         sigma = np.hypot(0.002 * before, 0.003)
         np.testing.assert_allclose(seen.std(axis=0), sigma, rtol=0.2)

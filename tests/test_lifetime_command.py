@@ -1,4 +1,4 @@
-"""`lutgen lifetime` as users call it: page, files, pictures, exit codes, bad input."""
+"""The command `lutgen lifetime`: page, files, pictures, exit codes, bad input."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def test_names_repeated_for_quick_help_are_the_librarys() -> None:
     assert tuple(map(float, str(default).split(","))) == TOLERANCES
 
 
-# What is printed ------------------------------------------------------------------------------------------------------
+# Printed text ---------------------------------------------------------------------------------------------------------
 
 
 def test_the_page_is_table_1(run: Callable[..., Done]) -> None:
@@ -116,7 +116,7 @@ def test_a_model_with_standard_errors_gets_intervals_and_says_how_it_is_seen(
     assert written(tmp_path) == {"m.toml", "lifetime-a.png"}
 
 
-# What is written ------------------------------------------------------------------------------------------------------
+# Written files --------------------------------------------------------------------------------------------------------
 
 
 def test_json_csv_and_pictures_say_the_same(run: Callable[..., Done], tmp_path: Path) -> None:
@@ -206,7 +206,7 @@ def test_the_picture_shows_mean_bars_tolerances_and_crossings(found: Lifetimes) 
     np.testing.assert_allclose(bars[0].get_ydata(), curve.mean)
     tops = [float(segment[1][1]) for segment in bars[2][0].get_segments()]
     np.testing.assert_allclose(tops, curve.max)
-    # The tolerance of 40 lies above what is drawn.
+    # The tolerance of 40 is above the drawn range.
     level: list[Any] = [line for line in axes.lines if line.get_linestyle() == "--"]
     assert [float(line.get_ydata()[0]) for line in level] == [3.0, 5.0]
     marks: list[Any] = [line for line in axes.lines if line.get_markersize() == 9]

@@ -1,4 +1,4 @@
-"""What lint says of a ``.cube``, held to what OpenColorIO does with it; ``make consumers`` asks the other readers."""
+"""Findings of lint on a ``.cube``, against OpenColorIO's treatment of the file; ``make consumers`` tests others."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def linted(folder: Path, data: bytes, *, ask: bool = False, suffix: str = ".cube
 
 @pytest.fixture
 def ask_opencolorio(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ask the one reader that lutgen itself depends on."""
+    """Ask only OpenColorIO, the one reader that lutgen depends on."""
     monkeypatch.setattr(programs, "PROGRAMS", (OPENCOLORIO,))
 
 
@@ -140,7 +140,7 @@ def test_a_disagreement_between_rules_and_readers_is_told() -> None:
 
 @pytest.mark.parametrize("name", ["plain", "exponents", "domain behind the size", "wide input range", "1D part"])
 def test_our_own_reading_is_opencolorios(name: str, tmp_path: Path) -> None:
-    """Not of lint's making: through OpenColorIO, on colours that no lattice point is near."""
+    """An independent check through OpenColorIO, on colours that are not near a lattice point."""
     path = tmp_path / "lut.cube"
     path.write_bytes(GOOD[name] if name in GOOD else BAD[name][1])
     code = np.random.default_rng(3).random((500, 3)).astype(np.float32)
@@ -200,7 +200,7 @@ def test_a_level_follows_from_what_readers_do(fates: dict[str, Fate], level: str
     assert LintFinding("", "", 0, fates).level(readers) == level
 
 
-# What is read of a file
+# Facts read from a file
 
 
 @pytest.mark.parametrize(
@@ -289,7 +289,7 @@ def test_a_file_without_lines_is_not_read_into_memory(tmp_path: Path) -> None:
         linted(tmp_path, b"0" * (5 << 20))
 
 
-#: Prints the peak of memory that a lint added, in MiB; 40 MB of rows are read in 0.7 s.
+#: Prints the peak of memory that lint adds, in MiB. lint reads 40 MB of rows in 0.7 s.
 MEASURED = """
 import resource, sys
 from lutgen.lint import lint
@@ -310,13 +310,13 @@ def test_memory_does_not_grow_with_the_file_or_with_what_its_header_says(size: i
         [sys.executable, "-c", MEASURED, str(small), str(large)], cwd=ROOT, capture_output=True, text=True, check=True
     )
     grown, _, facts = done.stdout.partition(" ")
-    # Readers are imported, and none is given the file; the rows alone would be 34 MB as numbers, the text 42.
+    # The readers are imported but do not read the file. The rows alone would be 34 MB as numbers, the text 42 MB.
     assert int(grown) < 150
     assert "1400000 rows" in facts
 
 
 def mutated(data: bytes) -> st.SearchStrategy[bytes]:
-    """A real file with bytes replaced, cut out or put in."""
+    """A real file with bytes replaced, removed or inserted."""
     edits = st.lists(
         st.tuples(
             st.integers(0, len(data)), st.integers(0, 40), st.binary(max_size=12) | st.sampled_from(
@@ -377,7 +377,7 @@ def fuzz(suffix: str, data: bytes) -> None:
 @given(mutated(PLAIN))
 @settings(max_examples=60)
 def test_a_mutation_that_lint_calls_clean_is_read_as_meant_by_opencolorio(data: bytes) -> None:
-    """No silent nonsense."""
+    """OpenColorIO reads a clean file with the intended colours."""
     import tempfile
 
     with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:

@@ -1,4 +1,4 @@
-"""What lint says of .ocioz and of Hald images: nothing leaves its folder, and nothing fills memory."""
+"""Findings of lint on .ocioz and on Hald images: no file leaves its folder, and no file fills the memory."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def test_a_whole_archive_is_read_by_opencolorio(name: str, tmp_path: Path) -> No
             lib.Config.CreateFromFile(str(tmp_path / "a.ocioz"))
 
 
-#: What is wrong, the archive, and what is said.
+#: The fault, the archive, and the words of the finding.
 BAD: dict[str, tuple[Callable[[], bytes], str]] = {
     "empty": (lambda: b"", "is not an archive"),
     "text": (lambda: b"ocio_profile_version: 2.1\n", "is not an archive"),
@@ -153,7 +153,7 @@ def test_a_file_that_unpacks_to_more_than_it_says_is_stopped(tmp_path: Path, mon
     assert "cannot be unpacked" in found.findings[0].what
 
 
-#: Prints the peak of memory that a lint adds, in MiB, after one of a small file.
+#: Prints the peak of memory that lint adds, in MiB, after lint of a small file.
 MEASURED = """
 import resource, sys
 from lutgen.lint import lint
@@ -183,7 +183,7 @@ def test_a_gigabyte_is_not_read_into_memory(suffix: str, tmp_path: Path) -> None
 
 @pytest.mark.parametrize("name", HALDS)
 def test_the_rules_say_what_becomes_of_a_hald_image(name: str, tmp_path: Path) -> None:
-    """``make consumers`` asks ffmpeg itself."""
+    """``make consumers`` runs ffmpeg itself."""
     data, outcome, said = HALDS[name]
     found = linted(tmp_path, data(), "table.png")
     assert found.fate(HALDCLUT)[0].outcome == outcome

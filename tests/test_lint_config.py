@@ -1,4 +1,4 @@
-"""What lint says of configs, CLF and the older table formats, each held to what OpenColorIO does with the file."""
+"""Findings of lint on configs, CLF and older table formats, each compared with OpenColorIO's treatment of the file."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ OURS = ROOT / "configs/default/chroma/10000h"
 
 
 def changed(folder: Path, old: str, new: str) -> Linted:
-    """Our own config with a change."""
+    """Lint the config of ``OURS`` with a change of its text."""
     shutil.copyfile(OURS / "aged.clf", folder / "aged.clf")
     text = (OURS / "config.ocio").read_text()
     assert old in text
@@ -87,7 +87,7 @@ def test_rubbish_that_opencolorio_takes_for_an_empty_config_is_wrong(tmp_path: P
     assert "error" in said(lint(tmp_path / "a.ocio"))["config-version"]
 
 
-# CLF and tables: whatever lint says of the installed OpenColorIO is what that does
+# CLF and tables: OpenColorIO treats each file as lint says of the installed version
 
 ROWS = "\n".join(f"{r:.6f} {g:.6f} {b * 0.8:.6f}" for r in (0, 1) for g in (0, 1) for b in (0, 1))
 SMPTE = 'xmlns="http://www.smpte-ra.org/ns/2136-1/2024"'
@@ -109,7 +109,7 @@ CSP = "CSPLUTV100\n3D\n\n" + "2\n0 1\n0 1\n" * 3 + "\n2 2 2\n" + "".join(
     f"{r * 0.9} {g * 0.8} {b * 0.7}\n" for b in INDEX for g in INDEX for r in INDEX
 )  # fmt: skip
 
-#: Suffix, content, whether readers do what is meant, and a rule that speaks of it.
+#: Suffix, content, the readers' outcome, and a rule that reports the fault.
 TABLES: dict[str, tuple[str, str, str, str]] = {
     "clf": (".clf", clf(), READS, ""),
     "clf without id": (".clf", clf('compCLFversion="3"'), REFUSES, "clf-form"),
@@ -155,7 +155,7 @@ def test_what_is_said_of_clf_and_tables_is_what_opencolorio_does(name: str, tmp_
     assert found.clean == (outcome == READS)
     assert not rule or rule in said(found)
     if name == "spi3d of any size":
-        return  # given to OpenColorIO, it would ask for 12 PB
+        return  # OpenColorIO would ask for 12 PB
     try:
         through_opencolorio(path, probe_colours())
     except Refusal:
@@ -182,7 +182,7 @@ def test_what_is_said_of_a_3dl_is_what_opencolorio_does(name: str, tmp_path: Pat
         assert (np.abs(shown - code / 255 * [1, GREEN, BLUE]).max() < 5e-4) == (outcomes[0] == READS)
 
 
-#: What stands where a number should, and what OpenColorIO 2.1 and 2.6 read; None where they refuse the file.
+#: Text in place of a number, and the number that OpenColorIO 2.1 and 2.6 read; None if they refuse the file.
 WORDS = {
     "0;75": 0.0, "1'000": 1.0, "1/2": 1.0, "1e": 1.0, "1e+": 1.0, "1.2.3": 1.2, "1_0": 1.0, "0,75": 0.0, "1d0": 1.0,
     "0.75f": 0.75, "0.75%": 0.75, "0x10": 16.0, "nan": 0.0, "-inf": None, "infinity": None, "１": None, "٣": None,
@@ -213,7 +213,7 @@ def test_a_word_that_opencolorio_reads_as_another_number_is_told(word: str, suff
         assert abs(shown) > 1e38
 
 
-#: Suffix → a file in which one number of the table is left out.
+#: Suffix → a file without one number of its table.
 GAPS = {
     ".spi3d": SPI3D.replace("0.900000", "{}", 1), ".csp": CSP.replace("0.9", "{}", 1),
     ".clf": clf(values=ROWS.replace("0.800000", "{}", 1)),
@@ -259,13 +259,13 @@ def test_a_number_too_many_in_a_row_of_a_spi3d_is_told(tmp_path: Path) -> None:
 
 
 def test_a_size_that_ends_in_a_letter_is_bounded_too(tmp_path: Path) -> None:
-    """OpenColorIO would read 100000 of 100000x, and ask for 12 PB."""
+    """OpenColorIO would read 100000 from 100000x, and ask for 12 PB."""
     (tmp_path / "lut.spi3d").write_text(SPI3D.replace("2 2 2", "100000 100000 100000x"))
     assert "too large" in said(lint(tmp_path / "lut.spi3d"))["loads"]
 
 
 def test_a_mesh_line_with_a_word_in_it_is_told(tmp_path: Path) -> None:
-    """OpenColorIO leaves such a line out, and with it the curve that it may hold."""
+    """OpenColorIO ignores such a line, and with the line the curve that it may hold."""
     curve = PLACES.replace("64 ", "90 ", 1)
     (tmp_path / "sound.3dl").write_text(f"{curve}\n{mesh()}")
     (tmp_path / "lut.3dl").write_text(f"{curve.replace('128', '128.5')}\n{mesh()}")
@@ -286,7 +286,7 @@ def node(content: str) -> str:
 
 DEPTHS = 'inBitDepth="32f" outBitDepth="32f"'
 
-#: A CLF with a value that OpenColorIO takes and nobody means.
+#: A CLF with a value that OpenColorIO accepts and no author intends.
 ODD_CLF = {
     "nan": clf(values=ROWS.replace("0.800000", "nan", 1)),
     "-nan": clf(values=ROWS.replace("0.800000", "-NaN", 1)),
@@ -353,7 +353,7 @@ def test_a_comma_in_a_clf_is_refused_by_python_alone(tmp_path: Path) -> None:
     through_opencolorio(path, probe_colours())
 
 
-# Configs that broke lint
+# Configs that once broke lint
 
 
 @pytest.mark.parametrize("role", ["default", "scene_linear", "data", "aces_interchange", "my_own"])
@@ -444,7 +444,7 @@ def test_what_ociocheck_alone_refuses_is_told() -> None:
 def test_metadata_that_never_end_are_told_and_never_given_to_opencolorio(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It reads on for ever, with each suffix: this test would hang."""
+    """OpenColorIO reads such a file for ever, with each suffix: the test would hang."""
     content = CSP.replace("3D\n\n", "3D\n\n  BEGIN METADATA\nfrom a shop\n")
     for name in ("lut.csp", "lut.spi3d", "lut.3dl"):
         (tmp_path / name).write_text(content)

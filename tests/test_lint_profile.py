@@ -1,4 +1,4 @@
-"""What lint says of ICC profiles: what becomes of each in LittleCMS, Argyll and Chromium."""
+"""Findings of lint on ICC profiles: the result of each profile in LittleCMS, Argyll and Chromium."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def linted(folder: Path, data: bytes) -> Linted:
 
 @pytest.mark.parametrize("name", CASES)
 def test_the_rules_say_what_becomes_of_a_profile(name: str, tmp_path: Path) -> None:
-    """``make consumers`` asks the readers themselves."""
+    """``make consumers`` runs the readers themselves."""
     case = CASES[name]
     found = linted(tmp_path, case.data)
     assert {reader: found.fate(reader)[0].outcome for reader in case.outcomes} == case.outcomes

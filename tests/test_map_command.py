@@ -1,4 +1,4 @@
-"""`lutgen map` and `lutgen table` as users call them: pages, files, schemas, exit codes, bad input."""
+"""The commands `lutgen map` and `lutgen table`: pages, files, schemas, exit codes, bad input."""
 
 from __future__ import annotations
 
@@ -132,7 +132,7 @@ def test_an_image_that_cannot_be_read_is_named(image: str, run: Callable[..., Do
 
 
 def test_the_published_numbers_are_those_of_the_papers_table() -> None:
-    """As printed: Max 3, Avg 3, Max 5, Avg 5."""
+    """In the printed order: Max 3, Avg 3, Max 5, Avg 5."""
     assert TABLE_1 == {"chroma": (4500, 7800, 8100, 11_100), "chroma-luma": (2200, 3700, 4100, 5800)}
     assert TABLE_1_COLUMNS == ((3.0, "max"), (3.0, "mean"), (5.0, "max"), (5.0, "mean"))
 

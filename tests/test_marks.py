@@ -1,4 +1,4 @@
-"""The marks of slow tests hold the time budget of CONTRIBUTING.md without a clock: what is run, and instead of what."""
+"""The marks of slow tests keep the time budget of CONTRIBUTING.md without a clock: tests run, and their substitutes."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def name_of(item: pytest.Item) -> str:
 
 
 def test_rare_tests_are_slow_and_name_what_is_run_instead(request: pytest.FixtureRequest) -> None:
-    """Without the mark `slow` nobody would run them; without another test their rule would rest until a release."""
+    """A rare test without the mark `slow` never runs. Without a substitute nothing tests its rule until a release."""
     collected = request.config.stash[COLLECTED]
     out = left_out(collected)
     never = {name_of(item) for item in out} - {name_of(item) for item in collected if item not in out}
@@ -40,7 +40,7 @@ def test_rare_tests_are_slow_and_name_what_is_run_instead(request: pytest.Fixtur
         text = (item.path.with_name(file) if file else item.path).read_text(encoding="utf-8")
         found = re.search(rf"^def {name}\(", text, flags=re.MULTILINE)
         assert found, f"{item.nodeid}: {mark.kwargs['instead']} is no test"
-        # A table may have rare cases: its others are the sample.
+        # A parametrised test may have rare cases: its other cases are the sample.
         path = item.nodeid.partition("::")[0]
         instead = f"{path.rpartition('/')[0]}/{file}::{name}" if file else f"{path}::{name}"
         assert instead not in never, f"{item.nodeid}: {mark.kwargs['instead']} is not run either"

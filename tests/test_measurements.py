@@ -1,4 +1,4 @@
-"""Tables of readings: good ones are read as they are meant, bad ones refused with a sentence that helps."""
+"""Tables of readings: good tables are read correctly, bad tables are refused with a helpful sentence."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ HEADER = next(i for i, line in enumerate(LINES) if line.startswith("hour,"))
 #: Line numbers, from 1, of the first rows: white, red, green, blue at hour 0, then white at the next hour.
 WHITE, RED, GREEN, BLUE, NEXT_WHITE = range(HEADER + 2, HEADER + 7)
 
-#: Two hours of a display, white not the sum of its primaries.
+#: Two hours of a display whose white is not the sum of its primaries.
 SMALL = """\
 hour,R,G,B,x,y,Y
 0,1,1,1,0.3127,0.3290,250
@@ -58,7 +58,7 @@ def xyz_text(text: str) -> str:
 
 
 def with_line(number: int, old: str, new: str, text: str | None = None) -> bytes:
-    """The default display's file, or ``text``, with ``old`` replaced once in line ``number`` (from 1)."""
+    """Return the default display's file, or ``text``, with ``old`` replaced once in line ``number`` (from 1)."""
     lines = text.splitlines() if text else list(LINES)
     assert old in lines[number - 1], lines[number - 1]
     lines[number - 1] = lines[number - 1].replace(old, new, 1)
@@ -71,13 +71,13 @@ def without_lines(*numbers: int, text: str | None = None) -> bytes:
 
 
 def with_columns(change: Callable[[list[str]], list[str]]) -> bytes:
-    """Apply ``change`` to the cells of every row of SMALL, not to the header."""
+    """Apply ``change`` to the cells of every row of SMALL except the header."""
     header, *rows = SMALL.splitlines()
     return ("\n".join([header, *(",".join(change(row.split(","))) for row in rows)]) + "\n").encode()
 
 
 def plus(column: str, values: str | list[str], text: str = SMALL) -> str:
-    """``text`` with one more column, of one value or a list."""
+    """Return ``text`` with one more column, which has one value or a list of values."""
     header, *rows = text.splitlines()
     cells = [values] * len(rows) if isinstance(values, str) else values
     return "\n".join([f"{header},{column}", *(f"{row},{cell}" for row, cell in zip(rows, cells, strict=True))]) + "\n"
@@ -143,7 +143,7 @@ def test_a_good_file_is_read_as_it_is_meant(name: str, tmp_path: Path) -> None:
 
 
 def test_replicates_are_averaged_as_light(tmp_path: Path) -> None:
-    """Two whites of other chromaticity at every hour: their XYZ are averaged, not x and y."""
+    """Two whites of different chromaticity at every hour: the mean is the mean of their XYZ, not of x and y."""
     text = xyz_text(SMALL)
     doubled = [text.splitlines()[0]]
     for line in text.splitlines()[1:]:
@@ -212,7 +212,7 @@ def test_real_readings_are_read() -> None:
     hours, tips = readings.tips()
     assert hours.size == 4
     assert hours[0] == 0
-    # Healthy and near sRGB, as its description says: white within 0.01 of D65, drift small.
+    # The display is healthy and near sRGB, as its description says: white within 0.01 of D65, small drift.
     np.testing.assert_allclose(tips[:, 0, :2], np.tile([0.3127, 0.3290], (4, 1)), atol=0.03)
     DisplayModel(readings).at("chroma", float(hours[-1]))
 
@@ -350,7 +350,7 @@ def test_a_bad_file_is_refused_in_one_sentence_that_names_it_and_helps(name: str
     assert "\n" not in message
     for fragment in BAD[name].says:
         assert fragment in message, message
-    # It says what is wrong and, after that, what is allowed or what to do.
+    # The message states the fault, and then what is allowed or what to do.
     assert len(message.replace(str(path), "").split()) >= 6, message
 
 
@@ -413,7 +413,7 @@ def test_another_column_is_left_alone_with_a_remark(tmp_path: Path) -> None:
     assert set(readings.constants) == set(readings.conditions) == set()
 
 
-# Fuzz: whatever happens to the bytes, a table is read or refused
+# Fuzz: a table with any changed bytes is read or refused
 
 MUTATION = st.tuples(
     st.sampled_from(["delete", "insert", "replace", "truncate", "repeat"]),

@@ -1,4 +1,4 @@
-"""Merging aged displays into a user's own config: nothing of theirs changes, and the new views are the build's."""
+"""Merging aged displays into a user's config: the user's lines stay, and the new views equal the build's views."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ HOURS = 10_000.0
 WANTED = [("chroma", HOURS)]
 VIEW = "Aged chroma 10000h"
 
-#: A config of version 1, by hand, with a LUT file of its own and comments.
+#: A hand-written config of version 1, with its own LUT file and comments.
 FIRST = """\
 # my config, do not touch
 ocio_profile_version: 1
@@ -75,7 +75,7 @@ def first(tmp_path: Path) -> Path:
 
 
 def shown(config: Path, start: str, display: str, view: str, code: Array) -> Array:
-    """Through OpenColorIO, apart from the proof's own routine."""
+    """Send code values through OpenColorIO, without the proof's own routine."""
     lib = ocio()
     lib.ClearAllCaches()
     loaded = lib.Config.CreateFromFile(str(config))
@@ -113,7 +113,7 @@ def test_a_config_of_version_1_keeps_its_text_and_its_pixels(built: Path, first:
     merged = merge(built, first, out, Merging(WANTED, source_space="sRGB"))
     assert first.read_text() == FIRST
     text = merged.config.read_text().splitlines()
-    # Every line of theirs is there, in its order, comments too.
+    # Every line of the user's config is present in its order, also the comments.
     rest = iter(text)
     assert all(line in rest for line in FIRST.splitlines())
     assert "comments" not in " ".join(merged.remarks)
@@ -126,7 +126,7 @@ def test_a_config_of_version_1_keeps_its_text_and_its_pixels(built: Path, first:
         )
     aged = shown(merged.config, "sRGB", "Screen sRGB", VIEW, code_values())
     own = shown(built / "chroma/10000h/config.ocio", "Source signal", "sRGB", "Aged", code_values())
-    # The curve is a table of 256, whose inverse is as good as that.
+    # The curve is a table of 256 points, and its inverse has the accuracy of the table.
     assert np.abs(np.clip(aged, 0, 1) - np.clip(own, 0, 1)).max() < 3e-3
     assert np.abs(np.clip(aged, 0, 1) - code_values()).max() > 0.02
 
@@ -195,7 +195,7 @@ def test_names_that_are_taken_are_refused_and_another_prefix_helps(built: Path, 
     assert "Worn chroma 10000h" in twice.read_text()
 
 
-#: A config of version 2 whose names may be taken in more ways.
+#: A config of version 2 with names that can be interpreted in several ways.
 SECOND = """\
 ocio_profile_version: 2
 search_path: luts
@@ -262,7 +262,7 @@ def test_all_that_was_added_is_there_and_lines_end_as_they_did(
     written = merged.config.read_bytes()
     assert written.count(b"\n") == (written.count(b"\r\n") or written.count(b"\n"))
     assert (b"\r" in written) == ("\r" in new)
-    # Only what stands behind the end of a document cannot be put into the text.
+    # The merge cannot edit the text only if a document ends in it: then the comments are lost.
     assert (b"# theirs" in written) == ("..." not in new)
     assert any("without comments: keep" in remark for remark in merged.remarks) == ("..." in new)
 
@@ -283,7 +283,7 @@ def test_a_folder_that_is_there_is_left_alone_without_force(built: Path, first: 
 
 
 def test_a_lut_that_is_not_the_builds_fails_the_proof(built: Path, first: Path, tmp_path: Path) -> None:
-    """The proof can fail: the LUT that is copied is another than the one that the build's config reads."""
+    """The proof fails if the copied LUT is not the LUT of the build's config."""
     broken = tmp_path / "broken"
     shutil.copytree(built, broken)
     config = broken / "chroma/10000h/config.ocio"

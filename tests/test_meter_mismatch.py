@@ -1,4 +1,4 @@
-"""A meter whose filters move: told from displays that age, where the first session foretells the others."""
+"""A meter with shifting filters: distinguished from aging displays, if the first session predicts the others."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def diagnosed(hidden: tuple[str, float, str], seed: int, baseline: str = "first-
 
 @pytest.mark.parametrize(("form", "size", "seed"), [("same", 0.6, 3), ("other", 1.0, 4)])
 def test_filters_that_move_are_named_with_their_way(form: str, size: float, seed: int) -> None:
-    """The display is a spectral one, so that the class's typical spectra are not quite its own."""
+    """The display is spectral, so its spectra differ slightly from the class's typical spectra."""
     found = diagnosed(("meter-mismatch", size, form), seed)
     assert found.verdict.effects == ("meter-mismatch",)
     term = next(each for each in found.explanation.final.terms if each.effect.name == "meter-mismatch")

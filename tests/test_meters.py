@@ -1,4 +1,4 @@
-"""Each meter has the noise that its name says, and all have own σ for X, Y and Z and a gain that a session shares."""
+"""Each meter has the noise of its name. All have separate σ for X, Y and Z, and one gain per session."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SESSIONS = 60
 
 
 def _truth(light: float, *, each: int = 400) -> Truth:
-    """Light of ``light`` cd/m² in X, Y and Z, read ``each`` times in each of many sessions."""
+    """``light`` cd/m² in X, Y and Z, read ``each`` times in each of many sessions."""
     n = SESSIONS * each
     session = np.repeat(np.arange(SESSIONS), each)
     return Truth(
@@ -62,7 +62,7 @@ def test_the_same_seed_gives_the_same_readings(name: str) -> None:
 @pytest.mark.parametrize("name", METERS)
 def test_a_session_shares_a_gain(name: str) -> None:
     means = _by_session(name, 300.0).mean(axis=1)
-    # 60 sessions tell a standard deviation to 10 %; the wandering gain adds what its memory leaves in the mean.
+    # 60 sessions give a standard deviation within 10 %. The memory of the drifting gain adds to the mean's variance.
     assert means[:, 1].std() / 300.0 == pytest.approx(SESSION_GAIN, rel=0.45 if name == "wandering-gain" else 0.3)
     assert np.corrcoef(means.T)[0, 1] > 0.95
 

@@ -1,4 +1,4 @@
-"""The display model against its literal twin and against what must hold for any display."""
+"""The display model against its literal twin and against properties of any display."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.numbers
 
 DRIVES = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-#: Hours on a measured time, between two, at a kink of the paper's law, and at both ends.
+#: Hours on a measured time, between two times, at a kink of the paper's law, and at both ends.
 HOURS = (0.0, 2750.5, 9999.9, 10_000.0, 17_123.456, 18_000.0)
 
 
@@ -51,7 +51,7 @@ def measured(hours: list[float], xyY: Array) -> Measurements:
 
 
 def twin_rows(readings: Measurements) -> list[Row]:
-    """The tips of measurements as the twin takes them."""
+    """The tips of measurements in the twin's format."""
     hours, tips = readings.tips()
     rows = []
     for hour, four in zip(hours.tolist(), tips.tolist(), strict=True):
@@ -67,7 +67,7 @@ def rows() -> list[Row]:
 
 @pytest.fixture(scope="module")
 def aging() -> Measurements:
-    """A display that ages in all ways at once, irregular times, luminance falling then rising, wide gamut."""
+    """A display that ages in all ways at once: irregular times, luminance that falls and then rises, wide gamut."""
     hours = [0.0, 700.0, 12_345.6, 18_000.0]
     fresh = np.array([[0.31, 0.33, 400.0], [0.68, 0.32, 90.0], [0.26, 0.69, 280.0], [0.15, 0.055, 35.0]])
     drift = np.array([[0.03, 0.035, -150.0], [-0.02, 0.01, -40.0], [0.02, -0.03, -90.0], [0.01, 0.03, -20.0]])
@@ -87,7 +87,7 @@ def colours() -> Array:
 def border_colours(random: np.random.Generator) -> Array:
     """Code values on r'=g', g'=b', r'=b', r'+g'=1, … in linear light, and 1e-3, 1e-6 and 1e-12 beside them.
 
-    Steps stay clear of 1e-9, where the rule for ties itself is decided by rounding.
+    No step is near 1e-9, where rounding decides the rule for ties.
     """
     linear = []
     for first, second in ((0, 1), (1, 2), (0, 2)):
@@ -115,10 +115,10 @@ def test_the_fast_model_does_what_its_literal_twin_does(
     colours: Array,
 ) -> None:
     data = readings if display == "default" else aging
-    # The default display's tips are read by the twin's own reader.
+    # The twin's own reader reads the tips of the default display.
     data_rows = rows if display == "default" else twin_rows(aging)
     model = DisplayModel(data, reference=reference, selection=selection, luminance=luminance_law("paper"))
-    # Off a knot at the twin's full length; elsewhere every fourth colour is enough.
+    # Between knots the test uses all colours of the twin; at other hours every fourth colour is enough.
     for hours in HOURS if mode != "stable" else HOURS[:2]:
         some = colours if hours == 2750.5 else colours[::4]
         twin = Twin(data_rows, mode=mode, hours=hours, reference=reference, selection=selection)
@@ -134,7 +134,7 @@ def test_the_fast_model_does_what_its_literal_twin_does(
 def test_the_twin_test_meets_every_region_and_every_tie(colours: Array) -> None:
     shares = nearest_weights(code_to_linear(colours))
     met = {tuple(np.flatnonzero(row)) for row in shares}
-    # w, r, g, b alone; each pair that has a border inside the cube; greys below ½; all four at ½.
+    # w, r, g, b alone; each pair with a border inside the cube; greys below ½; all four at ½.
     pairs = {(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)}
     assert {(0,), (1,), (2,), (3,), (1, 2, 3)} | pairs <= met
 
@@ -162,11 +162,11 @@ def test_the_other_luminance_laws_do_what_the_twin_does(
 
 @st.composite
 def tips(draw: st.DrawFn, *, additive: bool = False) -> Array:
-    """Plausible xyY of white and primaries, (4, 3): each near a real display's, not additive unless asked."""
+    """Plausible xyY of white and primaries, (4, 3). Each is near a real display's tip, and additive only on request."""
     centres = [(0.3127, 0.3290), (0.64, 0.33), (0.30, 0.60), (0.15, 0.06)]
     shift = draw(arrays(np.float64, (4, 2), elements=st.floats(-0.025, 0.025)))
     luminance = draw(arrays(np.float64, 4, elements=st.floats(0.8, 1.25)))
-    white = draw(st.floats(100.0, 2000.0))  # far above what is refused as relative
+    white = draw(st.floats(100.0, 2000.0))  # far above luminances that are refused as relative
     xyY = np.column_stack([np.array(centres) + shift, white * luminance * [1.0, 0.21, 0.72, 0.07]])
     if additive:
         total = xyY_to_xyz(xyY[1:]).sum(axis=0)
@@ -176,9 +176,9 @@ def tips(draw: st.DrawFn, *, additive: bool = False) -> Array:
 
 @st.composite
 def histories(draw: st.DrawFn) -> Measurements:
-    """Measurements of 2 to 4 times over 18 000 h: chromaticities drift by at most 0.014 each, luminances freely.
+    """Measurements at 2 to 4 times over 18 000 h. Each chromaticity drifts by at most 0.014, luminances freely.
 
-    Further would lead sRGB's red, moved alike, out of the chromaticity diagram (x + y > 1), which is refused.
+    A larger drift would move sRGB's red out of the chromaticity diagram (x + y > 1), and such a reading is refused.
     """
     inner = draw(st.lists(st.floats(1.0, 17_999.0), max_size=2, unique=True))
     hours = [0.0, *sorted(inner), 18_000.0]
@@ -187,7 +187,7 @@ def histories(draw: st.DrawFn) -> Measurements:
     gain = draw(arrays(np.float64, (len(hours), 4), elements=st.floats(0.3, 1.1)))
     xyY = np.repeat(fresh[np.newaxis], len(hours), axis=0)
     xyY[..., :2] += drift
-    # No reading has x + y > 1: a drift that would lead there ends at the edge of the diagram.
+    # No reading has x + y > 1: a larger drift ends at the edge of the diagram.
     xyY[..., :2] *= np.minimum(1.0, 0.999 / xyY[..., :2].sum(axis=-1, keepdims=True))
     xyY[..., 2] *= gain
     return measured(hours, xyY)
@@ -221,9 +221,9 @@ def test_tips_that_add_up_make_all_four_matrices_equal(xyY: Array) -> None:
     ("name", "by", "stays"),
     [
         ("red", (0.02, 0.0), True),
-        ("red", (0.07, 0.0), False),  # sRGB's red, moved alike: x + y = 1.04
+        ("red", (0.07, 0.0), False),  # sRGB's red after this shift: x + y = 1.04
         ("blue", (0.0, -0.05), True),
-        ("blue", (0.0, -0.07), False),  # sRGB's blue, moved alike: y = -0.01
+        ("blue", (0.0, -0.07), False),  # sRGB's blue after this shift: y = -0.01
     ],
 )
 def test_a_primary_with_which_srgbs_would_leave_all_colours_is_refused(
@@ -244,7 +244,7 @@ def test_a_primary_with_which_srgbs_would_leave_all_colours_is_refused(
 
 
 def test_tips_that_do_not_add_up_make_four_different_matrices(readings: Measurements) -> None:
-    """So that the property above is not met by matrices that are always equal."""
+    """Exclude that the property above holds only because the matrices are always equal."""
     for selection in SELECTIONS:
         matrices = DisplayModel(readings, selection=selection).matrices("chroma", 18_000.0).array
         assert min(np.abs(matrices[i] - matrices[j]).max() for i in range(4) for j in range(i)) > 1e-4
@@ -346,7 +346,7 @@ def test_chroma_holds_the_luminance_of_white_and_chroma_luma_follows_the_law(
 def test_continuous_does_not_jump_at_its_borders(data: Measurements, hours: float, seed: int) -> None:
     random = np.random.default_rng(seed)
     linear = random.uniform(0.0, 1.0, (60, 3))
-    # Two smallest channels alike, then all three; each side of the border by 1e-7.
+    # First the two smallest channels are equal, then all three; each side of the border by 1e-7.
     linear[:, 1] = linear[:, 0] = linear.min(axis=1)
     linear[40:, 2] = linear[40:, 0]
     for channel in range(3):
@@ -366,10 +366,10 @@ def test_both_selections_are_the_additive_display_plus_a_share_of_what_it_lacks(
     """The model in closed form, derived by hand from the paper's steps 2 and 3.
 
     With D = XYZ_w − XYZ_r − XYZ_g − XYZ_b, T'_w = [XYZ_r XYZ_g XYZ_b] and T'_r = T'_w + D·(1,0,0) and so on. Hence
-    ``continuous`` adds D·min(r',g',b'); ``nearest`` adds ⅓D·(r'+g'+b') near white, and elsewhere that without the
-    largest channel: no jump between two primaries, one of ⅓D·max(r',g',b') at white's borders.
+    ``continuous`` adds D·min(r',g',b'). ``nearest`` adds ⅓D·(r'+g'+b') near white, and elsewhere ⅓D times the sum
+    without the largest channel: no jump between two primaries, and a jump of ⅓D·max(r',g',b') at white's borders.
     """
-    # Ties with white have a test of their own.
+    # A separate test covers ties with white.
     linear = linear[np.abs(np.sort(linear, axis=1)[:, :2].sum(axis=1) - 1) > 1e-6]
     total, low, high = linear.sum(axis=1), linear.min(axis=1), linear.max(axis=1)
     near_white = total - high > 1
@@ -392,7 +392,7 @@ def test_nearest_jumps_at_whites_borders_so_the_test_of_continuity_can_fail(read
 @pytest.mark.slow
 @given(histories(), st.floats(0.0, 18_000.0))
 def test_continuous_is_a_2x2x2_tetrahedral_table_in_linear_light(data: Measurements, hours: float) -> None:
-    """Interpolated literally: from black along the axis of the largest channel, then the next, then the last."""
+    """Interpolate literally: from black along the axis of the largest channel, then the next, then the last."""
     aged = DisplayModel(data, selection="continuous").at("chroma-luma", hours)
     random = np.random.default_rng(0)
     linear = random.random((50, 3))
@@ -608,7 +608,7 @@ def test_evaluating_does_not_write_into_the_image(readings: Measurements) -> Non
     assert (code == 0.25).all()
 
 
-# What the paper and model.md say of sizes
+# Sizes that the paper and model.md state
 
 
 def test_white_drifts_more_than_primaries_and_toward_yellow_in_the_default_display(readings: Measurements) -> None:

@@ -1,4 +1,4 @@
-"""Models with effects: what they compute, how they are kept, what is baked of them, and what is refused."""
+"""Models with effects: their values, their files, the LUTs baked from them, and refused input."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def colours() -> Array:
 
 
 def named(name: str, values: Mapping[str, float] | None = None) -> AppliedEffect:
-    """A built-in effect with some values, the others at rest; by default with its typical ones."""
+    """A built-in effect with these values, and its other parameters at rest. The default is its typical values."""
     effect = catalogue()[name]
     return AppliedEffect.of(effect, effect.typical() if values is None else values)
 
@@ -95,7 +95,7 @@ def a_model(readings: Measurements, *effects: AppliedEffect, **options: Any) -> 
     return DisplayModel(readings, effects=effects, **options)
 
 
-# What a model with effects computes
+# Values of a model with effects
 
 
 @pytest.mark.parametrize("reference", REFERENCES)
@@ -109,7 +109,7 @@ def test_effects_at_rest_leave_the_papers_model_as_it_is(
     for hours in HOURS:
         expected = plain.at(mode, hours).code_to_xyz(colours)
         found = replace(plain, effects=tuple(effects)).at(mode, hours).code_to_xyz(colours)
-        # A meter's exposure or a lens cap leaves no trace; what is left is rounding.
+        # A meter's exposure or a lens cap has no effect here. Only rounding errors remain.
         np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11)
 
 
@@ -135,7 +135,7 @@ def test_matrix_switching_is_the_continuous_selection(readings: Measurements) ->
 def test_a_leak_is_what_it_is_when_written_out(
     selection: str, reference: str, readings: Measurements, colours: Array
 ) -> None:
-    """XYZ = (the paper's + κ(t)·q·white), scaled to the luminance of the mode; the un-aged white has Y = 1."""
+    """XYZ = (XYZ of the paper's model + κ(t)·q·white), scaled to the mode's luminance; the un-aged white has Y = 1."""
     rows = rows_of_csv(default_display().read_text(encoding="utf-8"))
     new, grown, power, tint_x, tint_z = 0.004, 0.009, 1.7, 0.1, 0.4
     values = {"new": new, "grown": grown, "power": power, "tint_x": tint_x, "tint_z": tint_z}
@@ -177,14 +177,14 @@ def test_stable_is_the_un_aged_display_with_its_effects(name: str, readings: Mea
 
 
 def test_a_luminance_that_cannot_be_held_is_refused(readings: Measurements) -> None:
-    # A constant light as bright as white: no backlight brings the sum down to two thirds of it.
+    # A constant light as bright as white: no backlight can reduce the sum to two thirds of white.
     glare = AppliedEffect.of(parse("glare: xyz + k*fresh_white; k=1[0,10]"), {"k": 1.0})
     with pytest.raises(LutgenError, match=r"hour 18000: no backlight brings white to .* cd/m² .*: glare\."):
         a_model(readings, glare).at("chroma-luma", 18_000.0)
 
 
 def test_an_additive_light_that_stays_is_held_by_a_backlight_that_gives_way(readings: Measurements) -> None:
-    """Not proportional to the tips, so the gain is solved for."""
+    """The added light is not proportional to the tips, so the gain needs a solver."""
     glare = AppliedEffect.of(parse("glare: xyz + k*tau*fresh_white; k=0.1[0,1]"), {"k": 0.2})
     aged = a_model(readings, glare, baseline="first-hour").at("chroma", 18_000.0)
     black, white = aged.code_to_xyz(np.array([[0.0] * 3, [1.0] * 3]))
@@ -221,7 +221,7 @@ def test_a_fresh_model_needs_no_tips_but_those_of_hour_0(readings: Measurements,
 
 
 def test_latent_tips_are_what_the_effects_act_on(readings: Measurements) -> None:
-    """Tips from which a leak was taken away: with the leak, the display shows the measured ones."""
+    """The latent tips are the measured tips minus a leak: with the leak, the display shows the measured tips."""
     hours, xyY = readings.tips()
     measured = xyY_to_xyz(xyY)
     leak = 0.01 * hours / 18_000.0
@@ -364,7 +364,7 @@ def test_displays_with_effects_can_be_compared_hashed_and_sent_to_workers(
 
 
 def refined(readings: Measurements, *effects: AppliedEffect, **options: Any) -> DisplayModel:
-    """A model as refine makes it, with everything that a file can hold."""
+    """A model as refine makes it, with every entry that a file can hold."""
     hours, xyY = readings.tips()
     found = AppliedEffect(
         catalogue()["black-level"],
@@ -387,7 +387,7 @@ def refined(readings: Measurements, *effects: AppliedEffect, **options: Any) -> 
 
 
 def same(model: DisplayModel, other: DisplayModel) -> None:
-    """Fail unless two models hold the same."""
+    """Fail unless the two models are equal."""
     assert model.effects == other.effects
     assert model.measurements.sha256 == other.measurements.sha256
     for field in ("reference", "selection", "luminance", "baseline", "held", "conditions", "verdict", "fit"):
@@ -678,7 +678,7 @@ def test_every_effect_builds_checks_and_applies(name: str, readings: Measurement
     assert result.findings == ()
     for path, certificate in result.certificates.items():
         if name == "quantization":
-            # 8-bit stairs: a table that smooths them away is half a step off at most, 0.25 of one in the mean.
+            # 8-bit steps: a table that smooths the steps has an error of half a step at most, 0.25 step in the mean.
             assert (certificate.smooth.colours, certificate.gamut.colours) == (0, 0)
             assert certificate.border.mean < 0.35
         else:
@@ -758,7 +758,7 @@ def test_colours_beyond_what_a_table_holds_are_refused(readings: Measurements, t
         build(sunlit, plan, tmp_path / "built", jobs=1)
 
 
-# The manifest, and what becomes stale
+# The manifest, and stale builds
 
 
 @pytest.mark.parametrize("baseline", ["colour-points", "first-hour"])
@@ -783,7 +783,7 @@ def test_a_model_without_effects_adds_nothing_to_the_manifest(readings: Measurem
 
 @pytest.fixture
 def built(readings: Measurements, tmp_path: Path) -> Path:
-    """A folder with a model of an own effect, and what was built of it."""
+    """A folder with a model of an own effect, and its build."""
     (tmp_path / "glow.py").write_text(GLOW)
     (glow,) = load_file(tmp_path / "glow.py")
     save_model(a_model(readings, AppliedEffect.of(glow, {"amount": 0.01})), tmp_path / "my.toml")

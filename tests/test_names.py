@@ -1,4 +1,4 @@
-"""Names that users type: one list each, in a module that imports nothing slow."""
+"""Names that users type: one list for each kind, in a module that imports nothing slow."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ pytestmark = pytest.mark.texts
 PACKAGE = Path(lutgen.__file__).parent
 MODULES = sorted(path for path in PACKAGE.rglob("*.py") if path.name != "names.py")
 
-#: Every list of the module by its name, as the names alone.
+#: Every list of the module, as a tuple of names.
 LISTS = {
     name: tuple(value)
     for name, value in vars(names).items()
@@ -29,7 +29,7 @@ LISTS = {
 
 
 def literals(source: str) -> list[tuple[str, ...]]:
-    """Tuples, lists and sets that are made of texts alone."""
+    """Tuples, lists and sets that contain only strings."""
     found = []
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Tuple | ast.List | ast.Set):
@@ -41,7 +41,7 @@ def literals(source: str) -> list[tuple[str, ...]]:
 
 @cache
 def literals_of_the_package() -> list[tuple[str, set[str]]]:
-    """Every such literal with the module that holds it."""
+    """Every such literal in the package, with its module."""
     return [
         (path.relative_to(PACKAGE).as_posix(), set(found))
         for path in MODULES

@@ -1,4 +1,4 @@
-"""Names of files that are any bytes, and files that are none: one sentence, from every command."""
+"""File names with arbitrary bytes, and paths that are no files: every command gives one sentence."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ PLAN = Plan(hours=(0.0,), modes=("chroma",), formats=("cube", "clf"), cubesize=1
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
-#: A byte that is no UTF-8, as Python names it.
+#: An invalid UTF-8 byte, as Python represents it in a name.
 BYTE = os.fsdecode(b"\xff")
 
 
@@ -59,7 +59,7 @@ def test_a_name_that_is_no_utf_8_is_said(
     shutil.copy(EXAMPLES / "tissue.jpg", "picture.jpg")
     before = set(tmp_path.iterdir())
     done = here(*command.format(BYTE).split())
-    assert done.returncode == (1 if ".cube --mode" in command else 2)  # what is wrong with a file is a finding
+    assert done.returncode == (1 if ".cube --mode" in command else 2)  # a fault of a file is a finding
     assert (done.stdout + done.stderr).count("UTF-8") == 1
     assert "Traceback" not in done.stderr
     assert set(tmp_path.iterdir()) == before

@@ -1,4 +1,4 @@
-"""Tables on a narrow terminal: every figure and name stays whole, and what can wrap does."""
+"""Tables on a narrow terminal: every number and name stays whole, and other text wraps."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ SESSION = "examples/session.ti3"
 
 
 def printed(table: Table, width: int) -> list[str]:
-    """Lines as a terminal so wide gets them."""
+    """Lines on a terminal of this width."""
     console = Console(file=io.StringIO(), width=width)
     laid_out = terminal_table(table)
     fitted(laid_out, console).print(laid_out)

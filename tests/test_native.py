@@ -1,4 +1,4 @@
-"""The native fresh display: what it meets exactly, what it is the paper's display for, and what it refuses."""
+"""The native fresh display: what it fits exactly, when it equals the paper's display, and what it refuses."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def test_neighbours_that_fall_are_averaged(light: list[float], rising: list[floa
 
 @pytest.mark.parametrize("codes", [RAMPS, GREYS], ids=["ramps", "greys"])
 def test_channels_of_a_panel_are_told_apart(codes: list[tuple[float, ...]]) -> None:
-    """Greys alone tell them too: X, Y and Z are three numbers. So they do to what white's own light lets them."""
+    """Greys alone also determine the three channels, by X, Y and Z, if white is the sum of its primaries."""
     panel = Panel() if codes is RAMPS else Panel(extra=(0.0, 0.0, 0.0))
     native = NativeDisplay.of(session(panel, [*TIPS, BLACK, *codes]))
     assert native.source == ("ramps" if codes is RAMPS else "greys")
@@ -102,7 +102,7 @@ def test_channels_of_a_panel_are_told_apart(codes: list[tuple[float, ...]]) -> N
 
 @pytest.mark.parametrize("hours", [0.0, 18_000.0])
 def test_absolute_shows_the_panel_itself(hours: float) -> None:
-    """At the ramps' codes exactly at hour 0; later black is nearly the share of white that it was."""
+    """Exact at the ramps' codes at hour 0. Later black is nearly the same share of white."""
     panel = Panel()
     model = DisplayModel(
         session(panel, EVERYTHING), baseline="native", reference="absolute", selection="continuous",
@@ -141,7 +141,7 @@ def test_a_native_display_that_is_srgb_is_the_papers(mode: str, reference: str, 
 
 
 def _srgb_readings(tips: list[Any]) -> Measurements:
-    """Tips at hours 0 and 18 000, and at hour 0 sRGB ramps and black that are exactly theirs."""
+    """Tips at hours 0 and 18 000, and at hour 0 exact sRGB ramps of these tips and their black."""
     codes, xyz = [], []
     first = xyY_to_xyz(tips[0])
     for channel, level in product(range(3), LEVELS):
@@ -157,7 +157,7 @@ def _srgb_readings(tips: list[Any]) -> Measurements:
 
 
 def _with(code: tuple[float, ...], factor: float) -> Callable[[Measurements], Measurements]:
-    """The readings of one code brighter or darker."""
+    """The readings with the light of one code multiplied by a factor."""
 
     def changed(readings: Measurements) -> Measurements:
         here = (readings.drive == np.array(code)).all(axis=1)
@@ -197,7 +197,7 @@ def test_one_misread_level_is_left_out_and_named(code: tuple[float, ...], factor
 
 
 def brighter_mixtures(codes: list[tuple[float, ...]]) -> Measurements:
-    """A panel whose mixtures are brighter than their channels together, mostly in mid-tones."""
+    """A panel whose mixtures are brighter than the sum of their channels, mostly in mid-tones."""
     plain = session(Panel(), codes)
     red, green, blue = plain.drive.T
     pairs = red * green * (1.0 - red * green) + green * blue * (1.0 - green * blue)
@@ -226,7 +226,7 @@ def test_many_mixtures_outvote_the_ramps() -> None:
 
 
 def test_curves_of_srgb_serve_where_none_of_its_own_is_better() -> None:
-    """Each mixture is off by 10 % of its own, which curves take for theirs."""
+    """Each mixture has its own error of 10 %, which fitted curves follow."""
     rng = np.random.default_rng(11)
     many = [tuple(code) for code in np.round(rng.uniform(0.05, 1.0, (60, 3)), 3).tolist()]
     readings = session(Panel(gammas=(2.2, 2.2, 2.2), extra=(0.0, 0.0, 0.0)), [*TIPS, BLACK, *many])
@@ -244,7 +244,7 @@ def test_curves_of_srgb_serve_where_none_of_its_own_is_better() -> None:
 
 @pytest.mark.parametrize(("lifted", "source"), [(1.12, "srgb"), (1.0, "greys")])
 def test_a_few_mixtures_tell_whether_greys_make_better_curves_than_srgb(lifted: float, source: str) -> None:
-    """Middle greys alone are brighter than all other colours, as behind a calibration of the greys."""
+    """Only middle greys are brighter than all other colours, as after a calibration of the greys."""
     readings = session(Panel(gammas=(2.2, 2.2, 2.2), extra=(0.0, 0.0, 0.0)), [*TIPS, BLACK, *GREYS, *MIXTURES[:10]])
     grey = (readings.drive == readings.drive[:, :1]).all(axis=1) & (readings.drive[:, 0] % 1.0 > 0)
     light = code_to_linear(readings.drive) if lifted > 1.0 else readings.drive**2.6
@@ -308,7 +308,7 @@ def model_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def saved(model_folder: Path, tmp_path: Path) -> Path:
-    """A copy of that model, to be altered."""
+    """A copy of that model for a test to change."""
     shutil.copytree(model_folder, tmp_path, dirs_exist_ok=True)
     return tmp_path / "native.toml"
 
@@ -363,7 +363,7 @@ def test_what_changes_still_is() -> None:
 
 
 def test_a_tip_read_once_is_never_left_out() -> None:
-    """Without it there would be nothing to start from, however much it stands alone."""
+    """The fit cannot start without the tip, so the tip stays even as an outlier."""
     found = fit(Problem.of(session(Panel(), EVERYTHING), baseline="native", instrument="0.004,0.01"))
     residual = np.zeros_like(found.residual)
     residual[EVERYTHING.index(TIPS[2])] = 100.0
@@ -384,7 +384,7 @@ def test_levels_that_its_curves_run_through_are_no_white_and_primaries() -> None
 
 @pytest.mark.parametrize(("more", "said"), [(1.02, "at 18000 h it is 2.0% more than predicted from 0 h"), (1.0, "")])
 def test_what_a_whole_session_has_more_is_said_beside_nothing_else(more: float, said: str) -> None:
-    """The comparison fails, since a session's usual gain is 0.3 %; no effect is named for it."""
+    """The comparison fails, since the usual gain of a session is 0.3 %. No effect is named for the difference."""
     codes = [*TIPS, *TIPS, BLACK, *GREYS, *RAMPS, *MIXTURES]
     readings = session(Panel(fading=0.0), codes)
     noise = 0.002 * np.random.default_rng(4).normal(size=readings.hours.size)
@@ -399,7 +399,7 @@ def test_what_a_whole_session_has_more_is_said_beside_nothing_else(more: float, 
 
 
 def test_a_session_of_another_brightness_is_said_where_nothing_explains_it() -> None:
-    """A display that was dimmed to two thirds, and whose greens were made paler in its menu."""
+    """A display that was dimmed to two thirds and whose menu made greens paler."""
     readings = session(Panel(fading=0.0), [*TIPS, *TIPS, BLACK, *GREYS, *RAMPS, *MIXTURES])
     paler = np.where(readings.drive[:, 1] > readings.drive[:, [0, 2]].max(axis=1), 0.5, 1.0)
     dimmed = np.where(readings.hours > 0, 0.66 * paler, 1.0)
@@ -411,7 +411,7 @@ def test_a_session_of_another_brightness_is_said_where_nothing_explains_it() -> 
 
 
 def test_a_failure_that_mean_colour_differences_hide_is_placed() -> None:
-    """Black has doubled, by a fiftieth of a cd/m²: many σ of a good meter, and no colour difference on average."""
+    """Black doubles by 0.02 cd/m²: many σ of a good meter, but no mean colour difference."""
     readings = session(Panel(fading=0.0, black=(0.02, 0.02, 0.03)), [*TIPS, BLACK, BLACK, *GREYS, *RAMPS, *MIXTURES])
     noise = np.random.default_rng(6).normal(size=(readings.hours.size, 1))
     light = readings.xyz_cd_m2 * (1.0 + 0.006 * noise)
@@ -422,9 +422,9 @@ def test_a_failure_that_mean_colour_differences_hide_is_placed() -> None:
 
 
 def test_noise_of_the_first_session_is_no_aging(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Points of the curves err alike at every later hour; a fit that took them for true would find drifts there.
+    """The error of the curves' points is the same at every later hour. A fit without this error finds false drifts.
 
-    This display has sRGB's curves, which would be chosen; here those of its ramps are.
+    The selection would take sRGB's curves for this display. The test forces the curves of its ramps.
     """
     monkeypatch.setattr("lutgen.display.native.clearly_better", lambda *_: True)
     problem = Problem.of(simulated(), baseline="native")
@@ -437,7 +437,7 @@ def test_noise_of_the_first_session_is_no_aging(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_curves_of_ramps_that_are_no_better_than_srgbs_are_not_taken() -> None:
-    """The lowest rung stays where a few mixtures do not clearly prefer another."""
+    """The lowest rung stays unless a few mixtures clearly prefer another rung."""
     found = Problem.of(simulated(), baseline="native").native
     assert found is not None
     assert found.source == "srgb"
@@ -462,7 +462,7 @@ def test_compare_says_how_far_the_paper_is_from_the_first_session() -> None:
 
 @pytest.mark.parametrize(("name", "dates", "paper", "native"), [
     ("LG_ULTRAWIDE", ("20220226", "14-05-2022", "17-06-2022"), 2.0, 0.5),
-    # Each reading of the first session is foretold by a model that has not seen it.
+    # Each reading of the first session is predicted by a model that was fitted without the reading.
     ("DELL_P2715Q", ("20220226", "14-05-2022"), 3.0, 0.22),
 ])  # fmt: skip
 def test_real_displays_are_nearer_to_their_own_first_session(
@@ -480,7 +480,7 @@ def test_real_displays_are_nearer_to_their_own_first_session(
 
 
 def bright_mixtures(*hidden: tuple[str, float, str]) -> Measurements:
-    """Mixtures brighter than curves say, as by products of code values on real displays; white and primaries stay."""
+    """Mixtures brighter than the curves predict, as on real displays (products of code values). Tips are unchanged."""
     hours = (0.0, 6000.0, 18_000.0)
     readings = read(csv_text(Campaign(design="full", hours=hours, hidden=hidden, seed=8)), file="a.csv", sha256="")
     lit = (readings.drive > 0).sum(axis=1, keepdims=True) > 1
@@ -489,12 +489,12 @@ def bright_mixtures(*hidden: tuple[str, float, str]) -> Measurements:
 
 
 def test_what_curves_miss_of_mixtures_is_a_discrepancy() -> None:
-    """Few mixtures make no own model; what the curves miss of them on the first day tells how far they err later."""
+    """Few mixtures make no own model: the residuals of the curves on the first day predict the later errors."""
     plain = Campaign(design="full", hours=(0.0, 2500.0, 6000.0, 11_500.0, 18_000.0), seed=8)
     assert not Problem.of(read(csv_text(plain), file="a.csv", sha256=""), baseline="native").discrepancy
     bright = bright_mixtures()
     assert Problem.of(bright, baseline="native").discrepancy
-    # Fits tell later mixtures from the first session; what is baked has the curves alone.
+    # Fits predict later mixtures from the first session. The baked model has only the curves.
     said = compare(bright_mixtures(("black-level", 0.01, "same")), baseline="native").sentence()
     assert said.startswith("The model as it is baked, with curves alone, fails by")
 
@@ -505,7 +505,7 @@ def test_a_diagnosis_takes_what_curves_miss_of_mixtures_for_no_aging() -> None:
 
 
 def test_smooth_curves_of_all_readings_have_a_discrepancy_though_most_mixtures_lie_within_noise() -> None:
-    """125 mixtures that a smooth curve meets hide a dark grey that it misses: later greys are told from the first."""
+    """A smooth curve fits 125 mixtures but not one dark grey: the first session predicts the later greys."""
     random = np.random.default_rng(17)
     cube = [tuple(code) for code in product((0.0, 0.25, 0.5, 0.75, 1.0), repeat=3)]
     greys = [(level, level, level) for level in np.round(np.linspace(0.03, 0.97, 16), 2).tolist()]
@@ -520,13 +520,13 @@ def test_smooth_curves_of_all_readings_have_a_discrepancy_though_most_mixtures_l
     assert curves.source == "readings"
     loud = replace(problem.noise, relative=0.01, floor_cd_m2=0.1)
     assert discrepancy_of_native(curves, problem.drawn, measured, loud)
-    # Those of ramps run through them: what mixtures miss by noise alone is no discrepancy.
+    # Curves of ramps pass through the ramps: residuals of mixtures within the noise are no discrepancy.
     of_ramps = replace(curves, source="ramps")
     assert not discrepancy_of_native(of_ramps, problem.drawn, measured, loud)
 
 
 def greys_at_new_levels(uneven: float) -> Measurements:
-    """A healthy display whose curve is uneven by a share of its light, read at other levels in each session."""
+    """A healthy display whose curve is uneven by a share of its light. Each session reads other levels."""
     rng, ends = np.random.default_rng(3), np.array([*TIPS, BLACK] * 3)
     panel = Panel(gammas=(2.2, 2.2, 2.2), extra=(0.0, 0.0, 0.0), fading=0.0)
     hours = np.repeat((0.0, 9000.0, 18_000.0), len(ends) + 30)
@@ -542,7 +542,7 @@ def greys_at_new_levels(uneven: float) -> Measurements:
 
 
 def test_what_a_curve_misses_between_its_levels_is_a_discrepancy() -> None:
-    """A first session of greys alone judges its own curve: each level is told by a curve through the others."""
+    """A first session of greys alone tests its own curve: a curve through the other levels predicts each level."""
     even, uneven = greys_at_new_levels(0.0), greys_at_new_levels(0.02)
     found = [Problem.of(readings, baseline="native").discrepancy for readings in (even, uneven)]
     shares = [np.hypot(each.share, each.of_luminance) for each in found]
@@ -557,14 +557,14 @@ def test_a_diagnosis_takes_what_a_curve_misses_between_its_levels_for_no_aging()
 
 @pytest.mark.slow(every=True)
 def test_a_change_smaller_than_what_curves_miss_is_named() -> None:
-    """Every later reading of a colour is told from its first one, which holds what curves miss."""
+    """The first reading of a colour predicts its later readings, and holds the residual of the curves."""
     found = diagnose(bright_mixtures(("eotf-drift", 0.01, "same")), baseline="native")
     assert (found.verdict.name, found.verdict.effects) == ("named", ("eotf-drift",))
     assert "matrix-switching" not in {family.name for family in found.explanation.first}
 
 
 def test_errors_of_the_first_session_are_unknowns_of_known_size() -> None:
-    """χ² is that of one large system in which tips, shared errors and errors of the first session all slide."""
+    """χ² equals the χ² of one large system with tips, shared errors and errors of the first session as unknowns."""
     problem = with_shared_errors(Problem.of(bright_mixtures(), baseline="native"))
     problem = replace(problem, rows=problem.rows[problem.is_knot[problem.hour_of]])
     found, errors = fit(problem), problem.first_errors
@@ -588,7 +588,7 @@ def test_errors_of_the_first_session_are_unknowns_of_known_size() -> None:
 
 
 def test_white_and_primaries_do_not_hang_on_the_last_digit_of_a_curve(monkeypatch: pytest.MonkeyPatch) -> None:
-    """They are full drive, of which curves say nothing: rounding must not let a curve's modes move them."""
+    """Tips are at full drive, where the curves are exact: rounding must not let a curve's modes move tips."""
     readings = session(replace(Panel(), leaking=0.6, fading=0.0), EVERYTHING, (0.0, 9000.0, 18_000.0))
 
     def tips() -> Array:
@@ -634,7 +634,7 @@ def test_a_dark_offset_that_differs_from_session_to_session_is_no_leak_of_a_nati
 def test_the_first_session_of_a_native_display_is_no_wrong_one(
     native: bool, hour: float, wrong: tuple[float, ...]
 ) -> None:
-    """All later sessions differ from it where the display has changed: its errors are no sign of a bad session."""
+    """All later sessions differ from the first session if the display changes: this is no sign of a bad session."""
     hours = np.array([0.0, 500.0, 3000.0, 6000.0, 9000.0])
     hour_of = np.repeat(np.arange(5), 40)
     residual = (
@@ -672,7 +672,7 @@ def test_a_session_is_wrong_where_other_later_ones_are_sound_and_not_for_conditi
 
 
 def test_of_an_effect_a_native_display_holds_what_was_there_at_first() -> None:
-    """Its sizes at hour 0 are no unknowns then."""
+    """The sizes of an effect at hour 0 are then no unknowns."""
     told = catalogue()["crosstalk"].since_first_session()
     assert told.forms[0] == ("grown",)
     assert not {"new", "onset"} & {name for form in told.forms for name in form}

@@ -1,4 +1,4 @@
-"""``--baseline native`` on the command line: what compare says, what build bakes, what check confirms."""
+"""``--baseline native`` on the command line: the output of compare, build and check."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def test_a_model_says_its_own_baseline(run: Callable[..., Done]) -> None:
 
 
 def test_absolute_is_baked_as_the_panel_and_certified(run: Callable[..., Done], tmp_path: Path) -> None:
-    """The file at hour 0 says black and a middle grey as the panel shows them, by its own formula."""
+    """The file at hour 0 has black and a middle grey of the panel's own formula."""
     asked = ("--display", "panel.csv", "--hours", "0,18000", "--mode", "chroma-luma")
     native = ("--baseline", "native", "--selection", "continuous")
     assert run("build", *asked, *native, "--reference", "absolute", "-o", "own").code == 0

@@ -1,4 +1,4 @@
-"""From readings that a model misses to LUTs of a better one, by the commands that each page names next."""
+"""From readings that a model does not fit to LUTs of a better model, by the next commands that each page names."""
 
 from __future__ import annotations
 

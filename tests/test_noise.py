@@ -1,4 +1,4 @@
-"""The noise of the readings: from replicates, as stated, or assumed; and replicates that are outliers."""
+"""The noise of the readings: from replicates, stated, or assumed; and replicates that are outliers."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def readings(
     repeats: int = 3,
     hours: tuple[float, ...] = HOURS,
 ) -> Measurements:
-    """Patches of an unchanging display, each repeated in every session, without noise."""
+    """Noise-free readings of a constant display. Every session repeats each patch."""
     light = {**dict(zip(TIPS, FRESH, strict=True)), BLACK: np.array([0.2, 0.2, 0.3])}
     rows = [(hour, code) for hour in hours for code in patches for _ in range(repeats)]
     return Measurements(
@@ -55,7 +55,7 @@ def with_noise(
     correlation: float = 0.6,
     **changes: Any,
 ) -> Measurements:
-    """Gaussian noise of each reading: x, y, z share a part of it."""
+    """Readings with Gaussian noise, of which X, Y and Z share a part."""
     rng = np.random.default_rng(seed)
     sigma = np.sqrt((relative * exact.xyz_cd_m2) ** 2 + floor**2)
     shared = rng.standard_normal((exact.hours.size, 1))
@@ -83,7 +83,7 @@ def test_noise_is_recovered_from_replicates(relative: float, floor: float, corre
     def sigma_of(light: Array) -> float:
         return float(np.exp(np.log((relative * light) ** 2 + floor**2).mean() / 2))
 
-    # 32 contrasts of bright patches and 8 of black: 13 % and 25 % scatter of one estimate, a sixth of it for 40.
+    # 32 contrasts of bright patches and 8 of black: one estimate scatters by 13 % and 25 %, the mean of 40 by a sixth.
     assert np.mean([sigma(each, FRESH[0]) for each in found]) == pytest.approx(sigma_of(FRESH[0]), rel=0.08)
     darkness = np.exp(np.mean([np.log(sigma(each, np.zeros(3))) for each in found]))
     assert darkness == pytest.approx(sigma_of(np.zeros(3)), rel=0.2)
@@ -94,7 +94,7 @@ def test_noise_is_recovered_from_replicates(relative: float, floor: float, corre
 
 def test_the_scatter_of_replicates_is_three_a_contrast_in_units_of_the_noise_they_tell() -> None:
     found = [estimate_noise(with_noise(readings(), seed)) for seed in range(20)]
-    # 32 contrasts of bright patches and 8 of black leave open what is added to the variance that they tell.
+    # Estimates from 32 contrasts of bright patches and 8 of black are uncertain: the noise adds this to the variance.
     assert found[0].known_from == (34, 13)
     bright, dark = 34 / 30, 13 / 9
     expected = (32 / bright + 8 / dark) / 40
@@ -102,7 +102,7 @@ def test_the_scatter_of_replicates_is_three_a_contrast_in_units_of_the_noise_the
 
 
 def of_detectors(xyz: Array, seed: int) -> Array:
-    """Light as a meter reads it whose light flickers for X, Y and Z alike, and whose detectors have a floor each."""
+    """Readings of a light whose flicker is the same in X, Y and Z, by detectors that each have a floor."""
     rng = np.random.default_rng(seed)
     flicker, own = 0.002 * rng.standard_normal((len(xyz), 1)), 0.0002 * rng.standard_normal(xyz.shape)
     return np.asarray(xyz * (1.0 + flicker + own) + 0.003 * rng.standard_normal(xyz.shape))
@@ -115,7 +115,7 @@ def test_the_floor_has_correlations_of_its_own() -> None:
     found = [estimate_noise(replace(exact, xyz_cd_m2=of_detectors(light, seed))) for seed in range(24)]
     assert np.mean([each.correlation[0, 1] for each in found]) > 0.95
     assert np.mean([each.floor_correlation[0, 1] for each in found]) < 0.3
-    # One correlation for both would say 0.01 cd/m².
+    # A common correlation for both would give 0.01 cd/m².
     assert np.exp(np.mean([np.log(each.floor_cd_m2) for each in found])) == pytest.approx(0.003, rel=0.2)
     fresh = [of_detectors(dim, 99 + seed) - dim for seed in range(24)]
     white = [np.einsum("nij,nj->ni", each.whitener(dim), off) for each, off in zip(found, fresh, strict=True)]
@@ -170,7 +170,7 @@ def test_without_replicates_the_noise_is_assumed_and_the_remark_says_so() -> Non
 
 
 def test_a_few_whites_that_agree_do_not_make_the_assumed_noise_smaller() -> None:
-    """Five whites are the same to the digit, as one real session's were; black tells the floor where it is repeated."""
+    """Five whites are equal to the last digit, as in one real session. Repeated blacks give the floor."""
     exact = readings(repeats=1, hours=(0.0, 4000.0))
     white, black = np.flatnonzero(exact.drive.all(axis=1))[:1], np.flatnonzero(~exact.drive.any(axis=1))[:1]
     for dark, floor in ((3, FLOOR_CD_M2), (9, 0.0)):
@@ -282,7 +282,7 @@ def test_readings_of_several_sessions_of_one_hour_are_replicates_but_for_their_g
         assert (found.source, found.across_sessions) == ("replicates", True)
         relative.append(found.relative)
         floor.append(found.floor_cd_m2)
-        # Ten contrasts an hour, but for two gains and two offsets.
+        # Ten contrasts an hour, minus two gains and two offsets.
         assert found.contrasts in {23, 24}  # rounded down
     # Gains of 2 % and offsets of 0.03 cd/m² would be ten times the noise.
     assert np.mean(relative) == pytest.approx(0.002, rel=0.1)
@@ -327,7 +327,7 @@ def test_pure_error_is_the_scatter_about_the_means_whitened() -> None:
 
 
 def test_pure_error_is_never_below_the_noise_that_is_known() -> None:
-    """Replicates that a coarse last digit makes equal agree better than readings of different patches do."""
+    """Replicates that are equal by a coarse last digit agree better than readings of different patches."""
     exact = with_noise(readings(), 7, relative=1e-5, floor=1e-4)
     error = PureError.of(Problem.of(replace(exact, xyz_cd_m2=exact.xyz_cd_m2.round(1))))
     assert error.squares == error.freedom == 120
@@ -399,7 +399,7 @@ def test_shot_noise_of_a_sensor_for_z_that_sees_less_light_is_larger() -> None:
         found.append(noise.ratio[2])
         scatter.append((np.einsum("nij,nj->ni", noise.whitener(exact.xyz_cd_m2), fresh) ** 2).mean(axis=0))
     assert np.median(found) == pytest.approx(1.8, rel=0.1)
-    # Of X, of Y beside X, and of Z beside both.
+    # The variance of X, of Y given X, and of Z given X and Y.
     np.testing.assert_allclose(np.mean(scatter, axis=0), 1.0, atol=0.15)
 
 

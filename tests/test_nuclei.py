@@ -1,4 +1,4 @@
-"""Conspicuity of nuclei: painted ones, whose place and ΔE2000 are known, and real ones."""
+"""Conspicuity of nuclei: painted nuclei, with known place and ΔE2000, and real nuclei."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 Pixels = Any
 HOURS = (0.0, 10_000.0, 18_000.0)
 
-#: Fields of real slides lie where the measured displays do.
+#: The fields of real slides are in the folder of the measured displays.
 RARE_FIELD = (
     pytest.mark.rare(instead="test_a_real_field_enlarged_twice_keeps_its_median_contrast_and_not_its_count"),
     pytest.mark.skipif("LUTGEN_REAL_DATA" not in os.environ, reason="needs the fields in LUTGEN_REAL_DATA"),
@@ -51,7 +51,7 @@ def save(path: Path, pixels: Pixels) -> Path:
 
 
 def discs(places: list[tuple[int, int]], radius: float, size: int) -> Pixels:
-    """Label image: a disc a place, 1..n."""
+    """Label image with a disc at each place, numbered 1..n."""
     row, column = np.mgrid[:size, :size]
     labels = np.zeros((size, size), np.uint8)
     for number, (y, x) in enumerate(places, 1):
@@ -64,7 +64,7 @@ def grid(step: int, size: int) -> list[tuple[int, int]]:
 
 
 def painted(labels: Pixels, *, matrix: Pixels = rgb_from_hed, ground: Pixels = 0.0) -> Pixels:
-    """Haematoxylin where labels are and a second stain elsewhere, by Beer–Lambert, with blur and noise."""
+    """Haematoxylin at labels and a second stain elsewhere, by Beer–Lambert, with blur and noise."""
     amounts = np.zeros((*labels.shape, 3))
     amounts[..., 0] = ndimage.gaussian_filter((labels > 0) * 0.1, 0.7)
     amounts[..., 1] = 0.05 - 0.4 * amounts[..., 0]
@@ -173,7 +173,7 @@ def test_intervals_are_as_wide_as_theory_says() -> None:
     low, high = found.intervals[1, 2]
     assert low < 0.5 < high
     assert high - low == pytest.approx(2 * 1.96 * 0.5 / 2000**0.5, rel=0.2)
-    # Paired: the change is known far better than either median.
+    # The values are paired: the change has a much smaller uncertainty than either median.
     low, high = found.intervals[1, 1]
     assert low < -0.1 < high
     assert found.intervals[0, 1].tolist() == [0.0, 0.0]
@@ -269,7 +269,7 @@ def test_painted_nuclei_are_found_where_they_were_painted(
     assert said in found.found
     both = np.count_nonzero((found.labels > 0) & (labels > 0))
     assert 2 * both / (np.count_nonzero(found.labels > 0) + np.count_nonzero(labels)) > 0.95
-    # One to one: each painted disc holds one label alone.
+    # One to one: each painted disc matches exactly one label.
     pairs = {(int(a), int(b)) for a, b in zip(labels[labels > 0], found.labels[labels > 0], strict=True) if b > 0}
     assert len(pairs) == 36
     assert found.width == pytest.approx(14, abs=2)
@@ -359,7 +359,7 @@ def test_real_immunohistochemistry(model: DisplayModel, tmp_path: Path) -> None:
     assert chroma.median[0] == pytest.approx(9.0, abs=1.0)
     assert luma.change[2] == pytest.approx(-0.24, abs=0.05)
     assert luma.change[2] < chroma.change[2] < 0
-    # Nuclei are bluer than DAB and stroma: blue is red's inverse in what haematoxylin lets through.
+    # Nuclei are bluer than DAB and stroma: haematoxylin transmits blue and absorbs red.
     pixels = np.asarray(immunohistochemistry()).astype(float)
     blueness = pixels[..., 2] - pixels[..., 0]
     assert blueness[found.nuclei.labels > 0].mean() > blueness[found.rings.labels > 0].mean() + 15
@@ -506,7 +506,7 @@ def test_without_scikit_image_it_says_what_to_install_and_masks_still_work(
     labels = discs(grid(25, 100), 7, 100)
     image, mask = save(tmp_path / "in.png", painted(labels)), save(tmp_path / "m.png", labels)
 
-    monkeypatch.setitem(sys.modules, "skimage.color", None)  # as if it were not installed
+    monkeypatch.setitem(sys.modules, "skimage.color", None)  # as if skimage were not installed
     with pytest.raises(LutgenError, match=r"scikit-image, which cannot be imported .*pip install lutgen\[nuclei\]"):
         nuclei(image, model)
     assert nuclei(image, model, mask=mask, hours=HOURS).nuclei.count == 16

@@ -1,4 +1,4 @@
-"""`lutgen nuclei` as users call it: page, files, pictures, exit codes, bad input."""
+"""The command `lutgen nuclei`: page, files, pictures, exit codes, bad input."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def test_the_default_repeated_for_quick_help_is_the_librarys() -> None:
     assert default == LOSS
 
 
-# What is printed ------------------------------------------------------------------------------------------------------
+# Printed text ---------------------------------------------------------------------------------------------------------
 
 
 def test_the_page_begins_with_the_finding_and_ends_with_where_it_comes_from(run: Callable[..., Done]) -> None:
@@ -110,7 +110,7 @@ def test_the_table_shows_first_and_last_hours() -> None:
     assert len(shown_hours(1000)) == ROWS
 
 
-# What is written ------------------------------------------------------------------------------------------------------
+# Written files --------------------------------------------------------------------------------------------------------
 
 
 def test_json_csv_and_pictures_say_the_same(run: Callable[..., Done], tmp_path: Path) -> None:

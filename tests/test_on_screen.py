@@ -1,4 +1,4 @@
-"""Pictures as they lie on a screen: each pixel is what the display shows at that place, and nothing else changes."""
+"""Pictures on a screen: each pixel shows what the display shows at its place, and nothing else changes."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ QUARTER = OnScreen(0.5, 0.0, 0.5, 0.25)
 
 @pytest.fixture(scope="module")
 def model() -> DisplayModel:
-    """The default display, which falls off towards its edges and stands in a lit room."""
+    """The default display with a light fall-off towards its edges, in a lit room."""
     effects = [AppliedEffect.of(catalogue()["edge-falloff"], FALLOFF)]
     effects.append(AppliedEffect.of(catalogue()["ambient-reflection"], {"reflectance": 0.02}))
     at = Conditions(ambient_lx=50.0)
@@ -47,7 +47,7 @@ def model() -> DisplayModel:
 
 @pytest.fixture
 def picture(tmp_path: Path) -> tuple[Path, Any]:
-    """16 bits, so that rounding hides nothing."""
+    """A 16-bit picture, so that rounding hides no error."""
     pixels = np.random.default_rng(3).integers(0, 65536, (5, 7, 3)).astype(np.uint16)
     imsave(tmp_path / "a.tif", pixels, check_contrast=False)
     return tmp_path / "a.tif", pixels / 65535.0
@@ -60,7 +60,7 @@ def seen_from(model: DisplayModel, u: float, v: float) -> DisplayModel:
 
 
 def one_by_one(code: Array, model: DisplayModel, screen: OnScreen, age: tuple[str, float] = AGE) -> Array:
-    """Code values of each pixel by a display that is seen at the place of that pixel alone."""
+    """Code values of each pixel, by a model with the place of that single pixel."""
     rows, columns = code.shape[:2]
     seen = np.empty_like(code)
     for row in range(rows):
@@ -95,7 +95,7 @@ def test_without_a_place_the_whole_picture_is_seen_in_the_middle(
 def test_a_picture_of_many_blocks_is_seamless_and_eight_bits_are_not_looked_up(
     model: DisplayModel, tmp_path: Path
 ) -> None:
-    """Grey falls steadily from the middle of each row to its right end, over all blocks."""
+    """Grey decreases monotonically from the middle of each row to its right end, over all blocks."""
     wide = 300
     imsave(tmp_path / "a.png", np.full((2 * CHUNK // wide, wide, 3), 180, np.uint8), check_contrast=False)
     plain = replace(model, effects=(AppliedEffect.of(catalogue()["edge-falloff"], {"new": 0.5}),))
@@ -126,7 +126,7 @@ RATIO = np.array([0.80, 0.95, 0.86, 0.93, 1.0, 0.97, 0.78, 0.92, 0.84])
 
 
 def session(places: Array = GRID, ratio: Array = RATIO, grey: float = 1.0) -> Session:
-    """Readings of one grey at places, blue falling twice as fast, beside a darker grey that is even."""
+    """Readings of one grey at places, where blue falls twice as fast, and of an even darker grey."""
     count = len(places)
     xyz = 200.0 * np.stack([ratio, ratio, ratio**2], axis=1)
     even = np.full((count, 3), 20.0)
@@ -198,11 +198,11 @@ def test_places_on_one_line_are_refused() -> None:
         dimmed(MeasuredUniformity.of(session(line, RATIO[:5])), line)
 
 
-# What else shows places -----------------------------------------------------------------------------------------------
+# Other results that depend on places ----------------------------------------------------------------------------------
 
 
 def literal(code: Array, model: DisplayModel, screen: OnScreen, age: tuple[str, float] = AGE) -> Array:
-    """ΔE2000 of each pixel between the un-aged and the aged display, both seen at its place alone."""
+    """ΔE2000 of each pixel between the un-aged and the aged display, both with the place of that single pixel."""
     found = np.empty(code.shape[:2])
     for row, column in np.ndindex(*found.shape):
         u = screen.left + screen.width * (column + 0.5) / code.shape[1]
@@ -247,7 +247,7 @@ def test_a_sheet_shows_each_pixel_at_its_place_and_its_mean(model: DisplayModel,
 
 
 def test_beside_a_table_the_un_aged_display_is_even(tmp_path: Path) -> None:
-    """At hour 0 the map is then that of the unevenness alone."""
+    """With a table, the map at hour 0 shows only the unevenness."""
     imsave(tmp_path / "a.png", np.full((3, 3, 3), 160, np.uint8), check_contrast=False)
     screen = OnScreen(uniformity=MeasuredUniformity.of(session()))
     model = screen.aged(DisplayModel(read_measurements(default_display())))
@@ -259,7 +259,7 @@ def test_beside_a_table_the_un_aged_display_is_even(tmp_path: Path) -> None:
 
 
 def test_what_falls_off_on_the_first_day_shows_on_a_display_with_a_model_of_its_own() -> None:
-    """The first session was read in the middle: its own model holds nothing of the corners."""
+    """The first session was read in the middle: the display's own model knows nothing of the corners."""
     readings = panel_session(Panel(), [*TIPS, BLACK, *GREYS, *RAMPS, *MIXTURES])
     fall = (AppliedEffect.of(catalogue()["edge-falloff"], {"new": 0.2}),)
     model = DisplayModel(readings, baseline="native", reference="absolute", effects=fall)
@@ -291,7 +291,7 @@ def test_what_has_no_place_is_refused(model: DisplayModel, make: Any, says: str)
 
 @pytest.fixture(scope="module")
 def files(model: DisplayModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A picture, a model that knows places, and a table of uniformity."""
+    """A picture, a model that depends on places, and a table of uniformity."""
     folder = tmp_path_factory.mktemp("on-screen")
     imsave(folder / "a.png", np.random.default_rng(5).integers(0, 256, (20, 30, 3)).astype(np.uint8))
     save_model(model, folder / "model.toml")

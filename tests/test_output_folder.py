@@ -1,4 +1,4 @@
-"""The output folder of a build: nobody else's files behind links, one build at a time, nothing left after a failure."""
+"""The output folder of a build: files behind links stay, one build at a time, no remains after a failure."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ CUBE = "chroma/0h/aged.cube"
 
 
 def contents(folder: Path) -> dict[str, bytes | None]:
-    """Every file (its bytes) and folder (None) below a folder, by its relative path; links are not followed."""
+    """Every file (its bytes) and folder (None) below a folder, by its relative path. Links are not followed."""
     return {
         str(path.relative_to(folder)): path.read_bytes() if path.is_file() else None
         for path in sorted(folder.rglob("*"))
@@ -108,7 +108,7 @@ def test_a_failed_first_build_leaves_nothing_and_a_failed_second_one_the_first(
     assert contents(tmp_path) == before
     with pytest.raises(LutgenError, match="the disk is full"):
         build(model, PLAN, folder, jobs=1)
-    # The journal tells the next build, and `lutgen check`, that this one was interrupted.
+    # The journal informs the next build, and `lutgen check`, that this build was interrupted.
     assert contents(tmp_path).keys() - before.keys() == {"aged/.lutgen-build.json"}
     assert {path: contents(tmp_path)[path] for path in before} == before
 

@@ -1,4 +1,4 @@
-"""The display's own model wherever the baseline ``native`` goes: predictions, model files, LUTs, later sessions."""
+"""The display's own model with the baseline ``native``: predictions, model files, LUTs, later sessions."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def campaign(hours: tuple[float, ...] = (0.0, 6000.0, LIFE), seed: int = 2, **le
 
 
 def error(model: DisplayModel, hours: float, **leaks: float) -> float:
-    """Mean ΔE2000 of a model at an hour, against the display itself, on colours that nobody read."""
+    """Mean ΔE2000 of a model at an hour against the true display, on colours without readings."""
     code = np.random.default_rng(77).uniform(0.0, 1.0, (200, 3))
     code = np.vstack([code, 0.2 * code, np.zeros((20, 3))])
     truth = shown(code, hours, **leaks)
@@ -99,7 +99,7 @@ def test_readings_of_the_first_session_are_foretold_by_models_that_had_not_seen_
 
 
 def test_black_and_colour_points_are_those_of_every_hour() -> None:
-    """They are measured again: an own model that errs there must not move them."""
+    """Black and colour points are measured again: an error of the own model must not move them."""
     readings = campaign()
     model = absolute(readings, "native")
     tips = model.tips.xyY[-1, :, 2] / model.tips.xyY[0, 0, 2]
@@ -109,7 +109,7 @@ def test_black_and_colour_points_are_those_of_every_hour() -> None:
 
 @pytest.fixture(scope="module")
 def leaking() -> Refinement:
-    """A native model refined on a display whose black leaks from the first hour on, and more later."""
+    """A native model, refined on a display whose black leaks from the first hour on and later leaks more."""
     return refine(campaign(leak=0.003, grown=0.006), ["black-level"], baseline="native")
 
 
@@ -124,7 +124,7 @@ def test_a_refined_native_model_counts_the_first_sessions_leak_once(leaking: Ref
 
 @pytest.fixture(scope="module")
 def model_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A native model in a file, with its own model beside it."""
+    """A native model in a file, with the own model's file beside it."""
     folder = tmp_path_factory.mktemp("model")
     data = write(campaign((0.0, LIFE)), folder / "own.csv")
     save_model(DisplayModel(read_measurements(data), baseline="native", reference="absolute"), folder / "m.toml")
@@ -133,7 +133,7 @@ def model_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def saved(model_folder: Path, tmp_path: Path) -> Path:
-    """A copy of that model, to be altered."""
+    """A copy of that model for a test to change."""
     shutil.copytree(model_folder, tmp_path, dirs_exist_ok=True)
     return tmp_path / "m.toml"
 
@@ -179,7 +179,7 @@ def test_another_displays_own_model_is_refused(saved: Path) -> None:
 
 @pytest.mark.slow
 def test_the_first_hour_foretells_all_by_the_displays_own_model() -> None:
-    """Nothing ages by itself, and the fading backlight is the one fault that is left."""
+    """The model has no aging, and the fading backlight is the only remaining fault."""
     readings = campaign()
     still, moved = compare(readings, baseline="native"), compare(readings, baseline="native-first-hour")
     assert moved.error.delta_e_mean > 5 * still.error.delta_e_mean
@@ -215,7 +215,7 @@ def test_one_session_is_a_display_at_hour_0() -> None:
 
 
 def test_one_session_is_refined() -> None:
-    """Nothing that was there from the first hour on is aging: the error stays, and that is said."""
+    """An error from the first hour on is no aging: refine keeps the error and says so."""
     found = refine(campaign((0.0,)), ["crosstalk"], baseline="native")
     assert found.model.reference == "absolute"
     assert found.after.error.delta_e_mean == pytest.approx(found.before.error.delta_e_mean, rel=0.05)
@@ -223,7 +223,7 @@ def test_one_session_is_refined() -> None:
 
 INPUT = np.linspace(0.0, 1.0, 256)
 
-#: What the graphics card was loaded with: a lowered blue on the first day, raised and with another curve later.
+#: The tables of the graphics card: a lowered blue on the first day, later a raised blue with another curve.
 LOADED = {
     0.0: np.column_stack([INPUT, INPUT, 0.98 * INPUT, 0.92 * INPUT]),
     LIFE: np.column_stack([INPUT, 0.99 * INPUT**1.15, 0.98 * INPUT**1.15, 0.935 * INPUT**1.15]),
@@ -236,7 +236,7 @@ def sent(code: Array, hours: float) -> Array:
 
 
 def recalibrated(calibrations: Mapping[float, Array] = LOADED) -> Measurements:
-    """The campaign of a display that was calibrated again before its last session."""
+    """The campaign of a display with a new calibration before its last session."""
     readings = campaign()
     rng = np.random.default_rng(5)
     xyz = np.vstack([shown(sent(chart(), hour), hour) for hour in np.unique(readings.hours)])
@@ -309,7 +309,7 @@ def test_a_code_value_beyond_the_first_days_full_drive_goes_on() -> None:
 
 
 def test_what_an_own_model_misses_at_a_colour_point_stays_there() -> None:
-    """Red at full drive was read 8 % too bright: red is shown as read, and mixtures near the own model."""
+    """The reading of full red is 8 % too bright: the model keeps red as read, and mixtures near the own model."""
     readings = campaign((0.0,))
     red = (readings.drive == [1.0, 0.0, 0.0]).all(axis=1)
     xyz = np.where(red[:, np.newaxis], 1.08, 1.0) * readings.xyz_cd_m2
@@ -319,6 +319,6 @@ def test_what_an_own_model_misses_at_a_colour_point_stays_there() -> None:
     missed = xyz[red].mean(axis=0) / ladder.sample.white - ladder(np.array([[1.0, 0.0, 0.0]]))[0]
     assert missed[0] > 0.01
     seen = anchored(problem, ())
-    # The fit of red follows its reading, and a little of what mixtures say of it: twice the error, and not ten times.
+    # The fit of red follows its reading, with little influence of the mixtures: twice the error, not ten times.
     assert mixtures_error(ladder.sample, seen / ladder.sample.white) < 3.0 * ladder.error
     np.testing.assert_allclose(seen[red], xyz[red], rtol=0.01)

@@ -1,4 +1,4 @@
-"""Effects that users bring: files and installed packages, good and bad, and the contract that they are held to."""
+"""The user's own effects: files and installed packages, good and bad, and the contract of effects."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ K = Parameter(0.1, (-1.0, 1.0), "1", "amount")
 DECLARED = '@effect(stage="optics", neutral={"k": 0.0}, k=K)\n'
 GOOD = f"{HEAD}{DECLARED}def glue_glow(xyz, scene, *, k):\n    return xyz + k * scene.tau * scene.white\n"
 
-#: Seconds after which endless files of these tests are stopped: a child starts in 0.2 s, on a busy machine in more.
+#: Seconds after which these tests stop endless files: a child starts in 0.2 s, on a busy machine more slowly.
 SHORT_S = 3.0
 
 
 def there_and_back(each: Effect) -> object:
-    """What a worker process receives."""
+    """Return the effect that a worker process receives."""
     return pickle.loads(pickle.dumps(each))  # noqa: S301 - our own bytes
 
 
@@ -56,7 +56,7 @@ def write(folder: Path, source: str, name: str = "mine.py") -> Path:
 
 
 def body(lines: str, declared: str = DECLARED) -> str:
-    """A file with an effect of one parameter k whose function has these lines."""
+    """A file that declares an effect with one parameter k and a function with these lines."""
     indented = "".join(f"    {line}\n" for line in lines.splitlines())
     return f"{HEAD}{declared}def mine(xyz, scene, *, k):\n{indented}"
 
@@ -80,7 +80,7 @@ def test_a_relative_path_stays_as_it_is_given(tmp_path: Path, monkeypatch: pytes
 def test_a_changed_file_is_read_anew(tmp_path: Path) -> None:
     path = write(tmp_path, GOOD)
     load_file(path)
-    write(tmp_path, GOOD.replace("glue_glow", "glue_grow"))  # same size, and within the same second
+    write(tmp_path, GOOD.replace("glue_glow", "glue_grow"))  # same size, and written within the same second
     assert [each.name for each in load_file(path)] == ["glue-grow"]
 
 
@@ -98,7 +98,7 @@ def test_an_effect_that_is_imported_is_not_the_files_own(tmp_path: Path) -> None
     assert [each.name for each in load_file(write(tmp_path, source))] == ["glue-glow"]
 
 
-#: What a file holds → what its refusal says.
+#: Content of a file → the message of its refusal.
 BAD = [
     ("print('hello'\n", r"mine.py: line 1: not Python: '\(' was never closed"),
     ("x = 1\n\0", "mine.py: .*not Python"),
@@ -250,7 +250,7 @@ def test_a_broken_clause_is_named(tmp_path: Path, source: str, clause: str, sent
     else:
         (report,) = (check(each) for each in load_file(path))
     broken = [each for each in report.clauses if not each.passed]
-    # What gives NaN everywhere does so in further clauses too.
+    # A function with NaN everywhere also breaks further clauses.
     assert [each.clause for each in broken][: len(broken) if "-1.0)" not in source else 1] == [clause]
     assert re.search(sentence, broken[0].sentence), broken[0].sentence
 
@@ -355,7 +355,7 @@ def test_effects_go_to_worker_processes(tmp_path: Path) -> None:
     (own,) = load_file(write(tmp_path, GOOD))
     for each in (own, catalogue()["black-level"], in_a_test):
         assert there_and_back(each) == each
-    # In a process that has not loaded the file, as a spawned worker has not.
+    # In a process that has not loaded the file, like a spawned worker.
     (tmp_path / "pickled").write_bytes(pickle.dumps(own))
     script = "import pickle, sys; print(pickle.load(open('pickled', 'rb')).name)"
     environment = os.environ | {"PYTHONPATH": str(ROOT)}
@@ -374,7 +374,7 @@ def test_effects_are_found_again_by_name_and_origin(tmp_path: Path) -> None:
 
 
 def install(folder: Path, entry: str, source: str, name: str = "lutgen-glue") -> None:
-    """A distribution with one module and one entry point, as pip would leave it."""
+    """Install a distribution with one module and one entry point, as pip does."""
     info = folder / f"{name.replace('-', '_')}-1.2.dist-info"
     info.mkdir(parents=True)
     (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.2\n")
@@ -389,7 +389,7 @@ def test_installed_effects_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyP
     (found,) = installed()
     assert (found.name, found.origin) == ("glue-glow", "lutgen-glue 1.2")
     assert everything()["glue-glow"] == found
-    assert recall(found.name, "lutgen-glue 1.1") == found  # a later version serves
+    assert recall(found.name, "lutgen-glue 1.1") == found  # a later version is accepted
     assert there_and_back(found) == found
     assert check(found).passed
     refuse_unsound()
@@ -449,7 +449,7 @@ print(*(name for name in sys.modules if name.startswith(("lutgen.effects.", "sci
     loaded = set(done.stdout.split())
     assert "lutgen.effects.declare" in loaded
     assert not loaded & {f"lutgen.effects.{name}" for name in ("child", "contract", "clauses", "own")}
-    # Parts of scipy take as long to load as a build of ten tables; few displays need them.
+    # Parts of scipy take as long to load as a build of ten tables takes. Few displays need these parts.
     assert not loaded & {f"scipy.{name}" for name in ("interpolate", "linalg", "optimize", "special")}
 
 

@@ -1,4 +1,4 @@
-"""A display's own model on simulated displays: which rungs are taken, and what a misreading does."""
+"""A display's own model on simulated displays: the selected rungs, and the effect of a wrong reading."""
 
 from __future__ import annotations
 
@@ -38,18 +38,18 @@ def chart(mixtures: int = 120, seed: int = 3) -> Array:
 
 
 def gamma(code: Array) -> Array:
-    """A display with a power of each channel, black that shines, and primaries that make white."""
+    """A display with a power for each channel, a black with light, and primaries that add up to white."""
     light = code ** np.array([2.4, 2.2, 2.0])
     return np.asarray(0.3 + 150.0 * light @ LINEAR_TO_XYZ.T)
 
 
 def turning(code: Array) -> Array:
-    """The same, with channels whose chromaticity moves with their drive."""
+    """The display of ``gamma``, with channels whose chromaticity depends on their drive."""
     return np.asarray(gamma(code) + (code**1.5 * (1.0 - code)) @ np.diag([3.0, 0.0, 6.0]))
 
 
 def coupled(code: Array) -> Array:
-    """The same, with mixtures brighter than their channels together."""
+    """The display of ``turning``, with mixtures brighter than the sum of their channels."""
     red, green, blue = code.T
     return np.asarray(turning(code) + 2.0 * (red * green * (1.0 - red * green) + green * blue)[:, np.newaxis])
 
@@ -91,7 +91,7 @@ def test_a_display_with_one_curve_a_channel_needs_no_products() -> None:
 
 
 def bumped(code: Array) -> Array:
-    """The same as the first, with some colours brighter, which no formula of a display says."""
+    """The display of ``gamma``, with some brighter colours that no formula of a display describes."""
     bump = np.exp(-((code - np.array([0.7, 0.3, 0.6])) ** 2).sum(axis=1) / (2 * 0.25**2))
     return np.asarray(gamma(code) * (1.0 + 0.05 * bump)[:, np.newaxis])
 
@@ -141,7 +141,7 @@ def test_the_luminance_of_a_channel_never_falls() -> None:
 
 
 def test_steps_of_a_loaded_calibration_are_part_of_the_model() -> None:
-    """A panel that gets 8 bits behind a strong calibration shows stairs that smooth curves miss."""
+    """An 8-bit panel behind a strong calibration has steps that smooth curves do not fit."""
     steps = np.arange(256) / 255
     loaded = np.column_stack([steps, 0.8 * steps**1.3, 0.7 * steps**1.2, 0.9 * steps**0.9])
     through = Drive(WAYS[2], loaded)
@@ -157,7 +157,7 @@ def test_steps_of_a_loaded_calibration_are_part_of_the_model() -> None:
 
 
 def test_a_clipped_input_is_part_of_the_model() -> None:
-    """Red and green no longer rise from code 0.8 on, as over a cable that takes the signal for another range."""
+    """Red and green are constant from code 0.8 upwards, as with a cable that assumes another signal range."""
 
     def clipped(code: Array) -> Array:
         return gamma(np.minimum(code / np.array([0.8, 0.8, 1.0]), 1.0))
@@ -210,7 +210,7 @@ def test_few_mixtures_and_a_missing_black_are_refused() -> None:
 
 
 def test_least_squares_keep_inequalities() -> None:
-    """Against the slow way: the best of all combinations of inequalities that hold as equalities."""
+    """Compare with the slow way: the best of all combinations of inequalities that hold as equalities."""
     rng = np.random.default_rng(4)
     at, wanted = rng.standard_normal((30, 4)), rng.standard_normal(30)
     rises = np.diff(np.eye(4), axis=0)

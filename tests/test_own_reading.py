@@ -1,4 +1,4 @@
-"""A .cube that is read strictly has one text for each table: it is compared with what lutgen would write, unwritten."""
+"""A strict .cube has exactly one text for each table: the reader compares the file with lutgen's own text."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PROVENANCE = Provenance("Aged display, chroma, 600h", "lutgen", ("display: Büro
 
 
 def table(lowest: float) -> Lut:
-    """Of 3³, with a negative number where ``lowest`` is one."""
+    """A table of 3³ points, with a negative number if ``lowest`` is negative."""
     values = np.round(np.random.default_rng(1).uniform(max(lowest, 0.0), 1.0, (3, 3, 3, 3)), 7)
     values[1, 1, 1, 1] = lowest
     return Lut("code", values)

@@ -1,4 +1,4 @@
-"""The package as users get it: built, installed elsewhere, started from another folder."""
+"""The package of the users: built, installed elsewhere, and started from another folder."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from email.message import Message
 
 ROOT = Path(__file__).parents[1]
-BINDINGS = {"PyOpenColorIO", "OpenImageIO"}  # Debian's are no distributions; as wheels they are an extra
+BINDINGS = {"PyOpenColorIO", "OpenImageIO"}  # Debian's bindings are no distributions; the wheels are an extra
 SLOW_TO_IMPORT = {"colour", "matplotlib", "numpy", "rich", "scipy", *BINDINGS}
 
 
@@ -38,7 +38,7 @@ class Installed(NamedTuple):
     elsewhere: Path
 
     def run(self, *command: str) -> str:
-        """What the command prints, run from a folder where no source of lutgen is near."""
+        """Return the command's output. The command runs in a folder outside the source of lutgen."""
         return run(str(self.prefix / "bin" / command[0]), *command[1:], cwd=self.elsewhere)
 
 
@@ -50,9 +50,9 @@ def run(*command: str, cwd: Path) -> str:
 
 @pytest.fixture(scope="session")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Built:
-    """The sdist, and the wheel made from it alone."""
+    """The sdist, and the wheel built only from the sdist."""
     out = tmp_path_factory.mktemp("dist")
-    # The backend is a test dependency: an isolated build would fetch the same one from the network, twice.
+    # The backend is a test dependency: an isolated build would fetch the same backend from the network, twice.
     run(sys.executable, "-m", "build", "--no-isolation", "--outdir", str(out), str(ROOT), cwd=out)
     (sdist,), (wheel,) = out.glob("*.tar.gz"), out.glob("*.whl")
     return Built(sdist, wheel)
@@ -60,7 +60,7 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Built:
 
 @pytest.fixture(scope="session")
 def installed(built: Built, tmp_path_factory: pytest.TempPathFactory) -> Installed:
-    """The wheel in a new environment, which borrows the dependencies of this one."""
+    """The wheel in a new environment, which shares the dependencies of this environment."""
     prefix, elsewhere = tmp_path_factory.mktemp("clean"), tmp_path_factory.mktemp("elsewhere")
     bindings = find_spec("PyOpenColorIO")
     debian = bindings is not None and not Path(str(bindings.origin)).is_relative_to(sys.prefix)
@@ -69,9 +69,9 @@ def installed(built: Built, tmp_path_factory: pytest.TempPathFactory) -> Install
     python = str(prefix / "bin" / "python")
     pip = (sys.executable, "-m", "pip", "--python", python, "install", "--quiet", "--no-deps")
     run(*pip, "--disable-pip-version-check", str(built.wheel), cwd=elsewhere)
-    # Half a gigabyte of dependencies is not installed a second time. The test stays true: a path named in a
-    # .pth is searched last, and the .pth files inside it, which point to the working copy, are not read.
-    # That the declared dependencies are all that the package imports is tested apart.
+    # A second installation of the dependencies would take half a gigabyte. The test stays valid: Python searches a path
+    # in a .pth last, and ignores .pth files inside this path, which point to the working copy. A separate test checks
+    # that the package imports only declared dependencies.
     borrowed = Path(sysconfig.get_path("purelib", vars={"base": str(prefix)}), "borrowed.pth")
     borrowed.write_text(sysconfig.get_path("purelib") + "\n")
     return Installed(prefix, elsewhere)
@@ -124,7 +124,7 @@ def test_wheel_carries_its_licence(built: Built) -> None:
 
 @pytest.mark.slow
 def test_every_import_of_the_package_is_a_declared_dependency(built: Built) -> None:
-    # The local pages' server is an extra that the package asks for by name where it is missing.
+    # The local pages' server is an extra, and the package names the extra if it is missing.
     every = metadata(built).get_all("Requires-Dist", [])
     required = [line for line in every if "extra ==" not in line or "'explore'" in line]
     declared = {re.split(r"[^\w.-]", line, maxsplit=1)[0].lower() for line in required}
@@ -140,7 +140,7 @@ def test_every_import_of_the_package_is_a_declared_dependency(built: Built) -> N
 
 
 def top_level_imports(path: Path) -> set[str]:
-    """The first words of what a file imports, wherever in it; relative imports aside."""
+    """Top-level names of all absolute imports in a file, also inside functions."""
     nodes = list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
     plain = {alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names}
     froms = {node.module or "" for node in nodes if isinstance(node, ast.ImportFrom) and not node.level}

@@ -1,4 +1,4 @@
-"""Workers beside other threads."""
+"""Worker processes while other threads run."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _LOCK = threading.Lock()
 
 
 def _taken(_item: int) -> bool:
-    """Whether this process can have the lock: not in a fork of one in which another thread held it."""
+    """Whether this process can take the lock. A fork of a process whose other thread holds the lock cannot."""
     if not _LOCK.acquire(timeout=5.0):
         return False
     _LOCK.release()

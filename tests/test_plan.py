@@ -1,4 +1,4 @@
-"""What to measure next: the sets that separate, that they do, and lists that can be measured and read back."""
+"""What to measure next: sets of patches that distinguish effects, and lists that can be measured and read back."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_windows_lift_crosstalk_from_loading_and_more_greys_do_not() -> None:
 
 
 def test_the_separation_that_is_promised_is_what_measuring_brings() -> None:
-    """Measure the chosen patches of lutgen's own display twelve times: the rival then fits worse by what was said."""
+    """Measure the chosen patches of lutgen's own display twelve times: the rival's fit worsens as predicted."""
     effects = catalogue()
     base = fit(Problem.of(readings("greys"), instrument="0.002,0.003"))
     truth = fit(base.problem, (Term(effects["meter-offset"], effects["meter-offset"].rest() | {"offset": 0.02}),))
@@ -92,7 +92,7 @@ def test_the_separation_that_is_promised_is_what_measuring_brings() -> None:
         right = fit(again, (Term.at_rest(effects["meter-offset"], ("offset",)),))
         wrong = fit(again, (Term.at_rest(simple, ("new",)),))
         brought.append(wrong.chi2 - right.chi2)
-    # χ² between two models of one parameter each scatters by twice its root.
+    # χ² between two models of one parameter each has a standard deviation of twice its root.
     error = 2.0 * np.sqrt(promised.after) / np.sqrt(12)
     assert promised.after > promised.before
     assert np.mean(brought) == pytest.approx(promised.after, abs=4.0 * error + 0.05 * promised.after)
@@ -160,7 +160,7 @@ def test_a_plan_filled_in_is_read_back() -> None:
 
 
 def ti1(text: str) -> tuple[dict[str, str], list[str], list[dict[str, str]]]:
-    """Read CGATS as ArgyllCMS writes it: keywords, the names of the fields, and the rows of data."""
+    """Read CGATS in ArgyllCMS' form: keywords, the names of the fields, and the rows of data."""
     lines = [line.strip() for line in text.splitlines() if line.strip()]
     assert lines[0] == "CTI1"
     keywords: dict[str, str] = {}

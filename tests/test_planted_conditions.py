@@ -1,4 +1,4 @@
-"""Effects that depend on conditions, planted by formulas of their own into simulated campaigns, are named."""
+"""Simulated campaigns with effects that depend on conditions, by separate formulas: a diagnosis names the effects."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ REFERENCE_C = 25.0
 
 
 def warm_curve(campaign: Campaign) -> Any:
-    """The light of each channel to a power that grows by 0.005 a kelvin; unlogged temperatures are those of rest."""
+    """The light of each channel to a power that grows by 0.005 per kelvin. Blank temperatures mean rest."""
     readings = campaign.readings
     warmer = np.nan_to_num(readings.temperature_c - REFERENCE_C)[:, np.newaxis]
     drive = linear_to_code(code_to_linear(readings.drive) ** (1.0 + 0.005 * warmer))
@@ -33,7 +33,7 @@ def warm_curve(campaign: Campaign) -> Any:
 
 
 def dimmed(campaign: Campaign) -> Any:
-    """A backlight that falls as 1/(1 + 0.3·darkness²), darkness that of the mean code value of the screen."""
+    """A backlight that falls as 1/(1 + 0.3·darkness²), where darkness is 1 − the screen's mean code value."""
     readings = campaign.readings
     own = readings.drive.mean(axis=1)
     mean = readings.window * own + (1.0 - readings.window) * readings.surround
@@ -63,7 +63,7 @@ def test_it_is_named(name: str, plant: Any, verdicts: set[str], tmp_path: Path) 
 
 @pytest.mark.parametrize("name", ["temperature-gamma", "dynamic-contrast"])
 def test_without_its_column_no_campaign_has_it_for_a_candidate(name: str, tmp_path: Path) -> None:
-    """The design ``colours`` logs no conditions: the effect is listed as one that these readings cannot show."""
+    """The design ``colours`` logs no conditions: the effect is listed as an effect that these readings cannot show."""
     campaign = Campaign(seed=971, design="colours", hours=(0.0, 9000.0, 18_000.0))
     file = tmp_path / "readings.csv"
     readings = campaign.readings

@@ -1,4 +1,4 @@
-"""Every command takes readings in every form that people have them: one registry, two ways to have what is read."""
+"""Every command takes readings in every supported format, by one registry and two ways of access."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def profile(text: str) -> bytes:
 
 
 def in_folder(folder: Path) -> Path:
-    """A folder of two sessions and a file that is no reading."""
+    """A folder of two sessions and a file without readings."""
     (folder / "life").mkdir()
     (folder / "life" / "a.ti3").write_text(ti3(keywords=ABSOLUTE))
     (folder / "life" / "b.csv").write_text(f"# date: 2021-01-01\n{rows(gain=0.9)}")
@@ -68,7 +68,7 @@ def written(name: str, content: str | bytes) -> Callable[[Path], Path]:
 
 CGATS = ti3(kind="CGATS.17", keywords=('NORMALIZED_TO_Y_100 "NO"',), xyz=WHITE_CD_M2 * light())
 
-#: What people have → the file or folder, and its sessions.
+#: Format → the file or folder, and its number of sessions.
 FORMS: dict[str, tuple[Callable[[Path], Path], int]] = {
     ".ti3": (written("a.ti3", ti3(keywords=ABSOLUTE)), 1),
     "CGATS": (
@@ -89,7 +89,7 @@ def test_readings_are_had_as_sessions_and_as_one_table(form: str, tmp_path: Path
     path = write(tmp_path)
     found = read_campaign(path)
     assert len(found.entries) == count
-    first = np.sort(found.entries[0].session.xyz_cd_m2, axis=0)  # the order of a CSV's rows means nothing
+    first = np.sort(found.entries[0].session.xyz_cd_m2, axis=0)  # the order of a CSV's rows has no meaning
     np.testing.assert_allclose(first, np.sort(WHITE_CD_M2 * light(), axis=0), rtol=1e-4, atol=1e-3)
     if form == "folder":
         with pytest.raises(LutgenError, match="dates, which are no operating hours"):

@@ -1,6 +1,6 @@
-"""The X61 of 2017 and 2020 by its own model: what aged, what did not, and how long a diagnosis takes.
+"""The X61 of 2017 and 2020 with its own model: aged and unaged properties, and the duration of a diagnosis.
 
-Its sessions have dates and no hours. 0 and 8000 h are stated here; nobody counted them.
+Its sessions have dates but no hours. This file states 0 and 8000 h, which nobody counted.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 pytestmark = [pytest.mark.numbers, pytest.mark.slow]
 
-#: Stated, not counted.
+#: Stated hours, not counted hours.
 STATED_H = (0.0, 8000.0)
 
 AGED = ("ThinkPad_X61*2017-04-19_15-14", "ThinkPad_X61*2020-05-26_15-02")
@@ -67,7 +67,7 @@ def test_nothing_ages_within_a_day_but_a_sessions_gain(baseline: str) -> None:
 
 
 def test_the_calibration_of_2020_is_known_and_no_aging() -> None:
-    """Beside white and primaries of 2020 nothing is left but what the own model of 2017 misses anyway."""
+    """With white and primaries of 2020 the residuals are only those of the own model of 2017."""
     (known,) = compared(AGED, "native").problem.known
     (said,) = known.sentences()
     assert "blue raised from 0.916 to 0.936" in said
@@ -78,7 +78,7 @@ def test_the_calibration_of_2020_is_known_and_no_aging() -> None:
 
 
 def test_black_blues_curve_and_the_recalibration_of_2020_bring_the_error_down() -> None:
-    """The own model of 2017 rests on 413 readings, the null pair's on 825: with half of these it leaves 0.26."""
+    """The own model of 2017 has 413 readings, the null pair's model 825: with half of the 825 its error is 0.26."""
     course = Course.of(sessions(*AGED), baseline="native")
     found = course.refinement(["black-level", "channel-gamma", "recalibration"])
     assert found.improves
@@ -88,7 +88,7 @@ def test_black_blues_curve_and_the_recalibration_of_2020_bring_the_error_down() 
 
 @pytest.mark.rare(instead="test_black_blues_curve_and_the_recalibration_of_2020_bring_the_error_down")
 def test_what_the_cells_do_with_the_drive_brings_it_to_the_null_pairs() -> None:
-    """Curves, leaks between channels, and channels whose colour moves with the drive: each session has its own."""
+    """Each session has its own curves, leaks between channels, and channels whose colour changes with the drive."""
     course = Course.of(sessions(*AGED), baseline="native")
     found = course.refinement(["black-level", "channel-gamma", "primary-shift", "crosstalk", "recalibration"])
     assert found.improves
@@ -103,13 +103,13 @@ def test_the_light_source_has_worn_by_2020_and_the_error_falls_to_the_null_pairs
     assert found.after.error.delta_e_mean < 1.2 * compared(NULL, "native-first-hour").error.delta_e_mean
 
 
-#: Units that a diagnosis may take, by the session's pattern: 825 readings and 175.
+#: Largest permitted duration of a diagnosis in units, by the session's pattern: 825 readings and 175.
 LONGEST = (("ThinkPad_X61*2020-05-26_15-02", 80), ("U2718Q__2_2017-12-05", 25))
 
 
 @pytest.mark.parametrize(("pattern", "most"), LONGEST)
 def test_a_diagnosis_takes_no_longer_than_so_many_tables_to_write(pattern: str, most: int, tmp_path: Path) -> None:
-    """Both in one run: processor time over that of ``colour.write_LUT`` of 33³."""
+    """One run measures both: the processor time, and the processor time of ``colour.write_LUT`` of 33³ as unit."""
     readings, units = sessions(pattern), []
     for _ in range(5):
         start = time.process_time()

@@ -1,4 +1,4 @@
-"""A display's own model on real sessions: beside the issue's figures, the slow twin, and sRGB."""
+"""A display's own model on real sessions, compared with the issue's figures, the slow twin, and sRGB."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ TABLE = (
     ("ThinkBook_14p", 0.17),
 )
 
-#: Processor time in seconds on an idle core; a busy one takes up to twice as long.
+#: Processor time in seconds on an idle core. A busy core takes up to twice the time.
 FASTEST, BUSY = 3.0, 2.0
 
 
@@ -72,7 +72,7 @@ def files(pattern: str) -> list[Path]:
 
 
 def some_and_all(test: str, *patterns: str) -> pytest.MarkDecorator:
-    """Run a test on those sessions that come nearest to its bound, and seldom on all 30."""
+    """Run a test on the sessions nearest to its bound, and rarely on all 30 sessions."""
     everything = pytest.param("", marks=pytest.mark.rare(instead=test))
     return pytest.mark.parametrize("pattern", [*patterns, everything])
 
@@ -95,12 +95,12 @@ def test_no_session_is_foretold_worse_than_by_srgb_curves(pattern: str) -> None:
 @pytest.mark.slow(every=True)
 @some_and_all(
     "test_no_native_display_foretells_worse_than_the_papers",
-    "MacBook_Pro_13_2013_Late___1_2018-06-03_14-59",  # 0.99 of the error of the paper's
+    "MacBook_Pro_13_2013_Late___1_2018-06-03_14-59",  # 0.99 of the error of the paper's curves
     "ThinkPad_X61__N121X5-L06__1_2017-04-19_10-25",  # 0.96
     "U2718Q__2_2017-12-05",  # 0.95, by a curve of readings
 )
 def test_no_native_display_foretells_worse_than_the_papers(pattern: str) -> None:
-    """Curves of ramps have not seen the mixtures, and those of all readings are judged on mixtures held out."""
+    """Ramps' curves are fitted without the mixtures. Curves of all readings are tested on held-out mixtures."""
     for file in files(pattern):
         sample = sample_of(read_session(file))
         try:
@@ -133,7 +133,7 @@ def test_the_largest_session_of_the_table_takes_three_seconds_at_most() -> None:
 
 
 def test_levels_that_a_cable_clips_are_part_of_the_model() -> None:
-    """Over HDMI this display shows the same light from code 224 of 255 up; the model without it erred by 0.27."""
+    """Over HDMI the light of this display is constant from code 224 of 255 upwards. Without this the error is 0.27."""
     found = own_model("LG_ULTRAWIDE_17-06-2022_D65_120_HDMI")
     assert found.model.drive.way == WAYS[3]  # type: ignore[attr-defined]
     assert found.error < 0.19
@@ -144,7 +144,7 @@ def test_a_session_whose_brightness_drifts_is_said_to_hold_no_model() -> None:
     assert "no display's model holds here" in remark
 
 
-#: Sessions whose white or primaries contradict their mixtures, beyond the discrepancy: the fit takes a middle.
+#: Sessions whose white or primaries contradict their mixtures beyond the discrepancy: the fit is a compromise.
 CONTRADICTED = ("MacBook_Pro_13_2013_Late___1_2018-06-03", "U2718Q__2_2017-12-05")
 
 
@@ -155,7 +155,7 @@ CONTRADICTED = ("MacBook_Pro_13_2013_Late___1_2018-06-03", "U2718Q__2_2017-12-05
     "U2718Q__2_2017-12-05",
 )
 def test_compare_is_as_near_as_the_own_model(pattern: str) -> None:
-    """K2418U of 2019 shows full red and blue otherwise than their ramps lead to; its mixtures owe nothing to that."""
+    """Full red and blue of the K2418U of 2019 contradict their ramps. The mixtures do not depend on this."""
     for file in files(pattern):
         problem = Problem.of(read_measurements(file), baseline="native")
         ladder = problem.native.ladder if problem.native and problem.native.own else None

@@ -1,4 +1,4 @@
-"""docs/reference is what the code says today."""
+"""docs/reference agrees with the code."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ pytestmark = pytest.mark.texts
 
 STALE = "docs/reference is stale: run make reference"
 
-#: Codes, of 255, by which a plot may differ in the mean: another matplotlib draws another edge, not another curve.
+#: Permitted mean difference of a plot in codes of 255: another matplotlib changes edges, but not curves.
 MEAN_DIFFERENCE = 1.0
 
 

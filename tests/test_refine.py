@@ -1,4 +1,4 @@
-"""Refining: the error falls step by step, the model is the better display, and a file keeps it."""
+"""Refining: the error falls step by step, the refined model is nearer to the display, and a file keeps the model."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_the_error_falls_with_every_step_down_to_the_floor() -> None:
     assert [step.effect for step in both().steps] == ["black-level", "crosstalk"]
     assert all(after < before - 0.1 for before, after in pairwise(ratios))
     assert ratios[0] > 3.0
-    # Replicates that tell the own sizes of X, Y and Z know each of them within a tenth.
+    # Replicates that determine separate sizes for X, Y and Z have an uncertainty of a tenth for each.
     assert ratios[-1] == pytest.approx(1.0, abs=0.12)
     assert both().found.chi2 / both().found.freedom == pytest.approx(1.0, abs=0.1)
     assert both().after is both().steps[-1].comparison
@@ -100,7 +100,7 @@ def test_the_refined_model_is_the_true_display_on_colours_that_were_not_measured
     plain, better = (
         error(model, campaign(*TWO), hours, code) for model in (DisplayModel(readings(*TWO)), both().model)
     )
-    # A session's gain of 0.3 %, which tips take in, is 0.1 of lightness by itself.
+    # A session's gain of 0.3 %, which the tips absorb, changes lightness by 0.1.
     assert better < 0.2
     assert better < 0.3 * plain
 
@@ -128,7 +128,7 @@ def test_the_model_predicts_the_readings_that_it_was_fitted_to() -> None:
         here = problem.hour_of == index
         code: Array = problem.readings.drive[problem.rows[here]]
         shown = absolute.at("chroma-luma", float(hours)).code_to_xyz(code)
-        # As light of the whole display: white under the effects is what relative luminances are of.
+        # In units of the whole display: relative luminances refer to white with its effects.
         scale = float((shown * made.found.predicted[here]).sum() / (shown**2).sum())
         np.testing.assert_allclose(shown * scale, made.found.predicted[here], rtol=1e-6, atol=1e-6 * white)
 
@@ -146,7 +146,7 @@ def _of_two_sessions() -> Course:
     ("effect", "right"), [("channel-decay", True), ("crosstalk", False), ("loading", False), ("eotf-drift", False)]
 )
 def test_of_two_sessions_the_colours_of_the_later_one_are_withheld(effect: str, *, right: bool) -> None:
-    """Blue fades; what else is fitted to one later session lowers its own error, and predicts no colour of it."""
+    """Blue fades. Any other effect lowers its own error on one later session, but predicts no withheld colour."""
     found = _of_two_sessions().refinement([effect])
     assert found.after.ratio < found.before.ratio
     assert (found.held_out_gain > 0.0) == right == found.improves
@@ -174,7 +174,7 @@ def test_auto_adds_nothing_to_a_healthy_display() -> None:
     assert made.to_save.fit["kept"] == "by hand: no effect was added"
     assert made.model.verdict == "consistent"
     assert made.model.effects == ()
-    # White and primaries are as they were read; a fit moves them, far where no effect explains what it finds.
+    # White and primaries stay as read. A fit would move them, and far if no effect explains the residuals.
     assert made.model.latent is not None
     problem = made.found.problem
     np.testing.assert_array_equal(made.model.latent.xyz_cd_m2, problem.measured_tips[problem.is_knot])
@@ -210,7 +210,7 @@ def test_tips_that_effects_hide_are_solved_again() -> None:
 
 
 def test_white_and_primaries_stay_as_they_were_read_where_more_than_noise_is_left() -> None:
-    """The curves of this display are no effect that was named; the fit moves the tips to make up for them."""
+    """No named effect describes the curves of this display. The fit would move the tips to compensate."""
     codes = [*native.TIPS, native.BLACK, *native.GREYS, *native.RAMPS, *native.MIXTURES]
     made = refine(native.session(native.Panel(), codes), ["crosstalk"])
     assert not made.after.agrees
@@ -263,7 +263,7 @@ def test_a_fresh_display_is_refined_from_hour_0() -> None:
     )
     made = refine(read(csv_text(hidden), file="oled.csv", sha256="2" * 64), ["channel-decay"], baseline="first-hour")
     assert made.before.ratio > 5.0
-    # The gains of three sessions alone move the error over its floor by a quarter: what is left tells more.
+    # The gains of three sessions alone change the error over its floor by a quarter, so χ² is the sharper test.
     assert made.found.chi2 / made.found.freedom == pytest.approx(1.0, abs=0.12)
     assert made.after.ratio == pytest.approx(1.0, abs=0.5)
     code = np.random.default_rng(8).random((200, 3))

@@ -1,4 +1,4 @@
-"""The dress rehearsal of somebody's own effect on somebody's own readings."""
+"""The dress rehearsal of a user's own effect on the user's own readings."""
 
 from __future__ import annotations
 

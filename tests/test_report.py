@@ -1,4 +1,4 @@
-"""`lutgen report`: the frames, the page's structure, that it fetches nothing, and bad input."""
+"""`lutgen report`: frames, the page's structure, no network requests, and bad input."""
 
 from __future__ import annotations
 
@@ -40,15 +40,15 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).resolve().parents[1]
 MODEL = DisplayModel(read_measurements(default_display()))
 
-#: A file that would run a script, end an attribute or a tag, if a page took its name as it is.
+#: A file name that would run a script, or end an attribute or a tag, if a page took the name unescaped.
 HOSTILE = "<img src=x onerror=alert(1)>&\"'$title.png"
 
-#: Three hours: quick.
+#: Only three hours, for speed.
 HOURS = ("--hours", "0,10000,18000")
 
 
 class Read(HTMLParser):
-    """What a page holds: elements with their attributes, and text."""
+    """The content of a page: elements with their attributes, and text."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -189,7 +189,7 @@ def test_the_numbers_are_those_of_lifetime(run: Callable[..., Done], tmp_path: P
     assert data["hours"] == [0, 10_000, 18_000]
     for mode, scenes in data["modes"].items():
         curve = {point["hours"]: point for point in modes[mode]["curve"]}
-        # 10 000 h is no measured time, so lifetime does not list it.
+        # 10 000 h is no measured time, so lifetime does not list this hour.
         (last,) = [scene for scene in scenes if scene["hours"] == 18_000]
         assert {key: last[key] for key in ("mean", "sd", "p95", "max")} == {
             key: curve[18_000][key] for key in ("mean", "sd", "p95", "max")
@@ -199,7 +199,7 @@ def test_the_numbers_are_those_of_lifetime(run: Callable[..., Done], tmp_path: P
 
 
 def unpacked(text: str) -> np.ndarray[Any, np.dtype[np.uint16]]:
-    """A table as the page's script takes it out of its text: (n, n, n, 4)."""
+    """Decode a table from its text as the page's script does: (n, n, n, 4)."""
     planes = np.frombuffer(zlib.decompress(b64decode(text)), np.uint8).reshape(2, SIZE, SIZE, SIZE, 4).astype(np.uint16)
     return np.cumsum(256 * planes[0] + planes[1], axis=2, dtype=np.uint16)
 
@@ -216,7 +216,7 @@ def test_tables_hold_the_colours_of_the_model_and_their_difference(run: Callable
             for red, green, blue in ((0, 0, 0), (16, 16, 16), (16, 0, 3), (5, 11, 2)):
                 code = axis[[red, green, blue]][None]
                 found = table[blue, green, red] / (WHITE, WHITE, WHITE, 65535)
-                # Beside the clip a table holds a little more than white.
+                # Beside the clip a table contains values slightly above white.
                 assert np.minimum(found[:3], 1.0) == pytest.approx(display.code_to_code(code)[0], abs=1e-5)
                 (difference,) = differences(code.__getitem__, 1, unaged, [display])
                 assert 100 * found[3] == pytest.approx(difference[0], abs=0.01)
@@ -231,7 +231,7 @@ def test_how_far_the_slider_is_from_the_model_is_measured_and_told(run: Callable
         told.append([float(each) for each in found])
         assert told[-1] == sorted(told[-1])
     assert told[1][0] < told[0][0], "more tables, less error"
-    # A literal twin of the first: half way between both tables.
+    # A literal twin for the first table and the blend: half way between both tables.
     run("a.png", "-o", "r.html", "--force", "--hours", "0,18000")
     data = data_in((tmp_path / "r.html").read_text())
     code = tissue().reshape(-1, 3) / 255

@@ -1,4 +1,4 @@
-"""The page of `lutgen report` in a real browser: slider and wiper are moved, numbers and pixels are read."""
+"""The page of `lutgen report` in a real browser: tests move slider and wiper, and read numbers and pixels."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ pytestmark = [
     pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed (Debian: chromium)"),
 ]
 
-#: Measured times, so that lifetime's own JSON has them.
+#: Measured times, so that lifetime's own JSON contains them.
 HOURS = ("0", "6000", "18000")
 
 RIGHT, LEFT, HOME, DOWN = ("ArrowRight", 39), ("ArrowLeft", 37), ("Home", 36), ("PageDown", 34)
 
-#: Pixels of the picture.
+#: Side of the picture in pixels.
 SIZE = 64
 
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A page, and what lifetime and apply say of the same picture."""
+    """A page, and the results of lifetime and apply for the same picture."""
     folder = tmp_path_factory.mktemp("page")
     imsave(folder / "a.png", np.asarray(immunohistochemistry())[200 : 200 + SIZE, 200 : 200 + SIZE])
     hours = ",".join(HOURS)
@@ -60,7 +60,7 @@ def page(folder: Path, chromium: tuple[Page, Path]) -> Page:
 
 @pytest.fixture
 def fresh(page: Page, folder: Path) -> Page:
-    """The page as it is when it is opened."""
+    """The page just after opening."""
     page.open(folder / "r.html")
     page.wait("Boolean(window.viewer?.picture)")
     page.ask("scrollTo(0, 0)")
@@ -68,7 +68,7 @@ def fresh(page: Page, folder: Path) -> Page:
 
 
 def curve(folder: Path, mode: str, hours: float) -> dict[str, float]:
-    """What lifetime says at an hour, linear between those that it has computed."""
+    """Lifetime's values at an hour, linear between the computed hours."""
     points: list[dict[str, float]] = json.loads((folder / "l.json").read_text())["images"][0]["modes"][mode]["curve"]
     known = [point for point in points if f"{point['hours']:g}" in HOURS]
     at = [point["hours"] for point in known]
@@ -97,7 +97,7 @@ def place(page: Page, selector: str) -> dict[str, float]:
 
 
 def drawn(page: Page) -> Any:
-    """The picture as it is drawn now, pixel for pixel from its upper left: (h, w, 3)."""
+    """The currently drawn picture, pixel for pixel from its upper left corner: (h, w, 3)."""
     values = page.ask(
         """(() => {
             viewer.zoomTo(1);
@@ -128,7 +128,7 @@ def test_the_slider_moves_numbers_picture_and_marker_continuously(fresh: Page, f
     chart = place(fresh, ".chart")["width"] / 900
     assert marker - place(fresh, "#marker")["x"] == pytest.approx(chart * (900 - 62 - 160) * 2 / 3, abs=0.5)
     fresh.ask("viewer.wipe(0, 0)")
-    # A table of 17 points an edge and 16 bits is near, not equal; where the model jumps it is not.
+    # A table of 17 points an edge and 16 bits is near, but not equal. It is not near at the model's jump.
     away = np.abs(drawn(fresh) - imread(folder / "aged.png"))
     assert away.mean() < 0.1
     assert np.quantile(away, 0.99) <= 1
@@ -157,7 +157,7 @@ def test_the_wiper_is_dragged_and_moved_by_keys(fresh: Page) -> None:
     fresh.drag(*((at["x"] + share * at["width"], middle) for share in (0.5, 0.4, 0.25)))
     assert cut() == pytest.approx(0.25, abs=0.01)
     assert fresh.ask("document.querySelector('.viewer-bar').ariaValueNow") == "25"
-    # Beyond the picture it stops at its edge.
+    # Beyond the picture the wiper stops at the picture's edge.
     fresh.drag((at["x"] + 0.25 * at["width"], middle), (at["x"] - 15, middle))
     assert cut() == pytest.approx(0.0, abs=0.01)
     fresh.press(*RIGHT)

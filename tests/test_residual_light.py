@@ -1,4 +1,4 @@
-"""What curves miss of a display's colours goes along where an effect moves its channels."""
+"""The residual light of a display's curves follows the channels when an effect changes them."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ def test_light_beside_the_curves_goes_where_effects_take_the_channels() -> None:
     light = np.array([[0.0, 0.02, 0.01], [0.0, 0.05, 0.0], [0.0, 0.03, 0.02], [0.01, 0.04, 0.1]])
     beside = ResidualLight.of(linear, light, np.ones(4, dtype=bool), np.arange(4))
     assert beside.at(linear) == pytest.approx(light, abs=1e-12)
-    # A channel alone takes the colour of the level where it is: here that of the reading below.
+    # A single channel takes the colour of its changed level: here the colour of the reading below.
     lower = beside.at(linear[[0, 0, 1, 3]])
     assert lower[1:3] == pytest.approx(light[:2], abs=1e-12)
-    # What several channels have together goes as the product of their code values.
+    # The common light of several channels is proportional to the product of their code values.
     halved = beside.at(code_to_linear(level / 2.0))[3]
     alone = ResidualLight.of(linear, light, np.ones(4, dtype=bool), np.zeros(4, dtype=int))
 
@@ -51,5 +51,5 @@ def test_a_loss_of_drive_is_seen_on_a_display_whose_blue_changes_colour_with_its
     readings = read(table(truth, METERS["gaussian"].read(truth, 5)), file="loss.csv", sha256="")
     base = fit(with_shared_errors(Problem.of(readings, baseline="native"), ()))
     best = family(base, catalogue()["drive-loss"]).best.fit
-    # Carried along, what curves miss leaves little to be explained; held fast, it left half of the misfit.
+    # If the residual light follows the channels, little misfit remains. If it stays fixed, half of the misfit remains.
     assert best.chi2 - best.freedom < 0.2 * (base.chi2 - base.freedom)

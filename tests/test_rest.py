@@ -1,4 +1,4 @@
-"""Rest is a campaign's own: the conditions under which the colour points of each session were read."""
+"""Each campaign defines its own rest: the conditions under which its sessions' colour points were read."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.numbers
 
-#: White, red, green, blue, a grey: code value, and XYZ in cd/m² of a display that nobody measured.
+#: White, red, green, blue, a grey: code value, and XYZ in cd/m² of an invented display.
 PATCHES = (
     ("1,1,1", "190,200,218"),
     ("1,0,0", "82,43,4"),
@@ -35,7 +35,7 @@ def table(columns: str, *parts: tuple[str, tuple[tuple[str, str], ...], str]) ->
 
 
 def away(readings: Measurements, cell: str) -> list[int]:
-    """Lines of the readings that are away from rest by a condition."""
+    """Lines of the readings that deviate from rest in a condition."""
     return sorted(readings.lines[readings.rest.away[cell]].astype(int).tolist())
 
 

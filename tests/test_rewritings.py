@@ -1,4 +1,4 @@
-"""Each way of writing a campaign down otherwise changes what its name says, and nothing else."""
+"""Each rewriting of a campaign changes what its name states, and nothing else."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MIXTURES = [(0.2, 0.4, 0.9), (0.7, 0.1, 0.3), (0.3, 0.8, 0.5), (0.9, 0.6, 0.1)]
 
 
 def _truth(*, hours: Iterable[float] = (0, 1000, 3000, 6000, 9000, 12000, 18000), positions: bool = True) -> Truth:
-    """Colour points twice, a grey twice, four mixtures; white off centre and by 80 lx in the room."""
+    """Colour points twice, a grey twice, four mixtures; white off centre, and white in a room of 80 lx."""
     patches = [*POINTS, *POINTS, (0.5, 0.5, 0.5), (0.5, 0.5, 0.5), *MIXTURES]
     place = [(0.5, 0.0)] * len(patches)
     if positions:
@@ -54,7 +54,7 @@ def _text(*, order: bool = True, positions: bool = True) -> str:
 
 
 def _readings(given: Table) -> list[tuple[float, ...]]:
-    """What a reader has to find, whatever the file looks like: one tuple a reading, sorted."""
+    """The values that a reader must find in any form of the file: one tuple for each reading, sorted."""
     hours = given.numbers("hour") - float(given.metadata.get("start_hour", "0"))
     known = [given.numbers(name) for name in (*BLANK,)]
     values = np.column_stack([hours, given.drive, np.round(given.xyz, 7), *known])
@@ -62,7 +62,7 @@ def _readings(given: Table) -> list[tuple[float, ...]]:
 
 
 def _apply(name: str) -> tuple[Table, Table]:
-    """A file and its rewriting, of the first file that allows it."""
+    """A file and its rewriting, for the first file that allows the rewriting."""
     rewrite = (NOTHING_LOST | SOMETHING_LOST)[name]
     for text in (_text(), _text(order=False), _text(positions=False)):
         try:
@@ -72,7 +72,7 @@ def _apply(name: str) -> tuple[Table, Table]:
     pytest.fail(f"no file here allows {name!r}")
 
 
-#: Rewritings that give every row another constant condition: rest is then another one.
+#: Rewritings that give every row another constant condition, so that rest is a different condition.
 CONSTANT = ("room light of 5 lx in every row", "a window of 90 % in every row")
 
 

@@ -1,4 +1,4 @@
-"""The JSON of compare, diagnose, refine and plan: the promised keys, strict, and as the published schemas say."""
+"""The JSON of compare, diagnose, refine and plan: the promised keys, strict JSON, and the published schemas."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.numbers
 
-#: Data sets that every command is asked of.
+#: Data sets for every command.
 SETS = ("leak", "healthy", "tips only", "one hour")
 
 
@@ -54,7 +54,7 @@ def of(command: Callable[[Measurements], Any], name: str) -> dict[str, Any]:
     return found
 
 
-#: What the commands write for several data sets, by command and data set.
+#: Output of the commands for several data sets, by command and data set.
 OUTPUTS: dict[str, Callable[[], dict[str, Any]]] = {
     **{
         f"{command} {name}": partial(of, run, name)
@@ -78,7 +78,7 @@ def output(name: str) -> dict[str, Any]:
 
 
 def strict(name: str, capsys: pytest.CaptureFixture[str]) -> Any:
-    """An output as ``--json -`` prints it, read by a reader that knows no NaN."""
+    """An output as ``--json -`` prints it, read by a reader that accepts no NaN."""
     write_json(output(name), "-")
 
     def refuse(word: str) -> None:

@@ -1,4 +1,4 @@
-"""What a run that was killed leaves is cleared by the next one; SIGTERM leaves nothing."""
+"""The next run removes the remains of a killed run. SIGTERM leaves no remains."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ HOLD = "from lutgen.files import scratch\nwith scratch() as it:\n    print(it, f
 
 
 def holder(place: Path) -> tuple[subprocess.Popen[str], Path]:
-    """Start a process that holds a folder until it is told to go on."""
+    """Start a process that holds a folder until it receives a line."""
     started = subprocess.Popen(
         [sys.executable, "-c", HOLD],
         stdin=subprocess.PIPE,

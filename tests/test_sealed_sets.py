@@ -1,4 +1,4 @@
-"""Sealed sets of the virtual display hold what their answers say, and diagnoses are scored against them."""
+"""Sealed sets of the virtual display contain what their answers state, and diagnoses are scored against the sets."""
 
 from __future__ import annotations
 

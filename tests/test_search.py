@@ -1,4 +1,4 @@
-"""Trying effects: which forms are fitted, what they are charged, and how chance is told from an effect."""
+"""Trying effects: fitted forms, their penalty, and the distinction of an effect from chance."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def base_of(name: str) -> Fit:
 
 @cache
 def healthy(seed: int) -> Fit:
-    """A display of each class in turn, without an effect."""
+    """A display without an effect, of each class in turn."""
     text = csv_text(Campaign(display=list(CLASSES)[seed % 4], design="colours", hours=HOURS, seed=seed))
     return fit(Problem.of(read(text, file="null.csv", sha256="")))
 
@@ -70,7 +70,7 @@ def test_a_first_step_promises_what_the_fit_gains(name: str, parameter: str, tol
 def test_what_cannot_be_absorbed_is_what_least_squares_leaves() -> None:
     base, term = base_of("crosstalk"), Term.at_rest(catalogue()["crosstalk"], ("new",))
     raw, left = Score(base).seen(term, "new")
-    # The oracle: all twelve unknowns of each hour, moved one at a time, in one dense matrix.
+    # The oracle: all twelve unknowns of each hour, changed one by one, in one dense matrix.
     columns = []
     for hour, tip, axis in product(range(3), range(4), range(3)):
         tips = base.tips.copy()
@@ -146,7 +146,7 @@ def test_any_number_of_steps_behind_any_table_is_found(form: str, steps: int) ->
     base = campaign(quantization=(1.0 / steps, form))
     found = family(base, catalogue()["quantization"]).best
     assert round(2.0 ** found.term.values["bits"] - 1.0) == steps
-    if form == "other":  # a panel of gamma 2.2, and 0.4 of a step added before truncation
+    if form == "other":  # a panel of gamma 2.2, with 0.4 of a step added before truncation
         assert found.term.values["panel_gamma"] == pytest.approx(2.2, abs=0.003)
         assert found.term.values["added"] == 0.4
     assert found.fit.chi2 < 1.1 * found.fit.freedom < 0.9 * base.chi2
@@ -158,7 +158,7 @@ def behind_a_table(code: Array) -> Array:
 
 
 def in_a_panel(code: Array) -> Array:
-    """11 bits of a panel of gamma 2.2, 0.4 of a step added before truncation."""
+    """Quantise to the 11 bits of a panel of gamma 2.2, with 0.4 of a step added before truncation."""
     native = np.floor(colour.models.eotf_sRGB(code) ** (1.0 / 2.2) * 2047.0 + 0.4) / 2047.0
     return np.asarray(colour.models.eotf_inverse_sRGB(native**2.2))
 
@@ -213,7 +213,7 @@ def test_what_is_smooth_proposes_no_rounding(hidden: dict[str, tuple[float, str]
 
 
 def test_a_soft_border_between_colour_points_is_found() -> None:
-    base = campaign(matrix_switching=(0.01, "other"))  # the harmonic mean of the channels, not the smallest
+    base = campaign(matrix_switching=(0.01, "other"))  # the harmonic mean of the channels, not the smallest channel
     found = family(base, catalogue()["matrix-switching"]).best
     assert found.form == ("softness",)
     assert found.term.values["softness"] == pytest.approx(1.0, abs=0.1)
@@ -297,7 +297,7 @@ def test_what_noise_leaves_of_healthy_displays_is_as_probable_as_it_should_be() 
     for seed in range(60):
         base = healthy(seed)
         chances.append(PureError.of(base.problem).p_of_lack_of_fit(base))
-    # What replicates leave open of the noise is added to it: a little more probable, never less.
+    # The uncertainty of the noise from replicates is added: a gain may be slightly more probable, never less.
     assert stats.kstest(chances, "uniform", alternative="greater").pvalue > 0.01
     assert stats.kstest(chances, "uniform").pvalue > 0.001
 

@@ -1,4 +1,4 @@
-"""``lutgen sessions explain`` and ``lutgen trend`` as users meet them."""
+"""The commands ``lutgen sessions explain`` and ``lutgen trend``."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_explain_prints_a_page_and_writes_json_as_its_schema_says(run: Callable[
     content = json.loads(Path("explain.json").read_text())
     validator("explain").validate(content)
     causes = {Path(each["file"]).stem: each["causes"] for each in content["sessions"]}
-    # As examples/make_campaign.py made them.
+    # The causes in examples/make_campaign.py.
     assert causes["2022-01"] == ["brightness"]
     assert causes["2023-06"][0] == "ambient"
     assert causes["2024-12"] == ["aging"]

@@ -1,4 +1,4 @@
-"""Sessions in ICC profiles: read as the .ti3 that the profile was made from, or refused; a table that lies too."""
+"""Sessions in ICC profiles: read like the .ti3 from which the profile was made, or refused, even with a false table."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_the_standards_tag_comes_first_and_one_without_readings_is_passed_over(t
     assert len(read_session(written(tmp_path, profile(*tags))).drive) == 5
 
 
-#: What is wrong, and what is said.
+#: The fault, the profile, and the words of the error.
 BAD: dict[str, tuple[bytes, str]] = {
     "no readings": (profile(), "is an ICC profile without readings"),
     "our own": (profile((b"targ", icc.text("lutgen: what an aged display shows"))), "without readings"),
@@ -104,7 +104,7 @@ def test_inspect_shows_the_session_of_a_profile(
 
 
 def changes(size: int) -> st.SearchStrategy[list[tuple[int, bytes]]]:
-    """Bytes to put at places, most of them in the header and the table."""
+    """Bytes to write at random places, mostly in the header and the table."""
     places = st.integers(0, 170) | st.integers(0, size)
     return st.lists(st.tuples(places, st.binary(min_size=1, max_size=8)), min_size=1, max_size=5)
 

@@ -1,4 +1,4 @@
-"""Sessions as programs write them: read as they are meant, or refused with a sentence that helps; never nonsense."""
+"""Sessions in the files of programs: read correctly, or refused with a helpful sentence; never wrong values."""
 
 from __future__ import annotations
 
@@ -98,12 +98,12 @@ def test_columns_may_stand_in_any_order_and_rows_go_on_in_the_next_line(tmp_path
 def lab_under(
     white: Array,
 ) -> Array:
-    """CIE 15:2018, 8.2.1, written out a second time."""
+    """CIE 15:2018, 8.2.1, as a second implementation."""
     f = np.array([[t ** (1 / 3) if t > 0.008856 else 7.787 * t + 16 / 116 for t in row] for row in light() / white])
     return np.column_stack([116 * f[:, 1] - 16, 500 * (f[:, 0] - f[:, 1]), 200 * (f[:, 1] - f[:, 2])])
 
 
-#: Text, and Y of white in cd/m², or None where it is relative.
+#: Text, and Y of white in cd/m², or None if Y is relative.
 SCALES = {
     "absolute": (ti3(xyz=150.0 * light(), keywords=('NORMALIZED_TO_Y_100 "NO"',)), 150.0),
     "without luminance": (ti3(keywords=('NORMALIZED_TO_Y_100 "YES"',)), None),
@@ -157,7 +157,7 @@ def test_drive_is_0_to_1_and_light_is_absolute_only_where_the_file_says_so(tmp_p
 
 
 def table(scale: float, *head: str, columns: str = "R,G,B,X,Y,Z", tail: str = "") -> str:
-    """The display's session as a CSV, white at ``scale``, after lines of a head and before a tail."""
+    """The display's session as a CSV with ``scale`` for white, between head lines and a tail."""
     rows = [",".join(f"{v:.8g}" for v in (*d, *(scale * c))) for d, c in zip(DRIVE, light(), strict=True)]
     return "\n".join([*head, columns, *rows]) + "\n" + tail
 
@@ -256,7 +256,7 @@ def edited(row: int, old: str, new: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-#: Content, and what the error says.
+#: Content, and the words of the error.
 BAD: dict[str, tuple[str | bytes, str]] = {
     "a field deleted": (edited(0, " 100.0000000", ""), rf"line {ROW + 1}: .* fields where the data format names 7"),
     "a field too many": (edited(2, "2 ", "2 2 "), "fields where the data format names 7"),
@@ -403,7 +403,7 @@ def test_the_example_is_what_its_script_writes_and_says_that_it_is_simulated() -
     assert text.splitlines()[1].startswith("# SIMULATED, not measured")
 
 
-# Fuzz: whatever happens to the bytes, a session is read or refused, and what is read is a display's
+# Fuzz: a session with any changed bytes is read or refused, and a session that is read is plausible
 
 MUTATION = st.tuples(
     st.sampled_from(["delete", "insert", "replace", "truncate", "repeat", "swap lines"]),
@@ -493,7 +493,7 @@ def real_files() -> list[Path]:
 
 
 def stated_white_cd_m2(file: Path) -> float:
-    """Y of white by the file's own text: Argyll's keyword, or a table's row of white (in the middle of the screen)."""
+    """Y of white in the file's own text: Argyll's keyword, or a table's row of white (in the middle of the screen)."""
     text = file.read_text(encoding="utf-8", errors="replace")
     if said := re.search(r'LUMINANCE_XYZ_CDM2 "\S+ (\S+)', text):
         return float(said[1])
@@ -510,7 +510,7 @@ def test_every_real_session_is_read_in_cd_m2() -> None:
         session = read_session(file)
         assert session.absolute
         white = session.xyz_cd_m2[session.rows("white"), 1]
-        # Whites of one session differ; the file states one of them.
+        # The whites of one session differ. The file states one of them.
         stated = stated_white_cd_m2(file)
         assert white.min() - 1e-5 <= stated <= white.max() + 1e-5, file.name
         assert (session.calibration is not None) == (file.suffix == ".ti3")

@@ -1,4 +1,4 @@
-"""`lutgen show`: the numbers that display engineers use, against oracles, and the page that is drawn of them."""
+"""`lutgen show`: the numbers of display engineers, against oracles, and the drawn page."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def display(folder: Path, *later: np.ndarray, source: str = "measured by a test"
 
 
 def moved(*, x: float = 0.0, y: float = 0.0, white: float = 1.0, blue: float = 1.0) -> np.ndarray:
-    """The new tips, white's chromaticity moved, all luminances times ``white``, blue's times ``blue`` too."""
+    """The new tips: white's chromaticity shifted, all luminances times ``white``, and blue's also times ``blue``."""
     tips = TIPS * (1.0, 1.0, white)
     tips[0, :2] += x, y
     tips[3, 2] *= blue

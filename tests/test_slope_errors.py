@@ -1,4 +1,4 @@
-"""What effects on code values do behind a display's own curves is known roughly."""
+"""Effects on code values are known only roughly on a display with curves of its own."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ HOURS = (0.0, 6000.0, 12_000.0, 18_000.0)
 
 
 def test_what_a_loss_of_drive_does_is_known_as_the_slopes_of_curves_are() -> None:
-    """Between its levels a curve of few levels has a slope of its own: what a loss of drive does there is another."""
+    """A coarse curve's slope between its levels is uncertain, and so is the predicted effect of a loss of drive."""
     random = np.random.default_rng(4)
     still = session(Panel(), CODES, HOURS)
     effect, other = (catalogue()[name].since_first_session() for name in ("drive-loss", "eotf-drift"))
@@ -41,13 +41,13 @@ def test_what_a_loss_of_drive_does_is_known_as_the_slopes_of_curves_are() -> Non
     beside = with_drive_errors(found)
     assert found.chi2 > 1.5 * found.freedom
     assert beside.chi2 < 1.2 * beside.freedom
-    # Without the effect there are no slopes to be drive_errors, and others are not moved by them.
+    # Without the effect there are no errors of drive, and other effects have none.
     assert with_drive_errors(fit(problem)).problem.drive_errors is None
     assert with_drive_errors(fit(problem, [Term.at_rest(other, ("grown",))])).problem.drive_errors is None
 
 
 def test_a_rounding_that_came_later_behind_tables_that_nobody_knows_is_told() -> None:
-    """A calibration gives each channel a table; a cable of 6 bits behind it moves each code in its own way."""
+    """A calibration gives each channel a table. A 6-bit cable after the tables moves each code differently."""
     random, powers = np.random.default_rng(6), np.array([1.12, 0.93, 1.05])
     still = session(Panel(), CODES, HOURS)
     rounded = (np.round(still.drive**powers * 63.0) / 63.0) ** (1.0 / powers)
@@ -60,7 +60,7 @@ def test_a_rounding_that_came_later_behind_tables_that_nobody_knows_is_told() ->
 
 @needs_sessions
 def test_a_curve_through_some_ten_levels_knows_its_slopes_as_well_as_is_assumed() -> None:
-    """Greys of real sessions: slopes between all levels against those of a curve through every fifth to tenth."""
+    """Greys of real sessions: slopes between all levels against a curve through every fifth to tenth level."""
     off = []
     for path in sorted(real_data().glob("real/*/*.ti3")):
         readings = read_measurements(path)

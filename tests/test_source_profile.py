@@ -1,4 +1,4 @@
-"""A scanner's profile and the aged display in one: against matrices and curves written out here."""
+"""A scanner's profile combined with the aged display: against matrices and curves in this file."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 pytest.importorskip("imagecodecs", reason="LittleCMS comes with lutgen[icc]")
 
-#: XYZ under D50 of full red, green and blue of Adobe RGB (1998), and of sRGB, as their profiles have them.
+#: XYZ under D50 of full red, green and blue of Adobe RGB (1998) and of sRGB, from their profiles.
 WIDE = np.array([[0.60974, 0.31111, 0.01947], [0.20528, 0.62567, 0.06087], [0.14919, 0.06322, 0.74457]])
 SRGB = np.array([[0.43607, 0.22249, 0.01392], [0.38515, 0.71687, 0.09708], [0.14307, 0.06061, 0.71410]])
 
@@ -52,7 +52,7 @@ def test_the_scanners_colours_go_through_the_aged_display(built: Path) -> None:
     shown = np.clip(through_profile(built / "chroma/10000h/aged.icc", code), 0, 1)
     error = np.abs(shown - wanted) * 255
     assert error.mean() < 0.1
-    # The rest lies where the screen clips what the scanner saw: a bend in the dark that 33³ cannot follow.
+    # The remaining colours are where the screen clips the scanner's colours: 33³ cannot follow the bend in the dark.
     assert np.quantile(error, 0.99) < 1.3
     assert np.abs(through_profile(built / "chroma/10000h/aged.icc", np.ones((1, 3))) - 1).max() > 0.02  # white has aged
 

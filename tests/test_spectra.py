@@ -153,7 +153,7 @@ def test_typical_light_behind_typical_filters_is_white(name: str) -> None:
     ],
 )
 def test_emitters_peak_where_their_sources_say(name: str, part: str, peak: float, width: float) -> None:
-    """On the grid of 5 nm."""
+    """On the 5 nm grid."""
     light = light_of(name).parts[part]
     assert WAVELENGTHS[light.argmax()] == peak
     fine = np.interp(np.arange(380.0, 780.0, 0.1), WAVELENGTHS, light)
@@ -162,7 +162,7 @@ def test_emitters_peak_where_their_sources_say(name: str, part: str, peak: float
 
 def test_impossible_primaries_are_come_near_to_and_said() -> None:
     tips = TIPS.copy()
-    tips[1, 2] = -0.5  # a dark reading's noise
+    tips[1, 2] = -0.5  # noise of a dark reading
     display = SpectralDisplay.of("ccfl", tips)
     assert 1e-9 < display.misfit < 0.02
     np.testing.assert_allclose(display.through(TIPS, np.ones(81)), TIPS, rtol=1e-9)
@@ -217,7 +217,7 @@ def test_a_worn_yag_phosphor_leaves_blue() -> None:
     light = SpectralDisplay.of("white-led", TIPS)
     after = through("phosphor-wear", TIPS[None], np.array([[18_000.0]]), light, wear=0.3)[0]
     assert uv(after)[0, 1] < uv(TIPS)[0, 1]
-    np.testing.assert_allclose(after[1, :2] / TIPS[1, :2], np.exp(-0.3), rtol=0.02)  # its Z is the chip's
+    np.testing.assert_allclose(after[1, :2] / TIPS[1, :2], np.exp(-0.3), rtol=0.02)  # blue's Z comes from the chip
 
 
 def test_all_parts_worn_alike_leave_the_colour() -> None:
@@ -260,7 +260,7 @@ def test_yellowing_of_a_campaign_takes_less_than_two_milliseconds() -> None:
 
 
 def test_the_default_displays_own_yellowing_is_found_in_its_tips() -> None:
-    """The reconstructed display ages by a 1 nm spectral model; its class's estimate must be able to follow it."""
+    """A 1 nm spectral model ages the reconstructed display. The estimate of its class must be able to follow."""
     from scipy.optimize import least_squares
 
     hours, tips = read_measurements(default_display()).tips()

@@ -1,4 +1,4 @@
-"""A number is digits 0 to 9 with a decimal point, whichever reader or option of the project reads it."""
+"""A number consists of the digits 0 to 9 and a decimal point, for every reader and option of the project."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from tests.command import in_process
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-#: What Python's float and int take, and no measuring program writes.
+#: Text that Python's float and int accept, and that no measuring program writes.
 LOOSE = ("1_000", "１", "٣", "1\u00a0", "infinity")
 
 READINGS = """\
@@ -86,7 +86,7 @@ def test_every_reader_takes_a_plain_number(name: str, tmp_path: Path) -> None:
     read(text.format(plain), tmp_path)
 
 
-# A blank of Unicode stands between the words of a CGATS file, as any other blank.
+# A Unicode blank separates the words of a CGATS file like any other blank.
 @pytest.mark.parametrize("loose", [*LOOSE, "#N/A"])
 @pytest.mark.parametrize("name", FILES)
 def test_no_reader_takes_what_only_python_reads_as_a_number(name: str, loose: str, tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Answers with a time that can be none are named and left out of an analysis."""
+"""Answers with an impossible time are named and left out of an analysis."""
 
 from __future__ import annotations
 

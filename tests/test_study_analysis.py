@@ -106,7 +106,7 @@ def test_table_2_s_p_values_are_those_printed_within_the_rounding_of_its_figures
     assert p == pytest.approx(printed, rel=0.3)
     if whole:
         assert round(p, digits) == printed
-    # The printed means and intervals are rounded to 0.1: p of all that rounds to them spans the printed one.
+    # The printed means and intervals are rounded to 0.1: p of all values that round to them includes the printed p.
     first, other = (one for one in read_summary(SUMMARY)[1] if (one.measure, one.condition) in
                     {(measure, "none"), (measure, second)})  # fmt: skip
     spanned = [
@@ -210,7 +210,7 @@ def test_fisher_and_odds_are_those_of_r_s_tea_tasting_example() -> None:
     assert (found.fisher_one_tailed, found.fisher) == pytest.approx((0.2429, 0.4857), abs=5e-5)
     odds, ends = odds_ratio(missed, guessed)
     assert odds == pytest.approx(6.408309, abs=1e-4)
-    # R prints 0.2117329 and 621.9337505, to the tolerance of its root; the ends leave 2.5 % beyond 3 of 4 exactly.
+    # R prints 0.2117329 and 621.9337505, within the tolerance of its root. At the ends exactly 2.5 % lie beyond 3 of 4.
     assert ends == pytest.approx((0.2117329, 621.9337505), rel=0.01)
     for end, tail in zip(ends, (range(3, 5), range(4)), strict=True):
         weight = [comb(4, k) ** 2 * end**k for k in range(5)]
@@ -258,12 +258,12 @@ def test_means_once_more_are_scipy_s() -> None:
     assert found.rank_p == pytest.approx(stats.mannwhitneyu(*values).pvalue)
     few = [[3.1, 4.2, 5.9, 2.0], [7.0, 6.5, 9.4, 8.8]]
     (of_few,) = further_means([sample_of("time", name, each) for name, each in zip("ab", few, strict=True)])
-    # By hand: of the 70 ways to share 8 ranks, 2 put all of one sample above the other.
+    # By hand: of the 70 ways to share 8 ranks, 2 put one whole sample above the other.
     assert of_few.rank_p == pytest.approx(2 / 70)
     assert mean_interval(first, "t") == pytest.approx(stats.t.interval(0.95, 29, first.mean, first.sd / sqrt(30)))
 
 
-# Who agreed with himself ----------------------------------------------------------------------------------------------
+# Agreement of a reader with earlier answers ---------------------------------------------------------------------------
 
 
 def test_the_paper_s_design_pairs_session_1_with_session_2() -> None:
@@ -282,22 +282,22 @@ def test_the_paper_s_design_pairs_session_1_with_session_2() -> None:
 @pytest.mark.parametrize(
     ("answers", "expected"),
     [
-        # Never un-aged: nothing to compare with. Un-aged once: nothing to compare it with itself.
+        # Without an un-aged reading there is no comparison. A single un-aged reading cannot be compared with itself.
         ([("i1", "chroma", 1)], []),
         ([("i1", "none", 1)], []),
         # An un-aged session before the aged one.
         ([("i1", "none", 1), ("i1", "chroma", 2)], [("chroma", 2, 1)]),
-        # A session without anything aged is the reference, though another follows it.
+        # A session without aged images is the reference, even if another session follows.
         (
             [("i1", "chroma", 1), ("i1", "none", 2), ("i1", "none", 3), ("i2", "chroma", 3)],
             [("chroma", 1, 2), ("none", 3, 2)],
         ),
-        # No such session: the last un-aged reading.
+        # Without such a session the last un-aged reading is the reference.
         (
             [("i1", "none", 1), ("i9", "chroma", 1), ("i1", "chroma", 2), ("i1", "none", 3), ("i9", "chroma", 3)],
             [("none", 1, 3), ("chroma", 2, 3)],
         ),
-        # Three un-aged readings give one pair; two aged ones give two.
+        # Three un-aged readings give one pair, two aged readings give two.
         ([("i1", "none", 1), ("i1", "none", 2), ("i1", "none", 3)], [("none", 1, 3)]),
         ([("i1", "chroma", 1), ("i1", "chroma", 2), ("i1", "none", 3)], [("chroma", 1, 3), ("chroma", 2, 3)]),
     ],
@@ -354,7 +354,7 @@ def test_mcnemar_is_statsmodels_s_on_images_read_under_both_conditions() -> None
     assert tested.mcnemar.first_only == sum(each["chroma@5000"] and not each["chroma@18000"] for each in sides.values())
 
 
-# The whole ------------------------------------------------------------------------------------------------------------
+# The whole analysis ---------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

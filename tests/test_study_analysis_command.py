@@ -1,4 +1,4 @@
-"""`lutgen study analyse` and `study simulate` as users call them: page, files, picture, exit codes, bad input."""
+"""The commands `lutgen study analyse` and `study simulate`: page, files, picture, exit codes, bad input."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ EXAMPLES = Path(__file__).parents[1] / "examples"
 COUNTS, SUMMARY = str(EXAMPLES / "paper-study-counts.csv"), str(EXAMPLES / "paper-study-summary.csv")
 DIFFERENCE = ("--difference", "chroma@18000=5.1")
 
-#: Read un-aged and aged by turns, then un-aged, by one reader.
+#: One reader reads un-aged and aged images in turn, then un-aged images.
 PLANNED = small_protocol(images=40, practice=0, readers=1, conditions=CONDITIONS[:2])
 
 

@@ -1,4 +1,4 @@
-"""The mixed models: a published example, a closed form, and what is said where a model has no answer."""
+"""The mixed models: a published example, a closed form, and the message of a model without an answer."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def models(given: tuple[Answer, ...]) -> dict[str, MixedModel]:
 
 
 def test_the_dyestuff_example_gives_the_published_estimates() -> None:
-    """As lme4's documentation prints it: lmer(Yield ~ 1 + (1 | Batch)), REML."""
+    """The values in lme4's documentation: lmer(Yield ~ 1 + (1 | Batch)), REML."""
     values = np.array(DYESTUFF, np.float64).ravel()
     fit = fit_crossed(values, np.ones((30, 1)), {"batch": [f"b{place // 5}" for place in range(30)]})
     assert fit.coefficients[0] == pytest.approx(1527.5, abs=0.05)
@@ -51,7 +51,7 @@ def test_the_dyestuff_example_gives_the_published_estimates() -> None:
 
 
 def test_balanced_crossed_groups_give_the_analysis_of_variance() -> None:
-    """Every reader reads every image once: REML is then that of mean squares, in closed form."""
+    """Every reader reads every image once: REML then has a closed form by mean squares."""
     random = np.random.default_rng(7)
     readers, images = 6, 25
     table = random.normal(0, 2, (readers, 1)) + random.normal(0, 1, (1, images)) + random.normal(0, 0.7, (6, 25))
@@ -80,7 +80,7 @@ def test_agreement_of_one_reader_is_a_logistic_regression_whose_estimates_are_od
     odds = {name: row.agreed / row.disagreed for name, row in found.items()}
     for effect in model.effects:
         assert effect.estimate == pytest.approx(odds[effect.condition] / odds["none"], rel=1e-6)
-    # With one pair an image there is nothing to cluster: the model's own errors are near those of the clusters.
+    # With one pair per image there are no clusters: the model's own errors are near the errors of the clusters.
     shown = pairs(given)
     under = [pair.answer.condition for pair in shown]
     fixed = np.column_stack([np.ones(len(shown)), *([each == name for each in under] for name in list(found)[1:])])
@@ -103,7 +103,7 @@ def test_planted_effects_lie_in_the_intervals_and_spreads_near_what_was_planted(
 
 
 def test_a_variance_of_nothing_is_found_to_be_0_and_said() -> None:
-    """Gradient methods get lost here: readers who are alike, and ease cut at the end of its scale."""
+    """Gradient methods fail here: readers are equal, and ease is cut at the end of its scale."""
     trials = paper_trials(1, per_condition=40, readers=3)
     differences = {(trial.image, trial.condition): PAPER_DIFFERENCES[trial.condition] for trial in trials}
     model = models(simulate(trials, differences, SimulatedReader(seed=1)))["ease"]
@@ -190,7 +190,7 @@ def test_without_statsmodels_the_rest_is_found_and_what_is_missing_is_said(monke
 
 
 def test_batches_leave_as_many_degrees_of_freedom_as_there_are_batches_less_one() -> None:
-    """Balanced: the mean's variance is one mean square, and Satterthwaite is exact."""
+    """The groups are balanced: the mean's variance is one mean square, and Satterthwaite's method is exact."""
     values = np.array(DYESTUFF, np.float64).ravel()
     fit = fit_crossed(values, np.ones((30, 1)), {"batch": [f"b{place // 5}" for place in range(30)]})
     assert fit.freedom == pytest.approx([5.0], rel=1e-3)
@@ -226,7 +226,7 @@ def test_readers_who_react_in_ways_of_their_own_make_intervals_wide() -> None:
 
 @pytest.mark.slow
 def test_conditions_that_readers_take_each_in_their_own_way_are_no_finding() -> None:
-    """A model that knows no readers under a condition finds one in many such studies."""
+    """A model without readers under conditions reports an effect of a condition in many such studies."""
     found = np.array([study_level.ways_apart(study_level.study(seed, 5, 0.3, 8)) for seed in range(30)]) < 0.05
     by_model, by_plain = found.sum(axis=0)
     assert by_model <= binom.ppf(0.99, 30, 0.05)

@@ -1,4 +1,4 @@
-"""Readers' files: who has which place, what is on disk after an answer, and that edits by hand are named."""
+"""Readers' files: the place of each reader, the file after an answer, and detection of manual edits."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def study(tmp_path: Path) -> Path:
 
 @pytest.fixture(scope="module")
 def read(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A study of which one session was read."""
+    """A study with one completed session."""
     folder = tmp_path_factory.mktemp("read") / "study"
     make_study(folder)
     with begin_reading(folder, reader="Dr A", session=1, clock=Clock()) as reading:
@@ -123,7 +123,7 @@ def test_no_answers_are_no_error(study: Path) -> None:
 
 
 def test_the_chain_is_what_is_documented(read: Path) -> None:
-    """A literal twin: SHA-256 of the hash before and the row's columns, as a JSON list, from the protocol's hash on."""
+    """A literal twin: SHA-256 of the previous hash and the row's columns as a JSON list, from the protocol's hash."""
     with closing(sqlite3.connect(read / "answers/reader-1.sqlite")) as connection:
         rows = connection.execute("SELECT row, at, session, kind, content, hash FROM log ORDER BY row").fetchall()
     before = json.loads((read / "protocol.json").read_text())["sha256"]
@@ -188,7 +188,7 @@ def test_sqlite_itself_refuses_to_change_rows(read: Path) -> None:
 
 
 def test_a_session_that_ends_with_another_number_of_answers_is_found(study: Path) -> None:
-    """As somebody would forge it who computes every hash anew after cutting answers out."""
+    """A forgery by a person who cuts answers out and computes every hash again."""
     protocol = read_protocol(study)
     with closing(take_place(study, protocol, "Dr A", session=1, at=AT)) as file:
         file.append(AT, 1, [("started", {"images": 4}), ("ended", {"answers": 4})])
@@ -237,7 +237,7 @@ def test_a_damaged_file_is_named(read: Path, tmp_path: Path, damage: str) -> Non
 
 
 def test_a_full_disk_saves_nothing_by_halves_and_goes_on_when_there_is_room(tmp_path: Path) -> None:
-    """SQLite's own limit of pages gives the error that a full disk gives."""
+    """SQLite's own limit of pages gives the same error as a full disk."""
     with closing(AnswerFile(tmp_path / "a.sqlite", "anchor", first=(AT, {}))) as file:
         (pages,) = file._connection.execute("PRAGMA page_count").fetchone()
         file._connection.execute(f"PRAGMA max_page_count = {pages}")

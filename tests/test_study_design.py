@@ -1,4 +1,4 @@
-"""Designs of a reader study: balance, rotation, order, and tables of one's own."""
+"""Designs of a reader study: balance, rotation, order, and the user's own tables."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_the_papers_design_is_120_images_40_under_each_condition_and_all_of_them
     assert (design.readers, design.sessions, design.left_out, len(design.trials)) == (1, 2, (), 240)
 
 
-#: Conditions, images under each, readers, sessions, and images to spare.
+#: Conditions, images under each, readers, sessions, and spare images.
 SIZES = st.tuples(st.integers(1, 4), st.integers(1, 6), st.integers(1, 5), st.integers(1, 3), st.integers(0, 5))
 
 
@@ -79,7 +79,7 @@ def test_every_design_is_balanced_whole_and_in_blocks(sizes: tuple[int, int, int
             assert set(block) == {condition.name for condition in conditions}
     for image in read:
         seen = [t.condition for t in design.trials if t.image == image and t.session == 1]
-        # A Latin square: no condition twice until all have had their turn.
+        # A Latin square: no condition occurs a second time before every condition has occurred.
         assert max(Counter(seen).values()) <= -(-readers // count)
         assert {t.condition for t in design.trials if t.image == image and t.session > 1} <= {"none"}
 
@@ -120,11 +120,11 @@ def test_conditions_are_as_late_as_each_other_in_every_session_and_images_over_m
         for trial in trials:
             place[trial.image][seed] = trial.position
             under[trial.image][trial.condition] += 1
-    # Blocks of three: no two mean positions further apart than the first and last place of a block, in any session.
+    # Blocks of three: in each session two mean positions differ by at most the first and last place of a block.
     assert np.ptp(late, axis=1).max() <= 2
     # 300 means of four: standard error of the mean position about 0.03.
     assert np.abs(late.mean(axis=0) - 6.5).max() < 0.12
-    # Uniform on 1..12 has SD 3.45: 300 of them 0.2. Four of them is beyond chance for these 12 images.
+    # The uniform distribution on 1..12 has SD 3.45; the mean of 300 has SD 0.2. Four SD are beyond chance here.
     assert max(abs(np.mean(each) - 6.5) for each in place.values()) < 0.8
     # Binomial(300, 1/3): 100 ± 8.2.
     assert all(abs(count - 100) < 33 for each in under.values() for count in each.values())
@@ -137,7 +137,7 @@ def test_later_sessions_order_has_nothing_to_do_with_the_firsts() -> None:
         first = {trial.image: trial.position for trial in session(design, 1, 1)}
         second = [first[trial.image] for trial in session(design, 1, 2)]
         correlations.append(np.corrcoef(second, range(24))[0, 1])
-    # Under independence SD 1/√23 each, 0.0147 their mean.
+    # If independent, each correlation has SD 1/√23 and their mean has SD 0.0147.
     assert abs(np.mean(correlations)) < 0.06
     assert np.std(correlations) == pytest.approx(23**-0.5, rel=0.2)
 

@@ -45,14 +45,14 @@ pytestmark = [
 
 WINDOW = (1280, 900)
 
-#: Keys as Chromium is told of them: its code, and what it types.
+#: Key events of Chromium: the key's code, and the text that it types.
 KEYS = {"Enter": (13, "\r"), "Backspace": (8, ""), " ": (32, " ")}
 
-#: sRGB around the image, as the module's page says.
+#: sRGB around the image, as the docstring of the page's module states.
 GREY = (119, 119, 119)
 
-#: Seconds by which the page's record of the first paint, and a key's, may differ from what the driver could see:
-#: a frame of 1/60 s, and the browser's rounding of the paint.
+#: Tolerance in seconds between the page's record of a first paint or a key and the driver's record: one frame of
+#: 1/60 s, and the browser's rounding of the paint.
 TOLERANCE = 0.025
 
 
@@ -71,7 +71,7 @@ def window(page: Page) -> None:
 
 @contextmanager
 def served(folder: Path, **more: Any) -> Iterator[tuple[str, ReadingSession]]:
-    """A new study's first session, served in this process."""
+    """Serve the first session of a new study in this process."""
     make_study(folder / "study", **more)
     with begin_reading(folder / "study", reader="Dr A", session=1, clock=Clock()) as reading:
         conversation = Conversation(reading, lambda _: None)
@@ -99,7 +99,7 @@ def open_page(page: Page, address: str) -> None:
 
 
 def wait_for_image(page: Page, place: str = "") -> None:
-    """Wait until an image can be answered."""
+    """Wait until the page accepts an answer on an image."""
     page.wait(
         "document.body?.dataset.screen === 'reading' && document.body.ariaBusy === 'false'"
         f" && document.getElementById('place').textContent.startsWith('{place}')"
@@ -124,7 +124,7 @@ def shot(page: Page) -> NDArray[np.uint8]:
 
 
 def planned(reading: ReadingSession) -> NDArray[np.uint8]:
-    """Pixels of the image to be read now."""
+    """Pixels of the next image to read."""
     task = reading.task()
     assert task is not None
     with Image.open(reading.study / task.file) as picture:
@@ -136,20 +136,20 @@ def planned(reading: ReadingSession) -> NDArray[np.uint8]:
 #: The image at which the server is killed.
 KILLED_AT = 47
 
-#: ΔE2000 at nuclei under each condition, as in the simulated reader's calibration by the paper.
+#: ΔE2000 at nuclei under each condition, from the paper, as in the calibration of the simulated reader.
 DIFFERENCES = dict(zip((each.name for each in CONDITIONS), PAPER_DIFFERENCES.values(), strict=True))
 
-#: Standard errors that chance stays within in 999 of 1000 cases.
+#: Number of standard errors that chance exceeds in 1 of 1000 cases.
 SURE = 3.29
 
-#: A simulated reader who looks at an image for some tenths of a second, where the paper's took 41 s.
+#: A simulated reader who looks at an image for some tenths of a second. The paper's reader took 41 s.
 HASTE = 300.0
 SIMULATED = SimulatedReader(seed=2015, median=SimulatedReader().median / HASTE)
 
 
 @dataclass
 class Reader:
-    """Reads with real keys as the simulated reader would, and notes what it pressed and when."""
+    """Reads with real keys like the simulated reader, and records its keys and times."""
 
     page: Page
     trials: list[StudyTrial]
@@ -158,7 +158,7 @@ class Reader:
     left_last: float = 0.0
 
     def read(self, number: int, of: int) -> None:
-        """Look for a while, decide and rate; Enter is not yet pressed."""
+        """Look for a while, decide and rate. Enter is not yet pressed."""
         seconds, ease, category = answer_of(self.trials[number - 1])
         wait_for_image(self.page, f"{number} of {of}")
         seen = time.monotonic()
@@ -168,7 +168,7 @@ class Reader:
         after = time.monotonic()
         press(self.page, str(ease % 10))
         self.pressed.append((category, ease))
-        # It was painted after the last Enter, and before it was seen.
+        # The image was painted after the last Enter, and before the driver saw it.
         self.bounds.append((before - seen, after - self.left_last))
 
     def save(self) -> None:
@@ -182,7 +182,7 @@ def answer_of(trial: StudyTrial) -> tuple[float, int, str]:
 
 @pytest.fixture(scope="module")
 def whole(page: Page, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Reader]:
-    """A study whose first session of 120 images was read in the browser, the server killed in the midst."""
+    """A study whose first session of 120 images was read in the browser. The server was killed during the session."""
     study, killed_at = tmp_path_factory.mktemp("whole") / "study", KILLED_AT
     protocol = make_study(study, images=120, practice=2, readers=1)
     reader = Reader(page, protocol.session(1, 1))
@@ -206,7 +206,7 @@ def whole(page: Page, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, R
         wait_for(page, "trouble")
         assert "lutgen does not answer" in page.ask("document.getElementById('trouble-text').textContent")
     assert len(read_answers(study)) == killed_at - 1
-    # The answer that could not be saved is given again; nothing before it is.
+    # The reader gives the answer that could not be saved again, and no earlier answer.
     reader.pressed.pop()
     reader.bounds.pop()
     with running(study) as (process, address):
@@ -226,7 +226,7 @@ def whole(page: Page, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, R
 
 @pytest.mark.slow
 def test_what_is_stored_of_a_whole_session_is_what_was_pressed(whole: tuple[Path, Reader]) -> None:
-    """Each time lies between bounds that the driver measured."""
+    """Each time lies between the bounds that the driver measured."""
     study, reader = whole
     answers = read_answers(study)
     assert [answer.position for answer in answers] == list(range(1, 121))
@@ -235,11 +235,11 @@ def test_what_is_stored_of_a_whole_session_is_what_was_pressed(whole: tuple[Path
     lowest, highest = np.array(reader.bounds).T
     assert (seconds >= lowest - TOLERANCE).all()
     assert (seconds <= highest + TOLERANCE).all()
-    # The bounds are narrow enough to mean something.
+    # The bounds are narrow enough for a meaningful test.
     assert np.median(highest - lowest) < 1.0
     log = read_entries(study / "answers/reader-1.sqlite", read_protocol(study).sha256)
     said = [entry.content for entry in log if entry.kind == "answered"]
-    # Nearly always; who decides within some milliseconds may be quicker than the browser's record of the paint.
+    # Most records are element timings. A decision within milliseconds may precede the browser's record of the paint.
     assert sum(each["paint"] == "element-timing" for each in said) > 60
     assert [each["position"] for each in said if each["showings"] != 1] == [KILLED_AT]
     # An answer is on disk before the next image is shown.
@@ -263,9 +263,9 @@ def test_the_analysis_of_that_session_and_a_second_recovers_the_effect_that_the_
     every = reading.protocol.trials
     to_nuclei = {(trial.image, trial.condition): DIFFERENCES[trial.condition] for trial in every}
     expected = analyse_answers(simulate(every, to_nuclei, SIMULATED), conditions=list(DIFFERENCES))
-    # Diagnoses and ease are those of the simulated reader, to the last one; Table 3 follows.
+    # All diagnoses and ratings of ease are those of the simulated reader. Table 3 follows from them.
     assert found["table3"] == expected.as_json()["table3"]
-    # Ease and agreement as the reader's own docstring has them; time by its ratio, since the pace is the reader's own.
+    # Ease and agreement as the docstring of the reader states; time by its ratio, since the test sets the pace.
     tests = {(row["measure"], row["second"]): row for row in found["table2"]["tests"] if row["first"] == "none"}
     for condition, ease in (("chroma@18000", -1.1), ("chroma-luma@18000", -1.3)):
         row = tests["ease", condition]
@@ -308,7 +308,7 @@ def test_an_image_is_shown_pixel_for_pixel_on_neutral_grey(page: Page, tmp_path:
 
 
 def test_everything_around_an_image_is_neutral(page: Page, tmp_path: Path) -> None:
-    """Screens, buttons and their states: red, green and blue are equal, apart from the smoothing of letters."""
+    """Screens, buttons and their states: red, green and blue are equal, except in the smoothing of letters."""
     with served(tmp_path, picture=np.full((40, 40, 3), 128, np.uint8)) as (address, _):
         open_page(page, address)
         pictures = [shot(page)]
@@ -373,10 +373,10 @@ def test_paused_time_does_not_count_and_the_image_is_hidden(page: Page, tmp_path
             before = time.monotonic()
             time.sleep(0.4)
             paused += time.monotonic() - before
-            press(page, "1")  # nobody decides on what is hidden
+            press(page, "1")  # no decision counts while the image is hidden
             press(page, "Enter" if key == "p" else " ")
             wait_for_image(page)
-        # A tab that nobody sees pauses by itself.
+        # A hidden tab pauses by itself.
         hide = "Object.defineProperty(document, 'hidden', {configurable: true, get: () => %s});"
         page.ask(f"{hide % 'true'} document.dispatchEvent(new Event('visibilitychange'))")
         assert screen(page) == "paused"
@@ -393,7 +393,7 @@ def test_paused_time_does_not_count_and_the_image_is_hidden(page: Page, tmp_path
     said = row.content
     assert (said["pauses"], said["category"], said["ease"]) == (3, "3+", 10)
     assert said["paused_seconds"] >= paused
-    assert said["seconds"] + said["paused_seconds"] <= whole + 0.3  # driver and page begin at different moments
+    assert said["seconds"] + said["paused_seconds"] <= whole + 0.3  # driver and page start at different moments
     assert said["seconds"] <= whole - paused + 0.3
 
 
@@ -403,7 +403,7 @@ def test_keys_that_are_held_down_or_come_too_early_do_nothing(page: Page, tmp_pa
         press(page, "Enter", "x", "Backspace", "Enter")
         assert (screen(page), reading.practised) == ("reading", 0)
         press(page, "1", "Enter")
-        assert reading.practised == 0  # no ease yet
+        assert reading.practised == 0  # no rating of ease yet
         press(page, "9")
         for repeated in (False, True, True, True):
             page.call("Input.dispatchKeyEvent", type="keyDown", key="Enter", code="Enter", text="\r",
@@ -433,7 +433,7 @@ def test_the_mouse_does_what_keys_do(page: Page, tmp_path: Path) -> None:
         wait_for_image(page)
         click("#confirm")
         wait_for_image(page, "2 of 4")
-        press(page, "1", "2", "Enter")  # keys go to the page again
+        press(page, "1", "2", "Enter")  # keys reach the page again
         wait_for_image(page, "3 of 4")
     assert [(answer.category, answer.ease) for answer in read_answers(reading.study)] == [("2+", 3), ("1+", 2)]
 
@@ -480,7 +480,7 @@ def test_a_second_tab_is_refused_until_the_first_is_closed(page: Page, tmp_path:
         begin(page, address)
         press(page, "1", "2", "Enter")
         wait_for_image(page, "2 of 4")
-        with browser(tmp_path / "profile") as second:  # a browser of its own: no tab in front hides another
+        with browser(tmp_path / "profile") as second:  # a separate browser, so that no tab hides another
             second.call("Page.navigate", url=address)
             wait_for(second, "elsewhere")
             assert second.ask("document.getElementById('take').disabled")
@@ -535,7 +535,7 @@ def test_a_changed_image_is_not_shown_and_comes_when_it_is_restored(page: Page, 
 
 # Warnings.
 
-#: A browser that alters what is read from a canvas, as some do against tracking.
+#: A browser that alters the pixels read from a canvas, as some browsers do against tracking.
 NOISE = """{
     const read = CanvasRenderingContext2D.prototype.getImageData;
     CanvasRenderingContext2D.prototype.getImageData = function (...where) {
@@ -600,7 +600,7 @@ def test_a_window_that_changes_in_the_session_pauses_it_and_going_on_is_recorded
         wait_for_image(page)
         page.size(800, 600, 1.5)
         time.sleep(0.1)
-        assert screen(page) == "reading"  # it was accepted
+        assert screen(page) == "reading"  # the reader has accepted the zoom
         kinds = [rows(reading, kind) for kind in ("warned", "accepted")]
         assert [row.content["said"]["warnings"] for (row,) in kinds] == [["zoom"], ["zoom"]]
         assert kinds[0][0].content["said"]["ratio"] == 1.5

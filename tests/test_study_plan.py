@@ -1,4 +1,4 @@
-"""Planning a study: the images that may be in it, what is rendered, what is frozen, and the command."""
+"""Planning a study: permitted images, rendered and frozen files, and the command."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 TISSUE = immunohistochemistry()
 
-#: Chunks of a PNG that hold nothing but its picture.
+#: Chunks of a PNG that holds only its picture.
 BARE = [b"IHDR", b"IDAT", b"IEND"]
 
 
@@ -59,7 +59,7 @@ def pixels(path: Path) -> Any:
 
 
 def chunks(data: bytes) -> list[bytes]:
-    """The kinds of a PNG's chunks, read without our encoder."""
+    """The types of a PNG's chunks, read without lutgen's encoder."""
     found, place = [], 8
     while place < len(data):
         length = int.from_bytes(data[place : place + 4], "big")
@@ -72,7 +72,7 @@ def files(folder: Path) -> dict[str, bytes]:
     return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
-# What is made ---------------------------------------------------------------------------------------------------------
+# Files of a study -----------------------------------------------------------------------------------------------------
 
 
 def test_a_study_is_planned_whole(run: Callable[..., Done], tmp_path: Path) -> None:
@@ -121,7 +121,7 @@ def test_unaged_pictures_are_the_images_and_aged_ones_what_the_model_shows(
         expected = np.rint(255 * np.clip(aged[render.condition].code_to_code(source / 255), 0, 1))
         if render.condition == "none":
             assert np.array_equal(shown, source)
-        # A table cannot follow the model's jump, which some of a tile's pixels lie at.
+        # Some pixels of a tile are at the model's jump, which a table cannot follow.
         assert np.abs(shown - expected).max() <= 3
         assert (shown == expected).mean() > 0.99
 
@@ -139,7 +139,7 @@ def test_pictures_hold_pixels_only_and_their_names_hint_at_nothing(run: Callable
         assert len(render.file) == len(f"{IMAGES}/") + 20 + len(".png")
     assert len({render.file for render in protocol.renders}) == len(protocol.renders)
     shown = pixels(tmp_path / "study" / protocol.render("photo", "none").file)
-    # Two JPEG decoders may differ by a code.
+    # Two JPEG decoders may differ by one code.
     assert np.abs(shown - pixels(tmp_path / "in/photo.jpg")).max() <= 1
 
 
@@ -158,7 +158,7 @@ def test_neither_time_nor_size_nor_the_order_of_writing_tells_a_condition(
 def test_no_picture_is_in_its_place_before_all_are_made(
     run: Callable[..., Done], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The time of change and of birth cannot be set; an aged picture, which takes longer to make, would tell itself."""
+    """Change and birth times of a file cannot be set: the slower making of an aged picture would reveal it."""
     there = []
 
     def counting(*arguments: Any, **options: Any) -> Any:
@@ -231,7 +231,7 @@ def test_the_page_tells_of_a_session_what_all_its_readers_read(run: Callable[...
 
 
 def broken(folder: Path, kind: str) -> None:
-    """Put an image into a folder that a study cannot have, beside what is there."""
+    """Add an image to the folder that a study refuses."""
     plain = Image.fromarray(tile(40))
     if kind == "transparent":
         rgba = np.dstack([tile(40), np.full((24, 24), 255, np.uint8)])
@@ -458,7 +458,7 @@ def test_an_image_that_changes_while_the_study_is_planned_is_named(
     assert {path.name for path in tmp_path.iterdir()} == {"in"}
 
 
-#: The command, which is interrupted as a terminal does (with its processes) when it ages the second picture.
+#: The command, interrupted with its processes, as by a terminal, while it ages the second picture.
 INTERRUPTED = """
 import os, signal, sys
 from lutgen.cli import main
@@ -504,7 +504,7 @@ def test_json_is_as_the_schema_says_and_ties_to_the_protocol(run: Callable[..., 
     assert (content["trials"], content["renders"]) == (len(protocol.trials), len(protocol.renders))
     assert [each["images_a_reader"] for each in content["conditions"]] == [2, 2, 2]
     assert [each["lut"] is None for each in content["conditions"]] == [True, False, False]
-    # README's figure of the .clf: the worst smooth ΔE2000 of 31 hours is 0.0016.
+    # The README's figure for .clf: the largest smooth ΔE2000 over 31 hours is 0.0016.
     assert max(each["lut"]["worst_smooth_delta_e_2000"] for each in content["conditions"][1:]) < 0.005
     assert content["power"]["answers"] == 2
     for path, value in (

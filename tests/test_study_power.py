@@ -1,4 +1,4 @@
-"""Power against simulation, statsmodels, scipy's own Fisher test and the paper's p-values; and the command."""
+"""Power against simulation, statsmodels, scipy's Fisher test and the paper's p-values; and the command."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.numbers
 
-#: Simulated studies: the standard error of a power is at most 0.5/√20000 = 0.0035; four of them are allowed.
+#: Simulated studies: the standard error of a power is at most 0.5/√20000 = 0.0035. The tolerance is four of these.
 STUDIES, AWAY = 20_000, 0.015
 
 
@@ -65,7 +65,7 @@ def test_the_standard_deviations_give_the_papers_p_values(
     n, m = (ANSWERS[name] for name in pair)
     assert sd is not None
     p = stats.ttest_ind_from_stats(values[0], sd, n, values[1], sd, m).pvalue
-    # Means and intervals are printed to one decimal: with ease's ± 0.2 that is a quarter of p.
+    # Means and intervals are printed to one decimal: for ease, with its ± 0.2, this rounding is a quarter of p.
     assert p == pytest.approx(published, rel=0.3 if measure == "ease" else 0.02)
 
 
@@ -84,11 +84,11 @@ def test_power_at_what_the_paper_saw_is_told_honestly() -> None:
     assert agreement.needed > 100
     assert seen["ease", TWO_SIDED, ("none", "chroma-luma")].paper > 0.99
     assert seen["time", TWO_SIDED, ("chroma", "chroma-luma")].needed is None
-    # A result at p = 0.05 exactly has power of about a half: time none–chroma has 0.054.
+    # A result at p = 0.05 exactly has a power of about a half. Time none–chroma has p = 0.054.
     assert seen["time", TWO_SIDED, ("none", "chroma")].paper == pytest.approx(0.49, abs=0.02)
 
 
-# Against others -------------------------------------------------------------------------------------------------------
+# Against other implementations ----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("tails", [1, 2])
@@ -134,7 +134,7 @@ def test_power_on_agreement_is_what_simulated_studies_find(
 
 
 def t_p(first: Any, second: Any) -> Any:
-    """One-tailed p of scipy's t on 0/1 values; 0 or NaN where none varies, as their means differ or not."""
+    """One-tailed p of scipy's t on 0/1 values. If no value varies: 0 if the means differ, else NaN."""
     each = [(values.mean(axis=-1), values.std(axis=-1, ddof=1), values.shape[-1]) for values in (first, second)]
     with np.errstate(divide="ignore", invalid="ignore"):
         return stats.ttest_ind_from_stats(*each[0], *each[1], alternative="greater").pvalue
@@ -164,7 +164,7 @@ def test_what_is_not_summed_does_not_matter() -> None:
         assert agreement_power(shares, answers, test=test) == pytest.approx(chances[0] @ found @ chances[1], abs=1e-12)
 
 
-# What is worked out of it ---------------------------------------------------------------------------------------------
+# Numbers derived from power -------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("answers", [10, 40, 250])
@@ -201,7 +201,7 @@ def test_more_answers_find_smaller_differences() -> None:
 def test_one_answer_finds_nothing_and_no_power_exceeds_one() -> None:
     assert all(each.smallest is None for each in study_power(1).detectable)
     assert all(0 <= power <= 1 for each in study_power(1).seen for power in (each.yours, each.paper))
-    # Where scipy's other tail is NaN, and far beyond.
+    # Where scipy's other tail is NaN, and far beyond this point.
     assert t_power(3.0, 1.0, (39, 40), tails=2) == pytest.approx(1.0, abs=1e-12)
     assert t_power(1e6, 1.0, (50, 50), tails=2) == 1.0
     assert agreement_power((1.0, 0.0), (50, 50), test="fisher") == pytest.approx(1.0, abs=1e-12)

@@ -1,4 +1,4 @@
-"""A session as a state machine: order, washout, clock, resuming, and faults in the midst of it."""
+"""A session as a state machine: order, washout, clock, resuming, and faults during the session."""
 
 from __future__ import annotations
 
@@ -168,7 +168,7 @@ def test_a_session_goes_on_where_it_was_and_the_image_that_was_shown_comes_again
 
 
 def prepared(reading: ReadingSession) -> None:
-    """Practice and the first image are answered, the second is shown."""
+    """Answer practice and the first image, and show the second image."""
     read_on(reading, 2)
     task = reading.task()
     assert task is not None

@@ -1,4 +1,4 @@
-"""The session's server: who may ask what, one tab at a time, nothing that tells, and its faults; and the commands."""
+"""The session's server: access, one tab at a time, no disclosed conditions, faults; and the commands."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ TAB, OTHER = "tab-number-one", "tab-number-two"
 
 
 class Client:
-    """Asks a server as a browser does, without a page."""
+    """Sends requests to a server as a browser does, without a page."""
 
     def __init__(self, address: str) -> None:
         _, _, host, word, _ = address.split("/")
@@ -62,7 +62,7 @@ class Client:
 
 
 class Desk(Client):
-    """A session that is served in this process: the server's clock, and what its operator was told, are at hand."""
+    """A client of a session in this process, with the server's clock and the messages to the operator."""
 
     def __init__(self, address: str, reading: ReadingSession, time: list[float], told: list[str]) -> None:
         super().__init__(address)
@@ -96,7 +96,7 @@ def answer(number: int, *, practice: bool = False, **change: Any) -> dict[str, A
 
 def test_only_the_loopback_address_is_served(served: Desk) -> None:
     assert served.address.startswith("http://127.0.0.1:")
-    # Another address of this computer, as other machines would use, finds nobody.
+    # The server does not answer at another address of this computer, which other machines would use.
     with socket.socket() as elsewhere:
         elsewhere.settimeout(2)
         assert elsewhere.connect_ex(("127.0.0.2", served.port)) != 0
@@ -244,7 +244,7 @@ def test_only_the_image_to_be_read_now_is_served(served: Desk) -> None:
 
 
 def test_nothing_that_tells_leaves_the_server(study: Path) -> None:
-    """Names of images, conditions, files, the title, the model, other readers: in no reply, pictures included."""
+    """No reply, not even a picture, contains names of images, conditions, files, the title, the model, or readers."""
     with begin_reading(study, reader="Professor Other", session=1, clock=Clock()) as other:
         read_on(other)
     with desk(study) as served:
@@ -275,7 +275,7 @@ def test_one_tab_holds_the_session_until_it_leaves_or_falls_silent(served: Desk)
     assert served.ask("claim", OTHER)[0] == 409
     served.time[0] += 2
     assert served.ask("look", OTHER)[1] == {"free": True}
-    assert served.ask("beat")[0] == 200  # it had only been slow
+    assert served.ask("beat")[0] == 200  # the tab had only been slow
     served.time[0] += LEASE + 1
     assert served.ask("claim", OTHER)[0] == 200
     for what in ("beat", "next", "leave"):
@@ -313,7 +313,7 @@ def test_on_a_full_disk_an_answer_is_refused_until_there_is_room(served: Desk) -
     connection = served.reading._file._connection
     (pages,) = connection.execute("PRAGMA page_count").fetchone()
     connection.execute(f"PRAGMA max_page_count = {pages}")
-    for length in (1500, 1):  # the shorter ones fill what the longer ones leave
+    for length in (1500, 1):  # the shorter requests fill the space that the longer requests leave
         while served.ask("note", kind="warned", said={"text": "x" * length})[0] == 200:
             pass
     status, content = served.ask("answer", **answer(1, practice=True))
@@ -348,7 +348,7 @@ def lutgen(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) 
 
 @contextmanager
 def running(study: Path, *arguments: str) -> Iterator[tuple[subprocess.Popen[str], str]]:
-    """``lutgen study run`` in a process of its own, and the address that it printed."""
+    """Run ``lutgen study run`` in a separate process. Yield the process and the printed address."""
     command = [sys.executable, "-m", "lutgen", "study", "run", str(study), "--reader", "Dr A", "--session", "1"]
     with subprocess.Popen(
         [*command, "--no-browser", *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True

@@ -1,4 +1,4 @@
-"""The simulated reader: calibrated on the paper, the same again; and what the tests find where nothing, or much, is."""
+"""The simulated reader: calibration on the paper, repeatability, and test results without and with planted effects."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.study.answers import Answer
 
-#: Simulated studies; where nothing is planted, between 16 and 35 of them (95 % of a binomial) should report something.
+#: Simulated studies. Without an effect, 16 to 35 of them (95 % of a binomial) should report a difference.
 STUDIES = 500
 LEAST, MOST = map(int, binom.interval(0.95, STUDIES, 0.05))
 
@@ -80,12 +80,12 @@ def test_the_reader_is_calibrated_on_the_paper_s_tables_2_and_3(
     assert first.seconds.mean() == pytest.approx(seconds, abs=0.4)
     assert first.ease.mean() == pytest.approx(ease, abs=0.1)
     assert 100 * np.mean(first.kept == again.kept) == pytest.approx(agreement, abs=0.5)
-    # Spreads of single conditions scatter by chance in the paper, by 11 % at n = 40.
+    # The paper's standard deviations of single conditions vary by chance, by 11 % at n = 40.
     assert (first.seconds.std(), first.ease.std()) == pytest.approx(spreads, rel=0.3)
 
 
 def test_vectors_and_single_answers_are_the_same_reader() -> None:
-    """Answer by answer, over many trials, against the arrays: the literal twin."""
+    """Compare the arrays with the literal twin, which gives one answer after the other, over many trials."""
     reader = SimulatedReader(seed=5)
     random = np.random.default_rng(6)
     arrays = reader.readings(5.1, random.standard_normal(100_000), random)
@@ -137,14 +137,14 @@ def test_differences_that_are_none_are_refused(difference: float) -> None:
         simulate(paper_trials(1), {("image-001", "chroma"): difference}, SimulatedReader())
 
 
-# Where nothing is planted ---------------------------------------------------------------------------------------------
+# Without an effect ----------------------------------------------------------------------------------------------------
 
 
 def null_studies(seed: int, *, readers: int = 1, crossed: bool = False) -> dict[str, Array]:
-    """Time, ease and agreement of 500 studies without any effect: (studies, conditions, readings), images in them.
+    """Time, ease and agreement of 500 studies without any effect, each of shape (studies, conditions, readings).
 
-    ``crossed``: the same 40 images under every condition, held against one un-aged reading; else 40 others under each,
-    as in the paper.
+    ``crossed``: every condition has the same 40 images, which are compared with one un-aged reading. Otherwise each
+    condition has 40 other images, as in the paper.
     """
     random = np.random.default_rng(seed)
     reread = np.repeat(random.standard_normal((STUDIES, 1 if crossed else 3, 1, 40)), readers, axis=2)
@@ -156,7 +156,7 @@ def null_studies(seed: int, *, readers: int = 1, crossed: bool = False) -> dict[
 
 
 def reports(values: Array, *, one_tailed: bool) -> list[int]:
-    """How many studies report a difference from the first condition at 5 %, by the paper's test."""
+    """Number of studies that report a difference from the first condition at 5 %, by the paper's test."""
     figures = [
         SampleFigures(each.shape[1], each.mean(axis=1), each.std(axis=1, ddof=1)) for each in values.swapaxes(0, 1)
     ]
@@ -177,7 +177,7 @@ def test_welch_s_test_finds_nothing_where_nothing_is_either() -> None:
 
 
 def test_the_f_test_beside_table_4_is_no_test_of_agreement() -> None:
-    """Of 0 and 1 the variance follows from the mean; normal theory then hardly ever rejects it."""
+    """The variance of values 0 and 1 follows from their mean: a test by normal theory then hardly ever rejects."""
     first, second, _ = null_studies(1)["agreement"].swapaxes(0, 1)
     figures = [SampleFigures(40, each.mean(axis=1), each.std(axis=1, ddof=1)) for each in (first, second)]
     assert int((equal_variances(*figures) < 0.05).sum()) < LEAST
@@ -190,7 +190,7 @@ def test_several_readers_of_the_same_images_make_the_paper_s_test_of_time_find_w
 
 
 def test_the_same_images_under_every_condition_make_the_paper_s_tests_miss_more() -> None:
-    """Differences between images cancel, which an unpaired test does not know: about 1 % report one in time."""
+    """Differences between images cancel, but an unpaired test ignores the pairs: about 1 % of studies report time."""
     found = null_studies(1, crossed=True)
     assert max(reports(found["time"], one_tailed=False)) < LEAST
     assert max(reports(found["agreement"], one_tailed=True)) < LEAST
@@ -201,10 +201,10 @@ def test_the_same_images_under_every_condition_make_the_paper_s_tests_miss_more(
     instead="test_study_analysis_mixed.py::test_conditions_that_readers_take_each_in_their_own_way_are_no_finding"
 )
 def test_the_mixed_model_holds_its_level_where_the_paper_s_test_does_not() -> None:
-    """Three readers, the same images under the same conditions, nothing planted: 60 studies, time."""
+    """Three readers, the same images under the same conditions, no effect: time in 60 studies."""
     by_t_test = by_model = 0
     for seed in range(60):
-        # Every reader gets the first one's images: the design in which the t-test fails.
+        # Every reader gets the first reader's images: the t-test fails for this design.
         trials = [
             StudyTrial(reader, trial.session, trial.position, trial.image, trial.condition)
             for reader in (1, 2, 3)
@@ -221,11 +221,11 @@ def test_the_mixed_model_holds_its_level_where_the_paper_s_test_does_not() -> No
     assert by_t_test > by_model
 
 
-# Where the paper's effect is planted ----------------------------------------------------------------------------------
+# With the paper's effect ----------------------------------------------------------------------------------------------
 
 
 def test_planted_effects_of_the_paper_s_size_are_recovered_in_their_intervals() -> None:
-    """Means under chroma + luma aging, 500 studies: nine of ten of their intervals hold what was planted, or more."""
+    """Means under chroma + luma aging in 500 studies: at least nine of ten intervals contain the true mean."""
     random = np.random.default_rng(3)
     reader = SimulatedReader()
     images = random.standard_normal((STUDIES, 40))
@@ -243,7 +243,7 @@ def test_planted_effects_of_the_paper_s_size_are_recovered_in_their_intervals() 
 
 
 def test_the_power_of_the_paper_s_design_is_high_for_ease_and_low_for_agreement() -> None:
-    """Effects of the paper's size, chroma + luma: ease is always found, time mostly, agreement every second time."""
+    """Effects of the paper's size, chroma + luma: tests always find ease, mostly time, and agreement half the time."""
     random = np.random.default_rng(4)
     reader = SimulatedReader()
     read = {}

@@ -1,4 +1,4 @@
-"""Steps of the fit within bounds, by the conditions of Karush, Kuhn and Tucker; what is known of local unknowns."""
+"""Bounded steps of the fit against the conditions of Karush, Kuhn and Tucker; what is known of local unknowns."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from tests.criticism_twin import FAULTS, HOURS, TIPS, display, noisy, session, t
 
 pytestmark = pytest.mark.numbers
 
-#: Boxes of four unknowns: none, one that cuts, one that holds two unknowns at a value beside 0, one that holds all.
+#: Boxes of four unknowns: no bounds, some bounds, two unknowns fixed at a value beside 0, all four fixed.
 BOXES = {
     "free": (np.full(4, -np.inf), np.full(4, np.inf)),
     "cut": (np.array([-0.1, -0.2, -np.inf, 0.0]), np.array([0.1, 0.05, 0.3, np.inf])),
@@ -30,13 +30,13 @@ def test_a_step_is_the_least_of_the_damped_squares_within_its_bounds(box: str, d
     low, high = BOXES[box]
     for seed in range(8):
         rng = np.random.default_rng([seed, 21])
-        # Columns of very different sizes, as parameters have them.
+        # Columns of very different sizes, like the columns of parameters.
         A, z = rng.standard_normal((9, 4)) * (1.0, 30.0, 0.2, 5.0), rng.standard_normal(9)
         found = bounded(A, z, low, high, damping)
         step = found.parameters
         assert (step >= low).all()
         assert (step <= high).all()
-        # Marquardt's damping weighs each unknown by its column's squares.
+        # Marquardt's damping weighs each unknown by the sum of its column's squares.
         slope = (A.T @ (A @ step - z) + damping * (A**2).sum(axis=0) * step) / np.linalg.norm(A, axis=0)
         inside = (step > low) & (step < high)
         np.testing.assert_allclose(slope[inside], 0.0, atol=1e-6)
@@ -52,9 +52,9 @@ def test_unknowns_that_only_trade_off_stay_small() -> None:
 
 
 @pytest.mark.parametrize(("upper", "wanted"), [
-    # Two unknowns, one parameter, what is to be explained: 1.5 and 2 are left of it.
+    # Two unknowns, one parameter, the residual: the parameter's step leaves 1.5 and 2.
     ([[2.0, 1.0, 0.5, 2.0], [0.0, 4.0, -1.0, 1.0]], [0.5, 0.5]),
-    # Only the sum of both is known: the smallest step is half of it each.
+    # Only the sum of both unknowns is known: in the smallest step each unknown gets half.
     ([[1.0, 1.0, 0.5, 2.0], [0.0, 0.0, 0.0, 0.0]], [0.75, 0.75]),
 ])  # fmt: skip
 def test_local_unknowns_follow_from_a_triangle_though_it_be_singular(
@@ -83,7 +83,7 @@ def test_local_unknowns_are_drawn_to_rest_and_to_their_neighbours() -> None:
         if not knot:
             back[:12] = ((interpolated(problem, tips)[hour] - tips[hour]) / tip_scale(problem)).ravel()
             scale[:12] = (problem.interpolation_sigma[hour] / tip_scale(problem)).ravel()
-        # One equation for each unknown, which the way back solves, and of which one σ is 1.
+        # Each known unknown has one equation, which the back substitution solves and whose σ is 1.
         known = scale > 0
         assert np.count_nonzero(rows) == np.count_nonzero(known) == len(rows)
         np.testing.assert_allclose(rows @ back, off, rtol=1e-9, atol=1e-12)

@@ -1,4 +1,4 @@
-"""The law of time: straight between measured times, and an error that covers a parabola."""
+"""The law of time: linear between measured times, with an error that covers a parabola."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Trends, held to decays that are known exactly, and to scipy's fits."""
+"""Trends against exactly known decays and against scipy's fits."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ DAYS = [0, 250, 500, 800, 1100, 1500]
 
 
 def fading(folder: Path, life_days: float, *, days: list[int] | None = None, head: str = "", **last: float) -> Campaign:
-    """A display whose light falls exponentially; ``last`` changes the state of the last session."""
+    """A display with exponentially decaying light. ``last`` changes the state of the last session."""
     days = days or DAYS
     states = [State(aged=np.full(3, np.exp(-day / life_days)) * np.array([1.0, 1.0, 1.0 - day * 3e-5])) for day in days]
     if last:
@@ -68,7 +68,7 @@ def test_the_law_that_made_a_history_has_the_largest_weight(name: str, truth: ob
 
 
 def test_weights_are_the_integrals_that_they_stand_for() -> None:
-    """Constant against linear, by quadrature over their coefficients with the scatter known."""
+    """Constant against linear, by quadrature over their coefficients with known scatter."""
     time, figures, sigma = np.linspace(0.0, 1.0, 5), np.array([1.0, 0.99, 1.0, 0.97, 0.98]), 0.01
     laws = [law for law in LAWS if law.name in {"constant", "linear"}]
 
@@ -99,13 +99,13 @@ def test_light_that_falls_by_a_quarter_is_not_constant_in_few_sessions() -> None
 @pytest.mark.parametrize("name", trend_coverage.truths(np.random.default_rng(0)))
 @pytest.mark.slow(every=True)
 def test_intervals_hold_the_true_time_about_as_often_as_they_say(name: str) -> None:
-    """40 histories: a share of 0.9 leaves fewer than 31 with a chance of 1 %. The command scores it in full."""
+    """40 histories: a true share of 0.9 gives fewer than 31 with a probability of 1 %. The script scores more."""
     missed = [trend_coverage.held(name, 8, (5, n)) for n in range(40)]
     assert sum(any(each) for each in missed) <= 9
 
 
 def test_an_interval_is_the_shortest_that_holds_its_share() -> None:
-    """Of times with a long tail the earliest are within; an infinite time counts as the end of what was asked."""
+    """Of times with a long tail the interval holds the earliest. An infinite time counts as the end of the horizon."""
     tailed = np.exp(np.linspace(0.0, 3.0, 101))
     assert shortest(tailed[::-1], 0.9, 100.0) == (tailed[0], tailed[90])
     assert shortest(np.append(tailed, np.inf), 0.9, 100.0) == (tailed[0], tailed[91])
@@ -149,7 +149,7 @@ def test_greys_are_held_against_the_grayscale_function(gamma: float | None, conf
 
 def test_a_limit_passed_is_passed_at_the_session_that_shows_it(tmp_path: Path) -> None:
     found = trend(fading(tmp_path, 3000.0), [parse_limit("white>=80%"), parse_limit("contrast>=10")])
-    # exp(-800 / 3000) is 0.77, exp(-500 / 3000) 0.85.
+    # exp(-800 / 3000) is 0.77, exp(-500 / 3000) is 0.85.
     assert (found.passings[0].status, found.passings[0].time) == ("passed", 800.0)
     assert "white has been below its 80 % limit since 500 to 800 days" in trend_headline(found)
     assert (found.passings[1].status, found.passings[1].extrapolated) == ("kept", False)
@@ -189,7 +189,7 @@ def test_limits_are_read_as_they_are_written() -> None:
     assert parse_limit("white>=200") == Limit("white", 200.0, "user")
     assert parse_limit(" white-shift <= 0.005 ") == Limit("white-shift", 0.005, "user", above=False)
     assert parse_limit("white>=80%").text == "white>=80%"
-    # Samei et al. 2005: 170 and 100 cd/m², luminance ratios 250 and 100, of primary and secondary displays.
+    # Samei et al. 2005: 170 and 100 cd/m², luminance ratios 250 and 100, for primary and secondary displays.
     light = [each for name in ("tg18-primary", "tg18-secondary") for each in limits_of(name) if each.above]
     assert [each.value for each in light] == [170, 250, 100, 100]
     assert parse_limit("gsdf<=10%") == Limit("gsdf", 0.1, "user", above=False)

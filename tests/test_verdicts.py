@@ -1,4 +1,4 @@
-"""The seven verdicts, on seeded campaigns of the independent display, and what goes with each."""
+"""The seven verdicts and their details, on seeded campaigns of the independent display."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ GREYS_HELD = {"design": "greys", "held": True, "ageing": 0.3}
 
 @dataclass(frozen=True)
 class Case:
-    """A campaign with hidden effects, each (name, form, times the smallest detectable size), and the verdict."""
+    """A campaign with hidden effects, each (name, form, multiple of the smallest detectable size), and the verdict."""
 
     verdict: str
     effects: tuple[str, ...] = ()
@@ -107,7 +107,7 @@ def diagnosis(name: str) -> Diagnosis:
     return diagnose(CASES[name].measured(), baseline=CASES[name].baseline)
 
 
-#: Those that are found soon, with and without an effect that is named.
+#: The fastest cases, with and without a named effect.
 QUICK = (
     "a healthy display, read in every way",
     "a constant light on greys",
@@ -130,7 +130,7 @@ def test_a_verdict_brings_the_error_to_the_floor() -> None:
     assert found.comparison.ratio > 1.05
     final = found.explanation.final
     assert final.chi2 / final.freedom == pytest.approx(1.0, abs=0.06)
-    # What noise alone gives is a mean over draws, about which one campaign scatters.
+    # The noise floor is a mean over draws. A single campaign scatters around the mean.
     assert found.after.ratio == pytest.approx(1.0, abs=0.12)
     assert found.ranking[0].effect == "crosstalk"
     assert found.ranking[0].delta_bic > 6.0
@@ -262,7 +262,7 @@ MIMICKED = (
 @pytest.mark.slow
 @pytest.mark.parametrize("case", MIMICKED, ids=lambda case: case.hidden[0][0])
 def test_what_the_catalogue_lacks_is_not_named_after_two_that_mimic_it(case: Case) -> None:
-    """With enough freedom, or in twos, effects fit what a third one does: freer forms and pairs must be their own."""
+    """Free forms and pairs of effects can imitate a missing effect: such a fit must not name these effects."""
     found = diagnose(case.measured(), without=[case.hidden[0][0]])
     assert found.verdict.name == case.verdict, found.verdict.sentence
     assert case.said in found.verdict.sentence

@@ -37,10 +37,10 @@ pytestmark = [
 
 VIEWER = FOLDER / "viewer.js"
 
-#: Pixels of a row.
+#: Number of pixels in a row.
 ROW = 344
 
-#: Points along the edge of the tables.
+#: Number of points along an edge of the tables.
 SIZE = 33
 
 PAGE = """<!doctype html><meta charset="utf-8"><style>{style}</style><div id="host"></div>
@@ -62,7 +62,7 @@ window.pixels = () => {{
 
 @pytest.fixture(scope="module")
 def colours() -> NDArray[np.uint8]:
-    """Four times as many colours as a certificate has, as a picture of 8 bits."""
+    """An 8-bit picture with four times as many colours as a certificate."""
     code = np.rint(certificate_colours(Counts(50_000, 4_096, 32_000, 16_384)) * 255).astype(np.uint8)
     assert len(code) == 118_864
     rest = -len(code) % ROW
@@ -71,7 +71,7 @@ def colours() -> NDArray[np.uint8]:
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory: pytest.TempPathFactory, colours: NDArray[np.uint8]) -> Path:
-    """A page with the viewer, in which each colour has its pixel."""
+    """A page with the viewer, with one pixel for each colour."""
     height, width = colours.shape[:2]
     style = f"body {{ margin: 0; }} #host {{ width: {width}px; height: {height}px; }} canvas {{ position: absolute; }}"
     file = tmp_path_factory.mktemp("viewer") / "v.html"
@@ -94,7 +94,7 @@ def table(hours: float) -> NDArray[np.float64]:
 
 
 def sixteen_bits(values: NDArray[np.float64], difference: float = 0.0) -> NDArray[np.uint16]:
-    """The table as the page gets it; each colour with the same ΔE2000."""
+    """The table in the page's format. Each colour has the same ΔE2000."""
     alpha = np.full((*values.shape[:3], 1), difference / 100)
     return np.asarray(np.rint(np.concatenate([values * (65280 / 65535), alpha], axis=-1) * 65535), "<u2")
 
@@ -145,10 +145,10 @@ def test_two_tables_are_blended_and_the_map_has_the_colours_of_viridis(page: Pag
     both = f"{{ size: {SIZE}, values: table0 }}, {{ size: {SIZE}, values: table1 }}"
     ends = [drawn(page, colours, f"viewer.age({both}, {share});", first, second) for share in (0, 1)]
     shown = drawn(page, colours, f"viewer.age({both}, 0.25);", first, second)
-    # Each of the three is rounded once.
+    # Each of the three pictures is rounded once.
     assert np.abs(shown - (0.75 * ends[0] + 0.25 * ends[1])).max() <= 1.01
     colour = drawn(page, colours, f"viewer.age({both}, 0.25); viewer.map(40);", first, second)[50, 50]
-    # A table that knows no differences is no map: the picture is shown until one comes.
+    # A table without differences gives no map: the viewer shows the picture until a table with differences arrives.
     unknown = f"{{ size: {SIZE}, values: table0, differences: false }}"
     assert (drawn(page, colours, f"viewer.age({unknown}); viewer.map(40);", first) == ends[0]).all()
     page.ask("viewer.map(0)")
@@ -166,6 +166,6 @@ def test_keys_move_bars_and_zoom(page: Page, colours: NDArray[np.uint8]) -> None
     page.press("+", 187)
     page.press("+", 187)
     assert page.ask("viewer.scale") == pytest.approx(1.25**2)
-    # What is drawn larger is the same pixels, larger.
+    # A larger scale draws the same pixels, larger.
     page.press("1", 49)
     assert page.ask("viewer.scale") == 1

@@ -1,4 +1,4 @@
-"""The virtual display is independent, and does what it says."""
+"""The virtual display is independent of lutgen, and follows its description."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ pytestmark = pytest.mark.numbers
 
 FOLDER = Path(__file__).parent / "virtual_display"
 
-#: The modules that put the question to lutgen.
+#: The modules that pass data to lutgen.
 MAY_IMPORT_LUTGEN = {"baked.py", "excess.py", "score.py", "__main__.py"}
 
-#: Effects at a size that shows, one case a form.
+#: Effects at a visible size, one case for each form.
 CASES = sorted(EFFECTS)
 
 
@@ -109,7 +109,7 @@ def test_tips_between_sessions_lie_on_a_straight_line_but_for_a_gain(seed: int) 
 
 
 def may_change(name: str, readings: Readings, traits: Traits) -> NDArray[np.bool_]:
-    """The readings that an effect may move; all others it must leave alone. Ageing moves all that are not new."""
+    """The readings that an effect may change. Other readings must stay. Ageing changes all readings after hour 0."""
     drive, lit = readings.drive, (readings.drive > 0).sum(axis=1)
     aged, late = readings.hours > 0, readings.tau >= traits.onset
     off_centre = (readings.u != 0.5) | (readings.v != 0.5)
@@ -171,20 +171,20 @@ def test_size_zero_is_no_effect(name: str, form: str) -> None:
     ("name", "form"), [pytest.param(*case, marks=() if case[1] == "same" else pytest.mark.slow) for case in CASES]
 )
 def test_every_effect_can_be_made_visible(name: str, form: str) -> None:
-    """At the smallest detectable size it is found, and at plausible sizes light stays light."""
+    """The search finds the effect at the smallest detectable size. At plausible sizes light is not negative."""
     effect = physics.find(name, form)
     campaign = campaign_with(effect)
     solved = sized(campaign, name, form, DETECTABLE)
     assert solved.reached
     assert solved.size <= effect.largest
-    if name != "quantization":  # whole bits cannot hit a target
+    if name != "quantization":  # whole bits cannot reach a target
         assert solved.strength == pytest.approx(DETECTABLE, rel=0.02)
     assert np.isfinite(noise_free(campaign, hidden(effect, effect.largest / effect.typical))).all()
     assert noise_free(campaign).min() > -1e-9
 
 
 def signature(campaign: Campaign) -> Array:
-    """What an effect does to the readings beside the tips of its own hour, in σ, flat."""
+    """Change of the readings by an effect, minus the change of the hour's tips, in σ, flat."""
     readings, xyz, plain = campaign.readings, noise_free(campaign), noise_free(campaign, ())
     noise = NOISE[campaign.noise]
     weight = noise.whitened(xyz - plain, plain + 1e-6)
@@ -199,13 +199,13 @@ def signature(campaign: Campaign) -> Array:
     return weight.ravel()
 
 
-#: Beside tips that take up white, ``matrix-switching`` in the catalogue's form leaves nothing to compare.
+#: If tips absorb white, the catalogue's form of ``matrix-switching`` leaves no residual to compare.
 WITH_TWO_FORMS = [name for name, form in CASES if form == "other" and name != "matrix-switching"]
 
 
 @pytest.mark.parametrize("name", WITH_TWO_FORMS)
 def test_the_other_form_is_the_same_physics_by_another_curve(name: str) -> None:
-    """Its signature resembles the catalogue's, and is not a multiple of it."""
+    """The signature of the other form resembles the catalogue's, but is not a multiple of it."""
     same, other = (signature(campaign_with(physics.find(name, form), seed=6)) for form in ("same", "other"))
     likeness = abs(float(same @ other)) / float(np.linalg.norm(same) * np.linalg.norm(other))
     assert likeness < 0.9995

@@ -1,4 +1,4 @@
-"""What data can see: the smallest detectable size means what it says, and what tips absorb is not seen."""
+"""Detectability: an effect of the smallest detectable size is detected, and an effect that tips absorb is not."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from tests.virtual_display.strength import strength
 
 pytestmark = pytest.mark.numbers
 
-#: Forms that a search tries on readings which show one faint effect, or none.
+#: Forms that a search tries on readings with one faint effect or none.
 TRIED = 30
 
 HOURS = (0.0, 2500.0, 6000.0, 11_500.0, 18_000.0)
@@ -42,7 +42,7 @@ def seen(effect: Effect | str, design: str = "colours", baseline: str = "colour-
 
 
 def detections(effect: Effect, parameter: str, size: float, base: Fit, seeds: int) -> int:
-    """In how many campaigns of lutgen's own display with the effect the search admits the effect."""
+    """Number of campaigns in which the search accepts the effect, on lutgen's own display with the effect."""
     problem, rest = base.problem, effect.rest()
     there = Term(effect, rest | {parameter: rest[parameter] + size})
     light = predict(problem, State((there,), base.tips, base.gains))
@@ -74,7 +74,7 @@ NINE_OF_TEN = "test_an_effect_of_the_smallest_detectable_size_is_found_in_nine_o
 
 @pytest.mark.slow(every=True)
 @pytest.mark.parametrize(("faint", "low", "high", "luck"), [
-    # 40 draws of nine in ten are 31 or more in 99 of 100 cases.
+    # With a true rate of nine in ten, 40 draws give 31 or more in 99 of 100 cases.
     (FAINT[:1], 0.775, 1.0, 0.15),
     pytest.param(FAINT, 0.85, 0.95, 0.06, marks=pytest.mark.rare(instead=NINE_OF_TEN)),
 ])  # fmt: skip
@@ -103,7 +103,7 @@ def test_the_size_is_that_of_the_independent_simulator(name: str, form: str, par
     campaign = Campaign(design="colours", hours=HOURS, seed=6)
     effect = replace(catalogue()[name], forms=((parameter,),), refined=1)
     problem = Problem.of(read(csv_text(campaign), file="null.csv", sha256=""), instrument="0.002,0.003")
-    # The simulator's floor has the correlation of the rest.
+    # The simulator's floor has the same correlation as its other noise.
     noise = replace(problem.noise, floor_correlation=problem.noise.correlation)
     base = fit(replace(problem, noise=noise))
     said = visibility(base, [effect])[0].smallest_detectable
@@ -122,7 +122,7 @@ def test_a_gain_of_everything_is_absorbed_by_the_tips_and_seen_from_hour_0(formu
     fresh = seen(effect, baseline="first-hour")
     assert fresh.visible
     assert fresh.smallest_detectable is not None
-    assert fresh.smallest_detectable < 0.1  # beside session gains of 0.3 %
+    assert fresh.smallest_detectable < 0.1  # the session gains are 0.3 %
 
 
 @pytest.mark.parametrize("design", DESIGNS)
@@ -143,7 +143,7 @@ def test_without_its_columns_an_effect_cannot_be_seen(name: str) -> None:
 
 @pytest.mark.parametrize("name", [name for name, each in catalogue().items() if each.baseline == "colour-points"])
 def test_tips_alone_show_nothing_that_is_visible_beside_them(name: str) -> None:
-    if name != "matrix-switching":  # whose trace is in the tips' own sum
+    if name != "matrix-switching":  # matrix-switching leaves its trace in the sum of the tips
         assert not seen(name, "tips").visible
 
 
@@ -159,12 +159,13 @@ def test_more_readings_show_smaller_effects() -> None:
     )
     assert few.smallest_detectable is not None
     assert many.smallest_detectable is not None
-    # Five sessions for two: √2.5 as precise, a little more asked of more readings, and noise known better by a tenth.
+    # Five sessions in place of two: √2.5 as precise. More readings need a slightly larger gain.
+    # The noise is known better by a tenth.
     assert few.smallest_detectable / many.smallest_detectable == pytest.approx(1.1 * np.sqrt(2.5), rel=0.1)
 
 
 def test_more_noise_hides_larger_effects() -> None:
-    # Both noises are above that of the readings. Below it the scatter of the replicates would set the size.
+    # Both noises are above the noise of the readings. Below it the scatter of the replicates would determine the size.
     text = csv_text(Campaign(design="colours", hours=HOURS, seed=6))
     sizes = []
     for noise in ("0.003,0.009", "0.009,0.027"):

@@ -1,4 +1,4 @@
-"""The same campaign, written down otherwise, gives the same verdict."""
+"""A campaign in another form gives the same verdict."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.numbers
 
-#: Campaigns of this test by their baseline; "filled" has a blank in no cell, and the order of reading.
+#: Campaigns of this test by their baseline. "filled" has no blank cell, and has the order of reading.
 BASELINES = {
     "healthy": "colour-points",
     "leak": "colour-points",
@@ -29,11 +29,11 @@ BASELINES = {
     "filled": "colour-points",
 }
 
-#: Of these the verdict is clear: losing information may not change it.
+#: Campaigns with a clear verdict, which a loss of information may not change.
 CLEAR = ("healthy", "leak", "curve", "filled", "edge")
 
 
-#: Those that take least: the order of rows, and the form of the file.
+#: The fastest rewritings: the order of rows, and the form of the file.
 QUICK_NOTHING = ("rows shuffled within each session", "semicolons between fields, with decimal points")
 QUICK_SOMETHING = (
     "a session split in two names an hour apart",
@@ -52,7 +52,7 @@ def text(campaign: str) -> str:
 
 
 def first_that_can(name: str, campaigns: Sequence[str]) -> tuple[str, str]:
-    """Campaign and its rewritten text: the drawn one, or the next that can be rewritten so."""
+    """Campaign and its rewritten text: the drawn campaign, or the next campaign that allows the rewriting."""
     registry = {**NOTHING_LOST, **SOMETHING_LOST}
     start = list(registry).index(name)
     for campaign in (campaigns[(start + k) % len(campaigns)] for k in range(len(campaigns))):
