@@ -1,10 +1,10 @@
-"""Tissue on display A before and after its model was refined, and how far both are from the display itself.
+"""Tissue on display A by the model before and after refinement, and the error of both against the display itself.
 
     python -m examples.before_after [OUT]
 
-Takes what the walk-through has left in OUT (default: out): the builds OUT/before and OUT/after, and the refined model
-OUT/display-a.toml. Writes OUT/before-after.jpg and prints colour differences. The hour is one at which nobody measured;
-what the display shows there is known because it is simulated.
+Reads the output of the walk-through in OUT (default: out): the builds OUT/before and OUT/after, and the refined
+model OUT/display-a.toml. Writes OUT/before-after.jpg and prints colour differences. Nobody measured at the hour of
+the comparison. The display's colours at this hour are known because the display is simulated.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ if TYPE_CHECKING:
 DISPLAY = "display-a.csv"
 MODE, HOURS, FOLDER_OF_HOUR = "chroma", 15_000.0, "chroma/15000h"
 
-#: A field of the tissue image with white background, brown and blue stain: rows and columns from, and pixels across.
+#: A field of the tissue image with white background, brown and blue stain: first row and column, and width in pixels.
 TOP, LEFT, ACROSS = 60, 150, 256
 
-#: Every so-many-th pixel is a colour that the display itself is asked for.
+#: Step between the pixels whose colours are compared with the display itself.
 EVERY = 29
 
 #: Pixels between and around the images, and for the text above and below them.
@@ -62,7 +62,7 @@ def main(out: Path) -> None:
 
 
 def aged(tissue: Pixels, build: Path, out: Path) -> Pixels:
-    """Send the tissue through the LUT of a build, as ``lutgen apply --build`` does."""
+    """Apply the LUT of a build to the tissue, as ``lutgen apply --build`` does."""
     from matplotlib.image import imread, imsave
 
     source, target = out / "tissue.png", out / f"tissue-{build.name}.png"
@@ -73,12 +73,12 @@ def aged(tissue: Pixels, build: Path, out: Path) -> Pixels:
 
 
 def difference(one: Pixels, other: Pixels) -> Array:
-    """ΔE2000 between two images as an sRGB viewer shows them, shape (h, w)."""
+    """Return ΔE2000 between two images as an sRGB viewer shows them, shape (h, w)."""
     return delta_e_2000(*(linear_to_lab(code_to_linear(image / 255.0)) for image in (one, other)))
 
 
 def off_truth(model: DisplayModel, code: Array) -> Array:
-    """ΔE2000 between what a model predicts and what the simulated display shows, in cd/m², for code values (n, 3)."""
+    """Return ΔE2000 between a model and the simulated display, from XYZ in cd/m², for code values (n, 3)."""
     shown = truth(DISPLAYS[DISPLAY], code, HOURS)
     measured = replace(model, reference="absolute", luminance=luminance_law("measured"))
     predicted = measured.at("chroma-luma", HOURS).code_to_xyz(code) * measured.shown_tips(0.0)[0, 2]
@@ -87,7 +87,7 @@ def off_truth(model: DisplayModel, code: Array) -> Array:
 
 
 def told(delta_e: Array) -> str:
-    """Mean, 95 % and largest."""
+    """Return mean, 95th percentile and maximum as text."""
     return f"mean ΔE2000 {delta_e.mean():.2f}, 95 % below {np.quantile(delta_e, 0.95):.2f}, largest {delta_e.max():.2f}"
 
 
@@ -100,7 +100,7 @@ def mapped(delta_e: Array) -> Pixels:
 
 
 def draw(images: list[Pixels], delta_e: Array, path: Path) -> None:
-    """Lay the images out in a row, pixel by pixel, with what they are; the same pixels on every run."""
+    """Draw the images in a row, pixel by pixel, with captions; every run draws the same pixels."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
     from matplotlib.image import imsave
@@ -112,7 +112,7 @@ def draw(images: list[Pixels], delta_e: Array, path: Path) -> None:
         f"ΔE2000 between the two, 0 to {BRIGHTEST:g}\nmean {delta_e.mean():.1f}, largest {delta_e.max():.1f}",
     ]
     width, height = len(images) * (ACROSS + GAP) + GAP, TITLE + ACROSS + CAPTION
-    # A tenth of a pixel more keeps rounding from losing a row.
+    # The extra tenth of a pixel prevents the loss of a row by rounding.
     figure = Figure(figsize=((width + 0.1) / 100, (height + 0.1) / 100), dpi=100, facecolor="#777777")
     canvas: Any = FigureCanvasAgg(figure)
 

@@ -2,13 +2,13 @@
 
     python -m examples.bench                     the whole table, a few minutes
     python -m examples.bench --only criticism    one part of it
-    python -m examples.bench --quick             small work, few repetitions: does every row still run?
-    python -m examples.bench --json              the same for programs
-    python -m examples.bench --processor-time    time of processors, all cores summed: for a machine that others use
+    python -m examples.bench --quick             little work, few repetitions: checks that every row still runs
+    python -m examples.bench --json              the same as JSON
+    python -m examples.bench --processor-time    processor time, summed over all cores: for a shared machine
 
-A ratio is the peer's time over lutgen's: above 1 lutgen is faster. Contestants take turns; ratios are formed turn by
-turn, and the table gives their median and, in brackets, the smallest and largest. Times are medians. Files are in the
-cache and on one file system. Goals are those of the project's issues 2 to 4.
+A ratio is the peer's time divided by lutgen's: above 1 lutgen is faster. lutgen and its peers run in turn. Each turn
+gives a ratio. The table has the median ratio and, in brackets, the smallest and largest ratio. Times are medians.
+Files are in the cache and on one file system. Goals are those of the project's issues 2 to 4.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
 
 with warnings.catch_warnings():
-    # It warns of optional packages that nothing here uses.
+    # colour-science warns about optional packages that nothing here needs.
     warnings.simplefilter("ignore")
     import colour
 
@@ -69,7 +69,7 @@ FOLDER = f"{MODE}/10000h"
 
 @dataclass(frozen=True)
 class Bench:
-    """How much work to do: ``sizes`` of tables, ``hours`` of the build, ``bakes`` timed of its LUTs, repetitions.
+    """The amount of work: ``sizes`` of tables, ``hours`` of the build, timed ``bakes`` of its LUTs, repetitions.
 
     ``corrected``: the hours of the corrections.
     """
@@ -88,7 +88,7 @@ class Bench:
 
     @classmethod
     def quick(cls) -> Bench:
-        """Every row on little work."""
+        """Return little work for every row."""
         small, picture = Work.quick(), bench_appearance.Work.quick()
         return cls(
             (17, 33),
@@ -110,12 +110,12 @@ class Bench:
 
 @dataclass(frozen=True)
 class ColourScience:
-    """The paper's model written with colour-science's functions, vectorised as its documentation does."""
+    """The paper's model with colour-science's functions, vectorised as in its documentation."""
 
     matrices: Array
 
     def head(self, code: Array) -> tuple[Array, Any]:
-        """Steps 4 and 5: linear light and the nearest colour point; the same at every hour."""
+        """Steps 4 and 5: linear light and the nearest colour point; they are the same at every hour."""
         linear = colour.cctf_decoding(code, function="sRGB")
         points = np.array([[1, 1, 1], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
         return linear, np.linalg.norm(linear[:, np.newaxis] - points, axis=-1).argmin(axis=-1)
@@ -128,13 +128,14 @@ class ColourScience:
 
 
 def evaluation(bench: Bench, model: DisplayModel) -> Iterator[Row]:
-    """A lattice through the model: everything, and only what a further hour of a build costs."""
+    """Race the model on a lattice: all steps, and only the additional cost of one more hour of a build."""
     aged = model.at(MODE, HOURS)
     rival = ColourScience(model.matrices(MODE, HOURS).array)
     for size in bench.sizes:
         code, sampler = lattice(size, "code"), Sampler()
         head = rival.head(code)
-        # Greys, where the paper's nearest point is a tie, and four-decimal matrices apart, both give the same.
+        # Both give the same results, except on greys, where the paper's nearest point is a tie, and within four-decimal
+        # matrices.
         if np.median(np.abs(aged.code_to_code(code) - rival.tail(*head))) > 1e-4:
             raise SystemExit("bench: colour-science's way and lutgen's do not give the same colours")
         yield from race(
@@ -155,7 +156,7 @@ def evaluation(bench: Bench, model: DisplayModel) -> Iterator[Row]:
 
 
 def writing(bench: Bench, model: DisplayModel, built: Path, folder: Path) -> Iterator[Row]:
-    """A table in memory to a .cube file on disk."""
+    """Race writing a table in memory to a .cube file on disk."""
     lib, form, sampler = ocio(), format_named("cube"), Sampler()
     aged = model.at(MODE, HOURS)
     provenance = Provenance("bench", "bench", ("what an aged display shows",))
@@ -219,7 +220,7 @@ def _baker(lib: Any, built: Path, size: int) -> Any:
 
 
 def building(bench: Bench, built: Path, folder: Path) -> Iterator[Row]:
-    """`lutgen build` against ociobakelut, once for each LUT, on the config that lutgen built for it."""
+    """Race `lutgen build` against ociobakelut, which runs once per LUT on lutgen's config."""
     configs = sorted(path for path in built.glob("*/*/config.ocio"))
     bakes = [configs[i * len(configs) // bench.bakes] for i in range(bench.bakes)]
     baker = program("ociobakelut")
@@ -249,7 +250,7 @@ def building(bench: Bench, built: Path, folder: Path) -> Iterator[Row]:
 
 
 def build(bench: Bench, output: Path, *options: str) -> None:
-    """Build into a new folder; removing the last one takes about a hundredth of the time."""
+    """Build into a new folder; removing the previous folder takes about a hundredth of the time."""
     shutil.rmtree(output, ignore_errors=True)
     run([*LUTGEN, *_build_arguments(bench, output, *options)])
 
@@ -263,7 +264,7 @@ def _build_arguments(bench: Bench, output: Path, *options: str) -> list[str]:
 
 
 def compensating(bench: Bench, folder: Path) -> Iterator[Row]:
-    """Corrections of a display with effects, which are searched, against the same displays forwards."""
+    """Race the corrections of a display with effects, found by search, against forward LUTs of these displays."""
     model, output = folder / "refined.toml", folder / "corrections"
     run([*LUTGEN, "refine", str(DISPLAY_A), "--auto", "-o", str(model)])
     what = ["build", "--model", str(model), "--hours", bench.corrected, "--force"]
@@ -282,7 +283,7 @@ def compensating(bench: Bench, folder: Path) -> Iterator[Row]:
 
 
 def applying(bench: Bench, model: DisplayModel, built: Path, folder: Path) -> Iterator[Row]:
-    """A large picture, file to file: the direct model and a built LUT, against OpenImageIO with OpenColorIO."""
+    """Race a large picture, file to file: the direct model and a built LUT, against OpenImageIO with OpenColorIO."""
     lib, aged, lut = oiio(), model.at(MODE, HOURS), built / FOLDER / "aged.cube"
     picture = tiled_tissue(bench.width, bench.height)
     megapixels = bench.width * bench.height / 1e6
@@ -308,7 +309,7 @@ def applying(bench: Bench, model: DisplayModel, built: Path, folder: Path) -> It
 
 
 def tiled_tissue(width: int, height: int) -> Any:
-    """Real tissue (skimage's immunohistochemistry image), mirrored tile by tile so that no seams show."""
+    """Return real tissue (skimage's immunohistochemistry image), mirrored tile by tile to avoid seams."""
     from skimage.data import immunohistochemistry
 
     tile = immunohistochemistry()
@@ -333,7 +334,7 @@ def _save(lib: Any, picture: Any, path: Path, depth: str) -> None:
 
 @dataclass(frozen=True)
 class OpenImageIO:
-    """The same picture from file to file by OpenImageIO, which applies the LUT or the config's look by OpenColorIO."""
+    """The same picture, file to file, by OpenImageIO, which applies the LUT or the config's look with OpenColorIO."""
 
     lib: Any
     source: Path
@@ -343,7 +344,7 @@ class OpenImageIO:
     linear: bool
 
     def python(self) -> None:
-        """By its Python binding."""
+        """Run its Python binding."""
         lib, aged = self.lib, self.lib.ImageBuf()
         read, config = lib.ImageBuf(str(self.source)), str(self.built / FOLDER / "config.ocio")
         if self.linear:
@@ -357,7 +358,7 @@ class OpenImageIO:
             raise SystemExit(f"bench: OpenImageIO: {aged.geterror() or lib.geterror()}")
 
     def oiiotool(self) -> None:
-        """By its command."""
+        """Run its command."""
         step = ["--ociofiletransform", str(self.built / FOLDER / "aged.cube")]
         if self.linear:
             step = ["--ociolook:from=Linear sRGB:to=Linear sRGB", "Aged display look"]
@@ -380,7 +381,7 @@ def _colour_apply(lut: Path, picture: Any) -> Peer:
 
 
 def appearing(work: bench_appearance.Work, model: DisplayModel, folder: Path) -> Iterable[Row]:
-    """Differences and lifetimes of a large picture."""
+    """Race colour differences and lifetimes of a large picture."""
     return bench_appearance.appearance(work, model, tiled_tissue(work.width, work.height), folder)
 
 
@@ -388,7 +389,7 @@ def appearing(work: bench_appearance.Work, model: DisplayModel, folder: Path) ->
 
 
 def starting(bench: Bench) -> Row:
-    """`lutgen --help` as a process."""
+    """Time `lutgen --help` as a process."""
     seconds = [seconds_of(partial(run, [*LUTGEN, "--help"])) for _ in range(bench.short)]
     return against_limit("lutgen --help", seconds, START_LIMIT_S, "s")
 
@@ -400,7 +401,7 @@ PARTS = (
 
 
 def all_rows(bench: Bench, folder: Path, parts: Sequence[str]) -> Iterator[Row]:
-    """Run some parts, giving each row as soon as it is known."""
+    """Run some parts; yield each row as soon as it is known."""
     model = DisplayModel(read_measurements(default_display()))
     built = folder / "built"
     if {"writing", "building", "applying"} & set(parts):
@@ -421,7 +422,7 @@ def all_rows(bench: Bench, folder: Path, parts: Sequence[str]) -> Iterator[Row]:
 
 
 def print_table(rows: list[Row], bench: Bench) -> None:
-    """Print what people read."""
+    """Print the table for people."""
     from rich.console import Console
     from rich.table import Table
 

@@ -1,4 +1,4 @@
-"""Rows of ``bench``: how fast the colour differences of a large image are found, for all hours and both modes.
+"""Rows of ``bench``: the speed of the colour differences of a large image, for all hours and both modes.
 
 The image is real tissue (skimage's immunohistochemistry image), tiled to 100 megapixels in a temporary TIFF. Goals are
 those of the project's issue 4, section 3.
@@ -31,19 +31,19 @@ if TYPE_CHECKING:
     from lutgen.pictures.distinct import Colours
 
 with warnings.catch_warnings():
-    # It warns of optional packages that nothing here uses.
+    # colour-science warns about optional packages that nothing here needs.
     warnings.simplefilter("ignore")
     import colour
 
 CURVE_GOAL, DIFFERENCE_GOAL, MEMORY_LIMIT_MB, TILED_LIMIT = 500.0, 4.0, 500.0, 1.1
 
-#: How often the image is repeated for the row on its size.
+#: Number of repeats of the image for the row about its size.
 TIMES = 10
 
 
 @dataclass(frozen=True)
 class Work:
-    """How much to do: sides of the image and of the peer's crop, in pixels; hours of the curve; repetitions."""
+    """The amount of work: sides of the image and of the peer's crop, in pixels; hours of the curve; repetitions."""
 
     width: int = 10_000
     height: int = 10_000
@@ -54,7 +54,7 @@ class Work:
 
     @classmethod
     def quick(cls) -> Work:
-        """Every row on little work."""
+        """Return little work for every row."""
         return cls(width=300, height=200, crop=32, hours=3, short=3, long=1)
 
 
@@ -94,7 +94,7 @@ def appearance(work: Work, model: DisplayModel, tissue: Array, folder: Path) -> 
 
 
 def _difference(work: Work, model: DisplayModel, tissue: Array) -> Iterator[Row]:
-    """ΔE2000 alone, of pairs that an aged display makes."""
+    """Race ΔE2000 alone, on pairs that an aged display makes."""
     code = tissue[: 4 * work.crop, : 4 * work.crop].reshape(-1, 3) / 255.0
     before = linear_to_lab(code_to_linear(code))
     after = linear_to_lab(np.clip(model.at("chroma", 10_000.0).code_to_linear(code), 0.0, 1.0))
@@ -107,13 +107,13 @@ def _difference(work: Work, model: DisplayModel, tissue: Array) -> Iterator[Row]
 
 @dataclass(frozen=True)
 class Straightforward:
-    """The curve as colour-science's documentation would have it: every pixel through every step at every hour."""
+    """The curve as in colour-science's documentation: every pixel through every step at every hour."""
 
     model: DisplayModel
     hours: list[float]
 
     def means(self, code: Array) -> Array:
-        """Mean ΔE2000 of code values (n, 3) in each mode at each hour: (modes, hours)."""
+        """Return the mean ΔE2000 of code values (n, 3) in each mode at each hour: (modes, hours)."""
         linear = colour.cctf_decoding(code, function="sRGB")
         lab = self._lab(linear)
         points = np.array([[1, 1, 1], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
@@ -132,7 +132,10 @@ class Straightforward:
 
 
 def _agree(straight: Straightforward, model: DisplayModel, hours: list[float], crop: Any, folder: Path) -> None:
-    """Refuse to race for different results: colour's sRGB matrix has four decimals, and ties go to one point."""
+    """Stop if the results of the race differ.
+
+    Tolerances allow for colour's sRGB matrix, which has four decimals, and for ties, which it gives to one point.
+    """
     save(crop, folder / "crop.tif")
     (mine,) = lifetime([folder / "crop.tif"], model, hours=hours).images
     means = straight.means(crop.reshape(-1, 3) / 255.0)
@@ -141,7 +144,10 @@ def _agree(straight: Straightforward, model: DisplayModel, hours: list[float], c
 
 
 def _tiled(work: Work, model: DisplayModel, tissue: Array, hours: list[float], folder: Path) -> Iterator[Row]:
-    """All hours and modes of an image, against those of the same image tiled ten times: what is left after the read."""
+    """Compare all hours and modes of an image with those of the same image tiled ten times.
+
+    The difference is the work after the read.
+    """
     side = min(512, work.height)
     small, large = folder / "once.tif", folder / "tiled.tif"
     save(tissue[:side, :side], small)
@@ -153,7 +159,7 @@ def _tiled(work: Work, model: DisplayModel, tissue: Array, hours: list[float], f
     def curves(colours: Colours) -> object:
         return curves_of(colours, model, AGING_MODES, hours)
 
-    # The peer's time over lutgen's is here that of the image over that of the tiled one: at least 1/1.1.
+    # Here the ratio is the time of the image divided by that of the tiled image; it must be at least 1/1.1.
     peer = Peer("the same image once", partial(curves, once), 1.0 / TILED_LIMIT)
     yield from race(
         f"{len(hours)} hours × {len(AGING_MODES)} modes of an image tiled {TIMES} times, after the read",
@@ -164,7 +170,7 @@ def _tiled(work: Work, model: DisplayModel, tissue: Array, hours: list[float], f
 
 
 def noisy(tissue: Array) -> Any:
-    """Return tissue in 16 bits, with noise in the lower eight: nearly every pixel is a colour of its own."""
+    """Return tissue in 16 bits, with noise in the lower eight bits, so that nearly every pixel has a unique colour."""
     noise = np.random.default_rng(0).integers(0, 256, tissue.shape, dtype=np.uint16)
     return tissue.astype(np.uint16) * np.uint16(256) + noise
 

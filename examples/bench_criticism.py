@@ -1,8 +1,8 @@
-"""Rows of ``bench``: how fast lutgen compares and diagnoses, and what its shortcuts gain over the naive ways.
+"""Rows of ``bench``: the speed of comparison and diagnosis, and the gain of lutgen's shortcuts over the naive methods.
 
-The readings are simulated (``tests/virtual_display``): 1094 of them at 10 hours, eight sessions of the full design and
-two hours between at which white and primaries were not read. One more campaign has half of the sessions, and ages by
-its hidden effect alone. Goals are those of the project's issue 3, section 2.
+The readings are simulated (``tests/virtual_display``): 1094 readings at 10 hours. Eight hours are sessions of the full
+design; at the two hours between them white and primaries are not read. A further campaign has half of the sessions, and
+only its hidden effect ages the display. Goals are those of the project's issue 3, section 2.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ DIAGNOSE_LIMIT_S, COMPARE_LIMIT_S, MEMORY_LIMIT_MB = 10.0, 2.0, 500.0
 
 SESSIONS = (0.0, 1000.0, 2500.0, 4500.0, 6000.0, 8500.0, 11_500.0, 18_000.0)
 
-#: What is hidden: name of the row → effects as (name, size, form). ``other`` is a formula that lutgen does not have.
+#: Hidden effects: name of the row → effects as (name, size, form). ``other`` is a formula that lutgen does not have.
 HIDDEN = {
     "nothing hidden": (),
     "one effect hidden": (("black-level", 0.0006, "other"),),
@@ -44,22 +44,22 @@ HIDDEN = {
     "two effects of typical size hidden": (("black-level", 0.0016, "other"), ("warm-up", 0.1, "other")),
 }
 
-#: What is hidden in the campaign that is diagnosed from hour 0.
+#: Hidden effects of the campaign that is diagnosed from hour 0.
 WORN = (("phosphor-wear", 0.2, "other"),)
 
-#: The effect that is fitted in races against the naive ways, and the parameters that are free.
+#: The effect that is fitted in races against the naive methods, and its free parameters.
 FITTED = ("black-level", ("new", "grown", "power", "tint_x", "tint_z"))
 
-#: Share of χ² that another step of the naive fit must gain: about what lutgen's own fit asks for.
+#: Relative decrease of χ² at which the naive fit stops, about that of lutgen's own fit.
 GAIN = 2e-5
 
-#: Every so-many-th cell is refitted by the naive way, which is scaled to all.
+#: Step between the cells that the naive method refits; its time is scaled to all cells.
 EVERY = 10
 
 
 @dataclass(frozen=True)
 class Work:
-    """How much to do: the sessions' hours and design, and the repetitions of commands and of races.
+    """The amount of work: the sessions' hours and design, and the repetitions of commands and of races.
 
     ``worn``: the hours of the sessions of the display that is diagnosed from hour 0.
     """
@@ -72,7 +72,7 @@ class Work:
 
     @classmethod
     def quick(cls) -> Work:
-        """Every row on few readings."""
+        """Return few readings for every row."""
         few = (0.0, 1000.0, 2500.0)
         return cls(few, few, design="colours", commands=1, races=1)
 
@@ -93,7 +93,7 @@ def criticism(work: Work, folder: Path) -> Iterator[Row]:
 
 
 def _commands(work: Work, files: dict[str, Path], size: str, folder: Path) -> Iterator[Row]:
-    """`lutgen compare` and `lutgen diagnose` as processes, with the whole catalogue and its refined forms."""
+    """Time `lutgen compare` and `lutgen diagnose` as processes, with the whole catalogue and its refined forms."""
     *_, hardest = files
     yield _timed(work, f"compare {size}, {hardest}", ["compare", str(files[hardest])], COMPARE_LIMIT_S)
     for name, file in files.items():
@@ -103,7 +103,7 @@ def _commands(work: Work, files: dict[str, Path], size: str, folder: Path) -> It
 
 
 def _from_hour_0(work: Work, folder: Path) -> Row:
-    """`lutgen diagnose` of a display whose later white and primaries are foretold from the first session."""
+    """Time `lutgen diagnose` on a display whose later white and primaries are predicted from the first session."""
     file = folder / "worn.csv"
     campaign = Campaign(design=work.design, hours=work.worn, hidden=WORN, baseline="first-hour")
     file.write_text(csv_text(campaign), encoding="utf-8")
@@ -118,12 +118,12 @@ def _timed(work: Work, title: str, arguments: list[str], limit: float) -> Row:
 
 
 def _fitting(work: Work, problem: Problem, size: str) -> Row:
-    """Fit the same effect to the same readings, tips eliminated, or all unknowns at once."""
+    """Race two fits of the same effect to the same readings: tips eliminated, or all unknowns at once."""
     name, form = FITTED
     terms = (Term.at_rest(catalogue()[name], form),)
     at_once = AllAtOnce(problem, terms)
     mine, theirs = fit(problem, terms).chi2, at_once.chi2()
-    # Both stop where another step gains all but nothing.
+    # Both fits stop where another step reduces χ² by almost nothing.
     if abs(mine - theirs) > 1e-3 * theirs:
         raise SystemExit(f"bench: the fits end elsewhere: chi2 {mine:.2f}, and {theirs:.2f} by least_squares")
     title = f"fit of {name}, {len(form)} parameters and {at_once.start.size - len(form)} unknown tips and gains, {size}"
@@ -135,7 +135,7 @@ def _fitting(work: Work, problem: Problem, size: str) -> Row:
 class AllAtOnce:
     """The naive fit: parameters, tips of every hour and session gains in one vector, derivatives by differences.
 
-    The prediction, its noise and what is known beforehand of tips and gains are lutgen's own.
+    The prediction, its noise and the priors on tips and gains are lutgen's own.
     """
 
     problem: Problem
@@ -143,7 +143,7 @@ class AllAtOnce:
 
     @property
     def start(self) -> Array:
-        """The vector to begin with."""
+        """Return the initial vector."""
         state = start_state(self.problem, self.terms)
         values = [term.values[name] for term in self.terms for name in term.free]
         return np.concatenate([values, (state.tips / tip_scale(self.problem)).ravel(), state.gains])
@@ -171,13 +171,13 @@ class AllAtOnce:
 
 
 def _confirming(work: Work, problem: Problem) -> Row:
-    """Error of readings that are withheld cell by cell: one step from the full fit, or a fit without each cell."""
+    """Race the error of withheld cells: one step from the full fit, or a fit without each cell."""
     name, form = FITTED
     found = fit(problem, (Term.at_rest(catalogue()[name], form),))
     withheld = cells(problem)
     some = withheld[::EVERY]
     mine, theirs = float(held_out(found).squares[::EVERY].sum()), _refitted(found)
-    # A step of a nearly linear problem is a fit.
+    # For a nearly linear problem, one step gives the result of a fit.
     if abs(mine - theirs) > 0.02 * theirs:
         raise SystemExit(f"bench: withheld readings are missed by {mine:.1f} after a step, by {theirs:.1f} after a fit")
     peer = Peer(f"a fit for each, {len(some)} timed", partial(_refitted, found), None, len(withheld) / len(some))
@@ -186,7 +186,7 @@ def _confirming(work: Work, problem: Problem) -> Row:
 
 
 def _refitted(found: Fit) -> float:
-    """Squared whitened error of every so-many-th cell, each predicted by a fit to all other readings."""
+    """Return the squared whitened error of every ``EVERY``-th cell, each predicted by a fit to all other readings."""
     problem, error = found.problem, 0.0
     start = State(found.terms, found.tips, found.gains)
     for cell in cells(problem)[::EVERY]:

@@ -1,8 +1,8 @@
-"""Rows of ``bench``: how soon `lutgen explore` shows a picture and answers, and the memory that it takes.
+"""Rows of ``bench``: the time until `lutgen explore` shows a picture and answers, and its memory.
 
-The readings are those of the rows of criticism: 1094 of them at 10 hours, two effects hidden. Goals are those of the
-project's issue 14. A 95th percentile is given as a figure against its limit, and beside it the same of the processor
-time that the server's processes have spent: on a machine that others use, that is what lutgen can answer for.
+The readings are those of the rows of criticism: 1094 readings at 10 hours, with two hidden effects. Goals are those of
+the project's issue 14. A 95th percentile of time is compared with its limit. The 95th percentile of the processor time
+of the server's processes stands beside it, because on a shared machine lutgen determines only this time.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from examples.racing import Row
 
-#: Chromium's own time to a blank page over that from the command to a picture: 2.5 times as long is allowed.
+#: Ratio of Chromium's time to a blank page to the time from the command to a picture: a factor of 2.5 is allowed.
 PICTURE = 1 / 2.5
 
 TABLE_LIMIT_S, PROVISIONAL_LIMIT_S, FINAL_LIMIT_S, MEMORY_LIMIT_MB = 0.040, 0.3, 2.0, 400.0
@@ -40,8 +40,8 @@ TABLE_LIMIT_S, PROVISIONAL_LIMIT_S, FINAL_LIMIT_S, MEMORY_LIMIT_MB = 0.040, 0.3,
 #: Effects that are switched on, two at a time, in either order.
 SWITCHES = ("eotf-drift", "black-level", "recalibration", "crosstalk", "loading", "warm-up")
 
-#: JavaScript that comes true when the page has drawn its picture. Asking for it again and again would take the browser
-#: a tenth of the processor time that is measured.
+#: JavaScript that resolves when the page has drawn its picture. Polling would take the browser a tenth of the measured
+#: processor time.
 DRAWN = """new Promise((drawn) => {
     const look = () => document.body?.dataset.picture === "drawn" && drawn(true);
     new MutationObserver(look).observe(document, { subtree: true, childList: true, attributeFilter: ["data-picture"] });
@@ -51,7 +51,7 @@ DRAWN = """new Promise((drawn) => {
 
 @dataclass(frozen=True)
 class Work:
-    """How much to do: the sessions' hours and design, tables, switches, starts of the page, width of the image."""
+    """The amount of work: the sessions' hours and design, tables, switches, starts of the page, width of the image."""
 
     sessions: tuple[float, ...] = SESSIONS
     design: str = "full"
@@ -63,7 +63,7 @@ class Work:
 
     @classmethod
     def quick(cls) -> Work:
-        """Every row on little work."""
+        """Return little work for every row."""
         return cls((0.0, 1000.0, 2500.0), design="colours", tables=5, switches=2, starts=1, width=300, height=200)
 
 
@@ -105,7 +105,10 @@ def _pictured() -> None:
 
 
 def _switches(work: Work, page: Asking, size: str) -> Iterator[Row]:
-    """Add a second effect to a first that is fitted: what was fitted before is remembered, so each pair stands once."""
+    """Add a second effect to a first effect that is already fitted.
+
+    Earlier fits are cached, so each pair occurs once.
+    """
     page.hears("effects", lambda effects: all(each["tried"] for each in effects))
     provisional, final = Spent(page), Spent(page)
     for first, second in permutations(SWITCHES[: work.switches], 2):
@@ -136,10 +139,10 @@ def _tables(work: Work, page: Asking) -> Iterator[Row]:
 
 
 class Spent:
-    """Seconds by the clock and of the server's processors, of what is done again and again inside it."""
+    """Wall-clock seconds and the server's processor seconds of an action that is repeated inside the block."""
 
     def __init__(self, page: Asking) -> None:
-        """Begin with none."""
+        """Begin without measurements."""
         self._pid, self._spent = page.pid, np.zeros((0, 2))
 
     def _now(self) -> list[float]:
@@ -152,14 +155,14 @@ class Spent:
         self._spent = np.vstack([self._spent, np.subtract(self._now(), self._from)])
 
     def rows(self, what: str, limit: float) -> Iterator[Row]:
-        """The 95th percentile of both against a limit."""
+        """Yield the 95th percentile of both times, compared with a limit."""
         clock, processor = np.quantile(self._spent, 0.95, axis=0).tolist()
         yield against_limit(f"{what} (95 % of {len(self._spent)})", [clock], limit, "s")
         yield against_limit(f"{what}, processor time", [processor], limit, "s")
 
 
 def image_of(work: Work, folder: Path) -> bytes:
-    """Return a large picture with as many colours as a photograph: tissue, enlarged, with a little noise; seeded."""
+    """Return a large picture with as many colours as a photograph: enlarged tissue with a little noise, seeded."""
     from PIL import Image
 
     from lutgen.explore.commands import tissue
@@ -174,7 +177,7 @@ def image_of(work: Work, folder: Path) -> bytes:
 
 @contextmanager
 def served(*arguments: str) -> Iterator[tuple[str, int]]:
-    """Run `lutgen explore` and give its address and process."""
+    """Run `lutgen explore` and yield its address and process."""
     command = [*LUTGEN, "explore", "--no-browser", *arguments]
     with subprocess.Popen(command, env=ENVIRONMENT, stdout=subprocess.PIPE, text=True) as process:
         try:
@@ -186,10 +189,10 @@ def served(*arguments: str) -> Iterator[tuple[str, int]]:
 
 
 class Asking:
-    """One window, asked without a browser over one connection, and its news over another."""
+    """One window without a browser: requests go over one connection, news come over another."""
 
     def __init__(self, address: str, pid: int) -> None:
-        """Open a window of the server, whose process it is."""
+        """Open a window of the server with process ``pid``."""
         self.pid = pid
         _, _, self._host, word, _ = address.split("/")
         self._path, self._asking = f"/{word}/api/", HTTPConnection(self._host, timeout=600)
@@ -209,7 +212,7 @@ class Asking:
         return self._answer()
 
     def get(self, what: str, query: str) -> bytes:
-        """Ask for something."""
+        """Request data."""
         self._asking.request("GET", f"{self._path}{what}?{self._query}{query}")
         return self._answer()
 

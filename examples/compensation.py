@@ -1,9 +1,9 @@
-"""Tissue on an aged display, and through the correction for it: what comes back, and what cannot.
+"""Tissue on an aged display, without and with the correction: the restored colours, and those out of reach.
 
     python -m examples.compensation [OUT.jpg]
 
 Writes the picture (default: out/compensation.jpg) and prints its figures. The display is the reconstructed default,
-simulated, not measured; the image is a real one, of scikit-image (IHC, CC0).
+simulated, not measured. The image is real, from scikit-image (IHC, CC0).
 """
 
 from __future__ import annotations
@@ -25,20 +25,20 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-#: A field with white background, brown and blue stain: rows and columns from, and pixels across.
+#: A field with white background, brown and blue stain: first row and column, and width in pixels.
 TOP, LEFT, ACROSS = 60, 150, 300
 
 #: The displays of the two rows of pictures.
 ROWS = (("chroma", 18_000.0), ("chroma-luma", 10_000.0))
 
-#: What modes are drawn in.
+#: Colours of the modes in the plot.
 COLOURS = {"chroma": "#2f55c8", "chroma-luma": "#c8322d"}
 
 SIMULATED = "Simulated: the default display is reconstructed, not measured."
 
 
 class Panel(NamedTuple):
-    """One picture: code values for an un-aged viewer, and what stands under it."""
+    """One picture: code values for an un-aged viewer, and its caption."""
 
     title: str
     code: Array
@@ -60,7 +60,7 @@ def main(path: Path) -> None:
 
 
 def panels(model: DisplayModel, mode: str, hours: float, tissue: Array) -> list[Panel]:
-    """Un-aged, aged, and the aged display through both corrections."""
+    """Return the pictures of the un-aged display, the aged display, and the aged display with either correction."""
     aged, fresh = model.at(mode, hours), model.at("stable", hours)
     wanted = fresh.code_to_xyz(tissue)
     found = [
@@ -80,13 +80,13 @@ def panels(model: DisplayModel, mode: str, hours: float, tissue: Array) -> list[
 
 
 def away(shown: Array, wanted: Array, what: str = "to the un-aged") -> str:
-    """Say how far pictures are apart."""
+    """Return the difference between pictures as text."""
     error = delta_e_2000(linear_to_lab(xyz_to_linear(shown)), linear_to_lab(xyz_to_linear(wanted)))
     return f"ΔE2000 {what}: mean {error.mean():.1f}"
 
 
 def shares(model: DisplayModel, tissue: Array) -> dict[str, Array]:
-    """Hours, share of this image's pixels out of reach, and the factor of ``scale``: (n, 3) for each mode."""
+    """Return hours, share of this image's pixels out of reach, and the factor of ``scale``: (n, 3) for each mode."""
     result = {}
     for mode in COLOURS:
         table = []
@@ -101,7 +101,7 @@ def shares(model: DisplayModel, tissue: Array) -> dict[str, Array]:
 
 
 def draw(rows: list[list[Panel]], table: dict[str, Array], path: Path) -> None:
-    """Lay out the pictures pixel by pixel, and the shares over the hours below them."""
+    """Draw the pictures pixel by pixel, with the shares over the hours below them."""
     from matplotlib import style
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

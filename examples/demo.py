@@ -1,12 +1,12 @@
-"""What `make demo` shows: a real tissue image on an aged display, through the OpenColorIO configs that lutgen bakes.
+"""`make demo`: a real tissue image on an aged display, through the OpenColorIO configs that lutgen bakes.
 
     .venv/bin/python examples/demo.py [OUT]
 
 Builds the LUTs and configs of the default display into OUT/aged (31 hours × 2 modes; default: out), renders an
-immunohistochemistry field through four of the configs, compares every pixel with the model that they were baked from,
-and lays the images out as Figures 2 to 4 of the paper. The last line is the path of that picture.
+immunohistochemistry field through four of the configs, compares every pixel with the model of the configs, and
+arranges the images as in Figures 2 to 4 of the paper. The last line is the path of that picture.
 
-An interrupted or older build is completed or replaced; files that lutgen did not write are left alone.
+An interrupted or older build is completed or replaced; files that lutgen did not write are kept.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ AGES = (("chroma", 10_000.0), ("chroma", 18_000.0), ("chroma-luma", 10_000.0), (
 
 @dataclass(frozen=True)
 class Rendering:
-    """The image on one aged display, and how near the config comes to the model."""
+    """The image on one aged display, and the error of the config against the model."""
 
     mode: str
     hours: float
@@ -53,13 +53,13 @@ class Rendering:
 
     @property
     def caption(self) -> str:
-        """What stands under the image."""
+        """Return the caption of the image."""
         what = f"{self.mode}, {spaced(self.hours)} h"
         return f"{what}\nmean ΔE2000 {self.delta_e:.1f} · {100 * self.clipped:.1f} % of pixels clipped to sRGB"
 
 
 def main(out: Path) -> None:
-    """Build, render, compare, lay out."""
+    """Build, render, compare, draw."""
     model = DisplayModel(read_measurements(default_display()))
     print(model.measurements.provenance)
     build_all(model, out / "aged")
@@ -91,7 +91,7 @@ def build_all(model: DisplayModel, folder: Path) -> None:
 
 
 def render(model: DisplayModel, folder: Path, source: Pixels, mode: str, hours: float) -> Rendering:
-    """Send the image through a baked config, and through the model itself."""
+    """Apply a baked config, and the model itself, to the image."""
     aged = model.at(mode, hours)
     code = source / 255.0
     config = folder / mode / hour_name(hours) / "config.ocio"
@@ -103,7 +103,7 @@ def render(model: DisplayModel, folder: Path, source: Pixels, mode: str, hours: 
 
 
 def through_config(config: Path, view: str, source: Pixels) -> NDArray[np.float32]:
-    """Return what OpenColorIO shows of 8-bit code values on the sRGB viewer of a config; not clipped."""
+    """Return the output of OpenColorIO for 8-bit code values on the sRGB viewer of a config; not clipped."""
     lib = ocio()
     processor = lib.Config.CreateFromFile(str(config)).getProcessor(SOURCE, "sRGB", view, lib.TRANSFORM_DIR_FORWARD)
     pixels = np.ascontiguousarray(source / 255.0, dtype=np.float32)
@@ -118,7 +118,7 @@ def to_8_bit(code: NDArray[np.float32]) -> Pixels:
 
 
 def report(renderings: list[Rendering]) -> None:
-    """Print how near each config comes to the model, and how the image has changed."""
+    """Print the error of each config against the model, and the change of the image."""
     print(f"\nThe image through the configs, by OpenColorIO {ocio().__version__}:")
     print("                       config against model, 8-bit codes    image against un-aged")
     print("mode            hours          99 %          largest    mean ΔE2000    clipped")

@@ -1,10 +1,11 @@
 """Make examples/campaign/, eight small sessions of one display over four years. Simulated, not measured.
 
     python -m examples.make_campaign            write it
-    python -m examples.make_campaign --check    compare it with what would be written; exit 1 where it differs
+    python -m examples.make_campaign --check    compare it with the output; exit 1 if it differs
 
-The display is one of ``tests/virtual_sessions``, an independent simulator that shares nothing with lutgen. It ages,
-blue first, losing light exponentially; in one session its brightness was turned down, in another the room was lit.
+The display is one of ``tests/virtual_sessions``, an independent simulator that shares nothing with lutgen. The
+display ages: light decays exponentially, blue fastest. In one session the brightness is set lower; in another
+session the room is lit.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from tests.virtual_sessions.display import State, chart, panel, read, ti3_text
 
 FOLDER = Path(__file__).parent / "campaign"
 
-#: Year and month of each session, and what was not as usual.
+#: Year and month of each session, and its deviations from the usual state.
 SESSIONS: tuple[tuple[int, int, dict[str, object]], ...] = (
     (2021, 1, {}),
     (2021, 6, {}),
@@ -33,14 +34,14 @@ SESSIONS: tuple[tuple[int, int, dict[str, object]], ...] = (
     (2024, 12, {}),
 )
 
-#: Hours a day, and hours in which red, green and blue fall to 1/e.
+#: Hours of operation per day, and hours in which red, green and blue fall to 1/e.
 HOURS_PER_DAY, LIFE = 10.0, np.array([60_000.0, 55_000.0, 40_000.0])
 
 SEED = 5
 
 
 def files() -> dict[str, str]:
-    """Return name → text of every file: the same on every run."""
+    """Return name → text of every file, the same on every run."""
     rng = np.random.default_rng(SEED)
     made, code = panel(rng), chart(steps=6, mixed=3)
     start = date(SESSIONS[0][0], SESSIONS[0][1], 15)
@@ -65,7 +66,7 @@ hours_per_day = {HOURS_PER_DAY}
 
 
 def main() -> int:
-    """Write, or compare; the exit code."""
+    """Write, or compare. Return the exit code."""
     parser = argparse.ArgumentParser(prog="python -m examples.make_campaign", description="Make a simulated campaign.")
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 where a file differs")
     check = parser.parse_args().check

@@ -1,16 +1,16 @@
-"""Make the two data sets of the walk-through, each of a display with a hidden fault. Simulated, not measured.
+"""Make the two data sets of the walk-through, each of a display with hidden effects. Simulated, not measured.
 
     python -m examples.make_displays            write examples/display-a.csv and display-b.csv
-    python -m examples.make_displays --check    compare them with what would be written; exit 1 where they differ
+    python -m examples.make_displays --check    compare them with the output; exit 1 if they differ
 
-The displays are those of ``tests/virtual_display``, an independent spectral simulator that shares nothing with lutgen.
-Whoever wants to find the faults without being told should stop reading here.
+The displays are those of ``tests/virtual_display``, an independent spectral simulator that shares nothing with
+lutgen. Stop reading here to find the hidden effects on your own.
 
-Display A is an LCD lit by white LEDs whose black leaks light: 0.06 % of white when new and three times as much in the
-end, in a form that lutgen's catalogue does not have (light of closed sub-pixels alone, violet, growing in an S-curve).
-Its mid-tones drift too: the exponent of its transfer curve changes by 0.15 in 18 000 h. Display B is a TN panel seen
-from above and below: its exponent changes by 0.15 from the middle of the screen to either edge, which lutgen's
-catalogue does not have. Sizes are assumptions, near those that the catalogue names as typical.
+Display A is an LCD lit by white LEDs whose black leaks light: 0.06 % of white when new and three times as much at
+the end, in a form that lutgen's catalogue does not have (light of closed sub-pixels alone, violet, growing in an
+S-curve). Its mid-tones drift too: the exponent of its transfer curve changes by 0.15 in 18 000 h. Display B is a TN
+panel seen from above and below: its exponent changes by 0.15 from the middle of the screen to either edge, which
+lutgen's catalogue does not have. Sizes are assumptions, near those that the catalogue names as typical.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from tests.virtual_display.campaign import Campaign, csv_text
 
 FOLDER = Path(__file__).parent
 
-#: The first display that the simulator makes.
+#: The first display of the simulator.
 SEED = 1
 
-#: Sessions at 1700 and 5200 h, where the simulator's full design would read no tips, keep the tables short.
+#: The sessions at 1700 and 5200 h, where the simulator's full design reads no tips, keep the tables short.
 DISPLAYS = {
     "display-a.csv": Campaign(
         display="white LED LCD",
@@ -44,7 +44,7 @@ DISPLAYS = {
 
 
 def main() -> int:
-    """Write, or compare; the exit code."""
+    """Write, or compare. Return the exit code."""
     parser = argparse.ArgumentParser(prog="python -m examples.make_displays", description="Make simulated displays.")
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 where a file differs")
     check = parser.parse_args().check
@@ -61,7 +61,7 @@ def main() -> int:
 
 
 def same(one: str, other: str) -> bool:
-    """Whether two tables hold the same, but for the last of six digits: platforms differ in rounding."""
+    """Return whether two tables are equal except for the last of six digits: platforms differ in rounding."""
     lines = list(zip(one.splitlines(), other.splitlines(), strict=False))
     cells = [pair for mine, theirs in lines for pair in zip(mine.split(","), theirs.split(","), strict=False)]
     alike = one.count("\n") == other.count("\n") and one.count(",") == other.count(",")

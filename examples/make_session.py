@@ -1,11 +1,11 @@
 """Make examples/session.ti3, one session as ArgyllCMS writes it, of an aged display. Simulated, not measured.
 
     python -m examples.make_session            write it
-    python -m examples.make_session --check    compare it with what would be written; exit 1 where it differs
+    python -m examples.make_session --check    compare it with the output; exit 1 if it differs
 
-The display is one of ``tests/virtual_display``, an independent spectral simulator that shares nothing with lutgen: an
-LCD lit by white LEDs after 12 000 hours. A calibration brings its white back to D65 by lowering red and blue; green is
-at its stop. The display warms up by half a percent while it is read.
+The display is one of ``tests/virtual_display``, an independent spectral simulator that shares nothing with lutgen:
+an LCD lit by white LEDs after 12 000 hours. A calibration restores D65 for white by lower red and blue; green is at
+its maximum. The display's light rises by half a percent while it warms up during the session.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ FILE = Path(__file__).parent / "session.ti3"
 DISPLAY = Campaign(display="white LED LCD", seed=4)
 HOURS, SEED = 12_000.0, 7
 
-#: A reading's noise, 1 sigma: share of the light, and cd/m²; warm-up over the session; black as a share of white.
+#: Noise of a reading, 1 sigma, relative and in cd/m²; warm-up over the session; black as a share of white.
 NOISE, FLOOR, WARMING, LEAK = 0.001, 0.002, 0.005, 0.0009
 
 
 def session_text() -> str:
-    """Return the file: the same text on every run."""
+    """Return the text of the file, the same on every run."""
     tips = truth(DISPLAY, np.eye(3), HOURS)
     x, y = D65_XY
     gains = np.linalg.solve(tips.T, [x / y, 1.0, (1.0 - x - y) / y])
@@ -53,7 +53,7 @@ def session_text() -> str:
 
 
 def _patches() -> Array:
-    """White four times over the session, black, greys, ramps, and mixtures, in the order read."""
+    """Return the patches in reading order: white four times over the session, black, greys, ramps, and mixtures."""
     greys = [np.full(3, level) for level in np.linspace(0.0, 1.0, 17)[:-1]]
     ramps = [level * channel for channel in np.eye(3) for level in np.linspace(0.125, 1.0, 8)]
     mixtures = [np.array(each) for each in product((0.25, 0.6, 1.0), repeat=3) if np.ptp(each)]
@@ -64,7 +64,7 @@ def _patches() -> Array:
 def _code(
     linear: Array,
 ) -> Array:
-    """Invert the simulator's transfer by a fine table."""
+    """Invert the simulator's transfer function with a fine table."""
     code = np.linspace(0.0, 1.0, 100_001)
     return np.interp(linear, code_to_linear(code), code)
 
@@ -118,7 +118,7 @@ BEGIN_DATA
 
 
 def main() -> int:
-    """Write, or compare; the exit code."""
+    """Write, or compare. Return the exit code."""
     parser = argparse.ArgumentParser(prog="python -m examples.make_session", description="Make a simulated session.")
     parser.add_argument("--check", action="store_true", help="write nothing; exit 1 where the file differs")
     text = session_text()
@@ -132,7 +132,7 @@ def main() -> int:
 
 
 def alike(one: str, other: str) -> bool:
-    """Whether two sessions hold the same, but for rounding."""
+    """Return whether two sessions are equal except for rounding."""
     return same(one.replace(" ", ","), other.replace(" ", ","))
 
 

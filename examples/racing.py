@@ -1,6 +1,6 @@
-"""How two ways to the same result are timed against one another, and a figure against its limit.
+"""Time two ways to the same result against each other, or a figure against its limit.
 
-Contestants take turns; ratios are formed turn by turn. Used by ``bench``, which prints the table.
+The contestants run in turn; each turn gives a ratio. ``bench`` uses this module and prints the table.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ if TYPE_CHECKING:
 
 LUTGEN = (sys.executable, "-m", "lutgen")
 
-#: Programs run as they are installed: Python keeps what it has compiled, whatever the caller's shell says.
+#: Programs run as installed: Python keeps compiled files, independent of the caller's shell.
 ENVIRONMENT = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
 
 
 def processor_seconds() -> float:
-    """Seconds that processors have worked for this process and for its children that have ended."""
+    """Return the processor seconds of this process and of its children that have ended."""
     children = resource.getrusage(resource.RUSAGE_CHILDREN)
     return time.process_time() + children.ru_utime + children.ru_stime
 
 
 @dataclass
 class Clock:
-    """What a race is timed by: the clock on the wall, unless a busy machine asks for ``processor_seconds``."""
+    """The clock of a race: the wall clock, or ``processor_seconds`` for a busy machine."""
 
     read: Callable[[], float] = time.perf_counter
 
@@ -47,7 +47,7 @@ CLOCK = Clock()
 
 @dataclass(frozen=True)
 class Row:
-    """One line of the table; ``lutgen`` and ``peer`` in ``unit``, None where the peer is missing."""
+    """One line of the table; ``lutgen`` and ``peer`` in ``unit``, None if the peer is missing."""
 
     what: str
     peer_name: str
@@ -61,7 +61,7 @@ class Row:
 
     @property
     def met(self) -> str:
-        """Whether the goal is met; nothing where there is none, or no peer."""
+        """Return whether the goal is met; empty if there is no goal or no peer."""
         if self.goal is None:
             return ""
         return "no peer" if self.ratio is None else "yes" if self.ratio >= self.goal else "NO"
@@ -69,9 +69,9 @@ class Row:
 
 @dataclass(frozen=True)
 class Peer:
-    """Somebody else's way to the same result.
+    """Another program's way to the same result.
 
-    ``run`` does 1/``scale`` of the work, and is None where it is not installed.
+    ``run`` does 1/``scale`` of the work, and is None if the program is not installed.
     """
 
     name: str
@@ -83,7 +83,7 @@ class Peer:
 def race(what: str, mine: Callable[[], object], *peers: Peer, times: int, scratch: Path | None = None) -> list[Row]:
     """Time ``mine`` and every peer in turn, ``times`` times after a warm-up each.
 
-    The files in ``scratch`` are removed before each run: writing over an old file makes some file systems wait.
+    The files in ``scratch`` are removed before each run: on some file systems, overwriting an old file blocks.
     """
     present = [peer for peer in peers if peer.run]
     runs = [mine, *(peer.run for peer in present if peer.run)]
@@ -105,7 +105,7 @@ def race(what: str, mine: Callable[[], object], *peers: Peer, times: int, scratc
 
 
 def seconds_of(run: Callable[[], object], scratch: Path | None = None) -> float:
-    """Run once; the files in ``scratch`` are removed before."""
+    """Run once and return the seconds; first remove the files in ``scratch``."""
     for old in scratch.iterdir() if scratch else ():
         old.unlink()
     start = CLOCK.read()
@@ -114,7 +114,7 @@ def seconds_of(run: Callable[[], object], scratch: Path | None = None) -> float:
 
 
 def against_limit(what: str, figures: list[float], limit: float, unit: str) -> Row:
-    """A figure rather than a race: the ratio is how many times it fits into its limit."""
+    """Return a row for a figure instead of a race: the ratio is the limit divided by the figure."""
     if not all(figures):
         return Row(what, "the limit: Linux's /proc is not here", 0.0, goal=1.0, unit=unit)
     ratios = [limit / figure for figure in figures]
@@ -122,23 +122,26 @@ def against_limit(what: str, figures: list[float], limit: float, unit: str) -> R
 
 
 def program(name: str) -> str | None:
-    """Find a program of OpenColorIO or OpenImageIO: the one that came with this Python's bindings, else the system's.
+    """Find a program of OpenColorIO or OpenImageIO: the program of this Python's bindings, or else the system's.
 
-    The wheels bring programs of their own version; Debian's belong to Debian's bindings.
+    The wheels contain programs of their own version; Debian's programs belong to Debian's bindings.
     """
     beside = str(Path(sys.executable).parent)
     return shutil.which(name, path=beside) or shutil.which(name)
 
 
 def run(command: list[str]) -> None:
-    """Run a program to its end; what it says is only shown when it fails."""
+    """Run a program to its end; show its output only if it fails."""
     done = subprocess.run(command, env=ENVIRONMENT, capture_output=True, text=True, check=False, timeout=600)
     if done.returncode:
         raise SystemExit(f"bench: {' '.join(command)} failed:\n{done.stderr}")
 
 
 def peak_memory(command: list[str], folder: Path) -> float:
-    """Largest sum of the proportional set sizes of a program and its children, in MB, looked at every 10 ms."""
+    """Return the maximum of the summed proportional set sizes of a program and its children, in MB.
+
+    The sizes are read every 10 ms.
+    """
     peak = 0.0
     with (
         (folder / "out.txt").open("w") as out,
@@ -152,7 +155,7 @@ def peak_memory(command: list[str], folder: Path) -> float:
 
 @contextmanager
 def watched(pid: int) -> Iterator[list[float]]:
-    """Give a list whose only number, at the end of the block, is the peak of :func:`memory` inside it."""
+    """Yield a list; at the end of the block its only number is the peak of :func:`memory` inside the block."""
     peak, done = [0.0], Event()
 
     def watch() -> None:
@@ -169,12 +172,12 @@ def watched(pid: int) -> Iterator[list[float]]:
 
 
 def memory(pid: int) -> float:
-    """Sum of the proportional set sizes of a process and its children, in MB."""
+    """Return the sum of the proportional set sizes of a process and its children, in MB."""
     return sum(map(_pss_mb, _family(pid)))
 
 
 def processor_time(pid: int) -> float:
-    """Seconds for which the threads of a process and its children have run; 0 without Linux's /proc."""
+    """Return the seconds for which the threads of a process and its children have run; 0 without Linux's /proc."""
     return sum(map(_ran_ns, _family(pid))) * 1e-9
 
 

@@ -1,4 +1,4 @@
-"""JSON with one place changed, which its schema must refuse."""
+"""JSON with one changed value, which the schema must refuse."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def altered(content: Any, path: Sequence[str | int], value: object) -> Any:
-    """Return a copy of JSON content that holds ``value`` at a path of keys and indices."""
+    """Return a copy of JSON content that has ``value`` at a path of keys and indices."""
     changed = place = deepcopy(content)
     for key in path[:-1]:
         place = place[key]

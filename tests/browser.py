@@ -1,6 +1,6 @@
-"""A headless Chromium that tests drive over its own debugging pipe: no port, no driver program, no package.
+"""A headless Chromium that tests control through its debugging pipe, without port, driver program or package.
 
-https://chromedevtools.github.io/devtools-protocol; messages are JSON, each ended by a zero byte, on
+The protocol is https://chromedevtools.github.io/devtools-protocol. Messages are JSON, each followed by a zero byte, on
 descriptors 3 and 4.
 """
 
@@ -22,18 +22,19 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-#: The program, by the names that it has on Debian and elsewhere.
+#: The program, by its names on Debian and on other systems.
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
 
-#: Seconds for which any answer is waited for.
+#: Timeout in seconds for every answer.
 PATIENCE = 60.0
 
-#: What Chromium answers to a question whose page left while it was asked: the next page is the one to ask.
+#: Chromium's error messages for a question whose page was left before the answer. The question is then repeated to the
+#: next page.
 _LEFT = ("Inspected target navigated or closed", "Execution context was destroyed", "Cannot find context")
 
 
 class PageLeftError(AssertionError):
-    """The page was left for another one before it answered."""
+    """The page was left for another page before it answered."""
 
 
 _OPTIONS = (
@@ -52,7 +53,7 @@ _OPTIONS = (
     "--remote-debugging-pipe",
 )
 
-#: What a Python does before it becomes Chromium: the pipe's ends get the numbers that Chromium expects.
+#: Code that Python runs before it becomes Chromium: it gives the pipe's ends the numbers that Chromium expects.
 _BECOME = """
 import fcntl, os, sys
 ends = [fcntl.fcntl(int(end), fcntl.F_DUPFD, 10) for end in sys.argv[1:3]]
@@ -85,9 +86,9 @@ class Page:
         data = memoryview(json.dumps(message).encode() + b"\0")
         while data:
             assert select.select([], [self._writing], [], PATIENCE)[1], "Chromium does not listen"
-            # So much is written without waiting where anything can be.
+            # PIPE_BUF bytes can be written without blocking when the pipe accepts any bytes.
             data = data[os.write(self._writing, data[: select.PIPE_BUF]) :]
-        # A browser that tells this and that, but never answers, would be heard for ever.
+        # A browser may send events without end and never answer; the time limit stops the wait.
         end = time.monotonic() + 3 * PATIENCE
         while True:
             assert time.monotonic() < end, f"Chromium does not answer {method}"
@@ -109,13 +110,13 @@ class Page:
         self.wait(f"document.readyState === 'complete' && location.href === {json.dumps(address)}")
 
     def ask(self, expression: str) -> Any:
-        """Evaluate JavaScript, waiting for promises."""
+        """Evaluate JavaScript and wait for promises."""
         found = self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
         assert "exceptionDetails" not in found, found
         return found["result"].get("value")
 
     def wait(self, expression: str, patience: float = PATIENCE) -> None:
-        """Wait until JavaScript says true, of this page or of the one that follows it."""
+        """Wait until a JavaScript expression is true, on this page or on the next page."""
         end = time.monotonic() + patience
         while not self._says(expression):
             assert time.monotonic() < end, expression
@@ -128,29 +129,29 @@ class Page:
             return False
 
     def press(self, key: str, code: int, text: str = "") -> None:
-        """Press and release a key; with the text that it types, it presses the button that has the focus, too."""
+        """Press and release a key. With the text of the key, the key also presses the focused button."""
         for kind, typed in (("keyDown" if text else "rawKeyDown", text), ("keyUp", "")):
             more = {"text": typed} if typed else {}
             self.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=code, **more)
 
     def drag(self, *way: tuple[float, float]) -> None:
-        """Press the mouse at the first place, move over the others, and release it at the last."""
+        """Press the mouse button at the first place, move over the other places, and release it at the last place."""
         kinds = ["mousePressed", *["mouseMoved"] * (len(way) - 1), "mouseReleased"]
         for kind, (x, y) in zip(kinds, [*way, way[-1]], strict=True):
             self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, clickCount=1)
 
     def size(self, width: int, height: int, ratio: float = 1) -> None:
-        """Give the window a size in CSS pixels, and say how many of the screen's make one."""
+        """Set the window's size in CSS pixels, and the number of screen pixels per CSS pixel."""
         scale = {"deviceScaleFactor": ratio, "mobile": False}
         self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, **scale)
 
     def theme(self, name: str = "") -> None:
-        """Ask for a light or a dark page; without a name for what the system has."""
+        """Request a light or dark page; without a name, request the system's theme."""
         features = [{"name": "prefers-color-scheme", "value": name}] if name else []
         self.call("Emulation.setEmulatedMedia", features=features)
 
     def run(self, script: str) -> None:
-        """Run a script in the page, whatever the page allows."""
+        """Run a script in the page, even if the page's policy forbids scripts."""
         found = self.call("Runtime.evaluate", expression=script)
         assert "exceptionDetails" not in found, found
 
@@ -180,7 +181,7 @@ class Page:
 
 @contextmanager
 def browser(profile: Path) -> Iterator[Page]:
-    """Start Chromium with a new profile in an empty folder; end it, with all that it started, afterwards."""
+    """Start Chromium with a new profile in an empty folder; at the end stop all processes that it started."""
     assert CHROMIUM
     theirs, writing = os.pipe()
     reading, ours = os.pipe()

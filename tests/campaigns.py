@@ -12,10 +12,10 @@ if TYPE_CHECKING:
 
 HOURS = (0.0, 6000.0, 18_000.0)
 
-#: Sessions of the data sets with conditions: more, since each has few readings of a condition.
+#: Sessions of the data sets with conditions. They are more numerous, because each has few readings of a condition.
 MORE_HOURS = (0.0, 1000.0, 2500.0, 4500.0, 6000.0, 12_000.0, 18_000.0)
 
-#: What each data set is good for is told by its name.
+#: The name of a data set says what the data set shows.
 CAMPAIGNS = {
     "leak": Campaign(design="greys", hours=HOURS, hidden=(("black-level", 0.002, "constant"),), seed=18),
     "healthy": Campaign(design="greys", hours=HOURS, seed=19),
@@ -33,12 +33,12 @@ CAMPAIGNS = {
 
 @cache
 def text_of(name: str) -> str:
-    """The data set as CSV."""
+    """Return the data set as CSV."""
     return csv_text(CAMPAIGNS[name])
 
 
 def single(text: str) -> str:
-    """The data set with each patch read once a session: no replicates."""
+    """Return the data set with one reading per patch and session, that is, without replicates."""
     head = [line for line in text.splitlines() if line.startswith("#")]
     header, *rows = [line for line in text.splitlines() if not line.startswith("#")]
     first: dict[str, str] = {}

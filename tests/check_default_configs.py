@@ -1,7 +1,8 @@
-"""Does ``configs/default`` still follow from the code? Builds it anew in a scratch folder and compares.
+"""Check that the code still produces ``configs/default``: build it in a temporary folder and compare.
 
-LUTs byte for byte; configs as this OpenColorIO writes them after reading, since versions word them differently; the
-recipe as JSON; and nothing that is not listed. Run by ``make check-configs``; exit 1 names what differs.
+LUTs are compared byte by byte. Configs are compared as this OpenColorIO writes them after reading, because versions
+write them differently. The recipe is compared as JSON. No unlisted file may exist. ``make check-configs`` runs this
+script; on exit code 1 the output names the differences.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ COMMITTED = Path(__file__).resolve().parents[1] / "configs" / "default"
 
 
 def differences(committed: Path) -> list[str]:
-    """Say what in ``committed`` is not what the code makes today."""
+    """Return the differences between ``committed`` and the output of the present code."""
     model = DisplayModel(read_measurements(default_display()), selection="continuous")
     plan = Plan(tuple(parse_hours("0..18000", model.tips)), modes=tuple(MODES), formats=("clf",))
     kept = read_manifest(committed / MANIFEST)
@@ -51,7 +52,7 @@ def _content(path: Path) -> str:
 
 
 def main() -> None:
-    """Print the differences; exit 1 when there are any."""
+    """Print the differences; exit with 1 if there are any."""
     found = differences(COMMITTED)
     for difference in found:
         print(difference)

@@ -1,4 +1,4 @@
-"""Slides for the tests of cohorts, and effects under which worker processes die, or wait."""
+"""Slides for the tests of cohorts, and effects that make worker processes die or wait."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 HOURS = (0.0, 6000.0, 18_000.0)
 
-#: Glows; but the first process beside the tests' own to use it dies when there is a file `order` beside it, and every
-#: one that is to show an image of seven colours.
+#: An effect that adds light. If there is a file `order` beside it, the first process other than the tests' own that
+#: uses the effect dies. Every process that shows an image of seven colours dies too.
 DEADLY = '''\
 """Glue glows."""
 
@@ -48,7 +48,7 @@ def deadly_glow(xyz, scene, *, glow):
     return xyz + glow * scene.tau * scene.white
 '''
 
-#: Glows; but never ends with an image of seven colours while there is a file `gate` beside it.
+#: An effect that adds light. With an image of seven colours the effect waits while there is a file `gate` beside it.
 WAITING = '''\
 """Glue glows."""
 
@@ -75,7 +75,7 @@ def model() -> DisplayModel:
 
 
 def deadly_model(folder: Path, *, order: bool) -> DisplayModel:
-    """A model with the effect; a process dies of it once where that is an `order`."""
+    """Return a model with the effect that kills processes. With `order`, one process dies of the effect, once."""
     (folder / "parent").write_text(str(os.getpid()))
     if order:
         (folder / "order").touch()
@@ -83,7 +83,7 @@ def deadly_model(folder: Path, *, order: bool) -> DisplayModel:
 
 
 def waiting_model(folder: Path) -> DisplayModel:
-    """A model with the effect that waits at an image of seven colours until the file `gate` is removed."""
+    """Return a model with the effect that waits at an image of seven colours until the file `gate` is removed."""
     (folder / "gate").touch()
     return _glowing(folder / "waiting.py", WAITING)
 
@@ -95,7 +95,7 @@ def _glowing(file: Path, source: str) -> DisplayModel:
 
 
 def make_slides(folder: Path, count: int, side: int = 40) -> list[Path]:
-    """Parts of a real image, each another."""
+    """Write parts of a real image; no two parts are equal."""
     folder.mkdir(exist_ok=True)
     tissue: Any = np.asarray(immunohistochemistry())
     files = []
@@ -108,12 +108,12 @@ def make_slides(folder: Path, count: int, side: int = 40) -> list[Path]:
 
 
 def seven_colours(file: Path) -> Path:
-    """An image of seven colours, at which the effects die or wait."""
+    """Write an image of seven colours, at which the effects die or wait."""
     imsave(file, np.repeat(np.arange(20, 27, dtype=np.uint8), 3).reshape(1, 7, 3), check_contrast=False)
     return file
 
 
 def break_slide(file: Path) -> Path:
-    """Cut a file off, as copies are that were interrupted."""
+    """Truncate a file, like an interrupted copy."""
     file.write_bytes(file.read_bytes()[:300])
     return file

@@ -1,4 +1,4 @@
-"""Runs ``lutgen`` in the test's own process, as a shell would: standard output, standard error and exit code."""
+"""Run ``lutgen`` in the test's own process; return standard output, standard error and exit code."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Done(NamedTuple):
-    """What a command left."""
+    """The output and the exit code of a command."""
 
     code: int
     out: str
@@ -27,17 +27,17 @@ class Done(NamedTuple):
 
     @property
     def lines(self) -> list[str]:
-        """Lines of standard output."""
+        """Return the lines of standard output."""
         return self.out.splitlines()
 
 
 def words(text: str) -> str:
-    """Return what is printed without its line breaks and no-break spaces."""
+    """Return printed text without its line breaks and no-break spaces."""
     return " ".join(text.replace("\N{NO-BREAK SPACE}", " ").split())
 
 
 def replaces_by_force_alone(run: Callable[..., Done], old: Path, *arguments: str) -> None:
-    """Fail unless a command leaves a file of somebody's as it is, and with ``--force`` writes over it."""
+    """Fail unless a command keeps an existing file of the user, and overwrites it with ``--force``."""
     old.write_text("mine")
     done = run(*arguments)
     assert (done.code, old.read_text()) == (2, "mine")
@@ -47,7 +47,7 @@ def replaces_by_force_alone(run: Callable[..., Done], old: Path, *arguments: str
 
 
 def exit_code(patch: pytest.MonkeyPatch, *arguments: object) -> int:
-    """Run ``lutgen`` in this process, whose answer to SIGTERM stays its own."""
+    """Run ``lutgen`` in this process and keep the process's handler of SIGTERM."""
     before = signal.getsignal(signal.SIGTERM)
     patch.setattr(sys, "argv", ["lutgen", *map(str, arguments)])
     with pytest.raises(SystemExit) as ended:
@@ -57,7 +57,7 @@ def exit_code(patch: pytest.MonkeyPatch, *arguments: object) -> int:
 
 
 def here(*arguments: object) -> subprocess.CompletedProcess[str]:
-    """Run ``lutgen`` in this process and return what a process of its own would leave, half a second earlier."""
+    """Run ``lutgen`` in this process; return the result of a separate process, half a second faster."""
     out, err = io.StringIO(), io.StringIO()
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
         code = exit_code(patch, *arguments)
@@ -67,7 +67,7 @@ def here(*arguments: object) -> subprocess.CompletedProcess[str]:
 def in_process(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *command: str
 ) -> Callable[..., Done]:
-    """Return what runs ``lutgen``, or one of its commands, with arguments."""
+    """Return a function that runs ``lutgen``, or one of its commands, with arguments."""
 
     def lutgen(*arguments: str) -> Done:
         code = exit_code(monkeypatch, *command, *arguments)

@@ -1,4 +1,4 @@
-"""What all tests share."""
+"""Options, fixtures and settings of all tests."""
 
 from __future__ import annotations
 
@@ -27,21 +27,22 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 
-# As the command itself: one thread of BLAS, whose last bits depend on their number. numpy is not loaded yet.
+# One thread of BLAS, as in the command itself: the last bits of results depend on the number of threads. numpy is not
+# imported yet.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-# A busy machine is no fault of the code, and a failure here must be the same failure elsewhere.
+# No deadline, because a busy machine is not a fault of the code. Derandomised, so that failures are reproducible.
 settings.register_profile("lutgen", deadline=None, derandomize=True)
 settings.load_profile("lutgen")
 
-# What is imported and collected stays to the end: to look through it for garbage is a fifth of collecting.
+# Imported modules and collected tests stay until the end. Garbage collection of them takes a fifth of the collecting.
 gc.disable()
 
 
-#: Slow cases of one test that are run without ``--everything``.
+#: Number of slow cases of one test that run without ``--everything``.
 SAMPLE = 1
 
-#: All tests that were collected, those too that are left out.
+#: All collected tests, including those that are left out.
 COLLECTED: pytest.StashKey[tuple[pytest.Item, ...]] = pytest.StashKey()
 
 
@@ -52,9 +53,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leave out, without ``--everything``, what :func:`left_out` says.
+    """Without ``--everything``, leave out the tests that :func:`left_out` returns.
 
-    Tests that draw with OpenGL come last: it leaves threads behind, beside which a forked process may wait for ever.
+    Tests that draw with OpenGL run last: OpenGL leaves threads behind, and a process that is forked beside them may
+    hang.
     """
     items.sort(key=lambda item: any(mark.args == ("renderer",) for mark in item.iter_markers("usefixtures")))
     config.stash[COLLECTED] = tuple(items)
@@ -66,10 +68,10 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def left_out(items: Iterable[pytest.Item], seed: int = 0) -> set[pytest.Item]:
-    """Tests with the mark ``rare``, and what no draw took of slow ones.
+    """Return the tests with the mark ``rare``, and the slow tests that were not drawn.
 
-    Of the cases of a test one is drawn, of ``slow(cases=n)`` n, of ``slow(every=True)`` all; of a file's tests with
-    ``slow(few=n)``, n.
+    Of the cases of a test, one is drawn; with ``slow(cases=n)``, n cases; with ``slow(every=True)``, all cases. Of a
+    file's tests with ``slow(few=n)``, n tests are drawn.
     """
     rare = {item for item in items if item.get_closest_marker("rare")}
     slow: dict[str, list[pytest.Item]] = defaultdict(list)
@@ -98,13 +100,13 @@ def left_out(items: Iterable[pytest.Item], seed: int = 0) -> set[pytest.Item]:
 
 
 def pytest_collection_finish() -> None:
-    """From here on garbage is collected, among what tests make."""
+    """Enable the garbage collector from here on, for the objects of the tests."""
     gc.freeze()
     gc.enable()
 
 
 def pytest_report_header() -> str:
-    """Say which bindings are under test."""
+    """Return which bindings are under test."""
     return f"OpenColorIO {ocio().__version__} from {ocio().__file__}, OpenImageIO {oiio().VERSION_STRING}"
 
 
@@ -116,14 +118,14 @@ def lutgen(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) 
 
 @pytest.fixture
 def run(lutgen: Callable[..., Done], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Done]:
-    """Run ``lutgen`` in this process, in an empty folder; files may put something into it."""
+    """Run ``lutgen`` in this process, in an empty folder; test files may override this fixture to add files."""
     monkeypatch.chdir(tmp_path)
     return lutgen
 
 
 @pytest.fixture(scope="session")
 def readings() -> Measurements:
-    """The default display's."""
+    """The readings of the default display."""
     from lutgen import default_display, read_measurements
 
     return read_measurements(default_display())
@@ -131,7 +133,7 @@ def readings() -> Measurements:
 
 @pytest.fixture(scope="session")
 def model(readings: Measurements) -> DisplayModel:
-    """The default display."""
+    """The model of the default display."""
     from lutgen import DisplayModel
 
     return DisplayModel(readings)
@@ -139,7 +141,7 @@ def model(readings: Measurements) -> DisplayModel:
 
 @pytest.fixture(scope="session")
 def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[chromium_browser.Page, Path]]:
-    """Chromium, and the folder that takes its downloads: one for all tests of a process, since it starts slowly."""
+    """Chromium and its download folder, one for all tests of a process, because Chromium starts slowly."""
     folder = tmp_path_factory.mktemp("chromium")
     with browser(folder / "profile") as page:
         page.call("Browser.setDownloadBehavior", behavior="allow", downloadPath=str(folder))
@@ -148,7 +150,7 @@ def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[chromiu
 
 @pytest.fixture(scope="session")
 def fox(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[firefox_browser.Page, Path]]:
-    """Firefox, and the folder that takes its downloads; as with Chromium."""
+    """Firefox and its download folder, one for all tests of a process."""
     if FIREFOX is None:
         pytest.skip("Firefox and a screen for it are not installed (Debian: firefox-esr, xvfb)")
     folder = tmp_path_factory.mktemp("firefox")

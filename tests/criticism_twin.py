@@ -1,8 +1,8 @@
-"""A slow twin of the fit: one reading at a time, every unknown in one vector, solved by scipy.
+"""A slow reference of the fit: one reading at a time, every unknown in one vector, solved by scipy.
 
-The paper's six steps, each effect's formula and the noise are told again in a few lines that share nothing with
-lutgen. Tips, gains and parameters are all unknowns of one ``scipy.optimize.least_squares``; lutgen eliminates most of
-them block by block, which must lead to the same place.
+The paper's six steps, each effect's formula and the noise are implemented again in a few lines. The code shares nothing
+with lutgen. Tips, gains and parameters are all unknowns of one ``scipy.optimize.least_squares``. lutgen eliminates most
+of them block by block; both methods must give the same result.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ if TYPE_CHECKING:
 
 TIPS = ((1.0, 1.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 D65 = (0.3127 / 0.3290, 1.0, (1.0 - 0.3127 - 0.3290) / 0.3290)
-#: Of the paper's T'_i: the tips that it meets, and the inverse of their drives as columns.
+#: For the paper's T'_i: the tips that it reproduces, and the inverse of their drives as columns.
 KEPT = [[j for j in range(4) if j != i] for i in range(4)]
 UNDRIVEN = [np.linalg.inv(np.array([TIPS[j] for j in kept]).T) for kept in KEPT]
 LIFE_H = 18_000.0
 SHARED = 0.6
 
-#: The same in the floor.
+#: Correlation of X, Y and Z in the noise floor.
 FLOOR_SHARED = 0.3
 TIE = 1e-9
 
-#: White and primaries of an ordinary display at hour 0, cd/m²; white is not quite the sum of its primaries.
+#: White and primaries of a typical display at hour 0, cd/m²; white is not exactly the sum of its primaries.
 FRESH = np.array([[235.0, 248.0, 268.0], [104.0, 54.0, 5.0], [89.0, 178.0, 30.0], [44.0, 18.0, 235.0]])
 
 
@@ -45,7 +45,7 @@ MIXTURES = ((0.9, 0.2, 0.4), (0.3, 0.8, 0.6), (0.7, 0.6, 0.95), (0.2, 0.4, 0.3))
 CORNERS = tuple({"u": u, "v": v} for u in (0.1, 0.9) for v in (0.1, 0.9))
 HOURS = (0.0, 7000.0, 16_000.0)
 
-#: Parameters that a display has, and the baseline that shows them. No row lies on a bound.
+#: True parameters of a display, and the baseline that shows them. No value lies on a bound.
 TRUTHS = {
     "black-level": ({"new": 0.002, "grown": 0.003}, "colour-points"),
     "crosstalk": ({"new": 0.02, "grown": 0.05}, "colour-points"),
@@ -59,7 +59,7 @@ TRUTHS = {
 
 @dataclass(frozen=True)
 class Reading:
-    """A patch and what was read of it; ``where`` holds the conditions that are not at rest."""
+    """A patch and its reading; ``where`` holds the conditions that are not at rest."""
 
     hour: float
     code: tuple[float, float, float]
@@ -68,12 +68,12 @@ class Reading:
     where: Values = field(default_factory=dict)
 
     def at(self, name: str, otherwise: float) -> float:
-        """A condition, or what is meant without it."""
+        """Return a condition, or ``otherwise`` if it is absent."""
         return self.where.get(name, otherwise)
 
 
 class Fault(NamedTuple):
-    """An effect by its formula: acts on linear light, on the four tips, or on the light that leaves the display."""
+    """An effect by its formula: it acts on linear light, on the four tips, or on the light that leaves the display."""
 
     linear: Callable[[list[float], float, Values], list[float]] = lambda linear, _tau, _p: linear
     tips: Callable[[Array, float, Values], Array] = lambda tips, _tau, _p: tips
@@ -81,7 +81,7 @@ class Fault(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """Where the twin's fit ends: χ², parameters and their standard errors."""
+    """The result of the reference fit: χ², parameters and their standard errors."""
 
     chi2: float
     values: dict[str, float]
@@ -141,13 +141,16 @@ def srgb_light(code: float) -> float:
 
 
 def matrices(tips: Array) -> list[Array]:
-    """The paper's T_w, T_r, T_g, T_b: T'_i meets the tips other than i, T_i is the mean of the T' other than i."""
+    """Return the paper's T_w, T_r, T_g, T_b.
+
+    T'_i reproduces the tips other than i; T_i is the mean of the T' other than i.
+    """
     three = [tips[kept].T @ undriven for kept, undriven in zip(KEPT, UNDRIVEN, strict=True)]
     return [np.asarray((three[a] + three[b] + three[c]) / 3.0) for a, b, c in KEPT]
 
 
 class Asked(NamedTuple):
-    """A code value: its linear light, and which of the paper's matrices it uses, those of the nearest tips."""
+    """A code value: its linear light, and the paper's matrices for it, those of the nearest tips."""
 
     light: list[float]
     nearest: list[int]
@@ -160,7 +163,7 @@ class Asked(NamedTuple):
 
 
 def shown(reading: Reading, tips: Array, fault: Fault, p: Values, known: dict[object, Any] | None = None) -> Array:
-    """XYZ of one reading, cd/m². ``known`` remembers what the readings of an hour have in common."""
+    """Return XYZ of one reading, cd/m². ``known`` caches the values that the readings of an hour have in common."""
     tau, known = reading.hour / LIFE_H, {} if known is None else known
     if reading.code not in known:
         known[reading.code] = Asked.of(reading.code)
@@ -172,7 +175,7 @@ def shown(reading: Reading, tips: Array, fault: Fault, p: Values, known: dict[ob
 
 
 def covariance(xyz: Array, relative: float, floor: float) -> Array:
-    """3 × 3 covariance of one reading: the light's noise and the floor, each with a correlation of its own."""
+    """Return the 3 × 3 covariance of one reading: the light's noise and the floor, each with its own correlation."""
     light = relative * np.asarray(xyz)
     total = np.zeros((3, 3))
     for i in range(3):
@@ -186,7 +189,7 @@ def covariance(xyz: Array, relative: float, floor: float) -> Array:
 def noisy(
     readings: Sequence[Reading], tips: Mapping[float, Array], fault: Fault, p: Values, seed: int
 ) -> list[Reading]:
-    """Read every patch: noise 0.2 % and 0.003 cd/m², and 0.3 % from session to session."""
+    """Read every patch, with noise of 0.2 % and 0.003 cd/m², and a gain of 0.3 % per session."""
     rng = np.random.default_rng(seed)
     gains = {key: 0.003 * rng.standard_normal() for key in sorted({(r.hour, r.session) for r in readings})}
     found = []
@@ -199,7 +202,7 @@ def noisy(
 
 
 def session(hour: float, name: str = "") -> list[Reading]:
-    """Tips and black twice, greys, ramps, mixtures; a grey in four corners; black in a lit room."""
+    """Return tips and black twice, greys, ramps, mixtures, a grey in four corners, and black in a lit room."""
     rest = [Reading(hour, code, session=name) for code in (*TIPS, *TIPS, *GREYS, *GREYS[:1], *RAMPS, *MIXTURES)]
     corners = [Reading(hour, (0.8, 0.8, 0.8), session=name, where=where) for where in CORNERS]
     room = [Reading(hour, (0.0, 0.0, 0.0), session=name, where={"ambient_lx": lx}) for lx in (50.0, 200.0)]
@@ -207,7 +210,7 @@ def session(hour: float, name: str = "") -> list[Reading]:
 
 
 def display(hours: Sequence[float] = HOURS, ageing: float = 0.3) -> dict[float, Array]:
-    """Tips that dim over the hours, blue's Z most."""
+    """Return tips that dim over the hours, blue's Z most."""
     return {hour: FRESH * (1.0 - ageing * hour / 18_000.0 * np.array([0.8, 0.9, 1.1])) for hour in hours}
 
 
@@ -219,7 +222,7 @@ def measured(name: str, *, seed: int = 1, values: Mapping[str, float] | None = N
 
 
 def table(readings: Sequence[Reading], **metadata: str) -> Measurements:
-    """The readings as lutgen takes them."""
+    """Return the readings in lutgen's type."""
     names = sorted({name for each in readings for name in each.where})
     rest = {"u": 0.5, "v": 0.5, "ambient_lx": 0.0, "window": 1.0}
     return Measurements(
@@ -241,10 +244,10 @@ def solve(
     fresh: bool = False,
     held: bool = False,
 ) -> Answer:
-    """Fit tips, gains and parameters at once, from the middle of the parameters' bounds.
+    """Fit tips, gains and parameters at once, starting from the middle of the parameters' bounds.
 
-    Under ``first-hour`` the tips are those of hour 0, and every session has a gain; else the tips are each hour's own,
-    and a gain is only needed where an hour has several sessions or no tips. ``held``: a sensor keeps white at the
+    Under ``first-hour`` the tips are those of hour 0, and every session has a gain. Otherwise each hour has its own
+    tips, and a gain is only needed where an hour has several sessions or no tips. ``held``: a sensor keeps white at the
     luminance of hour 0.
     """
     hours = sorted({each.hour for each in readings})
@@ -304,14 +307,17 @@ def _mean_tips(readings: Sequence[Reading], hour: float) -> Array:
 
 
 def _on_the_line(tips: Mapping[float, Array], hour: float) -> Array:
-    """Tips between two hours, on a straight line."""
+    """Return tips between two hours by linear interpolation."""
     before, after = max(each for each in tips if each < hour), min(each for each in tips if each > hour)
     share = (hour - before) / (after - before)
     return np.asarray((1.0 - share) * tips[before] + share * tips[after])
 
 
 def _slack(tips: Mapping[float, Array], hour: float) -> Array:
-    """How far a parabola through neighbouring hours leaves its chord: an eighth of its second derivative × span²."""
+    """Return the deviation of a parabola through neighbouring hours from its chord.
+
+    It is an eighth of the second derivative × span².
+    """
     hours = sorted(tips)
     after = next(k for k, each in enumerate(hours) if each > hour)
     span, bent = hours[after] - hours[after - 1], np.zeros((4, 3))
@@ -324,7 +330,7 @@ def _slack(tips: Mapping[float, Array], hour: float) -> Array:
 
 
 def _patch_means(readings: Sequence[Reading]) -> list[Array]:
-    """Mean reading of each reading's replicates: the light that its noise is reckoned from."""
+    """Return the mean of each reading's replicates; the noise is computed from this light."""
     kin: dict[object, list[Array]] = {}
     keys = [(each.hour, each.code, each.session, tuple(sorted(each.where.items()))) for each in readings]
     for key, each in zip(keys, readings, strict=True):

@@ -1,4 +1,4 @@
-"""A file system of its own for a test: small, or read-only."""
+"""A separate file system for a test: small, or read-only."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def mounted(folder: Path, options: str) -> Iterator[Path]:
-    """Mount a tmpfs with ``options`` on ``folder`` until the iterator ends; skip where that cannot be done."""
+    """Mount a tmpfs with ``options`` on ``folder`` until the iterator ends; skip the test if mounting fails."""
     folder.mkdir()
     try:
         done = subprocess.run(

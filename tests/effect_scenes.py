@@ -15,20 +15,20 @@ from lutgen.effects.spectra import SpectralDisplay
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
 
-#: White is a little less than its primaries together, as in most displays.
+#: White is slightly less than the sum of its primaries, as on most displays.
 TIPS = 250.0 * np.vstack([0.99 * D65, LINEAR_TO_XYZ.T])
 N = 24
 
 
 class Term:
-    """An effect and its values, as the chain wants them."""
+    """An effect and its values, as the chain of effects takes them."""
 
     def __init__(self, effect: Effect, **values: float) -> None:
         self.effect, self.values = effect, effect.rest() | values
 
 
 def scene_of(n: int = N, *, columns: bool = True, seed: int = 7, **given: Any) -> Scene:
-    """n readings under every condition, or, without columns, at rest."""
+    """Return n readings under every condition, or at rest if ``columns`` is false."""
     rng = np.random.default_rng(seed)
     code = rng.uniform(size=(n, 3))
     code[:7] = np.array([[0, 0, 0], [1, 1, 1], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0.5, 0.5, 0.5], [0.04, 0, 1]])
@@ -64,7 +64,7 @@ def light() -> SpectralDisplay:
 
 
 def signal_of(effect: Effect, scene: Scene, variants: tuple[int, ...] = ()) -> Array:
-    """What passes the effect's stage in a scene, with leading axes of variants; read-only."""
+    """Return the signal at the effect's stage in a scene, with leading axes of variants; read-only."""
     n = len(scene.code)
     rng = np.random.default_rng(3)
     if effect.stage == "drive":
@@ -82,7 +82,11 @@ def signal_of(effect: Effect, scene: Scene, variants: tuple[int, ...] = ()) -> A
 
 
 def lively(effect: Effect) -> dict[str, float]:
-    """Typical values, amplitudes that are typically 0 at a tenth of their upper bound, not all there at hour 0."""
+    """Return values with which the effect acts.
+
+    They are typical values. An amplitude that is typically 0 gets a tenth of its upper bound. The effect is not
+    complete at hour 0.
+    """
     values = {
         name: parameter.value if parameter.value or name not in effect.neutral else 0.1 * parameter.bounds[1]
         for name, parameter in effect.parameters.items()
@@ -91,13 +95,13 @@ def lively(effect: Effect) -> dict[str, float]:
 
 
 def one(name: str, signal: object, scene: Scene, **values: float) -> Array:
-    """One effect with some values, everything else at rest."""
+    """Apply one effect with some given values; all other values are at rest."""
     effect = catalogue()[name]
     return effect.function(np.asarray(signal, dtype=float), scene, **effect.rest() | values)
 
 
 def at(hours: float = 18_000.0, code: object = (0.5, 0.5, 0.5), **columns: float) -> Scene:
-    """One reading."""
+    """Return a scene of one reading."""
     return Scene(
         hours=np.array([[hours]]),
         code=np.array([code], dtype=float),

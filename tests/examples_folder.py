@@ -1,4 +1,4 @@
-"""A folder that holds what the examples in README and help texts name, and every command that they may run."""
+"""A folder with the files of the examples in README and help texts, and every command that the examples may run."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 
 def commands(here: Group = group, before: str = "") -> dict[str, Command]:
-    """Every command by its words, such as "study plan"; groups are those of their commands."""
+    """Return every command by its words, such as "study plan"; groups include their commands."""
     found: dict[str, Command] = {}
     for name in here.list_commands(Context(here)):
         command = here.get_command(Context(here), name)
@@ -43,7 +43,7 @@ COMMANDS = commands()
 
 
 def make_folder(folder: Path) -> Path:
-    """Put what the examples name into an empty folder."""
+    """Put the files of the examples into an empty folder."""
     imsave(folder / "slide.png", immunohistochemistry()[:64, :64])
     for top, name in ((0, "a.tif"), (32, "b.tif")):
         imsave(folder / name, immunohistochemistry()[top : top + 32, :32])
@@ -71,23 +71,23 @@ def make_folder(folder: Path) -> Path:
 
 
 def run_lutgen(line: str, folder: Path) -> str:
-    """Run a line of a shell in a folder; in this process, which has imported what is slow to import."""
+    """Run a line of a shell in a folder, in this process, where the slow modules are already imported."""
     program, *arguments = shlex.split(line, comments=True)
     assert program == "lutgen"
     if arguments[:2] == ["study", "run"] or arguments[:1] == ["explore"]:
         return run_until_served([sys.executable, "-m", "lutgen", *arguments], folder)
     with chdir(folder), pytest.MonkeyPatch.context() as patch:
-        # No workers: beside the threads of earlier tests (OpenGL, images) a forked process may wait for ever.
+        # No workers: beside the threads of earlier tests (OpenGL, images) a forked process may hang.
         patch.setattr(os, "cpu_count", lambda: 1)
         done = here(*arguments)
-    # A gate may say that the error of the example's model is too large.
+    # A gate may report that the error of the example's model is too large.
     allowed = (0, 1) if "--fail-above" in arguments else (0,)
     assert done.returncode in allowed, (line, done.stderr)
     return done.stdout
 
 
 def run_until_served(command: list[str], folder: Path) -> str:
-    """Run what serves a page until it does, and stop it as Ctrl-C would."""
+    """Run a command that serves a page until the page is served; then stop the command like Ctrl-C."""
     process = subprocess.Popen([*command, "--no-browser"], cwd=folder, stdout=subprocess.PIPE, text=True)
     with process:
         assert process.stdout

@@ -1,6 +1,6 @@
-"""The picture of `lutgen explore` in README: ``make explore-picture`` takes it anew.
+"""Take the picture of `lutgen explore` in README again (``make explore-picture``).
 
-The example, with one of its two hidden effects switched on.
+It shows the example with one of its two hidden effects switched on.
 """
 
 from __future__ import annotations

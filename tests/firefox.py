@@ -1,9 +1,9 @@
-"""A Firefox that tests drive over its own Marionette: no driver program, no package.
+"""A Firefox that tests control through Marionette. It needs no driver program and no package.
 
-It has a screen that nobody sees (Xvfb), since without one Firefox draws no WebGL.
+Firefox runs on a virtual screen (Xvfb), because without a screen it draws no WebGL.
 
-https://firefox-source-docs.mozilla.org/testing/marionette/Protocol.html; each message is JSON behind its length and a
-colon. What :class:`Page` offers is what ``tests.browser.Page`` offers of the same name.
+The protocol is https://firefox-source-docs.mozilla.org/testing/marionette/Protocol.html. Each message is JSON, preceded
+by its length and a colon. The methods of :class:`Page` have the names and meanings of those of ``tests.browser.Page``.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-#: The program, by the names that it has on Debian and elsewhere; None where it or its screen is missing.
+#: The program, by its names on Debian and on other systems; None if Firefox or Xvfb is missing.
 FIREFOX = next(filter(None, map(shutil.which, ("firefox-esr", "firefox"))), None) if shutil.which("Xvfb") else None
 
-#: Nothing is fetched that no test asked for, downloads go to a folder, and WebGL does without a graphics card.
+#: Firefox fetches nothing that no test requested, saves downloads in a folder, and draws WebGL without a graphics card.
 _PREFERENCES = {
     "app.normandy.enabled": False,
     "app.update.enabled": False,
@@ -46,7 +46,7 @@ _PREFERENCES = {
     "webgl.force-enabled": True,
 }
 
-#: Keys as WebDriver names them (https://www.w3.org/TR/webdriver2/#keyboard-actions).
+#: Keys by their names in WebDriver (https://www.w3.org/TR/webdriver2/#keyboard-actions).
 _KEYS = {"Enter": "\ue007", "Tab": "\ue004", " ": " ", "ArrowLeft": "\ue012", "ArrowRight": "\ue014", "Home": "\ue011"}
 
 
@@ -54,8 +54,8 @@ class Page:
     """One page in the browser."""
 
     def __init__(self, port: int) -> None:
-        """Connect to a port of this computer, and begin a session."""
-        # Longer than a script may take; the first answer comes when Firefox has started altogether.
+        """Connect to a port of this computer and begin a session."""
+        # Longer than the time limit of a script; the first answer comes when Firefox has started completely.
         self.connection = socket.create_connection(("127.0.0.1", port), 3 * PATIENCE)
         self._waiting, self._last = b"", 0
         self._next()
@@ -77,7 +77,7 @@ class Page:
         self.call("WebDriver:Navigate", url=address)
 
     def ask(self, expression: str) -> Any:
-        """Evaluate a JavaScript expression, waiting for promises."""
+        """Evaluate a JavaScript expression and wait for promises."""
         script = f"""const done = arguments[arguments.length - 1];
             const failed = (error) => done({{ error: String(error) }});
             (async () => ({expression}))().then((value) => done({{ value }}), failed);"""
@@ -98,12 +98,12 @@ class Page:
         self.call("WebDriver:PerformActions", actions=[{"type": "key", "id": "keys", "actions": actions}])
 
     def size(self, width: int, height: int, _ratio: float = 1) -> None:
-        """Give the page inside the window a size in CSS pixels."""
+        """Set the size of the page inside the window in CSS pixels."""
         chrome = self.ask("[outerWidth - innerWidth, outerHeight - innerHeight]")
         self.call("WebDriver:SetWindowRect", width=width + chrome[0], height=height + chrome[1])
 
     def theme(self, name: str = "") -> None:
-        """Ask for a light or a dark page; without a name for what the system has."""
+        """Request a light or dark page; without a name, request the system's theme."""
         choice = {"dark": 0, "light": 1}.get(name, 2)
         preference = f'Services.prefs.setIntPref("layout.css.prefers-color-scheme.content-override", {choice});'
         self.call("Marionette:SetContext", value="chrome")
@@ -111,7 +111,7 @@ class Page:
         self.call("Marionette:SetContext", value="content")
 
     def run(self, script: str) -> None:
-        """Run a script in the page, whatever the page allows."""
+        """Run a script in the page, even if the page's policy forbids scripts."""
         self.call("WebDriver:ExecuteScript", script=script, args=[], sandbox=None)
 
     def picture(self) -> bytes:
@@ -135,7 +135,7 @@ class Page:
 
 @contextmanager
 def _screen() -> Iterator[str]:
-    """Start a screen in memory; gives its name."""
+    """Start a screen in memory and yield its name."""
     reading, writing = os.pipe()
     command = ["Xvfb", "-displayfd", str(writing), "-screen", "0", "2000x1300x24", "-nolisten", "tcp"]
     with subprocess.Popen(
@@ -153,7 +153,8 @@ def _screen() -> Iterator[str]:
 
 @contextmanager
 def firefox(profile: Path, **more: bool) -> Iterator[Page]:
-    """Start Firefox with a new profile, whose folder ``downloads`` takes what is saved; end it afterwards.
+    """Start Firefox with a new profile, with ``downloads`` in the profile's folder for saved files; stop Firefox at the
+    end.
 
     ``more``: preferences, with ``_`` for their dots.
     """
@@ -164,7 +165,7 @@ def firefox(profile: Path, **more: bool) -> Iterator[Page]:
     preferences = {**_PREFERENCES, "browser.download.dir": str(downloads), **own}
     lines = [f"user_pref({json.dumps(name)}, {json.dumps(value)});" for name, value in preferences.items()]
     (profile / "user.js").write_text("\n".join(lines))
-    # System access is for preferences that change while it runs.
+    # System access is needed to change preferences while Firefox runs.
     command = [
         FIREFOX,
         "--marionette",

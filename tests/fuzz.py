@@ -1,16 +1,16 @@
-"""``make fuzz``: seeded mutations of every reader, faults planted in builds, and builds that are killed.
+"""``make fuzz``: seeded mutations of every reader, faults in builds, and builds that are killed.
 
     python -m tests.fuzz --count 100000 --seed 1     the nightly run
-    python -m tests.fuzz --only readers --seed 7     one kind alone
+    python -m tests.fuzz --only readers --seed 7     only one kind
 
-Every kind draws its cases from the seed: a failure is printed with the kind, the file and the number of its case, and
-``--case`` runs that one again. What must hold:
+Every kind draws its cases from the seed. A failure is printed with the kind, the file and the number of its case;
+``--case`` runs this case again. The requirements are:
 
-``readers``  a file of any reader, mutated, is read or refused with one sentence; a .cube that lint calls clean is read
-             by OpenColorIO as it is meant (one in ``ASKED``)
-``rows``     a .cube of a build, mutated, is refused by the strict reader, or OpenColorIO reads what was baked
-``builds``   a build with one fault, and a manifest that agrees with it: ``check`` names it
-``kills``    a build that is killed leaves no half file, and the next one ends well
+``readers``  a mutated file of any reader is read, or refused with one sentence; OpenColorIO reads a .cube
+             that lint calls clean as it is meant (one in ``ASKED``)
+``rows``     the strict reader refuses a mutated .cube of a build, or OpenColorIO reads the table that was baked
+``builds``   a build has one fault, and its manifest agrees with the fault: ``check`` names the fault
+``kills``    a build that is killed leaves no incomplete file, and the next build succeeds
 """
 
 from __future__ import annotations
@@ -54,13 +54,13 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).resolve().parents[1]
 
-#: One mutation in so many of each kind: a fault in a build takes a check, a kill a process.
+#: Cost of a case of each kind, in mutations: a fault in a build needs a check, a kill needs a process.
 SHARES = {"readers": 1, "rows": 2, "builds": 400, "kills": 1000}
 
-#: OpenColorIO is asked about one clean .cube in so many.
+#: One clean .cube out of this number is read by OpenColorIO too.
 ASKED = 2
 
-#: What programs and people leave in files.
+#: Text that programs and people leave in files.
 TOKENS = (
     b"nan", b"-inf", b"1e999", b"1e-46", b"0x10", b"1_000", b"1,5", b"1;2", b"1'000", b"1/2", b"1e", b"1.2.3", b"#N/A",
     b"\xef\xbc\x91", b"\xd9\xa1", b"\0", b"\r", b"\xff\xfe", b"\xef\xbb\xbf", b"\n\n", b"\t", b'"', b"9" * 5000, b"-1",
@@ -71,7 +71,7 @@ TOKENS = (
 
 @dataclass(frozen=True)
 class Failure:
-    """What should not have happened, and how to see it again."""
+    """A violated requirement, and the information to reproduce it."""
 
     kind: str
     case: int
@@ -79,7 +79,7 @@ class Failure:
 
 
 def mutated(data: bytes, chance: random.Random) -> bytes:
-    """One to three edits: bytes changed, cut, doubled, moved or put in, numbers changed, the end cut off."""
+    """Make one to three edits: bytes changed, cut, doubled, moved or inserted, numbers changed, the end cut off."""
     for _ in range(chance.choice((1, 1, 2, 3))):
         place, length = chance.randrange(len(data) + 1), chance.choice((1, 1, 4, 40, 400))
         part = data[place : place + length]
@@ -117,7 +117,7 @@ def _number_changed(data: bytes, place: int, chance: random.Random) -> bytes:
 
 @cache
 def seeds() -> dict[str, tuple[bytes, Callable[[Path], object]]]:
-    """Give a sound file of each kind by its name, and what reads it."""
+    """Return a valid file of each kind by its name, and the function that reads it."""
     examples, default = ROOT / "examples", ROOT / "configs/default/chroma/10000h"
     files: dict[str, tuple[bytes, Callable[[Path], object]]] = {
         "a.csv": (_head(examples / "display-a.csv"), read_measurements),
@@ -135,7 +135,7 @@ def seeds() -> dict[str, tuple[bytes, Callable[[Path], object]]]:
     aged = _model().at("chroma", 9000.0)
     for name in format_names():
         form = format_named(name)
-        if name not in {"ocioz", "obs"}:  # an archive stands above; the picture's size is fixed
+        if name not in {"ocioz", "obs"}:  # the archive is handled above; the picture's size is fixed
             lut = form.bake(Sampler(), aged, 17)[0]
             small = Lut(lut.space, table_of(lut)[:5, :5, :5]) if isinstance(lut, Lut) and name != "hald" else lut
             files[form.file] = form.write(small, Provenance("Aged display", "lutgen", ("display: Büro",))), lint
@@ -191,7 +191,7 @@ def _small_cube() -> tuple[Lut, bytes, np.ndarray]:
 
 
 def _retyped(data: bytes, chance: random.Random) -> bytes:
-    """Change one to three letters, so that the length, which tells most faults, tells nothing."""
+    """Change one to three letters without changing the length, because a changed length reveals most faults."""
     letters = bytearray(data)
     for _ in range(chance.choice((1, 1, 2, 3))):
         letters[chance.randrange(len(data))] = chance.choice(b"0123456789 .-\n\te+,n")
@@ -199,7 +199,7 @@ def _retyped(data: bytes, chance: random.Random) -> bytes:
 
 
 def rows(_case: int, chance: random.Random, folder: Path) -> str:
-    """Mutate a .cube; the strict reader refuses it, or OpenColorIO reads the table that was baked."""
+    """Mutate a .cube; the strict reader must refuse it, or OpenColorIO must read the table that was baked."""
     lut, data, code = _small_cube()
     path = folder / "rows.cube"
     file = HeldFile(path, mutated(data, chance) if chance.random() < 0.2 else _retyped(data, chance))
@@ -223,7 +223,7 @@ def _built() -> Path:
 
 
 def builds(_case: int, chance: random.Random, folder: Path) -> str:
-    """Plant one fault in a file of a build, or in its manifest, and let the manifest agree."""
+    """Put one fault into a file of a build, or into its manifest, and make the manifest agree with the fault."""
     here = folder / "built"
     shutil.rmtree(here, ignore_errors=True)
     shutil.copytree(_built(), here)
@@ -239,7 +239,7 @@ def builds(_case: int, chance: random.Random, folder: Path) -> str:
     return ""
 
 
-#: A number without an exponent: those that have one are near nothing.
+#: A number without an exponent; numbers with an exponent are close to zero.
 _PLAIN = re.compile(rb"(?<![\w.-])\d+(\.\d+)?(?![\w.])")
 
 
@@ -271,7 +271,9 @@ def _difference(before: bytes, after: bytes) -> str:
 
 
 def kills(_case: int, chance: random.Random, folder: Path) -> str:
-    """Kill a build at any moment; what is there is whole, and the next build ends well and leaves nothing else."""
+    """Kill a build at a random moment. Existing files must be complete, and the next build must succeed and leave no
+    others.
+    """
     here = folder / "killed"
     shutil.rmtree(here, ignore_errors=True)
     what = ("build", "--hours", "0,9000", "--mode", "chroma", "--cubesize", "17", "--force", "-o", str(here))
@@ -292,7 +294,7 @@ KINDS: dict[str, Callable[[int, random.Random, Path], str]] = {
 
 
 def one(kind: str, seed: int, case: int, folder: Path) -> Failure | None:
-    """Run one case; what is raised beside ``LutgenError`` is a failure too."""
+    """Run one case. An exception other than ``LutgenError`` is a failure too."""
     try:
         what = KINDS[kind](case, random.Random(f"{seed} {kind} {case}"), folder)  # noqa: S311 - cases, not keys
     except Exception as error:  # noqa: BLE001 - that is what is looked for
@@ -301,7 +303,7 @@ def one(kind: str, seed: int, case: int, folder: Path) -> Failure | None:
 
 
 def fuzz(count: int, seed: int, kinds: tuple[str, ...] = tuple(KINDS), *, say: Callable[[str], object] = print) -> int:
-    """Run ``count`` mutations shared out among the kinds; returns the number of failures."""
+    """Run ``count`` mutations, divided among the kinds; return the number of failures."""
     failures = 0
     with tempfile.TemporaryDirectory(prefix="fuzz-") as folder:
         for kind in kinds:
@@ -315,7 +317,7 @@ def fuzz(count: int, seed: int, kinds: tuple[str, ...] = tuple(KINDS), *, say: C
 
 
 def main() -> int:
-    """Run what the arguments say; exit 1 where anything failed."""
+    """Run the cases that the arguments select; return 1 if any case failed."""
     parser = argparse.ArgumentParser(description="Seeded mutations of readers and builds.")
     parser.add_argument("--count", type=int, default=2000, help="mutations (default 2000; nightly 100000)")
     parser.add_argument("--seed", type=int, default=1)

@@ -1,4 +1,4 @@
-"""Hald images with one fault each, and what lint says that ffmpeg makes of them."""
+"""Hald images with one fault each, and the effect in ffmpeg according to lint."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @cache
 def made(name: str) -> bytes:
-    """A format's file of the default display at 10 000 h."""
+    """Return a file of this format, of the default display at 10 000 h."""
     aged = DisplayModel(read_measurements(default_display()), selection="continuous").at("chroma", 10_000)
     form = format_named(name)
     return form.write(form.bake(Sampler(), aged, 17)[0], Provenance("display", "display", ("lutgen: invented",)))
@@ -51,16 +51,16 @@ def with_chunk(data: bytes, name: bytes, content: bytes) -> bytes:
 
 
 def with_pixels(data: bytes, packed: bytes) -> bytes:
-    """The same header in front of other pixels, in two chunks that are whole."""
+    """Return the same header with other pixels, in two complete chunks."""
     half = len(packed) // 2
     return data[:33] + chunk(b"IDAT", packed[:half]) + chunk(b"IDAT", packed[half:]) + chunk(b"IEND", b"")
 
 
 PLAIN = png(hald(4))
-#: Rows of level 4, each behind the byte that says how it is packed.
+#: Rows of level 4, each after the byte of its PNG filter.
 ROWS = b"".join(b"\0" + row.astype(np.uint8).tobytes() for row in hald(4))
 
-#: The picture, what becomes of it, and what is said.
+#: The picture, what ffmpeg does with it, and lint's message.
 HALDS: dict[str, tuple[Callable[[], bytes], str, str]] = {
     "ours": (lambda: made("hald"), READS, ""),
     "8 bit": (lambda: PLAIN, READS, "has 8 bits"),

@@ -1,9 +1,10 @@
-"""``python -m tests.interval_coverage``: how often a parameter ± 1.96 standard errors holds the true value.
+"""``python -m tests.interval_coverage``: how often a parameter ± 1.96 standard errors contains the true value.
 
-Displays of lutgen's own chain carry one effect or two, at three to ten times the smallest size that their readings
-show, in simple and in refined forms. A fit of these forms has to hold each true value; noise, gains and the meter's
-wander are estimated anew from each campaign. Whether another formula is mistaken for this one is asked elsewhere
-(``make hidden``). Exit 1 where the share is outside ``GOAL`` by more than twice its standard error.
+Simulated displays of lutgen's own chain have one or two effects, at three to ten times the smallest size that their
+readings show, in simple and in refined forms. The same forms are fitted, and the interval of each parameter should
+contain the true value. Noise, gains and the meter's drift are estimated from each campaign. ``make hidden`` tests
+whether one form is mistaken for another. The exit code is 1 if the share is outside ``GOAL`` by more than twice its
+standard error.
 """
 
 from __future__ import annotations
@@ -30,13 +31,13 @@ if TYPE_CHECKING:
 
 HOURS = (0.0, 2500.0, 6000.0, 11_500.0, 18_000.0)
 
-#: Shares that are asked for.
+#: Required range of the share.
 GOAL = (0.93, 0.97)
 
-#: Standard errors on either side that hold 95 % of a normal distribution.
+#: Number of standard errors on either side that contain 95 % of a normal distribution.
 REACH = 1.96
 
-#: What is hidden: effects with the parameters that are free. The first parameter is the size.
+#: Hidden effects, each with its free parameters. The first parameter is the size.
 CASES: dict[str, dict[str, tuple[str, ...]]] = {
     "a leak": {"black-level": ("new",)},
     "a leak that grows": {"black-level": ("grown", "new")},
@@ -64,7 +65,7 @@ CASES: dict[str, dict[str, tuple[str, ...]]] = {
 
 @dataclass(frozen=True)
 class Trial:
-    """One parameter of one campaign: how many standard errors the found value lies from the true one."""
+    """One parameter of one campaign: the error of the estimate in standard errors."""
 
     case: str
     parameter: str
@@ -72,7 +73,7 @@ class Trial:
 
     @property
     def held(self) -> bool:
-        """Whether the interval holds the true value."""
+        """Return whether the interval contains the true value."""
         return abs(self.off) <= REACH
 
 
@@ -91,7 +92,7 @@ def _smallest(name: str) -> tuple[str, float]:
 
 
 def truth(effect: Effect, free: Sequence[str], rng: np.random.Generator) -> Term:
-    """Draw an effect: sizes at three to ten smallest ones, shapes from the middle half of what is allowed."""
+    """Draw an effect: sizes of three to ten smallest sizes, shapes from the middle half of the allowed range."""
     term, (shown, smallest) = Term.at_rest(effect, tuple(free)), _smallest(effect.name)
     values = dict(term.values)
     for name in free:
@@ -128,7 +129,7 @@ def trials(case: str, seed: Sequence[int]) -> Iterator[Trial]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the share for each case and for all."""
+    """Print the share for each case and for all cases."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--repeats", type=int, default=15, help="campaigns of each case")

@@ -1,4 +1,4 @@
-"""Forms of ``.cube`` that people have: one small table written in many dialects, whole or broken."""
+"""Variants of ``.cube`` files in use: one small table in many dialects, valid or broken."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def rows(
     form: str = "%.6f %.6f %.6f",
     colour: Callable[[float, float, float], tuple[float, float, float]] = curved,
 ) -> list[str]:
-    """A table, red fastest."""
+    """Return the rows of a table, red fastest."""
     axis = [place / (size - 1) for place in range(size)]
     return [form % colour(r, g, b) for b in axis for g in axis for r in axis]
 
@@ -35,7 +35,7 @@ WIDE = ("DOMAIN_MIN -0.5 -0.5 -0.5", "DOMAIN_MAX 1.5 1.5 1.5")
 MARK = b"\xef\xbb\xbf"
 PLAIN = lines(SIZE, *R)
 
-#: Every reader does what is meant.
+#: Every reader reads these files as they are meant.
 GOOD: dict[str, bytes] = {
     "plain": PLAIN,
     "title": lines('TITLE "a b"', SIZE, *R),
@@ -59,7 +59,7 @@ GOOD: dict[str, bytes] = {
     "input range 0..1 first": lines("LUT_3D_INPUT_RANGE 0 1", SIZE, *R),
 }
 
-#: The rule that speaks of it, and the file.
+#: The rule that reports the fault, and the file.
 BAD: dict[str, tuple[str, bytes]] = {
     "title without quotes": ("cube-title", lines("TITLE a b", SIZE, *R)),
     "comment behind a row": ("trailing-comment", lines(SIZE, f"{R[0]} # c", *R[1:])),

@@ -1,4 +1,4 @@
-"""Forms of ``.3dl``, and what becomes of each in OpenColorIO and in ffmpeg."""
+"""Variants of ``.3dl`` files, and the result of each in OpenColorIO and in ffmpeg."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from lutgen.lint.finding import READS, REFUSES, WRONG
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-#: What the tables do to a channel; red stays.
+#: Factors of the tables on green and blue; red does not change.
 GREEN, BLUE = 0.9, 0.8
 
 PLACES = " ".join(str(min(64 * place, 1023)) for place in range(17))
 
 
 def mesh(points: int = 17, largest: int = 4095) -> str:
-    """The rows of a .3dl."""
+    """Return the rows of a .3dl."""
     axis = np.linspace(0, largest, points)
     return "".join(f"{r:.0f} {g * GREEN:.0f} {b * BLUE:.0f}\n" for r in axis for g in axis for b in axis)
 
 
-#: A .3dl, and what becomes of it in OpenColorIO and in ffmpeg.
+#: A .3dl, and its result in OpenColorIO and in ffmpeg.
 MESHES: dict[str, tuple[Callable[[], str], str, str]] = {
     "17 points": (lambda: f"{PLACES}\n{mesh()}", READS, READS),
     "comments": (lambda: f"# a\n\n{PLACES}\n{mesh()}", READS, READS),

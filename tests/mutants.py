@@ -1,13 +1,14 @@
-"""How many seeded faults in a module the quick tests notice; by hand, since each mutant takes seconds.
+"""How many seeded faults in a module the quick tests detect. Run this by hand: each mutant takes seconds.
 
-    pip install coverage                                    # for --trace alone
+    pip install coverage                                    # only for --trace
     python -m tests.mutants --trace lines.json lutgen/display lutgen/bake/digits.py
     python -m tests.mutants --lines lines.json --count 300 lutgen/display lutgen/bake/digits.py
 
-A mutant is a module with one operator, comparison, constant or condition changed. It is written into a copy of the
-repository, so that commands and workers which tests start run it too. The tests that run the changed line are tried,
-quickest first, until one fails or the budget is spent; then the others of their files, which share what these made. A
-process that dies, or ends by its limits, has noticed its fault; a test that fails without any fault notices nothing.
+A mutant is a module with one operator, comparison, constant or condition changed. The mutant is written into a copy
+of the repository, so that commands and workers that tests start also use it. The tests that run the changed line are
+tried, fastest first, until one fails or the budget is spent. The other tests of the same files follow, because they
+share fixtures. A process that dies or reaches its limits has detected the fault. A test that fails without any fault
+detects nothing.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ import pytest
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-#: What becomes of an operator or a comparison.
+#: Replacement of each operator and comparison.
 SWAPS: dict[type, type] = {
     ast.Add: ast.Sub,
     ast.Sub: ast.Add,
@@ -55,13 +56,13 @@ SWAPS: dict[type, type] = {
     ast.Or: ast.And,
 }
 
-#: Seconds of processor time, beyond which the process of a mutant is ended.
+#: Limit of processor time in seconds for the process of a mutant.
 LIMIT = 120
 
-#: Seconds by the clock after which a mutant counts as noticed: its process waits for ever.
+#: Limit of wall-clock time in seconds; a process that exceeds it hangs, and the mutant counts as detected.
 PATIENCE = 600
 
-#: What takes long to import and is none of ours: done once, before processes are forked. No plug-ins of pytest's.
+#: External modules that are slow to import. They are imported once, before processes are forked. No plug-ins of pytest.
 SLOW_TO_IMPORT = ("colour", "jsonschema", "matplotlib.pyplot", "scipy.optimize", "scipy.stats")
 
 QUICK = ["-q", "-p", "no:cacheprovider", "-p", "no:xdist", "-m", "not slow"]
@@ -69,7 +70,7 @@ ROOT = Path(__file__).parents[1]
 
 
 class Mutant(NamedTuple):
-    """One change of one file: the place of the node in ``ast.walk``."""
+    """One change of one file: the index of the node in ``ast.walk``."""
 
     file: str
     line: int
@@ -78,7 +79,7 @@ class Mutant(NamedTuple):
 
 
 def mutants(file: Path) -> Iterator[Mutant]:
-    """Yield every mutant of a file; what only types need is left alone."""
+    """Yield every mutant of a file; code that only types need is not changed."""
     tree = ast.parse(file.read_text(encoding="utf-8"))
     name = file.resolve().relative_to(ROOT).as_posix()
     for place, node in enumerate(ast.walk(tree)):
@@ -116,15 +117,15 @@ def changed(mutant: Mutant) -> str:
 
 
 def unchanged(mutant: Mutant) -> str:
-    """Return the source without the change, laid out as :func:`changed` lays it out."""
+    """Return the source without the change, formatted as :func:`changed` formats it."""
     return ast.unparse(ast.parse((ROOT / mutant.file).read_text(encoding="utf-8")))
 
 
 class Lines:
-    """Which tests run which lines, and how long each takes."""
+    """The tests that run each line, and the duration of each test."""
 
     def __init__(self, files: list[Path]) -> None:
-        """Read what :class:`Tracing` wrote, in one part or several."""
+        """Read the output of :class:`Tracing`, in one file or several."""
         self.seconds: dict[str, float] = {}
         self._tests: dict[str, dict[int, set[str]]] = defaultdict(lambda: defaultdict(set))
         for file in files:
@@ -135,7 +136,9 @@ class Lines:
                     self._tests[name][int(line)].update(tests)
 
     def tests(self, mutant: Mutant) -> Iterator[str]:
-        """Yield the tests of the line, then those of the file where the line is run by imports, then their kin."""
+        """Yield the tests of the line, then the tests of the file if imports run the line, then other tests of their
+        files.
+        """
         lines = self._tests[mutant.file]
         given: set[str] = set()
         for found in (lines[mutant.line], set().union(*lines.values()) if "" in lines[mutant.line] else set()):
@@ -149,7 +152,7 @@ class Lines:
 
 
 def _forked(work: Callable[[], str]) -> str:
-    """What a fork of this process finds: the name of the test that failed, nothing, or how it died."""
+    """Return the result of a fork of this process: the name of the failed test, nothing, or how the process died."""
     reading, writing = os.pipe()
     child = os.fork()
     if child == 0:
@@ -168,17 +171,17 @@ def _forked(work: Callable[[], str]) -> str:
     os.close(writing)
     status = os.waitpid(child, 0)[1]
     with suppress(ProcessLookupError):
-        os.killpg(child, signal.SIGKILL)  # what a test started and left behind, which holds the pipe's end too
+        os.killpg(child, signal.SIGKILL)  # also processes that a test left behind, which keep the pipe open
     with os.fdopen(reading, "rb") as pipe:
         answer = pipe.read().decode()
     return answer or (f"signal {os.WTERMSIG(status)}" if os.WIFSIGNALED(status) else "")
 
 
 class Trial:
-    """Tries mutants in a copy of the repository."""
+    """Run the tests on mutants in a copy of the repository."""
 
     def __init__(self, lines: Lines, folder: Path, budget: float) -> None:
-        """Take the processor time in seconds that the tests of a mutant may have, without any fault."""
+        """Take the budget: the processor time in seconds of a mutant's tests, measured without any fault."""
         self._lines, self._copy, self._budget = lines, folder / "copy", budget
         self._scratch = folder / "tests"
         self._deadly: dict[str, Counter[str]] = defaultdict(Counter)
@@ -190,17 +193,17 @@ class Trial:
         os.chdir(self._copy)
 
     def answer(self, mutant: Mutant) -> str:
-        """Return what noticed the mutant, or nothing."""
+        """Return the test or the end of the process that detected the mutant, or nothing."""
         while True:
             tests = self._chosen(mutant)
             answer = self._failing(mutant.file, changed(mutant), tests) if tests else ""
-            # What dies without naming a test must not do so of itself.
+            # If a process dies without a failed test, check that it does not die without the fault.
             if not answer or self._is_sound(mutant, answer if answer in tests else tests[0]):
                 self._deadly[mutant.file][answer] += answer in tests
                 return answer
 
     def _chosen(self, mutant: Mutant) -> list[str]:
-        """Return the tests that the budget allows, first those that noticed other faults of the file."""
+        """Return the tests within the budget; tests that detected other faults of the file come first."""
         tests = [test for test in self._lines.tests(mutant) if self._sound.get((mutant.file, test), True)]
         tests.sort(key=lambda test: -self._deadly[mutant.file][test])
         spent = accumulate(self._lines.seconds[test] for test in tests)
@@ -212,11 +215,11 @@ class Trial:
         return self._sound[mutant.file, test]
 
     def _failing(self, file: str, source: str, tests: list[str]) -> str:
-        """Return the first of the tests that fails with this source of a file, or nothing."""
+        """Return the first test that fails with this source of a file, or nothing."""
         first = _First()
 
         def work() -> str:
-            # Ours is that of the copy; the package of this module is that of the repository.
+            # The package ``tests`` must be that of the copy; this module's package is that of the repository.
             sys.modules.pop("tests", None)
             sys.path.insert(0, str(self._copy))
             options = ["-x", *QUICK, "--rootdir", str(self._copy), "--basetemp", str(self._scratch)]
@@ -224,7 +227,7 @@ class Trial:
             return first.failed or ("" if code == pytest.ExitCode.OK else f"pytest ends with {int(code)}")
 
         there = self._copy / file
-        # Compiled files are told apart by seconds and size: not enough here.
+        # Python recognises stale compiled files by seconds and size, which is not precise enough here.
         compiled = Path(cache_from_source(str(there)))
         compiled.unlink(missing_ok=True)
         there.write_text(source, encoding="utf-8")
@@ -237,7 +240,7 @@ class Trial:
 
 
 class _First:
-    """Remembers the first test that failed."""
+    """Record the first test that failed."""
 
     failed = ""
 
@@ -247,12 +250,12 @@ class _First:
 
 
 class Tracing:
-    """A pytest plugin that writes down which test runs which lines, in this process and in those that it starts."""
+    """A pytest plugin that records which test runs which lines, in this process and in processes that it starts."""
 
     def __init__(self, file: Path, targets: list[Path], folder: Path) -> None:
-        """Trace the targets, and write the file in the end."""
+        """Trace the targets, and write the file at the end."""
         self._file, self._folder = file, folder
-        # By hand alone: no part of the environment of tests.
+        # This script is run by hand, so coverage is not part of the environment of tests.
         coverage = importlib.import_module("coverage")
         include = ",".join(f"{each.resolve()}/*" if each.is_dir() else str(each.resolve()) for each in targets)
         settings = folder / "settings"
@@ -267,7 +270,7 @@ class Tracing:
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_protocol(self, item: pytest.Item) -> Iterator[None]:
         self._seen.switch_context(item.nodeid)
-        # Processes that the test starts read there what to trace, and as whose.
+        # Processes that the test starts read from these variables what to trace, and for which test.
         self._seen.set_option("run:context", item.nodeid)
         os.environ["COVERAGE_PROCESS_CONFIG"] = self._seen.config.serialize()
         start = sum(os.times()[:4])
@@ -300,13 +303,13 @@ def traced(file: Path, targets: list[Path], tests: list[str]) -> int:
 
 
 def tried(chosen: dict[Path, list[Mutant]], lines: Lines, budget: float) -> None:
-    """Try all mutants, and print what noticed each, and the score of each target."""
+    """Try all mutants; print what detected each mutant, and the score of each target."""
     noticed: Counter[Path] = Counter()
     for name in SLOW_TO_IMPORT:
         importlib.import_module(name)
     with tempfile.TemporaryDirectory() as folder:
         trial = Trial(lines, Path(folder), budget)
-        # In turn, so that a run that is ended early says as much of each target.
+        # The targets alternate, so that a run that stops early has covered all of them equally.
         for round_ in zip_longest(*([(target, each) for each in every] for target, every in chosen.items())):
             for target, mutant in filter(None, round_):
                 start = time.monotonic()

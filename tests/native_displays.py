@@ -1,4 +1,4 @@
-"""Displays that are not sRGB from the first day, by plain formulas of their own, and their readings."""
+"""Displays that are not sRGB when new, computed with separate plain formulas, and their readings."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ PRIMARIES = np.array([[90.0, 45.0, 3.0], [75.0, 150.0, 25.0], [40.0, 16.0, 210.0
 
 @dataclass(frozen=True)
 class Panel:
-    """A panel with a power for each channel's curve, a leak, and a white that its primaries do not make.
+    """A panel with an exponent for each channel's curve, a leak, and a white that is not the sum of its primaries.
 
-    ``fading`` is the share of the backlight's blue that is lost by 18 000 h, ``leaking`` what black gains, cd/m².
+    ``fading`` is the share of the backlight's blue that is lost by 18 000 h, ``leaking`` the increase of black, cd/m².
     """
 
     gammas: tuple[float, float, float] = (2.4, 2.3, 2.1)
@@ -41,7 +41,7 @@ class Panel:
     leaking: float = 0.0
 
     def xyz(self, code: Sequence[float], hours: float = 0.0) -> tuple[float, ...]:
-        """XYZ in cd/m² by the letter: black, three channels, and the white's own by the smallest channel."""
+        """Return XYZ in cd/m² as the sum of black, three channels, and a white term of the smallest channel."""
         lights = [value**gamma for value, gamma in zip(code, self.gammas, strict=True)]
         blue = 1.0 - self.fading * hours / 18_000.0
         lights[2] *= blue
@@ -55,7 +55,7 @@ class Panel:
 
 
 def session(panel: Panel, codes: Sequence[tuple[float, ...]], hours: Sequence[float] = (0.0, 18_000.0)) -> Measurements:
-    """Readings of some codes without noise, at each hour."""
+    """Return readings of some codes without noise, at each hour."""
     drive = np.tile(np.array(codes), (len(hours), 1))
     when = np.repeat(np.array(hours, dtype=np.float64), len(codes))
     xyz = np.array([panel.xyz(code.tolist(), float(hour)) for code, hour in zip(drive, when, strict=True)])
@@ -71,7 +71,7 @@ def write(readings: Measurements, path: Path) -> Path:
 
 
 def from_8_bit(sessions: Sequence[Path], hours: Sequence[float]) -> Measurements:
-    """Read sessions of 8-bit codes and XYZ in cd/m² (set,R,G,B,X_cdm2,Y_cdm2,Z_cdm2), one an hour."""
+    """Read sessions of 8-bit codes and XYZ in cd/m² (set,R,G,B,X_cdm2,Y_cdm2,Z_cdm2), one session per hour."""
     tables: list[Array] = [np.loadtxt(path, delimiter=",", skiprows=1, usecols=range(1, 7)) for path in sessions]
     rows = np.concatenate(tables)
     when = np.repeat(np.array(hours, dtype=np.float64), [len(table) for table in tables])

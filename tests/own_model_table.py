@@ -1,8 +1,8 @@
-"""Displays' own models of real sessions beside sRGB's curves and the slow twin.
+"""Compare the own models of real sessions with sRGB's curves and with the slow reference.
 
-``python -m tests.own_model_table FILE...`` prints the held-out mean ΔE2000 on mixtures of each session: five parts by
-patch, the same for all three. Exit 1 where the own model is worse than sRGB's curves, or than the twin by more than
-``NEAR``.
+``python -m tests.own_model_table FILE...`` prints the held-out mean ΔE2000 on mixtures of each session, with five folds
+by patch, the same folds for all three models. The exit code is 1 if the own model is worse than sRGB's curves, or worse
+than the reference by more than the factor ``NEAR``.
 """
 
 from __future__ import annotations
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
     from lutgen.readings.session import Session
 
-#: The own model may err by so many times what the twin errs by.
+#: Largest allowed ratio of the own model's error to that of the slow reference.
 NEAR = 1.1
 
 
 def sample_of(read: Session) -> Sample:
-    """The readings nearest to the middle of the screen."""
+    """Return the readings nearest to the middle of the screen."""
     here = read.central
     return Sample.of(
         read.drive[here], read.xyz[here], lines=read.lines[here], file=read.file, calibration=read.calibration
@@ -33,7 +33,7 @@ def sample_of(read: Session) -> Sample:
 
 
 def main(files: Sequence[str]) -> int:
-    """Print the table; the exit code."""
+    """Print the table. Return the exit code."""
     wrong = 0
     print("| session | readings | sRGB's curves | own model | reference | own ÷ reference |\n|---|---|---|---|---|---|")
     for file in files:

@@ -1,9 +1,9 @@
-"""A display's own model, literal and slow: XYZ curves of each channel and a Gaussian process, held out by patch.
+"""A literal and slow own model of a display: XYZ curves of each channel and a Gaussian process, held out by patch.
 
-The reference that ``lutgen.display.own_model`` is held against. It shares no code with it and no basis: a curve is
-sRGB's light times a gain that is straight between knots, one curve for X, for Y and for Z of each channel; what the
-curves leave is a Gaussian process in code values, solved in full. Both are made anew for every fold, and their
-constants are chosen by an inner cross-validation that never sees the fold.
+This is the reference for ``lutgen.display.own_model``. It shares no code and no basis with that module. A curve is
+sRGB's light times a gain that is linear between knots; each channel has one curve for X, one for Y and one for Z. A
+Gaussian process in code values, solved in full, describes the residual of the curves. Both are fitted again for every
+fold. An inner cross-validation, which never uses the fold, chooses their constants.
 
 ``python -m tests.own_model_twin FILE...`` prints the mean ΔE2000 on mixtures of each session.
 """
@@ -27,14 +27,14 @@ KNOTS = np.linspace(0.0, 1.0, 17)
 FOLDS = 5
 SEED = 20150319
 
-#: What the inner cross-validation chooses from: stiffness of the gains, length and noise of the Gaussian process.
+#: Candidates of the inner cross-validation: stiffness of the gains, length and noise of the Gaussian process.
 STIFFNESS = (0.01, 0.1, 1.0)
 LENGTHS = (0.2, 0.3, 0.5)
 NOISES = (0.1, 0.3, 1.0)
 
 
 def folds_of(drive: Array) -> Array:
-    """Fold of each reading: every reading of one code value lies in the same fold."""
+    """Return the fold of each reading; every reading of one code value is in the same fold."""
     patches = sorted({tuple(code) for code in drive.tolist()})
     order = np.random.default_rng(SEED).permutation(len(patches))
     fold = {patch: int(order[place]) % FOLDS for place, patch in enumerate(patches)}
@@ -42,12 +42,12 @@ def folds_of(drive: Array) -> Array:
 
 
 def slope_of_lab(share: Array) -> Array:
-    """What CIELAB makes of a small change of X, Y or Z, which are shares of white's."""
+    """Return the derivative of CIELAB's function by X, Y or Z, given as shares of white's."""
     return 116.0 / 3.0 * np.maximum(share, 0.00886) ** (-2.0 / 3.0)
 
 
 def columns(drive: Array) -> Array:
-    """Black, and of each channel sRGB's light times each knot's hat function."""
+    """Return the columns of the fit: black, and for each channel sRGB's light times each knot's hat function."""
     found = [np.ones(len(drive))]
     for channel in range(3):
         code = drive[:, channel]
@@ -58,7 +58,7 @@ def columns(drive: Array) -> Array:
 
 
 def curves(drive: Array, share: Array, stiffness: float) -> Array:
-    """Coefficients of the columns for X, Y and Z, by least squares whose gains bend little."""
+    """Return the coefficients of the columns for X, Y and Z, by least squares with a penalty on bending gains."""
     found = []
     for k in range(3):
         slope = slope_of_lab(share[:, k])
@@ -78,7 +78,7 @@ def likeness(one: Array, other: Array, length: float) -> Array:
 
 
 def predicted(drive: Array, share: Array, asked: Array, constants: tuple[float, float, float]) -> Array:
-    """Shares of white's X, Y and Z at the code values ``asked``, from readings at ``drive``."""
+    """Predict the shares of white's X, Y and Z at the code values ``asked``, from readings at ``drive``."""
     stiffness, length, noise = constants
     coefficients = curves(drive, share, stiffness)
     left = (share - columns(drive) @ coefficients) * slope_of_lab(share)
@@ -110,7 +110,7 @@ def best_constants(drive: Array, share: Array, white: Array) -> tuple[float, flo
 
 
 def held_out(session: Session) -> Array:
-    """ΔE2000 of each reading, predicted by a model that has seen no reading of the same code value."""
+    """Return ΔE2000 of each reading, predicted by a model without readings of the same code value."""
     kinds = np.array(session.kinds)
     white = session.xyz[kinds == "white"].mean(axis=0)
     drive, share = session.drive, session.xyz / white
@@ -123,7 +123,7 @@ def held_out(session: Session) -> Array:
 
 
 def on_mixtures(session: Session) -> float:
-    """Mean ΔE2000 on mixtures, held out by patch."""
+    """Return the mean ΔE2000 on mixtures, held out by patch."""
     return float(held_out(session)[np.array(session.kinds) == "mixture"].mean())
 
 

@@ -1,13 +1,13 @@
-"""Runs README.md and the pages of docs/: every command in them, in order, each page in a folder of its own.
+"""Run every command in README.md and the pages of docs/, in order, each page in its own folder.
 
-    python -m tests.pages [PAGE]…            say where a page differs from what its commands print; exit 1 if one does
-    python -m tests.pages [PAGE]… --write    put what they print into the pages, and their pictures into docs/images
+    python -m tests.pages [PAGE]…            print where a page differs from its commands' output; exit 1 if one differs
+    python -m tests.pages [PAGE]… --write    write the output into the pages, and the pictures into docs/images
 
-A block of ``console`` holds commands after ``$ ``, each with what it prints. Lines may be left out, as whole lines,
-where ``…`` stands; a renewed page leaves out the same ones. A command with nothing below it has to succeed, whatever
-it prints. A block with ``title="NAME"`` is written to the file NAME before the commands below it run; a block of
-``python`` without a title is run. The picture docs/images/NAME-PLOT.png is PLOT.png of a command with ``--plots
-out/NAME``, in fewer colours; other pictures keep their names.
+A ``console`` block contains commands after ``$ ``, each followed by its output. ``…`` stands for whole lines that are
+left out; a renewed page leaves out the same lines. A command without output in the page has to succeed; its output is
+not compared. A block with ``title="NAME"`` is written to the file NAME before the commands after it run. A ``python``
+block without a title is run. The picture docs/images/NAME-PLOT.png is PLOT.png of a command with ``--plots out/NAME``,
+in fewer colours; other pictures keep their names.
 """
 
 from __future__ import annotations
@@ -30,23 +30,23 @@ from tests.examples_folder import ROOT, make_folder, run_lutgen
 
 DOCS, PICTURES = ROOT / "docs", ROOT / "docs" / "images"
 
-#: Pages whose commands are run: all but those that are made from the code.
+#: Pages whose commands are run: all pages except those generated from the code.
 PAGES = (
     ROOT / "README.md",
     *sorted(path for path in DOCS.rglob("*.md") if MADE not in path.read_text(encoding="utf-8")),
 )
 
-#: What stands for lines that are left out.
+#: Placeholder for lines that are left out.
 LEFT_OUT = "…"
 
-#: Colours of a picture in the text, so that it stays small, and rounds of k-means in which they are chosen: at most 17
-#: of 255 codes off.
+#: Number of colours of a picture in the text, which keeps the picture small, and rounds of k-means that choose the
+#: colours. The error is at most 17 of 255 codes.
 COLOURS, ROUNDS = 128, 3
 
-#: Numbers may differ by so many units of their last printed digit, or by this share: platforms round differently.
+#: Tolerance on numbers, in units of the last printed digit and as a share: platforms round differently.
 UNITS, SHARE = 1.01, 1e-4
 
-#: Lines more alike than this are the same line, with new numbers.
+#: Lines with at least this similarity are the same line with new numbers.
 ALIKE = 0.6
 
 _BLOCK = re.compile(r'^```(\w+)(?: title="([^"\n]+)")?\n(.*?)^```$', flags=re.DOTALL | re.MULTILINE)
@@ -55,7 +55,7 @@ _NUMBER = re.compile(r"\d+(?:\.\d+)?")
 
 @dataclass(frozen=True)
 class Step:
-    """A command and the lines that the page says it prints."""
+    """A command and its output lines in the page."""
 
     command: str
     shown: tuple[str, ...]
@@ -63,14 +63,14 @@ class Step:
 
 @dataclass(frozen=True)
 class File:
-    """A file that a page shows; without a name a script to run."""
+    """A file in a page; a file without a name is a script to run."""
 
     name: str
     text: str
 
 
 def items(text: str) -> list[Step | File]:
-    """Everything in a page that its runner acts on, in order."""
+    """Return all commands and files in a page, in order."""
     found: list[Step | File] = []
     for language, title, body in _BLOCK.findall(text):
         if language == "console":
@@ -81,17 +81,17 @@ def items(text: str) -> list[Step | File]:
 
 
 def steps(text: str) -> list[Step]:
-    """All commands of a page, in order."""
+    """Return all commands of a page, in order."""
     return [each for each in items(text) if isinstance(each, Step)]
 
 
 def plain(command: str) -> str:
-    """Return a command without its comment, in one spelling."""
+    """Return a command without its comment, in normalised spelling."""
     return shlex.join(shlex.split(command, comments=True))
 
 
 def all_commands() -> list[str]:
-    """The commands of all pages, as :func:`plain` spells them."""
+    """Return the commands of all pages, as :func:`plain` spells them."""
     return [plain(step.command) for page in PAGES for step in steps(page.read_text(encoding="utf-8"))]
 
 
@@ -105,7 +105,7 @@ def _step(part: str) -> Step:
 
 
 def prepare(folder: Path) -> None:
-    """Put into an empty folder what commands of the pages name: the examples and the simulator."""
+    """Put the files that commands of the pages name into an empty folder: the examples and the simulator."""
     make_folder(folder)
     away = shutil.ignore_patterns("__pycache__", "*.jpg")
     shutil.copytree(ROOT / "examples", folder / "examples", ignore=away, dirs_exist_ok=True)
@@ -113,7 +113,7 @@ def prepare(folder: Path) -> None:
 
 
 def run_page(text: str, folder: Path) -> list[tuple[str, ...]]:
-    """Run a page in a prepared folder, and return the lines that each of its commands prints."""
+    """Run a page in a prepared folder; return the output lines of each command."""
     printed = []
     for each in items(text):
         if isinstance(each, Step):
@@ -126,7 +126,7 @@ def run_page(text: str, folder: Path) -> list[tuple[str, ...]]:
 
 
 def run(command: str, folder: Path) -> tuple[str, ...]:
-    """Run a command of a page in a folder, and return the lines that it prints; fails where the command fails."""
+    """Run a command of a page in a folder; return its output lines; fail if the command fails."""
     program, *arguments = shlex.split(command, comments=True)
     out = _python(arguments, folder, what=command) if program == "python" else run_lutgen(command, folder)
     return tuple(line.rstrip() for line in out.rstrip().splitlines())
@@ -142,7 +142,7 @@ def _python(arguments: list[str], folder: Path, *, what: str) -> str:
 
 
 def differences(shown: tuple[str, ...], printed: tuple[str, ...]) -> list[str]:
-    """Say where a page differs from what is printed, but for last digits and for what ``…`` leaves out."""
+    """Return where a page differs from the output, except in last digits and in lines that ``…`` leaves out."""
     place, free = 0, not shown
     for line in shown:
         if line == LEFT_OUT:
@@ -159,7 +159,7 @@ def differences(shown: tuple[str, ...], printed: tuple[str, ...]) -> list[str]:
 
 
 def same(one: str, other: str) -> bool:
-    """Whether two lines say the same: words alike, numbers to about their last digit, whatever the spaces."""
+    """Return whether two lines are equal: same words, numbers equal to about their last digit, spaces ignored."""
     if _words(one) != _words(other):
         return False
     return all(_near(*pair) for pair in zip(_NUMBER.findall(one), _NUMBER.findall(other), strict=True))
@@ -175,7 +175,7 @@ def _near(one: str, other: str) -> bool:
 
 
 def renewed(text: str, printed: list[tuple[str, ...]]) -> str:
-    """Put what the commands print into a page, leaving out what the page leaves out."""
+    """Write the commands' output into a page; leave out the lines that the page leaves out."""
     outputs = iter(printed)
 
     def renew(block: re.Match[str]) -> str:
@@ -189,7 +189,7 @@ def renewed(text: str, printed: list[tuple[str, ...]]) -> str:
 
 
 def _kept(shown: tuple[str, ...], printed: tuple[str, ...]) -> list[str]:
-    """Of what is printed, the lines that the page has too."""
+    """Return the output lines that the page has too."""
     if not shown:
         return []
     kept: list[int] = []
@@ -212,7 +212,7 @@ def _alike(one: str, other: str) -> float:
 
 
 def pictures(text: str) -> dict[Path, Path]:
-    """Pictures of docs/images that the commands of a page make → where they write them."""
+    """Return the pictures of docs/images that the page's commands make → the path where a command writes each."""
     folders = re.findall(r"--plots out/(\S+)", text)
     targets = re.findall(r"images/([\w-]+\.(?:png|jpg))", text)
     found = {}
@@ -225,7 +225,7 @@ def pictures(text: str) -> dict[Path, Path]:
 
 
 def main() -> int:
-    """Run and compare, or renew; the exit code."""
+    """Run and compare, or renew. Return the exit code."""
     parser = argparse.ArgumentParser(prog="python -m tests.pages", description="Run README.md and docs/.")
     parser.add_argument("pages", nargs="*", type=Path, help="some pages instead of all")
     parser.add_argument("--write", action="store_true", help="renew the pages and their pictures")
@@ -248,7 +248,7 @@ def main() -> int:
 
 
 def _save_small(source: Path, target: Path) -> None:
-    """Copy a picture; a PNG in fewer colours."""
+    """Copy a picture; reduce the colours of a PNG."""
     from PIL import Image
 
     target.parent.mkdir(exist_ok=True)

@@ -1,4 +1,4 @@
-"""ICC profiles with one fault each, and what lint's rules say that becomes of them in each reader."""
+"""ICC profiles with one fault each, and the result in each reader according to lint's rules."""
 
 from __future__ import annotations
 
@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 
 @cache
 def made(name: str, hours: float) -> bytes:
-    """A profile of the default display; at hour 0 with the screen's white, since another has a claim of its own."""
+    """Return a profile of the default display; at hour 0 with the screen's white, because a separate claim covers other
+    whites.
+    """
     aged = DisplayModel(read_measurements(default_display()), selection="continuous").at("chroma-luma", hours)
     form = format_named(name)
     return form.write(form.bake(Sampler(), aged, 17)[0], Provenance("display", "display", ("lutgen: invented",)))
@@ -29,7 +31,7 @@ def made(name: str, hours: float) -> bytes:
 
 @dataclass(frozen=True)
 class Case:
-    """A fault: the profile that has it, how it is made, what becomes of it in each reader, the rule that says so."""
+    """A fault: the profile, the code that makes the fault, the result in each reader, the rule that reports it."""
 
     form: str
     change: Callable[[bytes], bytes]
@@ -75,7 +77,7 @@ def unchanged(data: bytes) -> bytes:
     return data
 
 
-#: What is shown through each.
+#: The picture that is shown through each profile.
 PIXELS = np.random.default_rng(41).integers(0, 256, (16, 16, 3), dtype=np.uint8)
 
 _EVERYTHING = {LCMS_8: READS, ARGYLL: READS, CHROMIUM: READS}

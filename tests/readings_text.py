@@ -1,4 +1,4 @@
-"""A CSV of readings that is text in a test, not a file."""
+"""A CSV of readings that is a string in a test, not a file."""
 
 from __future__ import annotations
 
@@ -12,5 +12,5 @@ if TYPE_CHECKING:
 
 
 def read(text: str, *, file: str, sha256: str) -> Measurements:
-    """The table of readings that CSV ``text`` holds; ``file`` is named in errors."""
+    """Return the readings in the CSV ``text``; error messages name ``file``."""
     return csv.read(FileText(text, file, sha256)).measurements()

@@ -1,4 +1,4 @@
-"""Real sessions and fields, which are not published here: the folder that ``LUTGEN_REAL_DATA`` names."""
+"""Real sessions and fields, which are not published here; ``LUTGEN_REAL_DATA`` names their folder."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-#: For tests of what reads the folder itself.
+#: For tests of code that reads the folder itself.
 needs_sessions = pytest.mark.skipif(
     "LUTGEN_REAL_DATA" not in os.environ, reason="LUTGEN_REAL_DATA is not set: the real sessions are not published here"
 )

@@ -1,9 +1,9 @@
-"""The whole road on pairs of sessions of one display: compare, diagnose, refine, build, check.
+"""The complete workflow on pairs of sessions of one display: compare, diagnose, refine, build, check.
 
 ``python -m tests.real_road [--cut N] [--baseline NAME]... [--keep DIR] FILE...`` pairs the files of each display by
-their names, states 0 and 1000 h for each pair (nobody counted them), runs the commands as a user would, and prints a
-row for each pair and baseline: verdict, mean ΔE2000 before and after, exit codes, processor time. Exit 1 where a
-command ends in a traceback, or a file that was written does not build and check.
+their names and assumes 0 and 1000 h for each pair, because the true hours are unknown. It runs the commands as a user
+would and prints a row for each pair and baseline: verdict, mean ΔE2000 before and after, exit codes, processor time.
+The exit code is 1 if a command ends in a traceback, or if a written file does not build and check.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from tests.command import here
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-#: Stated, not counted.
+#: Assumed hours, not counted hours.
 LATER_H = 1000
 
 BASELINES = ("first-hour", "native", "native-first-hour")
@@ -36,7 +36,7 @@ NAMED = re.compile(r"(.+?)_(?:(\d{4})-(\d\d)-(\d\d)_|(\d\d)-(\d\d)-(\d{4})_|(\d{
 
 
 class Ran(NamedTuple):
-    """What a command left; ``code`` is −1 after a traceback."""
+    """The result of a command; ``code`` is −1 after a traceback."""
 
     code: int
     out: str
@@ -45,7 +45,7 @@ class Ran(NamedTuple):
 
 
 def pairs(files: Sequence[Path]) -> Iterator[tuple[Path, Path]]:
-    """Each two sessions of one display, the earlier first."""
+    """Yield each pair of sessions of one display, the earlier session first."""
 
     def key(file: Path) -> tuple[str, ...]:
         parts = NAMED.fullmatch(file.name)
@@ -59,7 +59,7 @@ def pairs(files: Sequence[Path]) -> Iterator[tuple[Path, Path]]:
 
 
 def run(*arguments: object) -> Ran:
-    """Run ``lutgen`` in this process; a traceback is kept as its standard error."""
+    """Run ``lutgen`` in this process; a traceback becomes its standard error."""
     start = time.process_time()
     try:
         done = here(*arguments)
@@ -70,7 +70,10 @@ def run(*arguments: object) -> Ran:
 
 
 def cut(file: Path, count: int, folder: Path) -> Path:
-    """Copy a .ti3 or CSV with so many readings: black, colour points, and others drawn by a seed of the file's name."""
+    """Copy a .ti3 or CSV and keep ``count`` readings.
+
+    They are black, the colour points, and other readings drawn at random; the file's name is the seed.
+    """
     lines = file.read_text(encoding="utf-8").splitlines()
     ti3 = file.suffix == ".ti3"
     begin, end = (lines.index("BEGIN_DATA") + 1, lines.index("END_DATA")) if ti3 else (1, len(lines))
@@ -100,7 +103,7 @@ def campaign_of(pair: tuple[Path, Path], folder: Path) -> Path:
 
 
 def road(data: Path, baseline: str, folder: Path) -> dict[str, Ran]:
-    """Run all commands that can be run."""
+    """Run all commands that can run."""
     asked, model = (data, "--baseline", baseline), folder / "model.toml"
     done = {"compare": run("compare", *asked), "diagnose": run("diagnose", *asked, "--json", folder / "diagnose.json")}
     done["refine"] = run("refine", *asked, "--auto", "-o", model, "--json", folder / "refine.json")
@@ -114,7 +117,7 @@ def road(data: Path, baseline: str, folder: Path) -> dict[str, Ran]:
 
 
 def row(done: dict[str, Ran], folder: Path) -> str:
-    """One line of the table without its first cells."""
+    """Return one row of the table without its first cells."""
     verdict, names, before, after = "–", "", float("nan"), float("nan")
     if (folder / "diagnose.json").exists():
         found = json.loads((folder / "diagnose.json").read_text())
@@ -129,7 +132,7 @@ def row(done: dict[str, Ran], folder: Path) -> str:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Print the table; the exit code."""
+    """Print the table. Return the exit code."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("files", nargs="+", type=Path)
     parser.add_argument("--cut", type=int, help="readings of each session that are kept")

@@ -1,4 +1,4 @@
-"""The published JSON Schemas by name, and what holds the output of a command to one of them."""
+"""The published JSON Schemas by name, and validators for the output of commands."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ ROOT = Path(__file__).parents[1] / "lutgen"
 
 @cache
 def schemas() -> dict[str, dict[str, Any]]:
-    """Name in the identifier, such as ``compare`` or ``study-plan`` → schema."""
+    """Return the schemas by the name in the identifier, such as ``compare`` or ``study-plan``."""
     contents = [json.loads(path.read_text(encoding="utf-8")) for path in sorted(ROOT.glob("*/schema/*.json"))]
     return {str(content["$id"]).split(":")[3]: content for content in contents}
 
 
 @cache
 def validator(name: str) -> Draft202012Validator:
-    """What holds JSON to a schema, which may name others."""
+    """Return a validator for a schema, which may refer to other schemas."""
     known = Registry().with_resources((each["$id"], Resource.from_contents(each)) for each in schemas().values())
     return Draft202012Validator(schemas()[name], registry=known)

@@ -1,4 +1,4 @@
-"""Small invented session files, one for every feature of the formats; the display in them is known exactly."""
+"""Small invented session files, one for every feature of the formats; the light of their display is known exactly."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ DRIVE = np.array(
 
 
 def light(drive: Array = DRIVE) -> Array:
-    """XYZ of the invented display, Y = 1 for white."""
+    """Return XYZ of the invented display; Y of white is 1."""
     white = LINEAR_TO_XYZ.sum(axis=1)
     return np.asarray((1.0 - LEAK) * drive**GAMMA @ LINEAR_TO_XYZ.T + LEAK * white)
 
@@ -47,7 +47,7 @@ def ti3(
     names: tuple[str, ...] = ("XYZ_X", "XYZ_Y", "XYZ_Z"),
     name: str = "invented",
 ) -> str:
-    """Write a CGATS file; ``xyz`` as it is to stand in it."""
+    """Write a CGATS file; ``xyz`` is written without conversion."""
     colours = 100.0 * light(drive) if xyz is None else xyz
     lines = [
         kind,
@@ -71,12 +71,12 @@ def ti3(
 
 
 def table(fields: tuple[str, ...], rows: list[str]) -> list[str]:
-    """Lay out one CGATS table, its counts stated."""
+    """Write one CGATS table with its counts."""
     head = [f"NUMBER_OF_FIELDS {len(fields)}", "BEGIN_DATA_FORMAT", " ".join(fields), "END_DATA_FORMAT"]
     return [*head, f"NUMBER_OF_SETS {len(rows)}", "BEGIN_DATA", *rows, "END_DATA"]
 
 
 def curves(*ends: float) -> Array:
-    """Straight calibration curves that end so."""
+    """Return straight calibration curves with these ends."""
     steps = np.linspace(0.0, 1.0, 5)
     return np.column_stack([steps, *(steps * end for end in ends)])

@@ -27,7 +27,10 @@ PATCHES = np.array(
 
 
 def campaign(seed: int, hidden: Mapping[str, float], *, design: str = "full", habits: int = 0) -> Truth:
-    """Five hours of the same patches; ``black-level`` adds 0.3 cd/m², ``backlight-decay`` takes 30 % of the light."""
+    """Return five hours of the same patches.
+
+    ``black-level`` adds 0.3 cd/m²; ``backlight-decay`` removes 30 % of the light.
+    """
     del design, habits
     hours = np.repeat([0.0, 3000.0, 7000.0, 12000.0, 18000.0], len(PATCHES))
     drive = np.tile(PATCHES, (5, 1)).astype(float)

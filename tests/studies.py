@@ -1,4 +1,4 @@
-"""Small studies, made directly: a protocol, and PNGs of noise or of a picture given; and a reader for them."""
+"""Small studies without the planning command: a protocol, PNGs of noise or of a picture, and a simulated reader."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def small_protocol(
     categories: tuple[Category, ...] = PAPER_CATEGORIES,
     seed: int = 1,
 ) -> Protocol:
-    """Plan session 1 under conditions by turns, later ones un-aged, in any order; of pictures that nobody made."""
+    """Plan session 1 with alternating conditions and later sessions un-aged, in any order; no pictures exist."""
     random = np.random.default_rng(seed)
     names = [f"case-{number:03}" for number in range(1, images + 1)]
     trying = [f"try-{number}" for number in range(1, practice + 1)]
@@ -83,7 +83,7 @@ def small_protocol(
 
 
 def make_study(folder: Path, *, picture: NDArray[np.uint8] | None = None, **wanted: Any) -> Protocol:
-    """Make a study in ``folder``: a protocol as :func:`small_protocol` plans it, and what it shows."""
+    """Make a study in ``folder``: a protocol planned by :func:`small_protocol`, and its pictures."""
     planned = small_protocol(**wanted) if picture is None else small_protocol(**wanted, size=picture.shape[1::-1])
     random = np.random.default_rng(planned.seed)
     (folder / IMAGES).mkdir(parents=True)
@@ -107,25 +107,25 @@ def png(pixels: NDArray[np.uint8]) -> bytes:
 
 @dataclass
 class Clock:
-    """A computer's clock that tests set."""
+    """A clock that tests set."""
 
     now: datetime = datetime(2026, 3, 2, 9, tzinfo=UTC)
 
     def __call__(self) -> datetime:
-        """Return the time, which goes on by a second."""
+        """Return the time and advance the clock by a second."""
         self.now += timedelta(seconds=1)
         return self.now
 
 
 def said(number: int) -> Decision:
-    """What a reader says of the image of a number: every category and ease occurs."""
+    """Return a reader's decision on the image with this number; every category and ease occurs."""
     names = [category.name for category in PAPER_CATEGORIES]
     seconds = 2.0 + number / 8
     return Decision(names[number % 4], number % 10 + 1, seconds, seconds, 0, 0.0, "animation-frame")
 
 
 def read_on(reading: ReadingSession, count: int | None = None) -> None:
-    """Read images as :func:`said`, all that are left or some of them."""
+    """Read the remaining images, or ``count`` of them, with the decisions of :func:`said`."""
     while (task := reading.task()) is not None and count != 0:
         reading.show(task)
         reading.answer(task.number, said(task.number), practice=task.practice)
@@ -133,7 +133,7 @@ def read_on(reading: ReadingSession, count: int | None = None) -> None:
 
 
 def paper_trials(seed: int, *, per_condition: int = 40, readers: int = 1) -> tuple[StudyTrial, ...]:
-    """The paper's study (section 2.3): a session of images under three conditions, and one of all un-aged."""
+    """Return trials of the paper's study (section 2.3): a session under three conditions, and one un-aged."""
     random = np.random.default_rng([seed, 4])
     names = [f"image-{number:03}" for number in range(1, 3 * per_condition + 1)]
     trials = []

@@ -1,10 +1,11 @@
-"""``python -m tests.study_level``: how often the mixed model finds an effect of a condition where there is none.
+"""``python -m tests.study_level``: how often the mixed model finds an effect of a condition that has no effect.
 
-Readers read the same images under three conditions that change nothing on average. Each reader reacts to each condition
-in a way of their own: log seconds move by normal numbers with the standard deviation ``--own``. The table has the share
-of studies with p < 0.05 for the first aged condition, by the model with readers under a condition and Satterthwaite's
-degrees of freedom, and by one without both, which takes estimates for normal. Exit 1 where the share of the model is
-above 5 % by more than twice its standard error.
+Readers read the same images under three conditions that change nothing on average. Each reader reacts differently to
+each condition: log seconds change by normal random numbers with the standard deviation ``--own``. The table contains
+the share of studies with p < 0.05 for the first aged condition, for two models. The first model has random effects of
+readers under a condition and Satterthwaite's degrees of freedom. The second model has neither and assumes that
+estimates are normal. The exit code is 1 if the share of the first model is above 5 % by more than twice its standard
+error.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ CONDITIONS = tuple(PAPER_DIFFERENCES)
 
 
 def study(seed: int, readers: int, own: float, images: int) -> tuple[Answer, ...]:
-    """Answers of a study in which nothing is planted but each reader's own way with each condition."""
+    """Return the answers of a study where only the readers' individual reactions to the conditions differ."""
     trials = [
         StudyTrial(reader, trial.session, trial.position, trial.image, trial.condition)
         for reader in range(1, readers + 1)
@@ -53,7 +54,7 @@ def study(seed: int, readers: int, own: float, images: int) -> tuple[Answer, ...
 
 
 def ways_apart(answers: Sequence[Answer]) -> tuple[float, float]:
-    """Return p of the first aged condition by the model, and by one that knows no readers under a condition."""
+    """Return p of the first aged condition, with and without random effects of readers under a condition."""
     model = mixed_models(CONDITIONS, answers, ())[0]
     sessions = sorted({answer.session for answer in answers})
     columns = [[each.condition == name for each in answers] for name in CONDITIONS[1:]]
@@ -65,7 +66,7 @@ def ways_apart(answers: Sequence[Answer]) -> tuple[float, float]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the table; the exit code."""
+    """Print the table. Return the exit code."""
     parser = argparse.ArgumentParser(prog="python -m tests.study_level")
     parser.add_argument("--seed", type=int, required=True, help="of the first study; take one that was not used before")
     parser.add_argument("--studies", type=int, default=165, help="studies of each number of readers")

@@ -1,10 +1,10 @@
-"""``python -m tests.trend_coverage``: how often the 90 % interval of a limit's time holds the true time.
+"""``python -m tests.trend_coverage``: how often the 90 % interval of a limit's time contains the true time.
 
-Four decays that are known exactly, none of them written with lutgen's laws: an exponential, a stretched exponential
-about the one that fits the paper's 67 and 40 %, the line through the paper's two luminances, and a settling of some
-percent before an exponential. Spans are 5000 to 11 000 h, limits 50 to 75 % of the first luminance, sessions scatter by
-0.5 to 1.5 %; the limit lies beyond the last session. Exit 1 where a share is outside ``GOAL`` by more than twice its
-standard error.
+Four decays are known exactly, and none uses lutgen's laws: an exponential; a stretched exponential near the one that
+fits the paper's 67 and 40 %; the line through the paper's two luminances; a loss of a few percent that settles,
+followed by an exponential. Spans are 5000 to 11 000 h, limits 50 to 75 % of the first luminance, and sessions scatter
+by 0.5 to 1.5 %. The limit lies beyond the last session. The exit code is 1 if a share is outside ``GOAL`` by more than
+twice its standard error.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ if TYPE_CHECKING:
 
 SESSIONS = (5, 8, 12)
 
-#: Shares that are asked for.
+#: Required range of the share.
 GOAL = (0.87, 0.93)
 
-#: Hours are told to this share of the span.
+#: Resolution of hours as a share of the span.
 _FINE = 1000
 
 
 def truths(rng: np.random.Generator) -> dict[str, Callable[[Array], Array]]:
-    """Luminance over the first by hours, for one draw of the numbers of each decay."""
+    """Return relative luminance as a function of hours, for one draw of the parameters of each decay."""
     tau, stretched, beta = rng.uniform(15e3, 30e3), rng.uniform(15e3, 25e3), rng.uniform(1.2, 1.6)
     slope = 3.3e-5 * rng.uniform(0.8, 1.2)
     settling, settled = rng.uniform(0.02, 0.08), rng.uniform(300.0, 1500.0)
@@ -50,7 +50,7 @@ def truths(rng: np.random.Generator) -> dict[str, Callable[[Array], Array]]:
 
 
 def held(name: str, sessions: int, seed: Sequence[int]) -> tuple[bool, bool]:
-    """Whether the true time lies before the interval of one simulated history, and whether behind it."""
+    """Return whether the true time lies before the interval of one simulated history, and whether it lies after it."""
     rng = np.random.default_rng([*seed, sessions])
     time, span, limit, light = _ahead(name, rng)
     at = np.linspace(0.0, span, sessions)
@@ -63,7 +63,7 @@ def held(name: str, sessions: int, seed: Sequence[int]) -> tuple[bool, bool]:
 
 
 def _ahead(name: str, rng: np.random.Generator) -> tuple[float, float, float, Callable[[Array], Array]]:
-    """Draw a decay, a span and a limit until the limit lies ahead; return the true time of the limit and these."""
+    """Draw a decay, a span and a limit until the limit lies beyond the span; return its true time and the draw."""
     while True:
         light, span, limit = truths(rng)[name], rng.uniform(5e3, 11e3), rng.uniform(0.5, 0.75)
         hours = np.linspace(0.0, (1.0 + HORIZON) * span, 6001)
@@ -74,7 +74,7 @@ def _ahead(name: str, rng: np.random.Generator) -> tuple[float, float, float, Ca
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the table; the exit code."""
+    """Print the table. Return the exit code."""
     parser = argparse.ArgumentParser(prog="python -m tests.trend_coverage")
     parser.add_argument("--seed", type=int, required=True, help="the first; take one that was not used before")
     parser.add_argument("--repeats", type=int, default=400, help="histories of each decay and number of sessions")

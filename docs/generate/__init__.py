@@ -1,5 +1,6 @@
-"""Writes docs/reference from the code: commands, Python API, effects, JSON.
+"""Write docs/reference from the code: commands, Python API, effects, JSON.
 
-``python -m docs.generate`` writes the pages, which the repository keeps; tests/test_reference.py says when they are
-stale. One module a kind of page, each with a function ``pages()`` from a path below docs/reference to its text.
+``python -m docs.generate`` writes the pages, which are in the repository. tests/test_reference.py fails if they are
+stale. Each module writes one kind of page and has a function ``pages()``, which returns paths below docs/reference and
+their texts.
 """

@@ -1,4 +1,4 @@
-"""Writes docs/reference: ``python -m docs.generate``. Pages of what is no more are removed."""
+"""Write docs/reference: ``python -m docs.generate``. Pages without a source in the code are removed."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ REFERENCE = Path(__file__).resolve().parents[1] / "reference"
 
 
 def pages() -> dict[str, str]:
-    """Every generated page by its path below docs/reference."""
+    """Return every generated page by its path below docs/reference."""
     return {path: text for each in (commands, effects, json_schemas, python_api) for path, text in each.pages().items()}
 
 
 def generated() -> set[str]:
-    """Paths below docs/reference of the generated pages that are there."""
+    """Return the paths below docs/reference of the existing generated pages."""
     found = (path for path in REFERENCE.rglob("*.md") if path.read_text(encoding="utf-8").endswith(f"{MADE}\n"))
     return {path.relative_to(REFERENCE).as_posix() for path in found}
 
 
 def main() -> int:
-    """Write all pages and plots; the exit code."""
+    """Write all pages and plots. Return the exit code."""
     texts = pages()
     for gone in generated() - set(texts):
         (REFERENCE / gone).unlink()

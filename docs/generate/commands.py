@@ -12,7 +12,7 @@ WIDTH = 100
 
 
 def pages() -> dict[str, str]:
-    """Path below docs/reference → text."""
+    """Return path below docs/reference → text."""
     found = commands()
     names = table(
         ("command", "what it does"),
@@ -32,7 +32,7 @@ def pages() -> dict[str, str]:
 
 
 def commands(here: Group = group, before: str = "") -> dict[str, Command]:
-    """Every command by its words, such as "study plan"; a group's commands in its place."""
+    """Return every command by its words, such as "study plan"; a group is followed by its commands."""
     found: dict[str, Command] = {}
     for name in here.list_commands(Context(here)):
         command = here.get_command(Context(here), name)

@@ -16,15 +16,15 @@ if TYPE_CHECKING:
 
     from lutgen.effects import Effect
 
-#: Pixels across a plot, the largest first that keeps it within MOST bytes; its colours, and rounds to choose them in.
+#: Widths of a plot in pixels: the largest width with at most MOST bytes is taken. Then colours, and rounds of k-means.
 WIDTHS, MOST = (1000, 900, 800, 700), 30_000
 COLOURS, ROUNDS = 32, 3
 
-#: What begins a line of its own in the text of an effect.
+#: Phrases that begin a new line in the text of an effect.
 _POINTS = re.compile(r"^(?=Meaning of 0 and 1:|Valid |Sources?:|Assumption:)", re.MULTILINE)
 
 
-#: What ages in a display, as the paper's first section and the displays of today have it, and the effects that hold it.
+#: Causes of aging, according to the paper's first section and for present displays, and the effects of each cause.
 CAUSES = {
     "phosphors wear out": ("phosphor-wear", "backlight-decay"),
     "optical layers absorb more: short wavelengths most; all alike": ("yellowing", "backlight-decay"),
@@ -43,7 +43,7 @@ CAUSES = {
 
 
 def pages() -> dict[str, str]:
-    """Path below docs/reference → text."""
+    """Return path below docs/reference → text."""
     effects = catalogue().values()
     return {"effects/index.md": _index()} | {f"effects/{each.name}.md": _page(each) for each in effects}
 
@@ -69,7 +69,7 @@ def _index() -> str:
 
 
 def _inside(names: tuple[str, ...]) -> str:
-    """Links to effects; a name that the catalogue does not have is a KeyError."""
+    """Return links to effects; a name that is not in the catalogue raises KeyError."""
     return ", ".join(f"[{catalogue()[name].name}]({name}.md)" for name in names)
 
 
@@ -127,7 +127,7 @@ def _confused(effect: Effect) -> str:
 
 
 def plot(name: str) -> bytes:
-    """Draw an effect as ``lutgen effects NAME --plot`` does, smaller and in fewer colours; bytes of a PNG."""
+    """Draw an effect as ``lutgen effects NAME --plot`` does, smaller and in fewer colours; return a PNG."""
     from click.testing import CliRunner
     from PIL import Image
 

@@ -1,4 +1,4 @@
-"""reference/json.md: what ``--json`` writes, from the published schemas."""
+"""reference/json.md: the output of ``--json``, from the published schemas."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ import lutgen
 from docs.generate.commands import commands
 from docs.generate.markup import anchor, inline, page, table
 
-#: Objects within objects are shown in one table down to this depth; below it the schema itself says more.
+#: A table shows nested objects down to this depth; for deeper objects the page refers to the schema.
 DEPTH = 4
 
 
 def pages() -> dict[str, str]:
-    """Path below docs/reference → text."""
+    """Return path below docs/reference → text."""
     schemas = _schemas()
     helps = {name: each.get_short_help_str(limit=1000) for name, each in commands().items()}
     rows = [(f"[`{name} --json`](#{anchor(name)})", _about(name, each, helps)) for name, (_, each) in schemas.items()]
@@ -29,13 +29,13 @@ def pages() -> dict[str, str]:
 
 
 def _about(name: str, schema: dict[str, Any], helps: dict[str, str]) -> str:
-    """What the output is: in the schema's words, else in those of its command."""
+    """Return the description of the output: from the schema, or else from the help of its command."""
     command = name.removeprefix("lutgen ").rstrip(" 0123456789")
     return inline(schema.get("description") or helps[command])
 
 
 def _schemas() -> dict[str, tuple[str, dict[str, Any]]]:
-    """Title → the file of the schema, from the repository's root, and the schema."""
+    """Return title → the path of the schema's file from the repository's root, and the schema."""
     home = Path(lutgen.__file__).parent
     found = {}
     for path in sorted(home.rglob("*.json")):

@@ -1,4 +1,4 @@
-"""Markdown from docstrings, which are reStructuredText with numpydoc sections, and Markdown tables."""
+"""Convert docstrings (reStructuredText with numpydoc sections) to Markdown, and write Markdown tables."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-#: Last line of every generated page, as a comment that no reader sees: a site takes the title from the first line.
+#: Last line of every generated page, an invisible comment. It is not the first line, because a site takes the title
+#: from there.
 MADE = "<!-- Made by `make reference` from the code; do not edit. -->"
 
 _ROLE = re.compile(r":\w+:`~?(?:[\w.]+\.)?(\w+)`")
@@ -18,19 +19,19 @@ _DOI = re.compile(r"(?<![\w/\[])doi:(10\.\d{4,}/[\w./()-]*[\w])")
 
 
 def page(title: str, *parts: str) -> str:
-    """Put a generated page together."""
+    """Join the parts of a generated page."""
     body = "\n\n".join(part.strip("\n") for part in (f"# {title}", *parts) if part.strip())
     return f"{body}\n\n{MADE}\n"
 
 
 def inline(text: str) -> str:
-    """Translate the inline markup of reStructuredText, and link DOIs."""
+    """Convert the inline markup of reStructuredText, and link DOIs."""
     text = _ROLE.sub(r"`\1`", text).replace("``", "`")
     return _DOI.sub(r"[doi:\1](https://doi.org/\1)", text)
 
 
 def docstring(text: str | None) -> str:
-    """Translate a docstring: paragraphs, and the sections of numpydoc as lists."""
+    """Convert a docstring: paragraphs stay, sections of numpydoc become lists."""
     head, *rest = _SECTION.split(dedent(text or "").strip())
     parts = [_paragraphs(head)]
     for name, body in zip(rest[::2], rest[1::2], strict=True):
@@ -39,7 +40,7 @@ def docstring(text: str | None) -> str:
 
 
 def _paragraphs(text: str) -> str:
-    """Paragraphs; what is indented after ``::`` becomes a block of code."""
+    """Convert paragraphs; indented text after ``::`` becomes a code block."""
     parts = []
     for block in re.split(r"\n{2,}", text.strip()):
         if block.startswith("    "):
@@ -50,7 +51,7 @@ def _paragraphs(text: str) -> str:
 
 
 def _items(body: str) -> str:
-    """A definition a line that is not indented, with what is indented below it."""
+    """Convert definitions: each line that is not indented is a term, followed by its indented description."""
     items: list[str] = []
     for line in body.rstrip().splitlines():
         if line.startswith(" "):
@@ -61,7 +62,7 @@ def _items(body: str) -> str:
 
 
 def table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a table of Markdown."""
+    """Return a Markdown table."""
     lines = [heads, ["---"] * len(heads), *rows]
     return "\n".join(
         "| " + " | ".join(cell.replace("|", "\\|").replace("\n", " ") for cell in row) + " |" for row in lines

@@ -8,12 +8,12 @@ from typing import Any
 
 from docs.generate.markup import anchor, docstring, inline, page, table
 
-#: The packages whose names are promised; all others may change without notice.
+#: The packages with a stable interface; all other names may change without notice.
 PUBLIC = ("lutgen", "lutgen.effects")
 
 
 def pages() -> dict[str, str]:
-    """Path below docs/reference → text."""
+    """Return path below docs/reference → text."""
     intro = (
         "What these packages export is the interface: it changes only as the changelog says. Arrays are of numpy; "
         "shapes and units stand with each name. Bad input raises `LutgenError`, whose text says what is wrong, where, "
@@ -33,7 +33,7 @@ def pages() -> dict[str, str]:
 
 
 def _title(package: str, name: str, value: Any) -> str:
-    """Return a heading that no other has, in capitals or not: there are a Plan and a plan()."""
+    """Return a unique heading, also when upper and lower case are ignored: there are a Plan and a plan()."""
     return f"{'class ' if inspect.isclass(value) else ''}{package}.{name}"
 
 
@@ -69,10 +69,10 @@ def _method(name: str, member: Any) -> str:
 
 
 def _signature(name: str, value: Any) -> str:
-    """Write a signature as in the code, a parameter a line where it is long."""
+    """Return a signature as in the code; a long signature has one line per parameter."""
     try:
         signature = inspect.signature(value)
-    except ValueError:  # as of an exception without one of its own
+    except ValueError:  # for example of an exception without its own signature
         return f"```python\n{name}(...)\n```"
     plain = [str(parameter) for parameter in _plain(signature).parameters.values()]
     end = f" -> {_words(signature.return_annotation)}" if signature.return_annotation is not signature.empty else ""
@@ -86,7 +86,7 @@ def _signature(name: str, value: Any) -> str:
 
 
 def _plain(signature: inspect.Signature) -> inspect.Signature:
-    """Return the signature with annotations as they are written, and without defaults that print an address."""
+    """Return the signature with annotations as written in the code, and without defaults that print an address."""
     parameters = []
     for each in signature.parameters.values():
         annotation = each.empty if each.annotation is each.empty else _Written(_words(each.annotation))

@@ -1,8 +1,8 @@
 """Hooks of mkdocs: pages of effects in the index, and links that leave docs/.
 
-A page links to files of the repository as they lie, so that the link works where the repository is read. A site has
-only docs/: there such a link becomes one to the repository, where mkdocs.yml names its address (``repo_url``), else the
-words alone; a picture is copied into the site.
+A page links to files of the repository by relative paths, so that the links work in the repository. A site contains
+only docs/. There, such a link becomes a link to the repository's address (``repo_url`` in mkdocs.yml), or plain text if
+mkdocs.yml has no address. A picture is copied into the site.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _LINK = re.compile(r"(!?)\[([^\]]*)\]\(((?:\.\./)+[^)\s]+)\)")
 
 
 def on_config(config: Any) -> Any:
-    """Put the page of every effect into the index, after that of all."""
+    """Put the page of every effect into the index, after the overview page."""
     folder = ROOT / "docs/reference/effects"
     pages = [f"reference/effects/{path.name}" for path in sorted(folder.glob("*.md")) if path.name != "index.md"]
     reference = next(part["Reference"] for part in config.nav if "Reference" in part)
@@ -27,7 +27,7 @@ def on_config(config: Any) -> Any:
 
 
 def on_files(files: Any, config: Any) -> Any:
-    """Add to the site the pictures outside docs/ that pages show."""
+    """Add the pictures outside docs/ that pages show to the site."""
     from mkdocs.structure.files import File
 
     for path in sorted(pictures_outside(Path(config.docs_dir))):
@@ -36,7 +36,7 @@ def on_files(files: Any, config: Any) -> Any:
 
 
 def pictures_outside(docs: Path) -> set[Path]:
-    """Pictures outside docs/ that pages show."""
+    """Return the pictures outside docs/ that pages show."""
     found = set()
     for page in docs.rglob("*.md"):
         for mark, _, target in _LINK.findall(page.read_text(encoding="utf-8")):
@@ -47,7 +47,7 @@ def pictures_outside(docs: Path) -> set[Path]:
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:  # noqa: ARG001 - mkdocs' signature
-    """Turn links that leave docs/ into links of the site."""
+    """Convert links that leave docs/ to links of the site."""
     here = Path(page.file.abs_src_path).parent
 
     def turned(link: re.Match[str]) -> str:

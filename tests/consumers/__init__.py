@@ -1,9 +1,12 @@
-"""Programs that people look through our files with, each driven as its users drive it.
+"""Programs with which people view pictures through lutgen's files; each program is run as its users run it.
 
-One file a program; it is found because it is in this folder. A file has ``CONSUMERS``, one for each way into the
-program (a display's view, a look, a LUT file), or ``CLAIMS``, what lutgen's rules and texts say that the program does,
-or both. ``python -m tests.consumers`` prints what each makes of a real image and whether each claim holds, with the
-versions that it saw. No test of pytest asserts any of it: another version of a program is no fault of ours.
+There is one file per program. A file is found because it is in this folder. A file defines ``CONSUMERS``, one for each
+way
+to use the program (a display's view, a look, a LUT file), or ``CLAIMS``, the behaviour of the program according to
+lutgen's rules and texts, or both. ``python -m tests.consumers`` prints the result of each consumer on a real image, and
+whether each claim is true, with the versions of the programs. pytest asserts nothing of this, because another version
+of
+a program is not a fault of lutgen.
 """
 
 from __future__ import annotations
@@ -36,15 +39,15 @@ if TYPE_CHECKING:
     #: Shape (height, width, 3): integers over their whole range, or floats where 1 is the largest code value.
     Picture: TypeAlias = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32] | NDArray[np.float64]
 
-#: A program that answers no sooner has hung: all take less than 2 s.
+#: Timeout in seconds. All programs take less than 2 s, so a slower one hangs.
 TIMEOUT = 60
 
-#: Variables that would choose another config than the one under test.
+#: Environment variables that would select another config than the config under test.
 CHOOSERS = ("OCIO", "OCIO_ACTIVE_DISPLAYS", "OCIO_ACTIVE_VIEWS", "AGING_MODE", "AGING_HOURS")
 
 
 class Unavailable(Exception):  # noqa: N818 - no error: a state of this machine
-    """The program cannot be had here; says why and how to get it."""
+    """The program is not available on this machine; the message says why and how to install it."""
 
 
 @dataclass(frozen=True)
@@ -62,17 +65,17 @@ class Job:
 
     @property
     def config(self) -> Path:
-        """This display's own config."""
+        """The config of this display alone."""
         return self.build / self.mode / hour_name(self.hours) / "config.ocio"
 
     @property
     def common_config(self) -> Path:
-        """The config of all displays, which chooses by context variables."""
+        """The common config of all displays, which selects by context variables."""
         return self.build / "config.ocio"
 
     @property
     def variables(self) -> dict[str, str]:
-        """What the common config needs to be told."""
+        """The context variables of the common config."""
         return {"AGING_MODE": self.mode, "AGING_HOURS": hour_name(self.hours).removesuffix("h")}
 
     @property
@@ -84,22 +87,22 @@ class Job:
         return self.config.with_name("aged.clf")
 
     def lut(self, name: str) -> Path:
-        """This display's file of a format."""
+        """The file of this display in a format."""
         return self.config.with_name(format_named(name).file)
 
     @cached_property
     def png8(self) -> Path:
-        """The image as people have it."""
+        """The image as an 8-bit PNG, the usual form."""
         return self._source("source-8.png", self.image)
 
     @cached_property
     def tif16(self) -> Path:
-        """The same as TIFF, without compression."""
+        """The same image as TIFF, without compression."""
         return self._source("source-16.tif", self.image.astype(np.uint16) * 257)
 
     @cached_property
     def png16(self) -> Path:
-        """The same code values in 16 bit, for programs that work in the depth of what they read."""
+        """The same code values in 16 bit, for programs that compute in the depth of their input."""
         return self._source("source-16.png", self.image.astype(np.uint16) * 257)
 
     def _source(self, name: str, pixels: Picture) -> Path:
@@ -111,19 +114,19 @@ class Job:
 
 @dataclass(frozen=True)
 class Consumer:
-    """One way into a program.
+    """One way to use a program.
 
     Attributes
     ----------
     name
         The program and the part of it that is used.
     version
-        Gives its version, or raises ``Unavailable``.
+        Returns the version, or raises ``Unavailable``.
     file, interpolation
-        The file that it is given, and how it interpolates: ``tetrahedral``, ``trilinear``, ``matrix`` for no table, or
-        ``resampled`` where it makes a table of its own first.
+        The file for the program, and the program's interpolation: ``tetrahedral``, ``trilinear``, ``matrix`` for no
+        table, or ``resampled`` if the program first makes its own table.
     render
-        Makes the picture, or raises ``Unavailable``.
+        Returns the picture, or raises ``Unavailable``.
 
     """
 
@@ -136,18 +139,18 @@ class Consumer:
 
 @dataclass(frozen=True)
 class Claim:
-    """What lutgen's rules or texts say that a program does.
+    """The behaviour of a program according to lutgen's rules or texts.
 
     Attributes
     ----------
     program
-        The program, and the part of it that is used.
+        The program and the part that is used.
     version
-        Gives its version, or raises ``Unavailable``.
+        Returns the version, or raises ``Unavailable``.
     says
-        What is said: ``reads …``, ``shows …``.
+        The claim: ``reads …``, ``shows …``.
     differences
-        Given an empty folder, yields a line for each case in which the program does otherwise.
+        Takes an empty folder and yields a line for each case where the program behaves differently.
 
     """
 
@@ -158,12 +161,12 @@ class Claim:
 
 
 def consumers() -> list[Consumer]:
-    """All consumers, by file name."""
+    """Return all consumers, sorted by file name."""
     return [consumer for each in _files() for consumer in getattr(each, "CONSUMERS", ())]
 
 
 def claims() -> list[Claim]:
-    """All claims, by file name."""
+    """Return all claims, sorted by file name."""
     return [claim for each in _files() for claim in getattr(each, "CLAIMS", ())]
 
 
@@ -174,7 +177,7 @@ def _files() -> list[ModuleType]:
 
 @cache
 def program(name: str, package: str) -> str:
-    """Path of a program of the system's; the environment's own ``bin`` is left out."""
+    """Return the path of a program of the system; the ``bin`` folder of the Python environment is excluded."""
     own = Path(sys.prefix, "bin").resolve()
     folders = [folder for folder in os.get_exec_path() if Path(folder).resolve() != own]
     found = shutil.which(name, path=os.pathsep.join(folders))
@@ -184,14 +187,14 @@ def program(name: str, package: str) -> str:
 
 
 def module(name: str, distribution: str) -> Any:
-    """Import a Python consumer."""
+    """Import the Python module of a consumer."""
     if find_spec(name) is None:
         raise Unavailable(f"there is no module {name}; pip install {distribution}")
     return import_module(name)
 
 
 def run(*command: str | Path, cwd: Path | None = None, env: dict[str, str] | None = None) -> str:
-    """Run a program and return what it says; its failure raises RuntimeError with its words."""
+    """Run a program and return its output; if the program fails, raise RuntimeError with its output."""
     inherited = {key: value for key, value in os.environ.items() if key not in CHOOSERS}
     words = [str(word) for word in command]
     done = subprocess.run(
@@ -224,7 +227,7 @@ def write_image(path: Path, pixels: Picture) -> None:
 
 
 def read_image(path: Path) -> Picture:
-    """Read what a program wrote, in the depth that it chose; 16 bit is expected."""
+    """Read a program's output picture in the file's depth; 16 bit is expected."""
     image = oiio().ImageInput.open(str(path))
     if image is None:
         raise RuntimeError(f"{path}: {oiio().geterror()}")

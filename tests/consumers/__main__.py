@@ -1,7 +1,8 @@
-"""``make consumers``: what real programs do with our files, and whether it is what lutgen says of them.
+"""``make consumers``: the results of real programs with lutgen's files, and whether they agree with lutgen's claims.
 
-A table of how each renders a real image, against the direct model, in 8-bit codes; then what our rules and texts say of
-each program, with the version that was seen and every case in which it does otherwise.
+The first table compares each program's rendering of a real image with the direct model, in 8-bit codes. The second
+table lists the claims of lutgen's rules and texts about each program, with the program's version and every case where
+the program behaves differently.
 """
 
 from __future__ import annotations
@@ -12,14 +13,14 @@ import tempfile
 import warnings
 from pathlib import Path
 
-# colour-science warns at import of optional packages that nothing here needs.
+# colour-science warns at import about optional packages that nothing here needs.
 warnings.filterwarnings("ignore", module="colour")
 
 from tests.consumers import Claim, Consumer, Unavailable, claims, consumers  # noqa: E402 - after the filter
 from tests.consumers._gallery import CASES, GATES, RESAMPLED, Case, Gallery, gates  # noqa: E402
 
 COLUMNS = "{:<37} {:<18} {:<18} {:<12} {:<10} {:<12} {:>6} {:>7} {:>7} {:>7}  {}"
-#: What a program's failure raises: a finding like any other.
+#: Exceptions of a program's failure; a failure is a result like any other.
 FAILURES = (RuntimeError, subprocess.SubprocessError)
 
 CLAIM = "{:<20} {:<22} {:<8} {}"
@@ -27,7 +28,7 @@ HEAD = ("consumer", "version", "file", "interpolates", "selection", "mode", "hou
 
 
 def main() -> int:
-    """Print both tables. Returns 1 when a gate does not hold, or a program does otherwise than lutgen says."""
+    """Print both tables. Return 1 if a gate is not met or a program contradicts a claim."""
     with tempfile.TemporaryDirectory(prefix="consumers-") as folder:
         gallery = Gallery(Path(folder))
         print(COLUMNS.format(*HEAD))
@@ -45,7 +46,7 @@ def main() -> int:
 
 
 def row(gallery: Gallery, consumer: Consumer, case: Case) -> bool:
-    """Print one row; what cannot be had fails no gate."""
+    """Print one row; an unavailable program fails no gate."""
     try:
         error = gallery.errors(gallery.render(consumer, case), case)
     except Unavailable as reason:
@@ -63,7 +64,7 @@ def row(gallery: Gallery, consumer: Consumer, case: Case) -> bool:
 
 
 def holds(claim: Claim) -> bool:
-    """Print one claim, and where the program does otherwise; what cannot be had differs from nothing."""
+    """Print one claim and the cases where the program contradicts it; an unavailable program contradicts nothing."""
     with tempfile.TemporaryDirectory(prefix="claim-") as folder:
         try:
             version = claim.version()

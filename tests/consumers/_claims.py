@@ -1,4 +1,4 @@
-"""What the claims about several programs share: files that are made once, and questions that are asked alike."""
+"""Shared code of the claims about several programs: files that are made once, and common checks."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ INTENTS = (0, 1, 2, 3)
 
 @cache
 def aged() -> AgedDisplay:
-    """The display whose profiles are asked for."""
+    """The display whose profiles are tested."""
     return DisplayModel(read_measurements(default_display()), selection="continuous").at("chroma-luma", 18_000)
 
 
 @cache
 def profile(name: str) -> bytes:
-    """Its ``icc``, ``icc-matrix`` or ``devicelink``."""
+    """The display's ``icc``, ``icc-matrix`` or ``devicelink``."""
     form = format_named(name)
     return form.write(form.bake(Sampler(), aged(), 33)[0], Provenance("Aged display", "lutgen", ("lutgen: invented",)))
 
@@ -51,13 +51,13 @@ def profile_in(folder: Path, name: str) -> Path:
 
 @cache
 def colours() -> Array:
-    """Code values to ask for, shape (n, 3): the corners, and random ones."""
+    """Code values for the tests, shape (n, 3): the corners, and random values."""
     corners = np.stack(np.meshgrid(*[[0.0, 1.0]] * 3), axis=-1).reshape(-1, 3)
     return np.concatenate([corners, np.random.default_rng(21).random((40, 3))])
 
 
 def converted(tool: str, *options: str | Path, code: Array) -> Array:
-    """What a program that converts numbers says; shape (n, 3)."""
+    """Return the output of a program that converts numbers; shape (n, 3)."""
     lines = "".join(" ".join(f"{value:.6f}" for value in row) + "\n" for row in code)
     done = subprocess.run([tool, *options], input=lines, capture_output=True, text=True, check=True, timeout=TIMEOUT)
     found = [line.split("-> ")[-1].partition("[")[0].split() for line in done.stdout.splitlines()]
@@ -65,7 +65,7 @@ def converted(tool: str, *options: str | Path, code: Array) -> Array:
 
 
 def beyond(what: str, shown: Array, meant: Array, limit: float) -> Iterator[str]:
-    """Yield a line where what is shown differs by the limit or more; NaN does."""
+    """Yield a line if the output differs from the expected values by the limit or more, or is NaN."""
     if shown.shape != meant.shape:
         yield f"{what}: {len(shown)} answers to {len(meant)} questions"
     elif not (error := float(np.abs(shown - meant).max())) < limit:
@@ -73,13 +73,13 @@ def beyond(what: str, shown: Array, meant: Array, limit: float) -> Iterator[str]
 
 
 def unlike(name: str, outcome: str, said: str) -> Iterator[str]:
-    """Yield a line where the outcome of a case is another than lint says."""
+    """Yield a line if the outcome of a case differs from lint's statement."""
     if outcome != said:
         yield f"{name}: {outcome}, and lint says: {said}"
 
 
 def cubes(program: Program) -> Claim:
-    """That a reader does with every form of ``.cube`` what lint says."""
+    """Claim that a reader treats every form of ``.cube`` as lint says."""
     reader = program.reader()
 
     def version() -> str:
@@ -100,7 +100,7 @@ def cubes(program: Program) -> Claim:
 
 @cache
 def tried() -> dict[str, Linted]:
-    """Each form of ``.cube``, and those of 60 mutations that lint calls clean: all readers were given them."""
+    """Return each form of ``.cube``, and those of 60 mutations that lint calls clean; all readers get these files."""
     found = {}
     with tempfile.TemporaryDirectory(prefix="cubes-") as folder:
         path = Path(folder, "lut.cube")
@@ -115,7 +115,7 @@ def tried() -> dict[str, Linted]:
 
 
 def mutation(seed: int) -> bytes:
-    """The plain form with a few bytes replaced."""
+    """Return the plain form with a few bytes replaced."""
     rng = np.random.default_rng(seed)
     data = bytearray(PLAIN)
     for place in rng.integers(0, len(data), rng.integers(1, 4)):

@@ -1,4 +1,4 @@
-"""A picture of two real tissues, the builds that consumers read, and what the direct model says they should show."""
+"""A picture of two real tissues, the builds for the consumers, and the expected pictures from the direct model."""
 
 from __future__ import annotations
 
@@ -30,28 +30,30 @@ if TYPE_CHECKING:
 
 MODES, HOURS = ("chroma", "chroma-luma"), (10_000.0, 18_000.0)
 
-#: Largest error in 8-bit codes that 99 % of the values may have. Issue 2 asks for one code where the interpolation
-#: is the one that the files are made for; others are only to show the right picture: an un-aged one is 16 or more off.
+#: Largest error in 8-bit codes for 99 % of the values. Issue 2 requires one code for the interpolation for which the
+#: files are made. With another interpolation the picture must only be the right one: an un-aged picture is 16 or more
+#: codes off.
 GATES = {"tetrahedral": 1.0, "trilinear": 2.0, "matrix": 2.0}
 
-#: LittleCMS makes a table of its own of a profile and the screen's, for pictures of 16 bit, with so many points an
-#: edge, clipped (cmspcs.c, _cmsReasonableGridpointsByColorspace). No profile changes what it errs beside the clip.
+#: For pictures of 16 bit, LittleCMS combines a profile and the screen's profile into its own table, with this number of
+#: points per edge, clipped (cmspcs.c, _cmsReasonableGridpointsByColorspace). No profile can reduce its error near the
+#: clip.
 RESAMPLED, RESAMPLED_POINTS = "resampled", 33
 
-#: Its nodes, and its result, are rounded to 16 bit: two steps more, in 8-bit codes.
+#: The nodes and the result of this table are rounded to 16 bit: a further error of two steps, in 8-bit codes.
 ROUNDED = 2 * 255 / 65_535
 
 
 @dataclass(frozen=True)
 class Case:
-    """A display that every consumer is to show."""
+    """A display that every consumer must show."""
 
     selection: str
     mode: str
     hours: float
 
     def __str__(self) -> str:
-        """As pytest names it."""
+        """Return the name of the case in pytest."""
         return f"{self.selection}-{self.mode}-{self.hours:g}h"
 
 
@@ -70,24 +72,24 @@ class Errors:
     max: float
 
     def passes(self, limit: float) -> bool:
-        """Whether a gate lets it through; NaN does not pass."""
+        """Return whether the errors meet a gate; NaN does not."""
         return self.p99 <= limit
 
 
 class Gallery:
-    """Builds everything into ``folder`` once; makes and judges one picture at a time."""
+    """Build all files into ``folder`` once; make and judge one picture at a time."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.image = tissue()
         for selection in dict.fromkeys(case.selection for case in CASES):
-            # Certificates have tests of their own.
+            # Certificates have their own tests.
             formats = ("clf", *(name for name in format_names() if name != "clf"))
             plan = Plan(hours=HOURS, modes=MODES, formats=formats, certify=False)
             build(model(selection), plan, self.build(selection), jobs=1)
 
     def build(self, selection: str) -> Path:
-        """Folder of the build of a selection."""
+        """Return the folder of the build of a selection."""
         return self.folder / selection
 
     def job(self, case: Case) -> Job:
@@ -101,13 +103,16 @@ class Gallery:
         return consumer.render(self.job(case))
 
     def errors(self, picture: Picture, case: Case) -> Errors:
-        """Judge a picture."""
+        """Return the errors of a picture."""
         return errors(picture, expected(case))
 
 
 @cache
 def tissue() -> NDArray[np.uint8]:
-    """Immunohistochemistry, and beside it pale H&E, whose white and rose lie where aged colours are clipped."""
+    """Return immunohistochemistry beside pale H&E.
+
+    White and rose of the H&E lie where aged colours are clipped.
+    """
     stained: NDArray[np.uint8] = immunohistochemistry()
     if not SLIDE.is_file():
         return stained
@@ -127,13 +132,16 @@ def aged(case: Case) -> AgedDisplay:
 
 @cache
 def expected(case: Case) -> Array:
-    """The direct model's code values, in double precision, not rounded."""
+    """Return the direct model's code values, in double precision, not rounded."""
     return aged(case).code_to_code(tissue() / 255)
 
 
 @cache
 def gates(case: Case) -> dict[str, float]:
-    """Give the gate of every interpolation, in 8-bit codes: resampled, no less than a table of the model itself has."""
+    """Return the gate of every interpolation, in 8-bit codes.
+
+    The gate of ``resampled`` is at least the error of such a table of the model itself.
+    """
     size = RESAMPLED_POINTS
     nodes = aged(case).code_to_code(lattice(size, "code")).reshape(size, size, size, 3)
     shown = Lut("code", nodes).apply(tissue().reshape(-1, 3) / 255).reshape(tissue().shape)
@@ -149,6 +157,6 @@ def errors(picture: Picture, reference: Array) -> Errors:
 
 
 def as_code(picture: Picture) -> Array:
-    """Code values 0..1 of a picture; floats are clipped, as a screen does."""
+    """Return a picture's code values 0..1; floats are clipped, as on a screen."""
     largest = {"uint8": 255.0, "uint16": 65_535.0}.get(str(picture.dtype), 1.0)
     return np.clip(picture.astype(np.float64) / largest, 0.0, 1.0)

@@ -1,4 +1,4 @@
-"""Argyll: ``cctiff``, another colour engine than LittleCMS, at 16 bit; ``xicclu``, ``iccdump`` and ``colprof``."""
+"""Argyll: ``cctiff``, a colour engine other than LittleCMS, at 16 bit; ``xicclu``, ``iccdump`` and ``colprof``."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from tests.consumers import Picture
 
-#: Where Debian's argyll keeps its sRGB profile.
+#: Path of the sRGB profile in Debian's argyll.
 SRGB = Path("/usr/share/color/argyll/ref/sRGB.icm")
 
 
@@ -36,7 +36,7 @@ def tool(name: str = "cctiff") -> str:
 
 @cache
 def version() -> str:
-    # It has no option for it, says it with its help, and calls that a failure.
+    # The program has no version option. It prints the version with its help text and exits with an error.
     said = first_line(run("sh", "-c", '"$0" "-?" 2>&1 || true', tool()))
     return said.rpartition(", V")[2]
 
@@ -67,13 +67,13 @@ def faulty_profiles(folder: Path) -> Iterator[str]:
         )  # fmt: skip
         answers = re.search(rb"-> \w+ -> [\d.]+ ", done.stdout)
         said = case.outcomes[ARGYLL]
-        # It answers with numbers: whether they are the right ones is not asked.
+        # The program answers with numbers; this claim does not check whether they are right.
         if bool(answers) == (said == REFUSES):
             yield from unlike(name, "answers" if answers else REFUSES, said)
 
 
 def adapted(xyz: Array) -> Array:
-    """XYZ under D65 → under D50."""
+    """Adapt XYZ from D65 to D50."""
     import colour
 
     d50 = np.array([0.9642, 1.0, 0.8249])
@@ -89,7 +89,7 @@ def numbers(folder: Path) -> Iterator[str]:
     assert isinstance(lut, MatrixLut)
     found = converted(xicclu, *to_xyz, profile_in(folder, "icc-matrix"), code=code)
     yield from beyond("XYZ of icc-matrix", found, adapted(linear_to_xyz(code_to_linear(code) @ lut.matrix.T)), 5e-4)
-    # A table that is clipped at the gamut's edge bends between its points.
+    # A table that is clipped at the gamut's edge has a kink between its points.
     found = converted(xicclu, "-ff", profile_in(folder, "devicelink"), code=code)
     yield from beyond("code values of devicelink", found, aged().code_to_code(code), 4e-3)
 

@@ -1,6 +1,6 @@
-"""Blender without a window: an image saved through the scene's view, as its image editor and renders are.
+"""Blender without a window: it saves an image through the scene's view, as its image editor and renders do.
 
-It keeps the depth of what it reads: from an 8-bit picture it makes one that is rounded to 8 bit, whatever the file's.
+Blender keeps the depth of its input: it rounds an 8-bit picture to 8 bit, whatever the output file's depth.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
     from tests.consumers import Picture
 
-#: Runs inside Blender's own Python: a source, its colour space, then view, look and result, as often as wanted.
-#: Names that the config does not have raise TypeError. Blender adds noise before it rounds unless dither is 0.
+#: Runs inside Blender's own Python. Arguments: a source, its colour space, then view, look and result, repeated. Names
+#: that the config lacks raise TypeError. Blender adds noise before it rounds, unless dither is 0.
 SCRIPT = """
 import sys
 import bpy
@@ -81,7 +81,7 @@ def variables(job: Job) -> Picture:
     return read_image(call(job.png8, job.common_config, tuple(job.variables.items()))[0])
 
 
-#: Blender's own config, where Debian keeps it.
+#: Path of Blender's own config in Debian's package.
 OWN_CONFIG = Path("/usr/share/blender/datafiles/colormanagement/config.ocio")
 
 

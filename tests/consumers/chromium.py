@@ -1,4 +1,4 @@
-"""Chromium, which shows pictures that carry a profile."""
+"""Chromium shows pictures with embedded profiles."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ if TYPE_CHECKING:
 def version() -> str:
     if BROWSER is None:
         raise Unavailable("chromium is not on PATH; Debian has it in the package chromium")
-    # Debian's script complains of the machine's settings first.
+    # Debian's script first prints warnings about the machine's settings.
     found = re.search(r"Chrom\w* ([\d.]+)", run(BROWSER, "--version"))
     return found[1] if found else "of no version"
 
 
 def shown(folder: Path, pictures: Sequence[tuple[NDArray[np.uint8], bytes]]) -> list[NDArray[np.uint8]]:
-    """What the window shows of pictures with profiles, below each other."""
+    """Return the pixels that the window shows of pictures with profiles, one below another."""
     images = module("PIL.Image", "pillow")
     marks = []
     for pixels, data in pictures:
@@ -57,14 +57,14 @@ def shown(folder: Path, pictures: Sequence[tuple[NDArray[np.uint8], bytes]]) -> 
 
 
 def picture(job: Job) -> Picture:
-    """The image as its user sees it, with the profile in it."""
+    """Return the image with the embedded profile as the user sees it."""
     folder = job.scratch / "chromium"
     folder.mkdir(exist_ok=True)
     return shown(folder, [(job.image, job.lut("icc").read_bytes())])[0]
 
 
 def on_an_aged_display(case: Case) -> bytes:
-    """The fault in the profile of an aged display, so that an ignored profile is told from it."""
+    """Put the fault into the profile of an aged display, so that an ignored profile is visible."""
     whole, data = case.whole, case.data
     profile_of_it = bytearray(made(case.form, 18_000))
     for place in range(min(len(data), len(whole))):
@@ -76,12 +76,12 @@ def on_an_aged_display(case: Case) -> bytes:
 def faulty_profiles(folder: Path) -> Iterator[str]:
     pictures = [(PIXELS, on_an_aged_display(case)) for case in ASKED.values()]
     for (name, case), seen in zip(ASKED.items(), shown(folder, pictures), strict=True):
-        # It stops at no profile: it shows the picture without one.
+        # Chromium accepts every profile: if it cannot use a profile, it shows the picture without the profile.
         yield from unlike(name, WRONG if np.array_equal(seen, PIXELS) else READS, case.outcomes[CHROMIUM])
 
 
 def aged_colours(folder: Path) -> Iterator[str]:
-    """A table of version 4 and a matrix are a code or two off; one of version 2 more, as lint says."""
+    """Check that a version 4 table and a matrix are one or two codes off, and a version 2 table more, as lint says."""
     pixels = np.random.default_rng(22).integers(0, 256, (64, 64, 3), dtype=np.uint8)
     pixels[:8] = 255
     limits = {"icc": 1.5, "icc-matrix": 3.0, "icc-v2": 6.0}
@@ -93,7 +93,7 @@ def aged_colours(folder: Path) -> Iterator[str]:
         yield from beyond(f"white of {name}", picture[0, :1].astype(float), meant[0, :1], 2.0)
 
 
-#: Faults of a table alone may leave what an aged table shows at hour 0: they are not told apart.
+#: Faults of a table alone may not change what an aged table shows at hour 0, so they are not distinguished.
 ASKED = {
     name: case for name, case in CASES.items() if case.outcomes[CHROMIUM] == READS or not case.rule.endswith("table")
 }

@@ -1,4 +1,4 @@
-"""darktable's module *LUT 3D* by its command line, which takes the module's settings from a sidecar file."""
+"""darktable's module *LUT 3D* by the command line, with the module's settings in a sidecar file."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from tests.consumers import Picture
 
-#: A sidecar that switches on one module, of which the settings are bytes in hexadecimal.
+#: A sidecar that switches on one module, whose settings are bytes in hexadecimal.
 _SIDECAR = """<?xml version="1.0" encoding="UTF-8"?>
 <x:xmpmeta xmlns:x="adobe:ns:meta/"><rdf:RDF xmlns:rdf="http://www.w3.org/1999/02/22-rdf-syntax-ns#">
 <rdf:Description xmlns:darktable="http://darktable.sf.net/" darktable:xmp_version="5" darktable:raw_params="0"
@@ -30,7 +30,7 @@ _SIDECAR = """<?xml version="1.0" encoding="UTF-8"?>
 </rdf:Seq></darktable:history></rdf:Description></rdf:RDF></x:xmpmeta>
 """
 
-#: Version 3 of the settings: the file's name, sRGB, tetrahedral, and a packed table with its name, which is not there.
+#: Version 3 of the settings: the file's name, sRGB, tetrahedral, and an empty packed table with an empty name.
 _SETTINGS = struct.Struct("<512s 3i 12288s 128s")
 
 
@@ -44,7 +44,7 @@ def version() -> str:
 
 
 def shown(picture: Path, lut: Path, folder: Path) -> Picture:
-    """Send a picture through a LUT file, tetrahedral, in sRGB; ``folder`` is a new one."""
+    """Apply a LUT file to a picture, tetrahedral, in sRGB; ``folder`` is a new folder."""
     folder.mkdir()
     sidecar, result = folder / "picture.xmp", folder / "shown.png"
     settings = _SETTINGS.pack(lut.name.encode(), 0, 0, 0, b"", b"").hex()
@@ -62,7 +62,7 @@ def cube(job: Job) -> Picture:
 
 
 def curves(folder: Path) -> Iterator[str]:
-    """Send colours through a file of ours with a curve before its table, which darktable ignores, as lint says."""
+    """Apply a file of lutgen with a curve before its table; darktable ignores the curve, as lint says."""
     form, picture = format_named("resolve"), folder / "in.png"
     curved = next(lut for lut in form.bake(Sampler(), aged(), 33) if lut.space == "shaped")
     (folder / form.file).write_bytes(form.write(curved, Provenance("Aged display", "lutgen", ())))

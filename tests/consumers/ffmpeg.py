@@ -1,6 +1,7 @@
-"""ffmpeg's lut3d and haldclut at 16 bit; at 8 bit they truncate. Runs in the LUT's folder: its name needs no quotes.
+"""ffmpeg's lut3d and haldclut at 16 bit; at 8 bit they truncate. It runs in the LUT's folder: the name needs no quotes.
 
-From an 8-bit picture, ``format=rgb48le`` would make 255 into 65280, a code too dark at white; ``zscale`` makes 65535.
+From an 8-bit picture, ``format=rgb48le`` converts 255 to 65280, which is one code too dark at white; ``zscale`` gives
+65535.
 """
 
 from __future__ import annotations
@@ -70,12 +71,12 @@ def faulty_halds(folder: Path) -> Iterator[str]:
         command += ["-filter_complex", "haldclut", "-frames:v", "1", "out.png"]
         done = subprocess.run(command, cwd=folder, check=False, capture_output=True, timeout=TIMEOUT)
         if done.returncode:
-            # Some of what it shows wrongly, it refuses from some version on.
+            # Later versions of ffmpeg refuse some files that earlier versions show wrongly.
             if said == READS:
                 yield from unlike(name, REFUSES, said)
         elif said == REFUSES:
             yield from unlike(name, "shows something", said)
-        # Ours shows an aged display, and rows too many change nothing in the first ones.
+        # The file "ours" shows an aged display; excess rows do not change the first rows.
         elif name not in {"ours", "rows more"}:
             right = np.abs(read_image(result).astype(int) - pixels * [1, 0.8, 1]).max() <= 2
             yield from unlike(name, READS if right else WRONG, said)
@@ -90,7 +91,7 @@ def meshes(folder: Path) -> Iterator[str]:
         except Refusal:
             yield from unlike(name, REFUSES, said)
         else:
-            # It divides by 4096.
+            # ffmpeg divides by 4096.
             right = np.abs(shown - code / 255 * [1, GREEN, BLUE]).max() < 5e-4
             yield from unlike(name, READS if right else WRONG, said)
 

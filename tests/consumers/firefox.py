@@ -1,4 +1,4 @@
-"""Firefox: a picture with our profile, by a screenshot without a window."""
+"""Firefox: a picture with lutgen's profile, as a screenshot without a window."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def version() -> str:
 
 
 def picture(job: Job) -> Picture:
-    """The image as its user sees it, with the profile in it."""
+    """Return the image with the embedded profile as the user sees it."""
     images, file = module("PIL.Image", "pillow"), BytesIO()
     images.fromarray(job.image).save(file, "PNG", icc_profile=job.lut("icc").read_bytes())
     folder = job.scratch / "firefox"

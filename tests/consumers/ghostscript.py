@@ -1,4 +1,4 @@
-"""Ghostscript, which converts by LittleCMS with 8 bit: an image of a PDF, by the absolute intent, as the guide says."""
+"""Ghostscript converts with LittleCMS at 8 bit: an image in a PDF, by the absolute intent, as the guide says."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def version() -> str:
 
 
 def page(pixels: NDArray[np.uint8], data: bytes) -> bytes:
-    """Return a PDF of one page that is a picture with a profile: a point a pixel."""
+    """Return a PDF of one page with a picture and its profile: one point per pixel."""
     height, width, _ = pixels.shape
     draw = f"{width} 0 0 {height} 0 0 cm /I Do".encode()
     image = (
@@ -71,7 +71,7 @@ def picture(job: Job) -> Picture:
 
 
 def white(folder: Path) -> Iterator[str]:
-    """By the relative intent white stays un-aged, with a matrix too; by the absolute it ages."""
+    """Check that white stays un-aged by the relative intent, also with a matrix, and ages by the absolute intent."""
     pixels = np.full((8, 8, 3), 255, np.uint8)
     meant = aged().code_to_code(np.ones((1, 3)))[0] * 255
     for name in ("icc", "icc-matrix"):

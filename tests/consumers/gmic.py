@@ -1,4 +1,4 @@
-"""G'MIC's ``map_clut`` on a .cube: the guide says that it shows every one wrong, one that is an identity too."""
+"""G'MIC's ``map_clut`` on a .cube: the guide says that it shows every .cube wrongly, even an identity."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-#: Codes of 8 bits by which the guide says that an identity is off, from and to.
+#: Range of an identity's error in codes of 8 bits, according to the guide.
 SAID = 4, 6
 
 
@@ -34,7 +34,7 @@ def version() -> str:
 
 
 def identity(folder: Path) -> Iterator[str]:
-    """Send colours through a table that changes none."""
+    """Apply a table that changes no colour."""
     table = Lut("code", lattice(33, "code").reshape(33, 33, 33, 3))
     (folder / "same.cube").write_bytes(format_named("cube").write(table, Provenance("same", "same", ())))
     pixels = np.random.default_rng(5).integers(0, 256, (64, 64, 3), dtype=np.uint8)

@@ -1,4 +1,4 @@
-"""Java's ``ColorConvertOp``, as QuPath calls it: LittleCMS behind Java's own sRGB profile, 8 bit in, 8 bit out."""
+"""Java's ``ColorConvertOp``, as QuPath calls it: LittleCMS with Java's own sRGB profile, 8 bit in, 8 bit out."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tests.consumers import Consumer, Job, first_line, program, read_image, run
 if TYPE_CHECKING:
     from tests.consumers import Picture
 
-#: Gives a picture a profile, and converts it to sRGB: profile, picture, result.
+#: Assign a profile to a picture and convert the picture to sRGB. Arguments: profile, picture, result.
 _SHOW = """
 import java.awt.color.*;
 import java.awt.image.*;

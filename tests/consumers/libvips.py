@@ -1,4 +1,4 @@
-"""libvips, which converts by LittleCMS with 8 bit: by the absolute intent, as the guide says, and by the relative."""
+"""libvips converts with LittleCMS at 8 bit, by the absolute intent, as the guide says, and by the relative intent."""
 
 from __future__ import annotations
 
@@ -40,7 +40,10 @@ def picture(job: Job) -> Picture:
 
 
 def white(folder: Path) -> Iterator[str]:
-    """By the relative intent white stays un-aged; by the absolute it ages, and by a matrix in both."""
+    """Check white.
+
+    By the relative intent white stays un-aged, by the absolute intent it ages; with a matrix it ages by both intents.
+    """
     pixels = np.full((8, 8, 3), 255, np.uint8)
     meant = aged().code_to_code(np.ones((1, 3)))[0] * 255
     for name, intent, ages in (

@@ -1,4 +1,4 @@
-"""LittleCMS: its own ``tificc`` at 16 bit and ``transicc``, and Pillow's ``ImageCms`` at 8, as many viewers call it."""
+"""LittleCMS: its ``tificc`` at 16 bit and ``transicc``, and Pillow's ``ImageCms`` at 8 bit, as many viewers call it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def tool(name: str = "tificc") -> str:
 
 @cache
 def version() -> str:
-    # It has no option for it, says it with its help, and calls that a failure.
+    # The program has no version option. It prints the version with its help text and exits with an error.
     said = first_line(run("sh", "-c", '"$0" -h 2>&1 || true', tool()))
     return said.rpartition("LittleCMS ")[2].rstrip("]")
 
@@ -80,13 +80,16 @@ def faulty_profiles(_folder: Path) -> Iterator[str]:
         outcome = REFUSES
         if shown is not None:
             outcome = READS if np.abs(shown.astype(int) - meant).max() <= 1 else WRONG
-        # At hour 0 the matrix beside a table is the table: only the bytes tell that it is gone.
+        # At hour 0 the matrix and the table in a profile are equal; only the bytes show that the table is missing.
         if outcome == REFUSES or not ("cut off" in name or "beyond" in name):
             yield from unlike(name, outcome, case.outcomes[LCMS_8])
 
 
 def whites_by_pillow(folder: Path) -> Iterator[str]:
-    """With whole numbers, a table's white is set on white, unless LittleCMS is told not to; a matrix keeps it."""
+    """Check white by Pillow.
+
+    With integers, LittleCMS maps a table's white to white, unless told otherwise; a matrix keeps its white.
+    """
     cms = module("PIL.ImageCms", "pillow")
     white, srgb = module("PIL.Image", "pillow").new("RGB", (1, 1), "white"), cms.createProfile("sRGB")
     model = aged().code_to_code(np.ones((1, 3))) * 255
@@ -108,7 +111,7 @@ def whites_by_pillow(folder: Path) -> Iterator[str]:
 
 
 def white(folder: Path, depth: int, *options: str | Path) -> Array:
-    """White of a picture of 8 or 16 bit, as ``tificc`` converts it to the same, in 0..1; shape (1, 3)."""
+    """Return white of a picture of 8 or 16 bit after ``tificc`` converts it at this depth, in 0..1; shape (1, 3)."""
     source, result = folder / "white.tif", folder / "shown.tif"
     largest = 2**depth - 1
     pixels = np.full((8, 8, 3), largest)
@@ -119,7 +122,10 @@ def white(folder: Path, depth: int, *options: str | Path) -> Array:
 
 
 def whites(folder: Path) -> Iterator[str]:
-    """At 8 bit a matrix shows the aged white with every intent; at 16 bit pictures are resampled, and lose it."""
+    """Check white by ``tificc``.
+
+    At 8 bit a matrix shows the aged white with every intent. At 16 bit pictures are resampled and lose it.
+    """
     model, unaged = aged().code_to_code(np.ones((1, 3))), np.ones((1, 3))
     matrix = profile_in(folder, "icc-matrix")
     for intent in INTENTS:
@@ -134,7 +140,7 @@ def whites(folder: Path) -> Iterator[str]:
 
 
 def whites_that_are_lost(folder: Path) -> Iterator[str]:
-    """At 8 bit and by default, a table's white becomes white, and a matrix's does not."""
+    """Check that, at 8 bit and by default, a table's white becomes white, and a matrix's white does not."""
     for name, lost in (("icc", True), ("devicelink", True), ("icc-matrix", False)):
         (folder / "display.icc").write_bytes(made(name, 18_000))
         path = folder / "display.icc"

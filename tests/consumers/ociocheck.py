@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 OURS = Path(__file__).parents[2] / "configs/default/chroma/10000h"
 
-#: Changes of our config, and what becomes of it.
+#: Changed variants of our config, and the result of each.
 CONFIGS = {
     "as it is": ("", "", READS),
     "of a version to come": ("ocio_profile_version: 2.1", "ocio_profile_version: 2.9", REFUSES),

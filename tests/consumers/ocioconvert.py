@@ -1,4 +1,4 @@
-"""OpenColorIO's own converter, from Debian's opencolorio-tools: it writes in the depth that it reads."""
+"""OpenColorIO's converter, from Debian's opencolorio-tools. It writes in the depth of its input."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def tool() -> str:
 
 @cache
 def version() -> str:
-    # It has no option for it: told beside the error that there is no such picture.
+    # The program has no version option; it prints the version beside the error that the picture does not exist.
     help_text = run("sh", "-c", '"$0" -v --lut none none none || true', tool())
     found = re.search(r"OCIO Version: (\S+)", help_text)
     return found[1] if found else "?"

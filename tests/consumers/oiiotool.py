@@ -1,4 +1,4 @@
-"""OpenImageIO's command line: Debian's, and the one that comes with the wheel."""
+"""OpenImageIO's command line: the program in Debian's package and the program in the wheel."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def named(job: Job, tool: Callable[[], str]) -> Picture:
 
 
 def ways(name: str, tool: Callable[[], str]) -> list[Consumer]:
-    # OpenImageIO asks OpenColorIO for its best interpolation of a LUT file: tetrahedral.
+    # OpenImageIO requests OpenColorIO's best interpolation of a LUT file, which is tetrahedral.
     files: list[tuple[str, str, Callable[..., Picture]]] = [
         ("--ociofiletransform", format_named(each).file, partial(lut, name=each)) for each in LUTS
     ]

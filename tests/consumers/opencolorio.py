@@ -30,7 +30,7 @@ def apply(processor: Any, image: Picture) -> Picture:
 
 
 def through_display(config_file: Path, display: str, image: Picture) -> Picture:
-    """The view Aged on a viewer's display; not clipped."""
+    """Return the picture of the view Aged on a viewer's display; not clipped."""
     lib = ocio()
     config = lib.Config.CreateFromFile(str(config_file))
     return apply(config.getProcessor(lib.DisplayViewTransform(SOURCE, display, AGED_VIEW)), image)
@@ -53,7 +53,7 @@ def variables(job: Job) -> Picture:
 def named(job: Job) -> Picture:
     lib = ocio()
     config = lib.Config.CreateFromFile(str(job.config))
-    # 2.1 takes no named transform's name here, only what it holds.
+    # OpenColorIO 2.1 accepts no name of a named transform here, only the transform inside it.
     transform = config.getNamedTransform(NAMED_TRANSFORM).getTransform(lib.TRANSFORM_DIR_FORWARD)
     return apply(config.getProcessor(transform), job.image)
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-#: Prints the size and the numbers of a file's table, each with its opacity; red fastest.
+#: Print the size and the numbers of a file's table, each colour with its opacity; red fastest.
 _LOAD = """
 import { readFileSync } from 'node:fs';
 import { pathToFileURL } from 'node:url';
@@ -29,13 +29,13 @@ const { size, texture3D } = loader.parse(readFileSync(file, 'utf8'));
 console.log(JSON.stringify([size, Array.from(texture3D.image.data)]));
 """
 
-#: Formats, and by how much their numbers may differ: three.js divides those of a .3dl by 4096, and computes in float32.
+#: Formats and the tolerance on their numbers: three.js divides the numbers of a .3dl by 4096, and computes in float32.
 LIMITS = {"cube": 1.1e-7, "resolve": 1.1e-7, "3dl": 2.6e-4}
 
 
 @cache
 def package() -> str:
-    """The folder of the package; NODE_PATH says where it is."""
+    """Return the folder of the package; NODE_PATH contains it."""
     node = program("node", "nodejs")
     try:
         return run(node, "-p", "require('path').resolve(require.resolve('three'), '../..')").strip()

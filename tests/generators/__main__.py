@@ -1,6 +1,6 @@
-"""``python -m tests.generators``: all generators put to lutgen, their figures side by side against the gates.
+"""``python -m tests.generators``: diagnose the campaigns of all generators with lutgen; compare the figures to gates.
 
-Exit code 1 when a figure misses its gate, or a generator that was named cannot be had here.
+The exit code is 1 when a figure misses its gate, or when a generator that the user named is not available here.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ RESULTS = Path(__file__).with_name("RESULTS.md")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the scoring; the exit code."""
+    """Run the scoring. Return the exit code."""
     options = _options(arguments)
     wanted = Wanted(
         seed=options.seed,
@@ -54,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if not asked:
         print("Nothing to ask. Name a sort or an effect that a generator here has.", file=sys.stderr)
         return 1
-    # Generators in turn, so that a run which ends early has asked about all of them.
+    # The questions alternate between generators, so that a run that stops early has covered all generators.
     asked.sort(key=lambda question: (question.number, list(SORTS).index(question.sort)))
     answers = _answers(asked, options.workers, options.minutes)
     if len(answers) < len(asked):
@@ -75,7 +75,7 @@ def _results(answers: Sequence[Answered], generator: str) -> Iterable[Result]:
 
 
 def _answers(asked: Sequence[Question], workers: int, minutes: float) -> list[Answered]:
-    """Ask all questions, in this process where ``workers`` is 0; after so many minutes no further ones."""
+    """Answer the questions, in this process if ``workers`` is 0; start no further question after ``minutes``."""
     if workers == 0:
         return [ask(question) for question in asked]
     with ProcessPoolExecutor(workers) as pool:

@@ -1,7 +1,8 @@
-"""Six meters, as real ones differ from a Gaussian one: what each of them says of a simulated display.
+"""Six simulated meters. They deviate from a Gaussian meter as real meters do.
 
-All have a gain that a session shares, and noise of every reading with own σ for X, Y and Z. Sizes are those of a good
-colorimeter; the ratio of σ and the correlations are the medians of repeated whites in twelve real sessions.
+Every meter has a gain that all readings of a session share. Every reading has noise with a separate σ for X, Y and Z.
+The sizes are those of a good colorimeter. The ratio of the σ and the correlations are medians of repeated white
+readings in twelve real sessions.
 """
 
 from __future__ import annotations
@@ -20,29 +21,31 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: 1 σ of Y: share of the light, cd/m², and share that a session has in common.
+#: 1 σ of Y: relative to the light, as a floor in cd/m², and of the gain that a session shares.
 RELATIVE, FLOOR_CD_M2, SESSION_GAIN = 0.002, 0.003, 0.003
 
-#: σ of X, Y, Z over that of Y; of X it is not known to differ.
+#: σ of X, Y, Z relative to the σ of Y. For X no difference is known.
 RATIO = np.array([1.0, 1.0, 1.74])
 
-#: Correlations of the relative noise. The floor is the detectors' own, so that X, Y and Z have no part of it in common.
+#: Correlations of the relative noise. The floor is noise of the separate detectors, so X, Y and Z have no floor noise
+#: in common.
 CORRELATION = np.array([[1.0, 0.98, 0.94], [0.98, 1.0, 0.87], [0.94, 0.87, 1.0]])
 
-#: A meter whose last digit shows is quiet: its readings scatter by no more than a few of those digits.
+#: A meter whose rounding is visible has little noise: the standard deviation of its readings is at most a few units of
+#: the last digit.
 QUIET = 0.25
 LAST_DIGIT_CD_M2, SIGNIFICANT_DIGITS = 0.01, 4
 
-#: 1 σ of the black of a session in cd/m². Two cables of one meter differed by 0.09 on one day.
+#: 1 σ of the black offset of a session in cd/m². Two cables of one meter differed by 0.09 on one day.
 DARK_CD_M2 = 0.02
 
-#: 1 σ of the wandering gain, and the share of a session over which it forgets where it was.
+#: 1 σ of the drifting gain, and its correlation time as a share of a session.
 WANDER, MEMORY = 0.003, 0.25
 
-#: Noise of the light itself at 100 cd/m² as a share of it; it falls with the root of the light.
+#: Shot noise at 100 cd/m², relative to the light. The relative noise falls with the square root of the light.
 SHOT_AT_100 = 0.002
 
-#: Degrees of freedom of the heavy tails.
+#: Degrees of freedom of the heavy-tailed noise.
 FREEDOM = 3
 
 
@@ -53,13 +56,14 @@ class Meter:
     Attributes
     ----------
     name
-        What the tables call it.
+        Name of the meter in the tables.
     states_gain
-        Whether the file says how large the gain of a session is.
+        Whether the file states the size of the gain that a session shares.
     noise
-        ``noise(seen, truth, random)`` is what it adds to the light that it sees, (n, 3), cd/m².
+        ``noise(seen, truth, random)`` returns the noise that the meter adds to the light at its sensor, (n, 3),
+        cd/m².
     finish
-        What it does to the sum: rounding, or nothing.
+        The last step, applied to the sum of light and noise: rounding, or nothing.
 
     """
 
@@ -70,12 +74,12 @@ class Meter:
 
     @property
     def metadata(self) -> dict[str, str]:
-        """The ``# key: value`` lines that the meter adds."""
+        """Return the ``# key: value`` lines that the meter adds to the file."""
         stated = {"session_gain": f"{SESSION_GAIN:g}"} if self.states_gain else {}
         return {"instrument": f"simulated meter, {self.name}", **stated}
 
     def read(self, truth: Truth, seed: int) -> Array:
-        """What the meter says, (n, 3), cd/m²: dark readings may be negative."""
+        """Return the readings of the meter, (n, 3), cd/m². Dark readings may be negative."""
         random = np.random.default_rng([seed, 0x3E7E])
         names, session = np.unique(np.array(truth.session), return_inverse=True)
         gain = 1.0 + SESSION_GAIN * random.standard_normal(names.size)
@@ -84,7 +88,10 @@ class Meter:
 
 
 def covariance(xyz: Array) -> Array:
-    """Covariance of one reading of light (n, 3) by a good meter, without what its session shares: (n, 3, 3)."""
+    """Return the covariance of one reading of light (n, 3) by a good meter, (n, 3, 3).
+
+    The covariance excludes the gain that the readings of a session share.
+    """
     relative = RELATIVE * RATIO * xyz
     floor = np.diag((FLOOR_CD_M2 * RATIO) ** 2)
     return np.asarray(CORRELATION * relative[:, :, np.newaxis] * relative[:, np.newaxis, :] + floor)
@@ -108,7 +115,7 @@ def _quiet(seen: Array, truth: Truth, random: np.random.Generator) -> Array:
 
 
 def _last_digit(xyz: Array, random: np.random.Generator) -> Array:
-    """Hundredths of a cd/m², or four significant digits: one or the other, all of a campaign."""
+    """Round to hundredths of a cd/m² or to four significant digits; one rule for the whole campaign."""
     if random.random() < 0.5:
         return np.asarray(np.round(xyz / LAST_DIGIT_CD_M2) * LAST_DIGIT_CD_M2)
     size = np.floor(np.log10(np.maximum(np.abs(xyz), 1e-12)))
@@ -117,7 +124,7 @@ def _last_digit(xyz: Array, random: np.random.Generator) -> Array:
 
 
 def _wander(seen: Array, truth: Truth, random: np.random.Generator) -> Array:
-    """A gain that forgets by and by (Ornstein and Uhlenbeck's process) along the order of reading."""
+    """Return a gain that drifts along the order of reading (an Ornstein–Uhlenbeck process)."""
     gain = np.zeros(truth.order.size)
     names = np.array(truth.session)
     for name in sorted(set(truth.session)):
@@ -139,7 +146,10 @@ def _shot(seen: Array, truth: Truth, random: np.random.Generator) -> Array:
 
 
 def _tails(seen: Array, truth: Truth, random: np.random.Generator) -> Array:
-    """Student's t of a whole reading, with the variance of the Gaussian one: ν/(ν−2) is that of t."""
+    """Return noise of a whole reading that follows Student's t distribution.
+
+    The variance equals that of the Gaussian noise: Student's t has the variance ν/(ν−2).
+    """
     wide = np.sqrt(FREEDOM / random.chisquare(FREEDOM, (len(seen), 1)))
     return np.asarray(_gaussian(seen, truth, random) * wide * np.sqrt((FREEDOM - 2) / FREEDOM))
 

@@ -1,6 +1,6 @@
-"""The generator of tests/virtual_display, handed over as the others are: its effects in forms that are not lutgen's.
+"""The generator of tests/virtual_display behind the interface of the other generators; its forms differ from lutgen's.
 
-Files are written with that generator's own habits; ``habits`` changes nothing here.
+The generator always writes files in its own way; ``habits`` has no effect here.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 __all__ = ["KIN", "KINDS", "OUTSIDE", "campaign"]
 
-#: Effects of the aging itself, which hide nothing when the display ages by them alone.
+#: Effects of the display's own aging. When one of them is hidden, the display ages by it alone.
 _LAWS = tuple(names(baseline="first-hour"))
 
 KINDS = (*names(), *_LAWS)
@@ -32,7 +32,10 @@ _FEW_HOURS = designs.HOURS[::2]
 
 
 def campaign(seed: int, hidden: Mapping[str, float], *, design: str = "full", habits: int = 0) -> Truth:
-    """One campaign; ``hidden``: effect → strength, 1.0 being typical. Code values have whole bits."""
+    """Return one campaign. ``hidden`` maps an effect to its strength; 1.0 is typical.
+
+    The code values have a whole number of bits.
+    """
     del habits
     random = np.random.default_rng([seed, 0x0025])
     effects = {name: find(name, "outside" if name in OUTSIDE else "other") for name in hidden}

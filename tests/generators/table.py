@@ -1,6 +1,6 @@
-"""``Table``: a campaign as a CSV file has it, cell by cell as text, so that rewriting it rounds nothing.
+"""``Table``: the text of every cell of a campaign's CSV file. A rewriting of text rounds no number.
 
-Own code, independent of lutgen's reader, which is what the rewritings try.
+The code is independent of lutgen's reader, because the rewritings test that reader.
 """
 
 from __future__ import annotations
@@ -22,13 +22,14 @@ if TYPE_CHECKING:
 #: The colour points: white and the primaries at full drive.
 COLOUR_POINTS = ((1.0, 1.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
-#: The optional columns of numbers in which a blank cell means a number; blank in the others means "warm", "unknown".
+#: The optional numeric columns where a blank cell stands for a number. In the other optional columns a blank cell means
+#: "warm" or "unknown".
 BLANK = {"u": 0.5, "v": 0.5, "ambient_lx": 0.0, "window": 1.0, "surround": 0.0}
 
-#: Columns that say under which condition a reading was taken.
+#: Columns of the conditions of a reading.
 CONDITIONS = (*BLANK, "warmup_min", "temperature_c")
 
-#: Readings of one condition may differ by so many kelvins: a room's temperature hardly ever repeats.
+#: Maximum difference in kelvins between readings of one condition: the temperature of a room hardly ever repeats.
 KELVINS = 3.0
 
 BOM = "\ufeff"
@@ -41,11 +42,11 @@ class Table:
     Attributes
     ----------
     head
-        The lines that begin with ``#``, first to last.
+        The lines that begin with ``#``, in the file's order.
     columns
         Name → cells, in the file's order.
     separator, newline, bom
-        How it is written.
+        The field separator, the line end, and whether a byte order mark comes first.
 
     """
 
@@ -60,23 +61,26 @@ class Table:
 
     @property
     def metadata(self) -> dict[str, str]:
-        """The ``# key: value`` lines."""
+        """Return the ``# key: value`` lines."""
         pairs = (line.lstrip("# ").partition(":") for line in self.head if ":" in line)
         return {key.strip().lower(): value.strip() for key, _, value in pairs}
 
     def numbers(self, name: str) -> NDArray[np.float64]:
-        """One column as numbers (n,); where a cell is blank, or the column absent, the number that means, or NaN."""
+        """Return one column as numbers (n,).
+
+        A blank cell and an absent column give the number that a blank stands for, or NaN.
+        """
         cells = self.columns.get(name, ("",) * len(self))
         return np.array([float(cell) if cell else BLANK.get(name, np.nan) for cell in cells])
 
     @property
     def drive(self) -> NDArray[np.float64]:
-        """Code values (n, 3)."""
+        """Return the code values (n, 3)."""
         return np.column_stack([self.numbers(name) for name in "RGB"])
 
     @property
     def xyz(self) -> NDArray[np.float64]:
-        """Light in cd/m² (n, 3)."""
+        """Return the light in cd/m² (n, 3)."""
         if "X" in self.columns:
             return np.column_stack([self.numbers(name) for name in "XYZ"])
         x, y, luminance = (self.numbers(name) for name in ("x", "y", "Y"))
@@ -84,13 +88,13 @@ class Table:
 
     @property
     def session(self) -> tuple[str, ...]:
-        """Name of each reading's session: its hour, where it has none."""
+        """Return the session name of each reading; a reading without a session is named by its hour."""
         hours = self.columns["hour"]
         names = self.columns.get("session", ("",) * len(self))
         return tuple(name or f"{float(hour):g}" for name, hour in zip(names, hours, strict=True))
 
     def at_rest(self) -> NDArray[np.bool_]:
-        """Readings under the condition of the colour points, (n,)."""
+        """Return which readings have the condition of the colour points, (n,)."""
         return at_rest(
             {name: self.numbers(name) for name in CONDITIONS if name in self.columns},
             self.drive,
@@ -98,20 +102,20 @@ class Table:
         )
 
     def rows(self, chosen: Iterable[int]) -> Table:
-        """The table with these rows, in this order."""
+        """Return the table with only these rows, in this order."""
         places = list(chosen)
         return replace(self, columns={name: tuple(cells[i] for i in places) for name, cells in self.columns.items()})
 
     def having(self, **columns: Sequence[str]) -> Table:
-        """The table with these columns, new ones last."""
+        """Return the table with these columns replaced or added; new columns come last."""
         return replace(self, columns={**self.columns, **{name: tuple(cells) for name, cells in columns.items()}})
 
     def lacking(self, *names: str) -> Table:
-        """The table without these columns."""
+        """Return the table without these columns."""
         return replace(self, columns={name: cells for name, cells in self.columns.items() if name not in names})
 
     def text(self) -> str:
-        """The file's text."""
+        """Return the text of the file."""
         out = io.StringIO()
         writer = csv.writer(out, delimiter=self.separator, lineterminator=self.newline)
         writer.writerow(self.columns)
@@ -120,14 +124,14 @@ class Table:
 
 
 def is_colour_point(drive: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Rows of ``drive`` (n, 3) that are white or a primary at full drive, (n,)."""
+    """Return which rows of ``drive`` (n, 3) are white or a primary at full drive, (n,)."""
     return np.asarray((drive[:, np.newaxis] == np.array(COLOUR_POINTS)).all(axis=2).any(axis=1))
 
 
 def at_rest(
     conditions: Mapping[str, NDArray[np.float64]], drive: NDArray[np.float64], note: Sequence[str]
 ) -> NDArray[np.bool_]:
-    """Readings under the condition under which most colour points were read, with no note, (n,)."""
+    """Return which readings have the most common condition of the colour points and no note, (n,)."""
     rest = np.array([not text for text in note])
     points = is_colour_point(drive) & rest
     for name, values in conditions.items():
@@ -142,7 +146,7 @@ def at_rest(
 
 
 def parsed(text: str) -> Table:
-    """Read a file's text, whatever its separator, line ends and byte order mark."""
+    """Read a file's text with any separator and line ends, with or without a byte order mark."""
     bom = BOM if text.startswith(BOM) else ""
     newline = "\r\n" if "\r\n" in text else "\n"
     lines = [line for line in text.removeprefix(BOM).splitlines() if line.strip()]
@@ -155,9 +159,9 @@ def parsed(text: str) -> Table:
 
 
 def table(truth: Truth, xyz: NDArray[np.float64], *, order: bool = True, digits: int = 6) -> str:
-    """Text of the file in which ``xyz`` (n, 3), cd/m², stands for the truth's light.
+    """Return the text of a file with the truth's readings, where ``xyz`` (n, 3), cd/m², replaces the truth's light.
 
-    Rows stand as the generator hands them over; ``order`` says whether the file tells the order of reading.
+    The rows keep the generator's order. ``order`` decides whether the file has a column with the order of reading.
     """
     names = [name for name in CONDITIONS if name in truth.conditions]
     columns = {"hour": _cells(truth.hours)}

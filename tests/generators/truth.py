@@ -1,4 +1,4 @@
-"""``Truth``: one simulated campaign before an instrument reads it, as every generator hands it over."""
+"""``Truth``: one simulated campaign without instrument noise. Every generator returns this type."""
 
 from __future__ import annotations
 
@@ -19,15 +19,16 @@ class Truth:
     Attributes
     ----------
     hours, drive, xyz_cd_m2
-        Operating hours (n,) from 0; code values 0..1, (n, 3); light at the instrument, (n, 3), cd/m².
+        Operating hours from 0, (n,); code values 0..1, (n, 3); light at the instrument, (n, 3), cd/m².
     conditions
-        The optional columns that are logged, each (n,); NaN is a blank cell.
+        The optional columns in the file, each (n,); NaN is a blank cell.
     session, order, note
-        Name of each reading's session; its place in the order of reading, (n,); "lens cap", "shrouded" or "".
+        For each reading the name of its session, its index in the order of reading, (n,), and "lens cap", "shrouded"
+        or "".
     metadata
         The ``# key: value`` lines.
     hidden
-        The answer: effect → strength, 1 being a typical size.
+        The correct answer: effect → strength; 1 is a typical size.
 
     """
 

@@ -1,7 +1,8 @@
-"""``python -m tests.virtual_display``: make sealed data sets, let lutgen diagnose them, print figures against gates.
+"""``python -m tests.virtual_display``: make sealed data sets, diagnose them with lutgen, print the figures and gates.
 
-``--quick`` is the seeded part that CI runs; it fails (exit 1) when a gate is clearly missed, that is, when the whole
-95 % interval lies beyond it. Without it, exit 1 says that a figure for the good instrument misses its gate.
+``--quick`` is the seeded part that CI runs. It exits with 1 when a gate is clearly missed, that is, when the whole 95 %
+interval lies on the wrong side of the gate. Without ``--quick``, the exit code is 1 when a figure for the good
+instrument misses its gate.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
 RESULTS = Path(__file__).with_name("RESULTS.md")
 
-#: CI: few sets of each kind, most of those that are quickly diagnosed, so that the run stays under a minute.
+#: CI: few sets of each kind, most of them of kinds with a short diagnosis, so that the run takes less than a minute.
 QUICK_SEED = 20_150_318
 QUICK = {
     "null": 6,
@@ -40,12 +41,13 @@ QUICK = {
 }
 
 
-#: Healthy displays are diagnosed quickly, and rare false alarms need many: so many times ``--per-kind``.
+#: Healthy displays need this multiple of ``--per-kind``: false alarms are rare, and a healthy display is diagnosed
+#: quickly.
 OFTENER = {"null": 3, "hard-null": 2}
 
 
 def main(arguments: Sequence[str] | None = None, ask: Ask = ask_lutgen) -> int:
-    """Run the scoring; the exit code."""
+    """Run the scoring. Return the exit code."""
     options = _options(arguments)
     levels = ["good"] if options.quick else options.noise.split(",")
     seed = QUICK_SEED if options.quick else options.seed

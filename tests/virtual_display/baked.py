@@ -1,7 +1,8 @@
-"""The last figure: does the LUT that lutgen bakes of what it found show what the display itself shows?
+"""The last figure: the error of the LUT that lutgen bakes from its finding, compared with the display itself.
 
-Colours and hours are ones that nobody measured: seeded colours, and the middles between sessions. Luminance is held, so
-that what a session's gain does to white drops out. Like the scoring, this imports lutgen.
+Nobody measured the colours and hours of the comparison: the colours are random with a seed, and the hours are the
+middles between sessions. The luminance is held, so that a session's gain on white has no effect. Like the scoring, this
+module imports lutgen.
 """
 
 from __future__ import annotations
@@ -22,12 +23,13 @@ if TYPE_CHECKING:
 
 COLOURS, HOURS, SEED = 300, 3, 1931
 
-#: Points along an edge of the table: the larger size on offer, so that its own interpolation matters less than noise.
+#: Points along an edge of the table. This is the larger of the available sizes, so that the table's interpolation error
+#: is smaller than the noise.
 SIZE = 65
 
 
 def error_of_lut(diagnosis: Diagnosis, campaign: Campaign) -> float:
-    """Mean ΔE2000 between the LUT of the refined model and the display, white's luminance held."""
+    """Return the mean ΔE2000 between the LUT of the refined model and the display, with white's luminance held."""
     model = model_of(diagnosis.explanation.final, diagnosis, diagnosis.comparison, diagnosis.after)
     model = replace(model, reference="absolute")
     rng = np.random.default_rng(SEED)

@@ -1,7 +1,7 @@
-"""Measurement designs that cannot tell, whatever the noise: the honest reply says so.
+"""Measurement designs that cannot identify the effect at any noise level. The honest reply says this.
 
-Either the effect leaves no trace in the data (``consistent``, with the effect listed as not visible), or two effects
-leave the same trace (``one-of`` with the truth in it).
+Either the effect leaves no trace in the data: the reply is ``consistent`` and lists the effect as not visible. Or two
+effects leave the same trace: the reply is ``one-of`` and includes the true effect.
 """
 
 from __future__ import annotations
@@ -19,16 +19,17 @@ if TYPE_CHECKING:
 
     from tests.virtual_display.campaign import Campaign
 
-#: Tied sets are clear but not loud: 2–4 × the smallest detectable size, at which no shade of colour tells.
+#: Sizes for tied effects: clear but moderate, 2–4 × the smallest detectable size. At these sizes a small difference in
+#: colour distinguishes nothing.
 TIED_MULTIPLES = (2.0, 4.0)
 
-#: Light that adds to every reading alike.
+#: Effects that add the same light to every reading.
 ADDITIVE = ["ambient-reflection", "black-level", "meter-offset"]
 
 
 @dataclass(frozen=True)
 class Blind:
-    """A campaign that cannot tell, the honest replies, and the reason."""
+    """A campaign whose data cannot identify the effect, the honest replies, and the reason."""
 
     campaign: Campaign
     honest: list[dict[str, Any]]
@@ -36,7 +37,7 @@ class Blind:
 
 
 def _unseen(design: str, name: str) -> Callable[[Campaign, np.random.Generator], Blind]:
-    """Effect ``name`` at its typical size where ``design`` has no patch that shows it."""
+    """Return a case with effect ``name`` at its typical size, where ``design`` has no patch that shows the effect."""
 
     def case(base: Campaign, rng: np.random.Generator) -> Blind:
         form = str(rng.choice(["same", "other"]))
@@ -49,7 +50,7 @@ def _unseen(design: str, name: str) -> Callable[[Campaign, np.random.Generator],
 
 
 def _tied(design: str, name: str, form: str, rivals: list[str], **base_changes: Any) -> Callable[..., Blind]:
-    """Effect ``name`` where ``rivals`` leave the same trace."""
+    """Return a case with effect ``name``, where ``rivals`` leave the same trace."""
 
     def case(base: Campaign, rng: np.random.Generator) -> Blind:
         display = str(rng.choice(find(name, form).classes))
@@ -61,7 +62,7 @@ def _tied(design: str, name: str, form: str, rivals: list[str], **base_changes: 
     return case
 
 
-#: One a row. White held, nothing growing: then leaked light is as constant as a meter's offset or the room's lamp.
+#: One case per row. With white held and no growth, leaked light is as constant as a meter's offset or the room's lamp.
 CASES: tuple[Callable[[Campaign, np.random.Generator], Blind], ...] = (
     _tied("greys", "crosstalk", "same", ["crosstalk", "loading"]),
     _unseen("tips", "black-level"),

@@ -1,6 +1,6 @@
-"""Data sets that are wrong as measurements: the display is healthy, the table is not.
+"""Data sets with measurement faults: the display is healthy, but the table is wrong.
 
-Whatever a diagnosis says of them, naming a physical effect is wrong; best it names the row or the session.
+A diagnosis that names a physical effect is wrong. The best diagnosis names the row or the session.
 """
 
 from __future__ import annotations
@@ -18,16 +18,16 @@ if TYPE_CHECKING:
     from tests.virtual_display.readings import Readings
     from tests.virtual_display.spectra import Array
 
-#: Times that replicates scatter more than the file's instrument would.
+#: Factor by which replicates scatter more than the file's instrument.
 SCATTER = 10.0
 
-#: Rows of two sessions that are exchanged.
+#: Number of rows of two sessions that are exchanged.
 EXCHANGED = 20
 
 
 @dataclass(frozen=True)
 class Broken:
-    """A wrong table: its text, what is wrong with it, and the lines and hours concerned."""
+    """A wrong table: its text, the fault, and the lines and hours of the fault."""
 
     text: str
     fault: str
@@ -36,7 +36,7 @@ class Broken:
 
 
 def mistyped(campaign: Campaign, rng: np.random.Generator) -> Broken:
-    """One reading, no tip, has the first two digits of its Y exchanged: 47.31 was written 74.31."""
+    """In one reading that is no tip, the first two digits of Y are exchanged: 47.31 becomes 74.31."""
     readings, xyz = campaign.readings, measured(campaign)
     ordinary = np.isnan(readings.warmup_min) & (readings.drive.max(axis=1) < 1.0) & (readings.capped == 1.0)
     digits = np.array([f"{abs(y):.1e}" for y in xyz[:, 1]])
@@ -49,14 +49,14 @@ def mistyped(campaign: Campaign, rng: np.random.Generator) -> Broken:
 
 
 def scattered(campaign: Campaign, rng: np.random.Generator) -> Broken:
-    """Replicates scatter ten times as much as the instrument named in the file does."""
+    """Replicates scatter ten times as much as the instrument in the file's metadata."""
     del rng
     xyz = measured(campaign, scatter=SCATTER)
     return Broken(_text(campaign, campaign.readings, xyz), "replicates scatter 10 times the instrument's noise")
 
 
 def exchanged(campaign: Campaign, rng: np.random.Generator) -> Broken:
-    """Some rows of an early and a late session, not their tips, hold each other's readings."""
+    """Some rows of an early and a late session, not their tips, have exchanged readings."""
     aged = replace(campaign, ageing=1.5)
     readings, xyz = aged.readings, measured(aged)
     hours = (aged.hours[int(rng.integers(1, 4))], aged.hours[int(rng.integers(6, len(aged.hours)))])
@@ -69,7 +69,7 @@ def exchanged(campaign: Campaign, rng: np.random.Generator) -> Broken:
 
 
 def mislabelled(campaign: Campaign, rng: np.random.Generator) -> Broken:
-    """Two neighbouring sessions bear each other's hour."""
+    """Two neighbouring sessions have exchanged hours."""
     readings, xyz = campaign.readings, measured(campaign)
     place = int(rng.integers(2, len(campaign.hours) - 2))
     hours = campaign.hours[place : place + 2]
@@ -86,5 +86,5 @@ def _text(campaign: Campaign, readings: Readings, xyz: Array) -> str:
 
 
 def _line(campaign: Campaign, row: int) -> int:
-    """The line of the file that holds this reading: metadata, then the header, then the rows."""
+    """Return the file's line number of this reading: metadata, then the header, then the rows."""
     return len(header(campaign)) + 2 + row

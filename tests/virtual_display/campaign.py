@@ -1,4 +1,4 @@
-"""``Campaign``: one display, measured over its life by one design and one instrument; as a CSV, and as the truth."""
+"""``Campaign``: one display, measured over its life with one design and one instrument; as a CSV and as true light."""
 
 from __future__ import annotations
 
@@ -22,30 +22,31 @@ CONDITIONS = ("u", "v", "ambient_lx", "warmup_min", "temperature_c", "window", "
 
 @dataclass(frozen=True)
 class Campaign:
-    """All that decides a data set.
+    """All parameters of a data set.
 
     Attributes
     ----------
     display
         Display class, a key of ``spectra.CLASSES``.
     design, hours
-        One of ``designs.DESIGNS``, and the hours of its sessions.
+        One of ``designs.DESIGNS``, and the hours of the sessions.
     hidden
         Effects as (name, size, form).
     noise
         A key of ``instrument.NOISE``.
     seed
-        Of the display, its traits, the design's mixtures, and the noise.
+        Random seed of the display, its traits, the design's mixtures, and the noise.
     baseline
-        ``colour-points``: the display ages, and the tips tell. ``first-hour``: it ages by the hidden effect alone.
+        ``colour-points``: the display ages, and the tips show the aging. ``first-hour``: only the hidden effect ages
+        the display.
     held
         Whether a sensor holds white's luminance.
     ageing
-        How fast the display ages in ways that tips absorb; 1 is usual.
+        Rate of the aging that tips absorb; 1 is usual.
     room_lx
-        Light in the room at every reading, which nobody wrote down.
+        Room light at every reading, absent from the file.
     metadata
-        Further ``# key: value`` lines, which replace those of the same key.
+        Further ``# key: value`` lines; they replace lines with the same key.
 
     """
 
@@ -63,44 +64,47 @@ class Campaign:
 
     @property
     def readings(self) -> Readings:
-        """The patches and conditions, in reading order."""
+        """Return the patches and conditions, in reading order."""
         planned = designs.readings(self.design, self.hours, self.seed)
         return replace(planned, ambient_lx=planned.ambient_lx + self.room_lx)
 
     @property
     def made(self) -> Display:
-        """The display itself."""
+        """Return the display."""
         ageing = self.ageing if self.baseline == "colour-points" else 0.0
         return made(self.display, seed=self.seed, ageing=ageing, held=self.held)
 
 
 def noise_free(campaign: Campaign, hidden: Hidden | None = None) -> Array:
-    """XYZ in cd/m² of the campaign's readings, without noise, with other hidden effects if given."""
+    """Return XYZ in cd/m² of the campaign's readings, without noise; ``hidden`` replaces the hidden effects."""
     effects = campaign.hidden if hidden is None else hidden
     return xyz_at_eye(campaign.made, campaign.readings, effects, seed=campaign.seed)
 
 
 def truth(campaign: Campaign, code: Array, hours: float) -> Array:
-    """XYZ in cd/m² that the display shows for code values (m, 3): centre, warm, dark, full screen, no instrument."""
+    """Return XYZ in cd/m² that the display shows for code values (m, 3).
+
+    The conditions are: centre, warm, dark room, full screen, no instrument.
+    """
     shown = tuple(item for item in campaign.hidden if find(item[0], item[2]).stage != "instrument")
     return xyz_at_eye(campaign.made, at_rest(code, hours), shown, seed=campaign.seed)
 
 
 def measured(campaign: Campaign, *, scatter: float = 1.0) -> Array:
-    """XYZ in cd/m² as the instrument reports them, (n, 3); ``scatter`` multiplies the noise of each reading."""
+    """Return XYZ in cd/m² as the instrument reports it, (n, 3); ``scatter`` multiplies the noise of each reading."""
     rng = np.random.default_rng([campaign.seed, 0x501])
     _, session = np.unique(campaign.readings.hours, return_inverse=True)
     return NOISE[campaign.noise].times(scatter).read(noise_free(campaign), session, rng)
 
 
 def csv_text(campaign: Campaign) -> str:
-    """The data set as lutgen's CSV. It does not say what is hidden."""
+    """Return the data set as lutgen's CSV, without the hidden effects."""
     readings = campaign.readings
     return table(readings, measured(campaign), header(campaign), conditions=campaign.design == "full")
 
 
 def header(campaign: Campaign) -> dict[str, str]:
-    """The ``# key: value`` lines."""
+    """Return the ``# key: value`` lines."""
     noise = NOISE[campaign.noise]
     given = {
         "source": "SIMULATED, not measured: tests/virtual_display of lutgen",
@@ -115,7 +119,7 @@ def header(campaign: Campaign) -> dict[str, str]:
 
 
 def table(readings: Readings, xyz: Array, lines: dict[str, str], *, conditions: bool) -> str:
-    """Lay out readings and their XYZ as text, six significant digits."""
+    """Write readings and their XYZ as text, with six significant digits."""
     columns = {"hour": readings.hours, **dict(zip("RGB", readings.drive.T, strict=True))}
     if conditions:
         columns |= {name: getattr(readings, name) for name in CONDITIONS}

@@ -1,7 +1,7 @@
-"""Measurement designs: which patches are read in a session, from four colours to everything a patient engineer does.
+"""Measurement designs: the patches of a session, from four colours to the complete set of a patient engineer.
 
-``tips`` W, R, G, B three times · ``greys`` also black and nine greys · ``colours`` also ramps, secondaries and
-mixtures · ``full`` also positions, room light with a shrouded repeat, cold readings, windows, a lens cap, a hot room,
+``tips`` reads W, R, G, B three times · ``greys`` adds black and nine greys · ``colours`` adds ramps, secondaries and
+mixtures · ``full`` adds positions, room light with a shrouded repeat, cold readings, windows, a lens cap, a hot room,
 and two hours between sessions at which no tips are read.
 """
 
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 
 DESIGNS = ("tips", "greys", "colours", "full")
 
-#: Sessions: dense in the first 1000 h, where lamps and OLEDs settle, then wider.
+#: Hours of the sessions: dense in the first 1000 h, where lamps and OLEDs settle, then wider.
 HOURS = (0.0, 300.0, 1000.0, 2500.0, 4500.0, 6000.0, 8500.0, 11_500.0, 14_500.0, 18_000.0)
 
-#: Hours between sessions at which ``full`` reads greys, ramps and mixtures but no tips. The sessions beside them are
-#: near, so that the tips between them lie on the straight line that the paper draws.
+#: Hours between sessions at which ``full`` reads greys, ramps and mixtures but no tips. The neighbouring sessions are
+#: near, so that the tips between them lie on the paper's straight line.
 OFF_KNOT_HOURS = (1700.0, 5200.0)
 
 TIPS = ((1.0, 1.0, 1.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -45,7 +45,7 @@ def _grey(level: float) -> tuple[float, float, float]:
 
 
 def mixtures(seed: int, count: int = 24) -> Array:
-    """Mixtures of all three channels, one of four quite saturated, (count, 3), rounded to three digits."""
+    """Mixtures of all three channels, one quarter of them rather saturated, (count, 3), rounded to three digits."""
     rng = np.random.default_rng([seed, 0x3147])
     drive = rng.uniform(0.1, 1.0, (count, 3))
     drive[np.arange(0, count, 4), rng.integers(0, 3, len(range(0, count, 4)))] *= 0.25
@@ -53,7 +53,7 @@ def mixtures(seed: int, count: int = 24) -> Array:
 
 
 def readings(design: str, hours: tuple[float, ...], seed: int) -> Readings:
-    """All readings of a campaign, in reading order. The mixtures and temperatures follow ``seed``."""
+    """Return all readings of a campaign, in reading order. ``seed`` determines the mixtures and temperatures."""
     if design not in DESIGNS:
         raise ValueError(f"no design {design!r}. Pick one of: {', '.join(DESIGNS)}.")
     colours = mixtures(seed)
@@ -64,7 +64,7 @@ def readings(design: str, hours: tuple[float, ...], seed: int) -> Readings:
 
 
 def _session(design: str, hour: float, colours: Array) -> Readings:
-    """One session. Cold readings come first; the tips are spread over the session, as one repeats a check patch."""
+    """Return one session. Cold readings come first. The tips are spread over it, like a repeated check patch."""
     tips = [*TIPS, BLACK] if design != "tips" else [*TIPS]
     blocks: dict[str, list[tuple[float, float, float]]] = {
         "tips": [],
@@ -109,7 +109,7 @@ def _positions(hour: float) -> Readings:
 
 
 def _room(hour: float) -> list[Readings]:
-    """Black and a dark grey in room light, then the same behind a shroud."""
+    """Black and a dark grey in room light, then the same patches behind a shroud."""
     lit = at_rest([patch for _ in AMBIENT_LX for patch in (BLACK, _grey(0.25))], hour)
     dark = at_rest([BLACK, _grey(0.25)], hour)
     return [replace(lit, ambient_lx=np.repeat(AMBIENT_LX, 2)), replace(dark, note=(SHROUDED,) * 2)]
@@ -136,7 +136,7 @@ def _hot(hour: float, colours: Array) -> Readings:
 
 
 def _with_temperatures(patches: Readings, seed: int) -> Readings:
-    """Rooms differ by 0.3 K between sessions and wander by 0.5 K within one, regardless of minutes."""
+    """The temperature differs by 0.3 K between sessions and drifts by 0.5 K within one, independent of the minutes."""
     rng = np.random.default_rng([seed, 0x7E])
     hours, session = np.unique(patches.hours, return_inverse=True)
     wander = rng.normal(0.0, 0.3, hours.size)[session] + rng.normal(0.0, 0.5, patches.n)

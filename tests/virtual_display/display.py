@@ -1,8 +1,9 @@
 """The physical display: code value → light per sub-pixel → spectrum at the eye → XYZ in cd/m².
 
-Without a hidden effect it is what the paper assumes: sRGB transfer, additive, black at zero; it ages in ways that
-re-measured tips absorb (the lamp dims, optics yellow, phosphor and emitters wear), smoothly, so that tips at the
-off-knot hours lie within 0.05 % of the straight line between sessions, and within 0.01 % but for a common gain.
+Without a hidden effect the display meets the paper's assumptions: sRGB transfer, additive, zero light at black. Its
+aging is of the kind that re-measured tips absorb: the lamp dims, optics yellow, phosphor and emitters wear. The aging
+is smooth: at the off-knot hours the tips lie within 0.05 % of the straight line between sessions, and within 0.01 %
+except for a common gain.
 """
 
 from __future__ import annotations
@@ -21,18 +22,18 @@ Hidden = tuple[tuple[str, float, str], ...]
 
 @dataclass(frozen=True)
 class Display:
-    """One display of a class: its primaries when new, and how it ages.
+    """One display of a class: its primaries when new, and its aging.
 
     Attributes
     ----------
     steady, wearing
         Spectral radiance of R, G, B at full drive in W/(m² sr nm), (3, 81), in two parts that add up.
     dimming, yellowing, wear
-        Nepers lost by 18 000 h: by all light, at 400 nm, and by the wearing part.
+        Losses in nepers at 18 000 h: of all light, at 400 nm, and of the wearing part.
     channels
-        Nepers that each channel loses by itself, (3,).
+        Further loss of each channel in nepers, (3,).
     power
-        Of time, with which all of it goes.
+        Exponent of time in all these losses.
     held
         Whether a sensor holds white's luminance.
 
@@ -48,7 +49,7 @@ class Display:
     held: bool
 
     def parts(self, hours: Array) -> tuple[Array, Array]:
-        """The two parts of the primaries at these hours, (h, 3, 81) each."""
+        """Return the two parts of the primaries at these hours, (h, 3, 81) each."""
         age = ((hours / LIFE_H) ** self.power)[:, np.newaxis, np.newaxis]
         loss = self.dimming + self.channels[:, np.newaxis] + self.yellowing * np.exp(-(NM - 400.0) / 60.0)
         steady = self.steady * np.exp(-age * loss)
@@ -60,12 +61,12 @@ class Display:
 
 
 def _luminance(primaries: Array) -> Array:
-    """White's Y, shape (..., 1, 1)."""
+    """Return white's Y, shape (..., 1, 1)."""
     return spectrum_to_xyz(primaries.sum(axis=-2))[..., 1, np.newaxis, np.newaxis]
 
 
 def made(name: str, *, seed: int, ageing: float, held: bool) -> Display:
-    """Build the display of class ``name`` with this seed; ``ageing`` scales how fast it ages, 0 not at all.
+    """Build the display of class ``name`` with this seed; ``ageing`` scales the rate of aging, 0 is no aging.
 
     White has 220..380 cd/m² and lies within 0.003 of D65 in x and y.
     """
@@ -81,7 +82,7 @@ def made(name: str, *, seed: int, ageing: float, held: bool) -> Display:
 
 
 def xyz_at_eye(display: Display, readings: Readings, hidden: Hidden, *, seed: int) -> Array:
-    """XYZ in cd/m² of every reading, free of noise, (n, 3), with the effects (name, size, form) of ``hidden``."""
+    """Return XYZ in cd/m² of every reading without noise, (n, 3), with the effects (name, size, form) of ``hidden``."""
     scene = _scene(display, readings, seed)
     signal = readings.drive
     for stage in STAGES:

@@ -1,8 +1,9 @@
-"""How much of the error that is not noise does lutgen's finding remove? Told by the display without noise.
+"""The share of the error beyond noise that lutgen's finding removes, measured on noise-free readings.
 
-The readings' own noise would drown the answer where an effect is weak. So both models, without and with what was found,
-are held against the noise-free readings, each session's gain free. What the tips' own noise leaves in either is taken
-off by its expectation: a number for each unknown of the tips. Like the scoring, this imports lutgen.
+If an effect is weak, the noise of the readings hides the answer. So two models, one without and one with the finding,
+are compared with the noise-free readings; each session's gain is free. The noise of the tips adds an error to both
+models. Its expectation, one unit for each unknown of the tips, is subtracted. Like the scoring, this module imports
+lutgen.
 """
 
 from __future__ import annotations
@@ -23,7 +24,10 @@ if TYPE_CHECKING:
 
 
 def excess_removed(diagnosis: Diagnosis, campaign: Campaign) -> float:
-    """Share of the squared error beyond noise; NaN where the model without effects errs by no more than its tips."""
+    """Return the removed share of the squared error beyond noise.
+
+    The share is NaN if the error of the model without effects is not larger than the error from the noise of its tips.
+    """
     problem, explanation = diagnosis.problem, diagnosis.explanation
     real = noise_free(campaign)[problem.rows]
     expected = unknowns(problem) - problem.hours.size
@@ -33,7 +37,7 @@ def excess_removed(diagnosis: Diagnosis, campaign: Campaign) -> float:
 
 
 def _misfit(found: Fit, real: Array) -> float:
-    """Σ of squared whitened differences to the noise-free readings (n, 3), with the best gain for every hour."""
+    """Return Σ of squared whitened differences to the noise-free readings (n, 3), with the best gain for every hour."""
     said, true = whiten(found.problem, found.predicted), whiten(found.problem, real)
     total = 0.0
     for hour in range(found.problem.hours.size):

@@ -1,4 +1,4 @@
-"""The table of figures against gates, with binomial intervals, and the confusion matrix."""
+"""The table of figures and gates, with binomial intervals, and the confusion matrix."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tests.virtual_display.judge import Reply, honest, names_the_place
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-#: Kinds in which one catalogue effect is hidden and should be found beside the tips.
+#: Kinds with one hidden effect of the catalogue, which the diagnosis should find beside the tips.
 ONE_EFFECT = ("same-form", "other-form")
 
 
@@ -28,9 +28,9 @@ class Scored(NamedTuple):
 
 @dataclass(frozen=True)
 class Share:
-    """A figure that counts data sets: of those ``among``, the share for which ``counts`` holds.
+    """A figure that counts data sets: the share of data sets that meet ``counts``, of those that meet ``among``.
 
-    ``gate`` and ``goal`` are upper limits where ``at_most``, else lower ones; None: for information.
+    ``gate`` and ``goal`` are upper limits if ``at_most``, else lower limits; None means "for information only".
     """
 
     title: str
@@ -43,7 +43,7 @@ class Share:
 
 @dataclass(frozen=True)
 class Median:
-    """A figure that is the median of ``value`` over the data sets in which lutgen named the right effect."""
+    """A figure that is the median of ``value`` over the data sets where lutgen named the right effect."""
 
     title: str
     among: Callable[[dict[str, Any]], bool]
@@ -113,7 +113,7 @@ FIGURES: tuple[Share | Median, ...] = (
 
 @dataclass(frozen=True)
 class Result:
-    """A figure as it came out: value, interval (Wilson 95 % of a share, 10 % and 90 % of values), number of sets."""
+    """The result of a figure: value, interval (Wilson 95 % of a share, 10 % and 90 % of values), number of sets."""
 
     figure: Share | Median
     value: float
@@ -123,19 +123,19 @@ class Result:
 
     @property
     def met(self) -> bool:
-        """Whether the value meets the gate."""
+        """Return whether the value meets the gate."""
         gate = self.figure.gate
         return gate is None or (self.value <= gate if self.figure.at_most else self.value >= gate)
 
     @property
     def clearly_missed(self) -> bool:
-        """Whether the whole interval lies on the wrong side of the gate."""
+        """Return whether the whole interval lies on the wrong side of the gate."""
         gate = self.figure.gate
         return gate is not None and (self.low > gate if self.figure.at_most else self.high < gate)
 
 
 def result(figure: Share | Median, scored: Iterable[Scored]) -> Result | None:
-    """Work out one figure; None when no data set bears on it."""
+    """Compute one figure. Return None if no data set concerns it."""
     chosen = [one for one in scored if figure.among(one.answer)]
     if isinstance(figure, Median):
         named = [one.reply for one in chosen if one.reply.floor > 0.0 and honest(one.reply, one.answer)]
@@ -152,12 +152,15 @@ def result(figure: Share | Median, scored: Iterable[Scored]) -> Result | None:
 
 
 def results(scored: Sequence[Scored]) -> list[Result]:
-    """All figures that these data sets bear on."""
+    """Return all figures that these data sets concern."""
     return [one for figure in FIGURES if (one := result(figure, scored)) is not None]
 
 
 def table(scored: Sequence[Scored]) -> str:
-    """Figures against gates as Markdown, one column a noise level. Only the good instrument has gates to meet."""
+    """Return the figures and gates as a Markdown table, one column per noise level.
+
+    The gates apply only to the good instrument.
+    """
     levels = list(dict.fromkeys(one.answer["noise"] for one in scored))
     lines = [
         "| figure | " + " | ".join(levels) + " | gate | goal | met (good)? |",
@@ -186,7 +189,10 @@ def _limits(figure: Share | Median) -> list[str]:
 
 
 def confusion(scored: Sequence[Scored], *, noise: str) -> str:
-    """Truth × reply as Markdown: a row for each truth, its replies with their counts, right ones first."""
+    """Return truth × reply as a Markdown table.
+
+    Each row is a truth, followed by its replies with their counts; right replies come first.
+    """
     rows: dict[str, Counter[tuple[bool, str]]] = {}
     for one in scored:
         if one.answer["noise"] == noise:
@@ -216,7 +222,7 @@ def _truth(answer: dict[str, Any]) -> str:
 
 
 def failures(scored: Sequence[Scored]) -> str:
-    """Every data set that was not answered honestly, as Markdown."""
+    """Return every data set without an honest reply, as Markdown."""
     lines = ["| noise | kind | truth | forms | × detectable | reply |", "|---" * 6 + "|"]
     for one in sorted(scored, key=lambda one: (one.answer["noise"], one.answer["kind"], one.answer["truth"])):
         if _wrong(one):

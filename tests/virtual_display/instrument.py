@@ -1,7 +1,7 @@
-"""The colorimeter: noise of every reading, and a gain that a whole session shares.
+"""The colorimeter: noise of every reading, and a gain that the readings of a session share.
 
-Three levels of instrument from the design: relative noise, a floor, and the gain from session to session, all 1 σ. X, Y
-and Z of one reading share their noise (the lamp flickers for all three): correlation 0.6.
+The design defines three levels of instrument: relative noise, a floor, and the gain of a session, all 1 σ. The noise of
+X, Y and Z of one reading has the correlation 0.6, because the flicker of the lamp affects all three.
 """
 
 from __future__ import annotations
@@ -23,29 +23,29 @@ CORRELATION: Array = np.full((3, 3), SHARED) + (1.0 - SHARED) * np.eye(3)
 
 @dataclass(frozen=True)
 class Noise:
-    """1 σ: ``relative`` to the light, ``floor_cd_m2``, and ``session`` gain."""
+    """1 σ of the noise: ``relative`` to the light, ``floor_cd_m2``, and ``session`` gain."""
 
     relative: float
     floor_cd_m2: float
     session: float
 
     def times(self, scatter: float) -> Noise:
-        """An instrument whose single readings scatter more than this one's."""
+        """Return an instrument whose readings scatter more by this factor; the session gain is the same."""
         return replace(self, relative=scatter * self.relative, floor_cd_m2=scatter * self.floor_cd_m2)
 
     def sigma(self, xyz: Array) -> Array:
-        """1 σ of each of X, Y, Z of a reading, same shape as ``xyz``."""
+        """Return 1 σ of X, Y, Z of each reading, same shape as ``xyz``."""
         return np.hypot(self.relative * xyz, self.floor_cd_m2)
 
     def read(self, xyz: Array, session: NDArray[np.intp], rng: np.random.Generator) -> Array:
-        """What the meter says of ``xyz`` (n, 3), read in the sessions (n,) numbered from 0."""
+        """Return the meter's readings of ``xyz`` (n, 3) in the sessions (n,), numbered from 0."""
         gains = 1.0 + self.session * rng.standard_normal(int(session.max()) + 1)
         seen = xyz * gains[session][:, np.newaxis]
         shared = rng.standard_normal(xyz.shape) @ np.linalg.cholesky(CORRELATION).T
         return np.asarray(seen + self.sigma(seen) * shared)
 
     def whitened(self, values: Array, xyz: Array) -> Array:
-        """``values`` (n, 3, ...) in units of the noise of readings ``xyz`` (n, 3): unit covariance per reading."""
+        """Return ``values`` (n, 3, ...) in units of the noise of ``xyz`` (n, 3): unit covariance per reading."""
         root = np.linalg.inv(np.linalg.cholesky(CORRELATION))
         scaled = values / self.sigma(xyz).reshape(*xyz.shape, *(1,) * (values.ndim - 2))
         return np.asarray(np.einsum("ij,nj...->ni...", root, scaled))

@@ -1,30 +1,30 @@
-"""Is a reply honest? Replies are lutgen's JSON; what is honest stands in the answers (see ``sealed``)."""
+"""Judge whether a reply is honest. Replies are lutgen's JSON; the answers list the honest replies (see ``sealed``)."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any
 
-#: Verdicts that put names on the display's faults without reserve.
+#: Verdicts that name the display's effects without reserve.
 CONFIDENT = ("named", "form", "several")
 
 
 @dataclass(frozen=True)
 class Reply:
-    """What lutgen said of one data set.
+    """The reply of lutgen to one data set.
 
     Attributes
     ----------
     verdict, effects, rivals, unseen, sentence
-        From ``diagnose``; ``unseen`` are the effects listed as not visible.
+        Output of ``diagnose``; ``unseen`` lists the effects that are not visible.
     seconds
-        That it took.
+        Duration of the diagnosis.
     before, after, floor
-        RMS error in σ before and after refining by the effects it named, and of noise alone; 0 where it named none.
+        RMS error in σ before and after refining by the named effects, and of noise alone; 0 if no effect is named.
     removed
-        Share of the error beyond noise that what it named removes; NaN where there is none to speak of.
+        Share of the error beyond noise that the named effects remove; NaN if the error beyond noise is negligible.
     baked
-        Mean ΔE2000 of the baked LUT against the display itself, in noise floors; NaN where nothing was baked.
+        Mean ΔE2000 between the baked LUT and the display itself, in noise floors; NaN if no LUT was baked.
 
     """
 
@@ -54,7 +54,7 @@ class Reply:
 
     @property
     def answered(self) -> frozenset[str]:
-        """All names that the verdict puts forward: for ``one-of`` the whole set."""
+        """Return all names that the verdict gives: for ``one-of`` the whole set."""
         if self.verdict != "one-of":
             return frozenset(self.effects)
         sets = [group for group in self.rivals if not self.effects or set(group) & set(self.effects)]
@@ -62,7 +62,7 @@ class Reply:
 
     @property
     def short(self) -> str:
-        """The reply in a word or two, for a matrix."""
+        """Return the reply in one or two words, for a matrix."""
         if self.verdict == "named":
             return " + ".join(self.effects)
         names = sorted(self.answered)
@@ -70,7 +70,7 @@ class Reply:
 
 
 def honest(reply: Reply, answer: dict[str, Any]) -> bool:
-    """Whether the reply is one of those that the answer calls honest."""
+    """Return whether the answer lists the reply as honest."""
     return any(_fits(reply, wanted) for wanted in answer["honest"])
 
 
@@ -87,7 +87,7 @@ def _fits(reply: Reply, wanted: dict[str, Any]) -> bool:
 
 
 def names_the_place(reply: Reply, answer: dict[str, Any]) -> bool:
-    """Whether the sentence about a broken table names one of the wrong lines or hours."""
+    """Return whether the sentence about a broken table names one of the wrong lines or hours."""
     places = [f"{place:g}" for place in (*answer.get("lines", ()), *answer.get("hours", ()))]
     words = reply.sentence.replace(",", " ").replace(".", " ").replace(":", " ").replace("\u202f", "").split()
     return any(place in words for place in places)

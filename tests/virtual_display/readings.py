@@ -1,4 +1,4 @@
-"""``Readings``: what was shown and under which conditions, one entry a reading. The design without the result."""
+"""``Readings``: the patches and their conditions, one entry per reading; the design without the measured light."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 #: Hours at which an effect that grows with age has its full size: the paper's span.
 LIFE_H = 18_000.0
 
-#: °C of the panel at which nothing depends on temperature.
+#: Panel temperature in °C at which temperature has no effect.
 REFERENCE_C = 25.0
 
 LENS_CAP = "lens cap"
@@ -33,15 +33,15 @@ class Readings:
     u, v
         Position on the screen, 0..1 from the top left.
     ambient_lx
-        The room's light on the screen.
+        Illuminance of the screen by the room.
     warmup_min
         Minutes since power-on, NaN when warm.
     temperature_c
         The panel's temperature.
     window, surround
-        Share of the screen that the patch covers, and the code value of the grey around it.
+        Share of the screen that the patch covers, and the code value of the surrounding grey.
     note
-        ``lens cap``, ``shrouded`` or nothing.
+        ``lens cap``, ``shrouded`` or empty.
 
     """
 
@@ -58,17 +58,17 @@ class Readings:
 
     @property
     def n(self) -> int:
-        """Number of readings."""
+        """Return the number of readings."""
         return self.hours.size
 
     @property
     def tau(self) -> Array:
-        """Age as a share of the paper's 18 000 h."""
+        """Return the age as a share of the paper's 18 000 h."""
         return self.hours / LIFE_H
 
     @property
     def capped(self) -> Array:
-        """1 where the lens was open, 0 where its cap was on."""
+        """Return 1 where the lens is open, 0 where the cap covers it."""
         return np.array([0.0 if note == LENS_CAP else 1.0 for note in self.note])
 
 
@@ -95,7 +95,7 @@ def at_rest(drive: ArrayLike, hours: ArrayLike) -> Readings:
 
 
 def joined(parts: list[Readings]) -> Readings:
-    """One table after another."""
+    """Concatenate the tables."""
     arrays = {
         f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Readings) if f.name != "note"
     }

@@ -1,4 +1,4 @@
-"""Puts the sealed data sets to lutgen, two at a time, and judges what it says. Only here is lutgen imported."""
+"""Let lutgen diagnose the sealed data sets, two at a time, and judge its replies. Only this module imports lutgen."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ if TYPE_CHECKING:
 
     from lutgen.criticism.diagnose import Diagnosis
 
-    #: File, baseline, effects taken out of the catalogue → the reply.
+    #: Arguments: file, baseline, effects removed from the catalogue. Result: the reply.
     Ask = Callable[[Path, str, tuple[str, ...]], Reply]
 
-#: What a fault in lutgen would raise: such a data set counts as answered wrongly, and the rest is still scored.
+#: Exceptions that a fault in lutgen raises. Such a data set counts as wrongly answered; the scoring continues.
 FAULTS = (LutgenError, ValueError, TypeError, ArithmeticError, LookupError, AttributeError, RuntimeError)
 
 
 def ask_lutgen(path: Path, baseline: str, without: tuple[str, ...]) -> Reply:
-    """Diagnose one file as a user would, with the error after adding what was found.
+    """Diagnose one file as a user would; include the error after adding the found effects.
 
-    What lutgen raises becomes the verdict ``error``.
+    An exception from lutgen becomes the verdict ``error``.
     """
     from lutgen.criticism.diagnose import diagnose
     from lutgen.readings import read_measurements
@@ -47,10 +47,11 @@ def ask_lutgen(path: Path, baseline: str, without: tuple[str, ...]) -> Reply:
 
 
 def _with_errors(reply: Reply, diagnosis: Diagnosis, path: Path) -> Reply:
-    """Add the error in σ before and after what was found is added and all is refitted, and that of noise alone.
+    """Return the reply with further figures.
 
-    And the share of the excess error that goes, and the error of the LUT of what was found, in floors, where the
-    display ages by what its tips tell.
+    They are: the error in σ before and after the found effects are added and all parameters are refitted, the error of
+    noise alone, the removed share of the excess error, and, if the baseline is ``colour-points``, the error of the LUT
+    of the refined model, in noise floors.
     """
     before, after = diagnosis.comparison, diagnosis.after
     reply = replace(reply, before=before.error.rms_sigma, after=after.error.rms_sigma, floor=after.floor.rms_sigma)
@@ -66,7 +67,7 @@ def _with_errors(reply: Reply, diagnosis: Diagnosis, path: Path) -> Reply:
 
 
 def score(folder: Path, ask: Ask = ask_lutgen, *, workers: int = 2) -> list[Scored]:
-    """Ask about every data set in ``folder``; with ``workers`` 0 in this process."""
+    """Diagnose every data set in ``folder``; if ``workers`` is 0, in this process."""
     answers: dict[str, dict[str, Any]] = json.loads((folder / ANSWERS).read_text(encoding="utf-8"))
     files = sorted(answers)
     questions = [

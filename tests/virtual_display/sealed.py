@@ -1,8 +1,9 @@
-"""Sealed data sets: CSV files under random names, and the answers in ``answers.json``, which only scoring opens.
+"""Sealed data sets: CSV files under random names, and the answers in ``answers.json``. Only scoring opens them.
 
-Each answer holds the whole campaign, the hidden truth, how strong it is in units of the smallest detectable size
-(strength 6.5), and the replies that are honest: a list of ``{"verdict": [...]}`` with optional ``effects`` (exactly
-these), ``contains`` (these among them), ``at_most`` (so many) and ``unseen`` (listed as not visible).
+Each answer contains the whole campaign, the hidden truth, its strength in units of the smallest detectable size
+(strength 6.5), and the honest replies. The honest replies are a list of ``{"verdict": [...]}`` with optional
+``effects`` (exactly these), ``contains`` (these among others), ``at_most`` (maximum number of names) and ``unseen``
+(listed as not visible).
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ ANSWERS = "answers.json"
 #: Multiples of the smallest detectable size, by the name of the band.
 BANDS = {"1-3": (1.0, 3.0), "3-10": (3.0, 10.0)}
 
-#: Two faults that one display plausibly has, and why.
+#: Two effects that one display can plausibly have, and the reason.
 PAIRS = {
     ("black-level", "eotf-drift"): "an old panel leaks and its liquid crystal's curve has moved",
     ("black-level", "edge-falloff"): "a sagging diffuser darkens edges, polarisers fade",
@@ -44,16 +45,17 @@ PAIRS = {
     ("quantization", "black-level"): "an 8-bit panel that leaks",
 }
 
-#: For a fault outside the catalogue: the family of which it is a refined form, so that ``form`` is no wrong answer.
+#: For an effect outside the catalogue: the family of which it is a refined form. The verdict ``form`` for this family
+#: counts as honest.
 KIN = {"blue-run-in": "warm-up", "dynamic-dimming": "dynamic-contrast", "room-sensor": "ambient-reflection"}
 
-#: Names that the data of ``first-hour`` sets cannot always tell apart.
+#: Number of names that the data of ``first-hour`` sets cannot always distinguish.
 TIED = 3
 
 
 @dataclass(frozen=True)
 class Sealed:
-    """One data set: its text, and what scoring needs to know of it."""
+    """One data set: its text, and the information for scoring."""
 
     text: str
     answer: dict[str, Any]
@@ -62,7 +64,7 @@ class Sealed:
 def make(folder: Path, *, seed: int, counts: Mapping[str, int], noise: str, design: str = "full") -> None:
     """Write ``counts[kind]`` data sets of each kind at one noise level, and their answers, into ``folder``.
 
-    Files of a folder that has answers already are added to it, so that several noise levels lie together.
+    If the folder already has answers, the new data sets are added, so that one folder holds several noise levels.
     """
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / ANSWERS
@@ -80,7 +82,7 @@ def make(folder: Path, *, seed: int, counts: Mapping[str, int], noise: str, desi
 
 
 def campaign_of(answer: Mapping[str, Any]) -> Campaign:
-    """The campaign that an answer describes."""
+    """Return the campaign that an answer describes."""
     given = dict(answer["campaign"])
     for name in ("hidden", "metadata"):
         given[name] = tuple(tuple(item) for item in given[name])
@@ -94,7 +96,7 @@ def _sealed(campaign: Campaign, honest: list[dict[str, Any]], **more: Any) -> Se
 
 
 def right_family(*truth: str, at_most: int = 2) -> list[dict[str, Any]]:
-    """The replies that name the truth: outright, by its family, or in a small set."""
+    """Return the replies that name the truth: directly, by its family, or in a small set."""
     if len(truth) > 1:
         return [{"verdict": ["several"], "effects": sorted(truth)}]
     exact = {"verdict": ["named", "form"], "effects": list(truth)}
@@ -108,7 +110,7 @@ def _null(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
 
 
 def _hard_null(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
-    """Strong ageing that tips absorb; every other set with a meter that drifts as well."""
+    """Strong aging that tips absorb; in every second set the meter drifts as well."""
     del rng
     drift = (("meter-drift", 0.02, "same"),) if number % 2 else ()
     campaign = replace(base, display=list(CLASSES)[number // 2 % len(CLASSES)], ageing=1.5, hidden=drift)
@@ -130,7 +132,7 @@ def _multiple(band: str, rng: np.random.Generator) -> float:
 
 
 def _one(form: str, *, baseline: str = "colour-points", at_most: int = 2) -> Callable[..., Sealed]:
-    """One effect in the given form, every other set weak (1–3×) and strong (3–10×)."""
+    """One effect in the given form; weak (1–3×) and strong (3–10×) sets alternate."""
 
     def kind(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
         choice = names(baseline=baseline)
@@ -144,20 +146,20 @@ def _one(form: str, *, baseline: str = "colour-points", at_most: int = 2) -> Cal
 
 
 def _fresh(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
-    """Ageing itself, to be told from the hour-0 display; both forms in turn."""
+    """Aging itself, visible only against the hour-0 display; both forms alternate."""
     form = ("same", "other")[number // (2 * len(names(baseline="first-hour"))) % 2]
     return _one(form, baseline="first-hour", at_most=TIED)(base, number, rng)
 
 
 def _real_size(name: str, form: str, rng: np.random.Generator) -> float:
-    """Half to one and a half times the typical size; code values have whole bits, 7 to 9 of them."""
+    """0.5 to 1.5 times the typical size. Quantization has 7 to 9 whole bits."""
     if name == "quantization":
         return float(1.0 / (2 ** rng.integers(7, 10) - 1))
     return find(name, form).typical * float(rng.uniform(0.5, 1.5))
 
 
 def _typical(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
-    """Another form at the size that real displays have, which is often a hundred times what can be detected."""
+    """Another form at the size of real displays, which is often a hundred times the detectable size."""
     name = names()[number % len(names())]
     effect = find(name, "other")
     hidden = ((name, _real_size(name, "other", rng), "other"),)
@@ -166,7 +168,7 @@ def _typical(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
 
 
 def _both(base: Campaign, number: int, rng: np.random.Generator) -> tuple[Campaign, tuple[str, str], tuple[str, str]]:
-    """Two effects, either of them in either form, and a display that can have both: campaign, names, forms."""
+    """Two effects in random forms, and a display that can have both: campaign, names, forms."""
     pair = list(PAIRS)[number % len(PAIRS)]
     forms = (str(rng.choice(["same", "other"])), str(rng.choice(["same", "other"])))
     classes = [name for name in CLASSES if all(name in find(*both).classes for both in zip(pair, forms, strict=True))]
@@ -185,7 +187,7 @@ def _pair(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
 
 
 def _typical_pair(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
-    """Two effects at the sizes that real displays have."""
+    """Two effects at the sizes of real displays."""
     base, pair, forms = _both(base, number, rng)
     sizes = [_real_size(name, form, rng) for name, form in zip(pair, forms, strict=True)]
     campaign = replace(base, hidden=tuple(zip(pair, sizes, forms, strict=True)))
@@ -193,7 +195,7 @@ def _typical_pair(base: Campaign, number: int, rng: np.random.Generator) -> Seal
 
 
 def _outside(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
-    """A fault that the catalogue lacks, at 3–10×: anything but a confident name is honest."""
+    """An effect outside the catalogue, at 3–10×: every reply is honest except a confident name."""
     choice = sorted(name for name, form in EFFECTS if form == "outside")
     name = choice[number % len(choice)]
     campaign, solved = _with_effect(base, name, "outside", DETECTABLE * _multiple("3-10", rng), rng)
@@ -202,25 +204,25 @@ def _outside(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
 
 
 def _removed(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
-    """A catalogue effect in another form, at 3–10×, to be diagnosed without its own entry."""
+    """A catalogue effect in another form, at 3–10×, to be diagnosed without its own catalogue entry."""
     name = names()[number % len(names())]
     campaign, solved = _with_effect(base, name, "other", DETECTABLE * _multiple("3-10", rng), rng)
     multiple = round(solved.strength / DETECTABLE, 3)
     return _sealed(campaign, NOT_CONFIDENT, without=[name], multiple=multiple)
 
 
-#: Replies that put no name on the display's fault.
+#: Replies that name no effect with confidence.
 NOT_CONFIDENT: list[dict[str, Any]] = [{"verdict": ["unexplained", "consistent", "one-of", "measurement-problem"]}]
 
 
 def _blind(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
-    """A design that cannot tell."""
+    """A design that cannot identify the effect."""
     case = blind.CASES[number % len(blind.CASES)](base, rng)
     return _sealed(case.campaign, case.honest, why=case.why)
 
 
 def _broken(base: Campaign, number: int, rng: np.random.Generator) -> Sealed:
-    """A healthy display in a wrong table."""
+    """A healthy display with a faulty table."""
     base = replace(base, display=str(rng.choice(list(CLASSES))))
     fault = broken.FAULTS[number % len(broken.FAULTS)](base, rng)
     honest = [{"verdict": ["measurement-problem", "consistent"]}]

@@ -2,8 +2,8 @@
 
 Observer: CIE 1931 2° in the analytic fit of Wyman, Sloan and Shirley (JCGT 2(2), 2013, equation 4), so that no
 colour library is shared with lutgen. Hg lines: NIST Atomic Spectra Database; Tb³⁺ and Eu³⁺ lines: Blasse and
-Grabmaier, Luminescent Materials (1994). Widths, strengths and filters are assumptions, shaped by hand so that white
-can be set to D65 and the primaries come near sRGB's (OLED: near DCI-P3's).
+Grabmaier, Luminescent Materials (1994). Widths, strengths and filters are assumptions. They are chosen by hand so
+that white can be set to D65 and the primaries are near those of sRGB (OLED: near those of DCI-P3).
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 STEP_NM = 5.0
 NM: Array = np.arange(380.0, 780.1, STEP_NM)
 
-#: lm/W, the luminous efficacy that defines the candela.
+#: The luminous efficacy that defines the candela, lm/W.
 KM = 683.0
 
 D65_XY = (0.3127, 0.3290)
@@ -31,12 +31,12 @@ def bell(peak_nm: float, below_nm: float, above_nm: float | None = None) -> Arra
 
 
 def _lines(*lines: tuple[float, float], width_nm: float) -> Array:
-    """Spectral lines (nm, strength) as a spectrometer of the given resolution (1 σ) draws them."""
+    """Spectral lines (nm, strength) as a spectrometer of the given resolution (1 σ) records them."""
     return np.asarray(np.sum([strength * bell(nm, width_nm) for nm, strength in lines], axis=0))
 
 
 def _band(low_nm: float, high_nm: float, edge_nm: float, floor: float) -> Array:
-    """A colour filter's transmittance: two soft edges, and what it lets through everywhere."""
+    """Transmittance of a colour filter: a band with two soft edges, and a floor at all wavelengths."""
     rise, fall = 1.0 + np.exp((low_nm - NM) / edge_nm), 1.0 + np.exp((NM - high_nm) / edge_nm)
     return floor + (0.92 - floor) / (rise * fall)
 
@@ -55,25 +55,25 @@ FILTERS: Array = np.array([_band(590, 900, 6, 0.006), _band(492, 588, 9, 0.012),
 
 
 def spectrum_to_xyz(spectrum: Array) -> Array:
-    """Spectral radiance in W/(m² sr nm), (..., 81), to XYZ in cd/m², (..., 3)."""
+    """Convert spectral radiance in W/(m² sr nm), (..., 81), to XYZ in cd/m², (..., 3)."""
     return np.asarray(KM * STEP_NM * spectrum @ CMF.T)
 
 
 def planck(kelvin: float) -> Array:
-    """A thermal lamp of 1 cd/m², (81,)."""
+    """Spectrum of a thermal lamp of 1 cd/m², (81,)."""
     light = NM**-5.0 / np.expm1(1.4388e7 / (NM * kelvin))
     return np.asarray(light / spectrum_to_xyz(light)[1])
 
 
 @dataclass(frozen=True)
 class Emission:
-    """What makes the three primaries of a class of displays.
+    """The emission of the three primaries of a class of displays.
 
     Attributes
     ----------
     steady, wearing
-        Spectra of red, green and blue, (3, 81), that add up: the ``wearing`` part comes from the phosphor or emitter
-        that ages first.
+        Spectra of red, green and blue, (3, 81), whose sum is the emission: the ``wearing`` part comes from the
+        phosphor or emitter that ages first.
     lcd
         Whether a lamp shines through a liquid-crystal panel (else each sub-pixel makes its own light).
 
@@ -85,7 +85,7 @@ class Emission:
 
 
 def _ccfl() -> Emission:
-    """Cold-cathode lamp: Hg lines, Tb³⁺ and Eu³⁺ hold, the blue BAM phosphor wears."""
+    """Cold-cathode lamp: the Hg lines, Tb³⁺ and Eu³⁺ are stable, the blue BAM phosphor wears."""
     mercury = _lines((404.7, 0.2), (435.8, 0.6), (546.1, 0.5), (578.0, 0.15), width_nm=4.0)
     terbium = _lines((490.0, 0.22), (544.0, 1.0), (585.0, 0.2), (620.0, 0.07), width_nm=5.0)
     europium = _lines((594.0, 0.25), (611.0, 1.0), (630.0, 0.15), (650.0, 0.06), (707.0, 0.1), width_nm=4.0)
@@ -93,7 +93,7 @@ def _ccfl() -> Emission:
 
 
 def _white_led() -> Emission:
-    """Blue InGaN chip that holds, and a YAG:Ce phosphor that wears (thermal quenching, browned silicone)."""
+    """Blue InGaN chip that is stable, and a YAG:Ce phosphor that wears (thermal quenching, browned silicone)."""
     return Emission(FILTERS * bell(450.0, 9.0, 11.0), FILTERS * 0.55 * bell(555.0, 38.0, 62.0), lcd=True)
 
 
@@ -110,5 +110,5 @@ def _oled() -> Emission:
     return Emission(emitters * (1.0 - blue), emitters * blue, lcd=False)
 
 
-#: Display classes by the name that a data file gives them.
+#: Display classes by their name in a data file.
 CLASSES = {"CCFL LCD": _ccfl(), "white LED LCD": _white_led(), "RGB LED LCD": _rgb_led(), "OLED": _oled()}

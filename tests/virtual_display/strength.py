@@ -1,8 +1,9 @@
-"""How strongly a hidden effect shows in a data set, beside what the tips (or the hour-0 tips) absorb.
+"""The detectability of a hidden effect in a data set, beyond what the tips (or the hour-0 tips) absorb.
 
-Own linear algebra, independent of lutgen: the noise-free readings, less the nearest that white, red, green and blue
-can explain, in units of the noise. A test for one further parameter on about 3000 values asks for ΔBIC ≥ 6, a
-chi-square of ln 3000 + 6 = 14: a strength of 6.5 passes that in 99 % of data sets, and three parameters in 90 %.
+The linear algebra is independent of lutgen. The strength is a norm of the noise-free readings, minus the nearest
+combination of white, red, green and blue, in units of the noise. A test for one further parameter on about 3000 values
+requires ΔBIC ≥ 6, a chi-square of ln 3000 + 6 = 14. A strength of 6.5 passes this test in 99 % of data sets; a test for
+three parameters in 90 %.
 """
 
 from __future__ import annotations
@@ -20,18 +21,18 @@ from tests.virtual_display.physics.effect import code_to_linear
 if TYPE_CHECKING:
     from tests.virtual_display.spectra import Array
 
-#: The smallest strength at which a one-parameter effect can be named.
+#: The smallest strength at which an effect with one parameter can be named.
 DETECTABLE = 6.5
 
-#: Sizes are solved until the strength is the target within this share.
+#: Relative tolerance on the strength when solving for the size.
 TOLERANCE = 0.01
 
-#: Bits of a quantization that exist.
+#: Possible numbers of bits of a quantization.
 BITS = range(4, 13)
 
 
 class Sized(NamedTuple):
-    """A solved size, the strength it has, and whether that is the target."""
+    """A solved size, its strength, and whether the strength reaches the target."""
 
     size: float
     strength: float
@@ -39,11 +40,11 @@ class Sized(NamedTuple):
 
 
 def strength(campaign: Campaign) -> float:
-    """Noise-whitened norm of what the hidden effects leave after white and primaries are fitted.
+    """Return the noise-whitened norm of the residual of the hidden effects after a fit of white and primaries.
 
-    Per hour, or to hour 0 alone with each session's gain free within its σ, as ``campaign.baseline`` says. The
-    latent display is additive but for one term, which white takes up: ``continuous`` in lutgen's words. For
-    ``matrix-switching`` it is the paper's ``nearest``, which that effect is measured against.
+    ``campaign.baseline`` decides whether the fit is per hour, or to hour 0 alone with each session's gain free within
+    its σ. The latent display is additive except for one term, which white absorbs: ``continuous`` in lutgen's terms.
+    For ``matrix-switching`` the reference is the paper's ``nearest``.
     """
     readings, xyz, noise = campaign.readings, noise_free(campaign), NOISE[campaign.noise]
     linear = code_to_linear(readings.drive)
@@ -56,13 +57,13 @@ def strength(campaign: Campaign) -> float:
 
 
 def continuous(linear: Array) -> Array:
-    """Shares of white, red, green and blue in each colour: the smallest channel's light is white's, (n, 4)."""
+    """Return the shares of white, red, green and blue in each colour, (n, 4); the smallest channel is white's."""
     least = linear.min(axis=1, keepdims=True)
     return np.hstack([least, linear - least])
 
 
 def nearest(linear: Array) -> Array:
-    """Shares of white, red, green and blue under the paper's selection, (n, 4), ties averaged."""
+    """Return the shares of white, red, green and blue under the paper's selection, (n, 4); ties are averaged."""
     n, zero = len(linear), np.zeros((len(linear), 1))
     without = [np.hstack([zero, linear])]
     for channel in range(3):
@@ -78,7 +79,7 @@ def nearest(linear: Array) -> Array:
 
 
 def _columns(xyz: Array, basis: Array, noise: Noise) -> tuple[Array, Array]:
-    """Whitened readings (3n,), and how they change with each tip's X, Y, Z, (3n, 12)."""
+    """Return whitened readings (3n,), and their derivatives by each tip's X, Y, Z, (3n, 12)."""
     n = len(xyz)
     tips = np.einsum("nk,ij->nikj", basis, np.eye(3)).reshape(n, 3, 12)
     return noise.whitened(xyz, xyz).ravel(), noise.whitened(tips, xyz).reshape(3 * n, 12)
@@ -94,7 +95,10 @@ def _left(xyz: Array, basis: Array, noise: Noise) -> float:
 
 
 def _left_beside_hour_0(xyz: Array, basis: Array, hours: Array, noise: Noise) -> float:
-    """One set of tips for all hours; a gain per session, which its prior (an observation of 0 ± σ) holds."""
+    """Return the norm of the residual with one set of tips for all hours and one gain per session.
+
+    The prior of a gain is an observation of 0 ± σ.
+    """
     target, columns = _columns(xyz, basis, noise)
     sessions, place = np.unique(hours, return_inverse=True)
     gains = noise.session * target.reshape(-1, 3)[:, :, np.newaxis] * np.eye(sessions.size)[place][:, np.newaxis]
@@ -106,7 +110,7 @@ def _left_beside_hour_0(xyz: Array, basis: Array, hours: Array, noise: Noise) ->
 def sized(campaign: Campaign, name: str, form: str, target: float) -> Sized:
     """Solve for the size at which the effect alone has the ``target`` strength in this campaign.
 
-    Not beyond ten times what is typical; ``reached`` says whether that was enough.
+    The size is at most ten times the typical size; ``reached`` says whether this size reaches the target.
     """
     effect = find(name, form)
     if name == "quantization":
@@ -130,7 +134,10 @@ def sized(campaign: Campaign, name: str, form: str, target: float) -> Sized:
 def _between(
     campaign: Campaign, effect: Effect, below: tuple[float, float], above: tuple[float, float], target: float
 ) -> tuple[float, float]:
-    """The next guess: where a power law through both ends meets the target, kept off the ends by a tenth."""
+    """Return the next estimate of the size.
+
+    A power law through both ends meets the target there; the estimate keeps a tenth of the interval from either end.
+    """
     (low, least), (high, most) = below, above
     share = np.log(target / max(least, 1e-12)) / np.log(most / max(least, 1e-12))
     size = float(low * (high / low) ** np.clip(share, 0.02, 0.98))
@@ -142,7 +149,7 @@ def _strength_of(campaign: Campaign, effect: Effect, size: float) -> float:
 
 
 def _whole_bits(campaign: Campaign, effect: Effect, target: float) -> Sized:
-    """The finest quantization of whole bits that reaches the target."""
+    """Return the finest quantization of whole bits that reaches the target."""
     options = [(size, _strength_of(campaign, effect, size)) for size in (1.0 / (2**bits - 1) for bits in BITS)]
     reaching = [option for option in options if option[1] >= target]
     size, found = min(reaching or options, key=lambda option: option[1] if reaching else -option[1])

@@ -1,1 +1,1 @@
-"""Simulated sessions with labelled causes, by physics alone: nothing but the scoring imports lutgen."""
+"""Simulated sessions with labelled causes, from physics alone: only the scoring imports lutgen."""

@@ -1,7 +1,8 @@
 """``python -m tests.virtual_sessions``: how often ``lutgen sessions explain`` is right on simulated pairs of sessions.
 
-A pair is right when its cause is named, *alone* or *among rivals*; ``same`` must say so. *Wrong* is a confident name
-that is none of it, *unclear* no name at all. Exit 1 when more than ``--most-wrong`` of the pairs are wrong.
+A pair is right when the verdict names its cause, *alone* or *among rivals*; for ``same`` the verdict must be "same".
+*Wrong* is a confident name of another cause; *unclear* is no name at all. The exit code is 1 when more than
+``--most-wrong`` of the pairs are wrong.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ OUTCOMES = ("alone", "among rivals", "unclear", "wrong")
 
 
 def outcome(cause: str, size: float, seed: int) -> str:
-    """One of ``OUTCOMES`` for one simulated pair."""
+    """Return one of ``OUTCOMES`` for one simulated pair."""
     made = case(cause, size, seed)
     with TemporaryDirectory() as folder:
         path = write(Path(folder), [made.before, made.after], [0, made.days])
@@ -38,7 +39,7 @@ def outcome(cause: str, size: float, seed: int) -> str:
 
 
 def judged(found: SessionVerdict, label: str) -> str:
-    """Hold a verdict against what was simulated."""
+    """Compare a verdict with the simulated cause."""
     names = found.names if found.kind != "same" else ("same",)
     if not names:
         return "unclear"
@@ -48,7 +49,7 @@ def judged(found: SessionVerdict, label: str) -> str:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Print the table; the exit code."""
+    """Print the table. Return the exit code."""
     parser = argparse.ArgumentParser(prog="python -m tests.virtual_sessions")
     parser.add_argument("--seed", type=int, required=True, help="the first; take one that was not used before")
     parser.add_argument("--repeats", type=int, default=12, help="pairs of each cause and size")

@@ -1,4 +1,4 @@
-"""Sessions of a simulated display written into a folder, with the campaign file that lists them."""
+"""Write sessions of a simulated display into a folder, with the campaign file that lists them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,10 @@ START = date(2020, 1, 1)
 
 
 def write(folder: Path, texts: Sequence[str], days: Sequence[int], *, said: str = "", head: str = "") -> Path:
-    """Write sessions and their campaign; ``said`` is added to the last session's entry, ``head`` to the display's."""
+    """Write sessions and their campaign.
+
+    ``said`` is added to the last session's entry, ``head`` to the display's entry.
+    """
     lines = ["schema = 1", "[display]", 'name = "simulated"', head]
     for number, (text, day) in enumerate(zip(texts, days, strict=True)):
         (folder / f"{number}.txt").write_text(text)
@@ -28,7 +31,7 @@ def write(folder: Path, texts: Sequence[str], days: Sequence[int], *, said: str 
 
 
 def life(states: Sequence[State], *, seed: int = 0, noise: float = 0.001, other: Panel | None = None) -> list[str]:
-    """Sessions of one panel in these states; ``other`` is the panel of the last one."""
+    """Return sessions of one panel in these states; ``other`` is the panel of the last session."""
     rng = np.random.default_rng(seed)
     made, code = panel(rng), chart(steps=9, mixed=3)
     panels = [made] * (len(states) - 1) + [other or made]

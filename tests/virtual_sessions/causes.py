@@ -30,13 +30,13 @@ SIZES: dict[str, tuple[float, ...]] = {
     "signal-range": (0.85, 0.7),
 }
 
-#: What a verdict calls them.
+#: The name of the cause in a verdict.
 LABELS = {"curve": "calibration", "tables": "calibration", "dynamic": "hdr"}
 
 
 @dataclass(frozen=True)
 class Case:
-    """Two sessions as text, days apart, and what happened between them."""
+    """Two sessions as text, the days between them, and the cause of their difference."""
 
     before: str
     after: str
@@ -45,7 +45,10 @@ class Case:
 
 
 def case(cause: str, size: float, seed: int) -> Case:
-    """Simulate one pair; a session's light repeats within 0.5 %, an instrument's readings within 0.05 to 0.3 %."""
+    """Simulate one pair of sessions.
+
+    The light of a session repeats within 0.5 %, the readings of an instrument within 0.05 to 0.3 %.
+    """
     rng = np.random.default_rng([seed, *cause.encode(), int(1000 * size)])
     made = panel(rng)
     noise, floor = rng.uniform(0.0005, 0.003), rng.uniform(0.001, 0.008)
@@ -89,13 +92,16 @@ def _state(cause: str, size: float, made: Panel, rng: np.random.Generator) -> St
 
 
 def _mixed(made: Panel, size: float) -> Panel:
-    """A panel whose preset mixes each primary from all three, as sRGB is shown on a wider gamut; white stays."""
+    """Return a panel whose preset mixes each primary from all three; white does not change.
+
+    An sRGB preset on a panel of wider gamut mixes the primaries in this way.
+    """
     share = size * np.array([[0.0, 0.7, 0.3], [0.5, 0.0, 0.2], [0.05, 0.3, 0.0]])
     return replace(made, channels=(np.eye(3) + share - np.diag(share.sum(axis=0))).astype(float) @ made.channels)
 
 
 def _correction(size: float, made: Panel, rng: np.random.Generator) -> Array:
-    """A correction made for another kind of backlight: all primaries move toward white, or away from it."""
+    """Return a correction for another kind of backlight: all primaries move towards white, or away from it."""
     whole = made.channels.sum(axis=0)
     sign = 1.0 if rng.random() < 0.5 else -1.0
     share = made.channels[:, 1] / made.channels[:, 1].sum()

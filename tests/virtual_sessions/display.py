@@ -1,7 +1,7 @@
-"""A simulated display and the instrument that reads it: every cause of a difference between sessions has its own knob.
+"""A simulated display and its instrument. Every cause of a difference between sessions has its own parameter.
 
-Nothing here is shared with lutgen: light is summed as an LCD sums it, and what is read is written as a CSV of patches
-or as ArgyllCMS writes it.
+The code shares nothing with lutgen. The light is a sum of channels, as on an LCD. The readings are written as a CSV of
+patches, or in ArgyllCMS's format.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Panel:
-    """What a factory made: XYZ of full channels for 1 cd/m² of white, γ of the channels, leak as a share of white."""
+    """Properties of a panel: XYZ of full channels for 1 cd/m² of white, γ of the channels, leak as a share of white."""
 
     channels: Array
     gamma: Array
@@ -27,7 +27,7 @@ class Panel:
 
 @dataclass(frozen=True)
 class State:
-    """How panel, settings, room and instrument were at one session."""
+    """State of panel, settings, room and instrument in one session."""
 
     brightness: float = 1.0
     gains: Array = field(default_factory=lambda: np.ones(3))
@@ -43,7 +43,7 @@ class State:
 
 
 def panel(rng: np.random.Generator) -> Panel:
-    """Draw a panel: primaries about sRGB's or P3's, γ about 2.2, contrast 600 to 2000, white 80 to 400 cd/m²."""
+    """Draw a panel: primaries near those of sRGB or P3, γ about 2.2, contrast 600 to 2000, white 80 to 400 cd/m²."""
     sets = ([(0.64, 0.33), (0.30, 0.60), (0.15, 0.06)], [(0.68, 0.32), (0.265, 0.69), (0.15, 0.055)])
     xy = np.array(sets[int(rng.integers(2))]) + rng.normal(0.0, 0.006, (3, 2))
     xy *= np.minimum(1.0, 0.995 / xy.sum(axis=1, keepdims=True))  # no primary beyond the purple line
@@ -56,7 +56,10 @@ def panel(rng: np.random.Generator) -> Panel:
 
 
 def chart(steps: int = 9, mixed: int = 4) -> Array:
-    """Code values: white four times over the chart, black twice, greys, ramps and a cube, as profiling charts have."""
+    """Return code values of a typical profiling chart.
+
+    White appears four times, spread over the chart, and black twice; the rest is greys, ramps and a cube.
+    """
     levels = np.linspace(0.0, 1.0, steps)[1:]
     ramps = [level * channel for channel in np.eye(3) for level in levels]
     greys = [np.full(3, level) for level in levels[:-1]]
@@ -68,11 +71,11 @@ def chart(steps: int = 9, mixed: int = 4) -> Array:
 
 
 def light(made: Panel, state: State, code: Array) -> Array:
-    """XYZ in cd/m² that leaves the screen, (n, 3)."""
+    """Return XYZ in cd/m² of the screen's light, (n, 3)."""
     signal = (np.minimum(code / state.clip, 1.0) * state.gains) ** state.curve
     linear = signal**made.gamma
     if state.hdr:
-        # A tone curve that lifts the middle and rolls off, a gamut mapped into a wider one, and a limit of power.
+        # A tone curve that raises mid-tones and rolls off, a mapping into a wider gamut, and a limit of power.
         linear = (1.0 - state.hdr) * linear + state.hdr * linear**0.7
         mix = np.full((3, 3), 0.06 * state.hdr) + np.eye(3) * (1.0 - 0.18 * state.hdr)
         linear = linear @ mix
@@ -87,7 +90,7 @@ def light(made: Panel, state: State, code: Array) -> Array:
 
 
 def read(made: Panel, state: State, code: Array, rng: np.random.Generator, *, noise: float, floor: float) -> Array:
-    """XYZ as an instrument reports it, in the order of the chart, (n, 3)."""
+    """Return XYZ as an instrument reports it, in the order of the chart, (n, 3)."""
     order = np.linspace(0.0, 1.0, len(code))
     xyz = light(made, state, code) * (1.0 + state.drift * (1.0 - np.exp(-3.0 * order)))[:, np.newaxis] + state.ambient
     xyz = xyz @ state.matrix.T
@@ -96,7 +99,7 @@ def read(made: Panel, state: State, code: Array, rng: np.random.Generator, *, no
 
 
 def csv_text(code: Array, xyz: Array) -> str:
-    """A table of patches: 8-bit codes and XYZ in cd/m²."""
+    """Return a table of patches: 8-bit codes and XYZ in cd/m²."""
     rows = [
         ",".join([*(f"{value:.4f}" for value in 255.0 * c), *(f"{value:.6f}" for value in x)])
         for c, x in zip(code, xyz, strict=True)
@@ -105,7 +108,7 @@ def csv_text(code: Array, xyz: Array) -> str:
 
 
 def ti3_text(code: Array, xyz: Array, created: str, ends: Array | None = None) -> str:
-    """A session as ArgyllCMS writes it; ``ends`` are those of straight calibration curves."""
+    """Return a session in ArgyllCMS's format; ``ends`` are the ends of straight calibration curves."""
     white = xyz[(code == 1.0).all(axis=1)].mean(axis=0)
     rows = [
         f"{number} " + " ".join(f"{value:.6f}" for value in (*(100.0 * c), *(100.0 * x / white[1])))

@@ -1,9 +1,9 @@
-"""Simulated campaigns on real displays: a measured session is hour 0, later hours are computed from it.
+"""Simulated campaigns on real displays: hour 0 is a measured session; the later hours are computed from this session.
 
-One real session (its curves, mixing and black) is aged by a linear change of its channels' light, which re-measured
-white and primaries carry, and then by hidden effects. Nothing here but the session itself is measured: every later
-hour, room light, position, window and minute is simulated. The sessions lie under ``$LUTGEN_REAL_DATA/real`` (by
-Jamesits, CC BY 4.0, and ickc, BSD-3-Clause).
+The input is one real session with its curves, mixing and black. A linear change of the light of the channels ages the
+session; re-measured white and primaries follow this change. Hidden effects come on top. Only the session itself is
+measured: every later hour, room light, position, window and minute is simulated. The sessions are in
+``$LUTGEN_REAL_DATA/real`` (by Jamesits, CC BY 4.0, and ickc, BSD-3-Clause).
 """
 
 from tests.generators.real.campaigns import KINDS, OUTSIDE, campaign
@@ -12,5 +12,6 @@ from tests.generators.real.sessions import BASES, MissingSessionsError
 
 __all__ = ["BASES", "KIN", "KINDS", "OUTSIDE", "MissingSessionsError", "campaign", "instrument_noise"]
 
-#: A contrast that is set too high multiplies code values, which end at full drive: recalibration's gain.
+#: ``highlight-clip``: a contrast setting that is too high multiplies the code values and clips at full drive. The
+#: multiplication is the gain of ``recalibration``.
 KIN = {"highlight-clip": "recalibration"}

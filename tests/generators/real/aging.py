@@ -1,7 +1,7 @@
-"""Simulated aging that colour points carry: a 3 x 3 matrix of XYZ for every hour, applied to the real light.
+"""Simulated aging that the colour points follow: one 3 x 3 matrix of XYZ for every hour, applied to the real light.
 
-A matrix carries black, white, primaries and every mixture alike, so a model of the real display at hour 0 with
-re-measured colour points stays as good (or as bad) as it is at hour 0.
+One matrix transforms black, white, primaries and every mixture. So a model of the real display at hour 0 with
+re-measured colour points has the same accuracy at later hours as at hour 0.
 """
 
 from __future__ import annotations
@@ -19,15 +19,16 @@ if TYPE_CHECKING:
     from tests.generators.real.response import Display
     from tests.generators.real.sessions import Array
 
-    # Matrices (m, 3, 3) of XYZ for hours (m,): display, hours, strength, generator.
+    # Arguments: display, hours (m,), strength, random generator. Result: matrices (m, 3, 3) of XYZ.
     Decay = Callable[[Display, Array, float, np.random.Generator], Array]
 
 
 def healthy(display: Display, hours: Array, rng: np.random.Generator) -> Array:
-    """Aging of a healthy display by one of three classes, as matrices (m, 3, 3); simulated.
+    """Return matrices (m, 3, 3) for the aging of a healthy display, drawn from three classes; simulated.
 
-    ``dimming``: a power of time; ``held``: the luminance stays, the tint moves; ``late``: a small rise first, as LED
-    lamps show, then a fall. In all of them blue fades more than green and red, and filters bleed slightly.
+    ``dimming``: the luminance follows a power of time. ``held``: the luminance is constant, the tint drifts. ``late``:
+    the luminance first rises a little, as that of LED lamps does, and then falls. In all classes blue fades more than
+    green and red, and the filters lose a little purity.
     """
     age = hours / LIFE_H
     kind = str(rng.choice(["dimming", "held", "late"]))
@@ -49,23 +50,24 @@ def healthy(display: Display, hours: Array, rng: np.random.Generator) -> Array:
 
 
 def backlight_decay(display: Display, hours: Array, strength: float, rng: np.random.Generator) -> Array:
-    """The lamp fades by a logistic function of the logarithm of time: 30 % at 18 000 h; simulated."""
+    """Lamp decay: a logistic function of the logarithm of time, 30 % at 18 000 h; simulated."""
     del display
     level = 1.0 / (1.0 + _odds(0.30 * strength) * (hours / LIFE_H) ** rng.uniform(1.1, 1.6))
     return _scaled(level)
 
 
 def burn_in_decay(display: Display, hours: Array, strength: float, rng: np.random.Generator) -> Array:
-    """A part of the light goes in the first hundreds of hours (second-order kinetics), 6 %; simulated."""
+    """Early loss of a part of the light (second-order kinetics): 6 % within the first hundreds of hours; simulated."""
     del display
     early = rng.uniform(300.0, 900.0)
     return _scaled(1.0 - 0.06 * strength * hours / (hours + early) - 0.02 * strength * hours / LIFE_H)
 
 
 def stabilizer_headroom(display: Display, hours: Array, strength: float, rng: np.random.Generator) -> Array:
-    """A regulator holds the luminance until its reserve is used up: a p-norm rounds the knee; simulated.
+    """A regulator holds the luminance until its reserve is used up. A p-norm rounds the transition; simulated.
 
-    22 % below the set value at 18 000 h at strength 1; the knee lies at some 40–60 % of the life.
+    At strength 1 the luminance is 22 % below the set value at 18 000 h. The transition lies at about 40–60 % of the
+    life.
     """
     del display
     knee, sharp = rng.uniform(0.4, 0.6), 24.0
@@ -75,7 +77,7 @@ def stabilizer_headroom(display: Display, hours: Array, strength: float, rng: np
 
 
 def channel_decay(display: Display, hours: Array, strength: float, rng: np.random.Generator) -> Array:
-    """Each emitter ages by itself, blue most (organic LEDs), logistic in log time; simulated."""
+    """Each emitter ages separately, blue most (organic LEDs): a logistic function of log time; simulated."""
     loss = strength * np.array([rng.uniform(0.08, 0.16), rng.uniform(0.06, 0.12), rng.uniform(0.2, 0.3)])
     power = rng.uniform(0.6, 0.9)
     gains = 1.0 / (1.0 + _odds(loss) * (hours[:, None] / LIFE_H) ** power)
@@ -83,16 +85,17 @@ def channel_decay(display: Display, hours: Array, strength: float, rng: np.rando
 
 
 def phosphor_wear(display: Display, hours: Array, strength: float, rng: np.random.Generator) -> Array:
-    """The yellow phosphor falls faster than the blue chip below 490 nm, on guessed spectra; simulated."""
+    """The yellow phosphor loses more light than the blue chip below 490 nm, on estimated spectra; simulated."""
     wear = strength * 0.12 * (1.0 - (1.0 + hours / rng.uniform(5e3, 9e3)) ** -1.0)
     phosphor = 1.0 / (1.0 + np.exp(-(WAVELENGTHS - 490.0) / 6.0))
     return _filtered(display, 1.0 - wear[:, None] * phosphor)
 
 
 def yellowing(display: Display, hours: Array, strength: float, rng: np.random.Generator) -> Array:
-    """Polymer in front yellows: absorbance falls with a power of the wavelength, on guessed spectra; simulated.
+    """A polymer in front of the panel yellows. Its absorbance falls with a power of the wavelength; simulated.
 
-    11 % at 450 nm at 18 000 h. (The absorption edge of aged polymers is often drawn as such a power law.)
+    11 % at 450 nm at 18 000 h, on estimated spectra. (The literature often draws the absorption edge of aged polymers
+    as such a power law.)
     """
     power = rng.uniform(5.0, 8.0)
     absorbed = 0.12 * strength * (hours / LIFE_H) ** rng.uniform(0.8, 1.2)
@@ -100,7 +103,7 @@ def yellowing(display: Display, hours: Array, strength: float, rng: np.random.Ge
 
 
 def meter_drift(display: Display, hours: Array, strength: float, rng: np.random.Generator) -> Array:
-    """The instrument loses sensitivity, 0.8 % in the first year, slower later; simulated."""
+    """The instrument loses sensitivity: 0.8 % in the first year, later more slowly; simulated."""
     del display
     return _scaled(1.0 - 0.008 * strength * (hours / 8766.0) ** rng.uniform(0.7, 0.9))
 
@@ -115,7 +118,10 @@ def _scaled(level: Array) -> Array:
 
 
 def _filtered(display: Display, transmittance: Array) -> Array:
-    """Matrices (m, 3, 3) for transmittances (m, 31) in front of the spectra; what the guess misses is kept."""
+    """Return matrices (m, 3, 3) for transmittances (m, 31) in front of the spectra.
+
+    The difference between the estimated spectra and the real light stays.
+    """
     lost = np.einsum("mw,wx,wc->mxc", transmittance - 1.0, observer(), spectra(display.name))
     return np.asarray((display.primaries + lost) @ np.linalg.inv(display.primaries))
 

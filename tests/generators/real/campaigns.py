@@ -33,7 +33,7 @@ OUTSIDE: tuple[str, ...] = (*drives.OUTSIDE, *lights.OUTSIDE_EMITTED, *outside.K
 
 @dataclass(frozen=True)
 class Habits:
-    """How a simulated campaign is written down."""
+    """The way in which a simulated campaign is written to a file."""
 
     hours: Array
     names: tuple[str, ...]
@@ -49,29 +49,29 @@ def campaign(
 ) -> Truth:
     """Simulate a campaign on a real display; only its hour 0 is measured.
 
-    The light is free of noise but for what the real session carries; ``instrument_noise`` draws noise for it. A
-    display that hides something visible only from the first hour (the catalogue's second table) does not age
-    otherwise; all others age as ``aging.healthy`` says.
+    The light has no noise except the noise of the real session; ``instrument_noise`` draws further noise. A display
+    with a hidden effect of the catalogue's second table (effects that are visible only against hour 0) has no other
+    aging. All other displays age by ``aging.healthy``.
 
     Parameters
     ----------
     seed
-        Chooses the real session (unless ``base`` does), the aging, and each effect's own numbers.
+        Determines the real session (unless ``base`` is given), the aging, and the parameters of each effect.
     hidden
         Effect of KINDS or OUTSIDE → strength; 1 is a typical size.
     design
         "full", "grey", "colour" or "few".
     habits
-        How the campaign is written down; 0 is the plain way.
+        Number of the way to write the campaign; 0 is the plain way.
     base
         Name of a session of BASES.
 
     Raises
     ------
     ValueError
-        An effect or design is not known.
+        An effect or design is unknown.
     MissingSessionsError
-        LUTGEN_REAL_DATA does not lead to the sessions.
+        The sessions are not in LUTGEN_REAL_DATA.
 
     """
     if unknown := set(hidden) - set(KINDS) - set(OUTSIDE):
@@ -86,7 +86,7 @@ def campaign(
     for number in range(len(written.hours)):
         draws = _rng(seed, f"plan {number}")
         chosen = without(plan(screen, design, draws, written.rest_c), set(written.dropped))
-        if written.shuffled:  # but a cold display is read first
+        if written.shuffled:  # except that the cold readings come first
             mixed = [chosen[place] for place in draws.permutation(len(chosen))]
             chosen = sorted(mixed, key=lambda reading: reading.warmup_min or np.inf)
         readings += chosen
@@ -107,7 +107,7 @@ def campaign(
 
 
 def _light(scene: Scene, patch: Array, seed: int, hidden: Mapping[str, float]) -> Array:
-    """Light (n, 3) in cd/m² at the instrument: real readings at hour 0, changed by aging and hidden effects."""
+    """Return the light (n, 3) in cd/m² at the instrument: readings of hour 0, changed by aging and hidden effects."""
     screen = scene.display
     chosen = {kind: strength for kind, strength in hidden.items() if strength != 0}
     drive = scene.drive
@@ -162,7 +162,7 @@ def _column(readings: list[Reading], column: str, rest: float) -> Array:
 
 
 def _logged(readings: list[Reading], written: Habits, design: str) -> dict[str, Array]:
-    """The columns that are written: those that vary; rest as its value or, by habit, as a blank cell."""
+    """Return the columns of the file: those that vary. Rest is its value, or a blank cell if the habit says so."""
     if design != "full":
         return {}
     rest = {column: np.nan if written.blank_rest else value for column, value in _rest(written).items()}
@@ -170,7 +170,7 @@ def _logged(readings: list[Reading], written: Habits, design: str) -> dict[str, 
 
 
 def _habits(number: int, count: int) -> Habits:
-    """Habits by number; 0 is the plain way."""
+    """Return the habits with this number; 0 is the plain way."""
     steps = np.linspace(0.0, 1.0, count)
     if number == 0:
         hours = np.round(LIFE_H * steps)
@@ -198,5 +198,5 @@ def _habits(number: int, count: int) -> Habits:
 
 
 def _rng(seed: int, purpose: str) -> np.random.Generator:
-    """A generator of its own for each purpose: a hidden effect changes no other numbers."""
+    """Return a separate random generator for each purpose, so that a hidden effect changes no other random numbers."""
     return np.random.default_rng([seed, zlib.crc32(purpose.encode())])

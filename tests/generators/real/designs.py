@@ -1,4 +1,4 @@
-"""Which patches of the real session are read at an hour, and under which simulated conditions."""
+"""The patches of the real session that are read at an hour, and their simulated conditions."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _PRIMARIES = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 @dataclass(frozen=True)
 class Reading:
-    """One planned reading: a measured patch's index and the conditions that differ from rest (None is rest)."""
+    """One planned reading: the index of a measured patch, and the conditions that differ from rest (None is rest)."""
 
     patch: int
     u: float | None = None
@@ -36,9 +36,10 @@ class Reading:
 
 
 def plan(display: Display, design: str, rng: np.random.Generator, rest_c: float) -> list[Reading]:
-    """Readings of one simulated hour in the order of reading: cold ones first, colour points spread over the session.
+    """Return the readings of one simulated hour in the order of reading.
 
-    Ramps, greys and mixtures are drawn anew at each hour, one from each stretch of the session's own levels.
+    Cold readings come first; the colour points are spread over the session. Ramps, greys and mixtures are drawn again
+    at each hour: one patch from each interval of the session's levels.
     """
     points = [Reading(display.patch(drive)) for drive in (_WHITE, *_PRIMARIES, _BLACK)]
     sets = _kinds(display)
@@ -60,7 +61,7 @@ def plan(display: Display, design: str, rng: np.random.Generator, rest_c: float)
 
 
 def without(readings: list[Reading], columns: set[str]) -> list[Reading]:
-    """Readings that need none of these columns; the rest is dropped with the column that would say why."""
+    """Return the readings that need none of these columns; drop the others, which only the column explains."""
     at_rest = dict.fromkeys(columns)
     return [reading for reading in readings if reading == replace(reading, **at_rest)]  # type: ignore[arg-type]
 
@@ -90,7 +91,7 @@ def _conditions(display: Display, rest_c: float) -> list[Reading]:
 
 
 def _kinds(display: Display) -> dict[str, Indices]:
-    """Indices of the session's patches by kind, sorted by level."""
+    """Return the indices of the session's patches by kind, sorted by level."""
     drive = display.drive
     low, high = drive.min(axis=1), drive.max(axis=1)
     inner = (high > 0.001) & (low < 0.999)
@@ -109,7 +110,7 @@ def _kinds(display: Display) -> dict[str, Indices]:
 
 
 def _spread(patches: Indices, count: int, rng: np.random.Generator) -> list[int]:
-    """``count`` patches, one from each of as many equal stretches; all where there are fewer."""
+    """Return ``count`` patches, one from each of ``count`` equal intervals; return all patches if there are fewer."""
     if len(patches) <= count:
         return [int(patch) for patch in patches]
     return [int(rng.choice(stretch)) for stretch in np.array_split(patches, count)]

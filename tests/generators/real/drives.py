@@ -1,6 +1,6 @@
-"""Simulated changes of the code value on its way to the panel, each in a form of its own.
+"""Simulated changes of the code value on its way to the panel. The forms differ from those of lutgen.
 
-Each function returns simulated code values (n, 3), 0..1; the real display's curves turn them into light.
+Each function returns simulated code values (n, 3), 0..1. The curves of the real display convert them to light.
 """
 
 from __future__ import annotations
@@ -15,16 +15,16 @@ if TYPE_CHECKING:
 
 
 def eotf_drift(scene: Scene, drive: Array, strength: float, rng: np.random.Generator) -> Array:
-    """Mid-tones sink: the liquid crystal's threshold moves, a parabola in code value; simulated.
+    """Mid-tones become darker because the threshold of the liquid crystal drifts: a parabola in code value; simulated.
 
-    3 % of full drive in the middle at 18 000 h, which changes a gamma of 2.2 by about 0.09.
+    3 % of full drive at medium code values at 18 000 h. This changes a gamma of 2.2 by about 0.09.
     """
     shift = 0.03 * strength * scene.age ** rng.uniform(0.7, 1.2)
     return drive - shift[:, None] * 4.0 * drive * (1.0 - drive)
 
 
 def channel_gamma(scene: Scene, drive: Array, strength: float, rng: np.random.Generator) -> Array:
-    """One channel's mid-tones change: a Möbius function of its code value, 0 and 1 kept; simulated."""
+    """The mid-tones of one channel change: a Möbius function of its code value with fixed points 0 and 1; simulated."""
     channel = int(rng.integers(3))
     bend = np.exp(rng.choice([-1.0, 1.0]) * 0.14 * strength * scene.age)
     changed = drive.copy()
@@ -40,9 +40,11 @@ def drive_loss(scene: Scene, drive: Array, strength: float, rng: np.random.Gener
 
 
 def quantization(scene: Scene, drive: Array, strength: float, rng: np.random.Generator) -> Array:
-    """A cable or driver with fewer bits, after the session's own calibration curves, from the second session on.
+    """A cable or driver with fewer bits, from the second session on; simulated.
 
-    Seven bits at strength 1: the real session holds its eight bits already. Simulated.
+    The rounding comes after the session's own calibration curves.
+
+    Seven bits at strength 1, because the real session already contains the rounding to eight bits.
     """
     del rng
     step = strength / 127.0
@@ -57,7 +59,7 @@ def quantization(scene: Scene, drive: Array, strength: float, rng: np.random.Gen
 
 
 def recalibration(scene: Scene, drive: Array, strength: float, rng: np.random.Generator) -> Array:
-    """Somebody recalibrates once: another tone curve (a sine) and other gains from that hour on; simulated."""
+    """One recalibration changes the tone curve (by a sine) and the gains from one hour on; simulated."""
     hours = np.unique(scene.hours)
     event = hours[int(rng.integers(max(1, len(hours) // 3), max(2, 2 * len(hours) // 3 + 1)))]
     gains = 1.0 - 0.02 * strength * rng.random(3)
@@ -66,13 +68,13 @@ def recalibration(scene: Scene, drive: Array, strength: float, rng: np.random.Ge
 
 
 def highlight_clip(scene: Scene, drive: Array, strength: float, rng: np.random.Generator) -> Array:
-    """Contrast set too high from the second session on: all codes above 94 % give full drive; simulated."""
+    """The contrast is too high from the second session on: all codes above 94 % give full drive; simulated."""
     del rng
     return np.where(scene.hours[:, None] > 0, np.minimum(drive * (1.0 + 0.064 * strength), 1.0), drive)
 
 
 def vivid_mode(scene: Scene, drive: Array, strength: float, rng: np.random.Generator) -> Array:
-    """A picture mode that raises saturation from some session on: channels move away from their mean; simulated."""
+    """A picture mode raises the saturation from one session on: channels move away from their mean; simulated."""
     hours = np.unique(scene.hours)
     event = hours[int(rng.integers(1, max(2, len(hours) // 2)))]
     mean = drive.mean(axis=1, keepdims=True)
@@ -80,7 +82,7 @@ def vivid_mode(scene: Scene, drive: Array, strength: float, rng: np.random.Gener
 
 
 def stuck_bit(scene: Scene, drive: Array, strength: float, rng: np.random.Generator) -> Array:
-    """A cable's line fails: one bit of one channel's 8-bit code reads 0 from some session on; simulated."""
+    """A line of the cable fails: one bit of the 8-bit code of one channel reads 0 from one session on; simulated."""
     hours = np.unique(scene.hours)
     event = hours[int(rng.integers(1, max(2, len(hours) // 2)))]
     channel, bit = int(rng.integers(3)), 8

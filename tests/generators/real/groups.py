@@ -1,4 +1,4 @@
-"""Readings of a simulated campaign by what is shown, when, and under which condition."""
+"""Groups of readings of a simulated campaign, by patch, time and condition."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def groups(truth: Truth) -> dict[str, Mask]:
-    """Every group of readings (n,) of a simulated campaign of the full design that is written down plainly."""
+    """Return every group of readings (n,) of a simulated campaign of the full design in the plain way of writing."""
     drive, rest = truth.drive, {"u": 0.5, "v": 0.5, "ambient_lx": 0.0, "warmup_min": 60.0, "temperature_c": 23.0}
     lit = (drive > 0.001).sum(axis=1)
     away = {column: truth.conditions[column] != value for column, value in rest.items()}
@@ -51,7 +51,7 @@ def groups(truth: Truth) -> dict[str, Mask]:
 
 
 def select(truth: Truth, words: str) -> Mask:
-    """Simulated readings (n,) that are in all the groups, such as "last, grey, rest"; "not-" turns a group round."""
+    """Return the simulated readings (n,) in all the groups, such as "last, grey, rest"; "not-" negates a group."""
     known = groups(truth)
     chosen = known["all"]
     for word in words.split(", "):

@@ -1,7 +1,7 @@
-"""Simulated effects on light: mixing, emission, optics, room and instrument, each in a form of its own.
+"""Simulated effects on light: mixing, emission, optics, room and instrument. The forms differ from those of lutgen.
 
-``EMITTED`` act on the real display's light at hour 0 and are aged with it; ``SEEN`` act on the aged light.
-Each function returns simulated XYZ (n, 3) in cd/m².
+``EMITTED`` act on the light of the real display at hour 0 and age with it. ``SEEN`` act on the aged light. Each
+function returns simulated XYZ (n, 3) in cd/m².
 """
 
 from __future__ import annotations
@@ -18,9 +18,10 @@ if TYPE_CHECKING:
 
 
 def crosstalk(scene: Scene, xyz: Array, strength: float, rng: np.random.Generator) -> Array:
-    """Neighbouring channels take light from one another: geometric means of pairs, 2.5 % of white; simulated.
+    """Neighbouring channels lose light to one another: geometric means of pairs, 2.5 % of white; simulated.
 
-    It comes up after hour 0 within some thousand hours: what was there at hour 0 is the real display's own mixing.
+    The effect grows within some thousand hours after hour 0, because the light at hour 0 already contains the mixing of
+    the real display.
     """
     light = scene.display.channels(scene.drive)
     pairs = ((0, 1), (1, 2), (0, 2))
@@ -32,9 +33,10 @@ def crosstalk(scene: Scene, xyz: Array, strength: float, rng: np.random.Generato
 
 
 def primary_shift(scene: Scene, xyz: Array, strength: float, rng: np.random.Generator) -> Array:
-    """Dark levels turn bluish: X falls and Z rises with the square of the missing drive, Y stays; simulated.
+    """Dark levels become bluish: X falls and Z rises with the square of the missing drive; Y is constant; simulated.
 
-    It comes up after hour 0 within some thousand hours: what was there at hour 0 is the real display's own tint.
+    The effect grows within some thousand hours after hour 0, because the light at hour 0 already contains the tint of
+    the real display.
     """
     colours = rng.uniform(0.5, 1.5, 3)
     light = scene.display.channels(scene.drive)
@@ -44,9 +46,9 @@ def primary_shift(scene: Scene, xyz: Array, strength: float, rng: np.random.Gene
 
 
 def black_level(scene: Scene, xyz: Array, strength: float, rng: np.random.Generator) -> Array:
-    """Closed subpixels leak more as polarisers age: contrast falls exponentially, to a half; simulated.
+    """Closed subpixels leak more light as the polarisers age: the contrast falls exponentially, to a half; simulated.
 
-    The added light is the real black's, made bluer, and only from the share of subpixels that are closed.
+    The added light is the real black made bluer. Only the closed subpixels add it.
     """
     closed = 1.0 - scene.display.channels(scene.drive).mean(axis=1)
     growth = np.exp(np.log(2.0) * strength * scene.age ** rng.uniform(1.0, 1.5)) - 1.0
@@ -60,7 +62,7 @@ def local_dimming(scene: Scene, xyz: Array, strength: float, rng: np.random.Gene
 
 
 def loading(scene: Scene, xyz: Array, strength: float, rng: np.random.Generator) -> Array:
-    """The supply droops with the screen's power: a source with an inner resistance, 8 % at full white; simulated."""
+    """The supply voltage falls with the screen's power: a series resistance, 8 % at full white; simulated."""
     power = rng.dirichlet([20.0, 18.0, 24.0])
     own = scene.display.channels(scene.drive) @ power
     around = scene.display.channels(np.repeat(scene.surround[:, None], 3, axis=1)) @ power
@@ -69,7 +71,7 @@ def loading(scene: Scene, xyz: Array, strength: float, rng: np.random.Generator)
 
 
 def edge_falloff(scene: Scene, xyz: Array, strength: float, rng: np.random.Generator) -> Array:
-    """Light falls off from the centre as under a lens (cos⁴), 8 % in a corner when new, 20 % later; simulated."""
+    """Light falls off from the centre as under a lens (cos⁴): 8 % in a corner when new, 20 % later; simulated."""
     squared = ((scene.u - 0.5) ** 2 + (scene.v - 0.5) ** 2) / 0.5
     steep = strength * (0.042 + 0.075 * scene.age ** rng.uniform(0.6, 1.0))
     return np.asarray(xyz * ((1.0 + steep * squared) ** -2.0)[:, None])
@@ -86,18 +88,18 @@ def warm_up(scene: Scene, xyz: Array, strength: float, rng: np.random.Generator)
 
 
 def temperature(scene: Scene, xyz: Array, strength: float, rng: np.random.Generator) -> Array:
-    """Light falls with heat by a characteristic temperature of 250 K (0.4 %/K); simulated."""
+    """Light falls with temperature, with a characteristic temperature of 250 K (0.4 %/K); simulated."""
     return np.asarray(xyz * np.exp(-strength * (scene.temperature_c - scene.rest_c) / rng.uniform(220, 300))[:, None])
 
 
 def veiling_glare(scene: Scene, xyz: Array, strength: float, rng: np.random.Generator) -> Array:
-    """The cover glass exchanges 1 % of the patch's light with its surround's; simulated."""
+    """The cover glass exchanges 1 % of the patch's light with that of the surround; simulated."""
     share = rng.uniform(0.007, 0.013) * strength * (1.0 - scene.window)[:, None]
     return np.asarray((1.0 - share) * xyz + share * scene.surround_light())
 
 
 def ambient_reflection(scene: Scene, xyz: Array, strength: float, rng: np.random.Generator) -> Array:
-    """A lamp's light (Planck's, 2700–5000 K) comes back from an anti-reflective, purplish screen; simulated.
+    """An anti-reflective, purplish screen reflects the light of a lamp (Planck spectrum, 2700–5000 K); simulated.
 
     0.5–1.5 % of the illuminance over π at strength 1.
     """
@@ -110,7 +112,10 @@ def ambient_reflection(scene: Scene, xyz: Array, strength: float, rng: np.random
 
 
 def meter_offset(scene: Scene, xyz: Array, strength: float, rng: np.random.Generator) -> Array:
-    """Dark current of the instrument, which doubles each 9 K, also under a lens cap: 0.02 cd/m²; simulated."""
+    """Dark current of the instrument: 0.02 cd/m², doubled by each 9 K; simulated.
+
+    It adds to readings under a lens cap too.
+    """
     offset = 0.02 * strength * rng.uniform(0.7, 1.3, 3)
     return np.asarray(xyz + 2.0 ** ((scene.temperature_c - scene.rest_c) / 9.0)[:, None] * offset)
 

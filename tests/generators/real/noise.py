@@ -1,4 +1,4 @@
-"""Fresh noise with the spread of a real session's repeated readings: simulated, with measured sizes."""
+"""New noise with the standard deviations of a real session's repeated readings: simulated noise of measured size."""
 
 from __future__ import annotations
 
@@ -15,12 +15,15 @@ if TYPE_CHECKING:
     from tests.generators.truth import Truth
 
 SOURCE = "simulated: a real session of {}, perturbed"
-_POOLED_WEIGHT = 3  # differences; as many as a session of four whites has itself
+_POOLED_WEIGHT = 3  # differences; as many as a session with four white readings has
 
 
 @dataclass(frozen=True)
 class Spread:
-    """Covariances (3, 3) of repeated readings: relative to the light at white, in (cd/m²)² at black; black (3,)."""
+    """Covariances (3, 3) of repeated readings, and the mean black (3,).
+
+    The covariance at white is relative to the light; the covariance at black is in (cd/m²)².
+    """
 
     relative: Array
     absolute: Array
@@ -28,10 +31,10 @@ class Spread:
 
 
 def instrument_noise(truth: Truth, seed: int) -> Array:
-    """Draw simulated noise (n, 3) in cd/m² that a harness adds to ``truth.xyz_cd_m2``.
+    """Draw simulated noise (n, 3) in cd/m². The caller adds it to ``truth.xyz_cd_m2``.
 
-    Normal, with the covariance of the session's own repeated whites (relative) and blacks (absolute). Raises
-    ValueError for a truth of another generator, MissingSessionsError where LUTGEN_REAL_DATA is not set.
+    The noise is normal, with the covariance of the session's own repeated whites (relative) and blacks (absolute).
+    Raises ValueError for a truth of another generator, and MissingSessionsError if LUTGEN_REAL_DATA is not set.
     """
     before, after = SOURCE.split("{}")
     source = truth.metadata.get("source", "")
@@ -42,16 +45,16 @@ def instrument_noise(truth: Truth, seed: int) -> Array:
     count = len(truth.hours)
     relative = rng.multivariate_normal(np.zeros(3), spread.relative, count, method="eigh")
     absolute = rng.multivariate_normal(np.zeros(3), spread.absolute, count, method="eigh")
-    above_black = np.maximum(truth.xyz_cd_m2 - spread.black, 0.0)  # black's own spread holds both parts
+    above_black = np.maximum(truth.xyz_cd_m2 - spread.black, 0.0)  # the covariance of black contains both parts
     return np.asarray(above_black * relative + absolute)
 
 
 @cache
 def session_spread(name: str) -> Spread:
-    """Spread of one session's repeated readings, measured.
+    """Return the measured covariances of one session's repeated readings.
 
-    A session repeats white and black four times or fewer, so its covariance is averaged with the typical one of all
-    sessions, which counts as three differences.
+    A session repeats white and black at most four times. So the result is an average of its covariance and the typical
+    covariance of all sessions, which has the weight of three differences.
     """
     parts = []
     for own, pooled in zip(_differences(name), _typical(), strict=True):
@@ -62,10 +65,10 @@ def session_spread(name: str) -> Spread:
 
 
 def _differences(name: str) -> tuple[Array, Array]:
-    """Differences of successive whites (relative) and blacks (absolute), (m, 3) each.
+    """Return the differences of successive whites (relative) and of successive blacks (absolute), (m, 3) each.
 
-    Half the mean square of successive differences estimates a variance whatever slow drift there is (von Neumann
-    1941, doi:10.1214/aoms/1177731677).
+    Half the mean square of successive differences estimates the variance even under slow drift (von Neumann 1941,
+    doi:10.1214/aoms/1177731677).
     """
     measured = session(name)
     white = measured.xyz_cd_m2[(measured.drive > 0.999).all(axis=1)]
@@ -75,7 +78,7 @@ def _differences(name: str) -> tuple[Array, Array]:
 
 @cache
 def _typical() -> tuple[Array, Array]:
-    """Covariances of a typical session: the mean shape of all, with the median size of all."""
+    """Return the covariances of a typical session: the mean shape of all sessions, with their median size."""
     typical = []
     for which in (0, 1):
         found = [_differences(name)[which] for name in BASES]

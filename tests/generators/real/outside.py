@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 
 def uneven_screen(scene: Scene, xyz: Array, strength: float, rng: np.random.Generator) -> Array:
-    """The uneven, tinted field of one real K2721UG, mirrored at random, grows in over the life; simulated.
+    """The uneven, tinted field of one real K2721UG, mirrored at random, grows over the life; simulated.
 
-    The field is measured; that this display has it, and that it grows, is not.
+    The field is measured. That this display has the field, and that the field grows, is simulated.
     """
     field = uniformity()[:: rng.choice([-1, 1]), :: rng.choice([-1, 1])]
     places = np.array([1 / 6, 1 / 2, 5 / 6])  # centres of a 3 x 3 grid
@@ -27,7 +27,10 @@ def uneven_screen(scene: Scene, xyz: Array, strength: float, rng: np.random.Gene
 
 
 def image_retention(scene: Scene, xyz: Array, strength: float, rng: np.random.Generator) -> Array:
-    """A share of the picture before stays (0.6 % after a life): depends on the order of reading alone; simulated."""
+    """A share of the preceding picture remains (0.6 % after a life); simulated.
+
+    The effect depends on the order of reading alone.
+    """
     share = 0.006 * strength * scene.age ** rng.uniform(0.5, 1.0)
     before = np.empty_like(xyz)
     for hour in np.unique(scene.hours):
@@ -38,15 +41,15 @@ def image_retention(scene: Scene, xyz: Array, strength: float, rng: np.random.Ge
 
 
 def flicker_beat(scene: Scene, xyz: Array, strength: float, rng: np.random.Generator) -> Array:
-    """The lamp's pulse width beats with the instrument's integration: 1 %, a wave over the readings; simulated."""
+    """The lamp's pulse width beats with the instrument's integration time: a 1 % wave over the readings; simulated."""
     wave = np.sin(2.0 * np.pi * (scene.order / rng.uniform(9.0, 40.0) + rng.random()))
     return np.asarray(xyz * (1.0 + 0.01 * strength * wave * (scene.hours > 0))[:, None])
 
 
 def automatic_brightness(scene: Scene, xyz: Array, strength: float, rng: np.random.Generator) -> Array:
-    """The display steps its brightness within a session when the room changes, by up to 5 %; simulated.
+    """The display changes its brightness in steps of up to 5 % within a session when the room changes; simulated.
 
-    As some of the real sessions did, which are left out of BASES for it.
+    Some real sessions show this effect; BASES excludes those sessions.
     """
     level = np.ones(len(xyz))
     for hour in np.unique(scene.hours)[1:]:

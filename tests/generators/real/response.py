@@ -1,7 +1,7 @@
 """A smooth model of one real display at hour 0, and a spectral estimate of its primaries.
 
-The model says only how the light *changes* when the code value changes; the light itself is the measured reading.
-Its values between the measured patches are simulated.
+The model gives only the *change* of the light when the code value changes. The light itself is the measured reading.
+Values between the measured patches are simulated.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from scipy.optimize import nnls
 from tests.generators.real.sessions import Array, session
 
 WAVELENGTHS = np.arange(400.0, 701.0, 10.0)  # nm
-_FULL, _NONE = 0.999, 0.001  # code values are written with five digits
+_FULL, _NONE = 0.999, 0.001  # code values have five digits
 _PAIRS = ((0, 1), (1, 2), (0, 2))
 
 
@@ -30,13 +30,13 @@ class Display:
     name
         Name of the session.
     drive, xyz_cd_m2
-        The distinct measured patches, (n, 3), repeated readings averaged; light in cd/m².
+        Code values and light in cd/m² of the distinct measured patches, (n, 3); repeated readings are averaged.
     black, white, primaries
         XYZ in cd/m² of black (3,) and white (3,); light that each channel adds to black, one a column, (3, 3).
     calibration
         The session's calibration curves, (m, 4).
     ramps
-        Light that each channel adds to black, as a function of its code value.
+        For each channel, the light that it adds to black as a function of its code value.
     mixing
         Coefficients of the mixing terms, (8, 3).
 
@@ -53,27 +53,29 @@ class Display:
     mixing: Array
 
     def light(self, drive: Array) -> Array:
-        """Simulated light (n, 3) in cd/m² of code values (n, 3): measured ramps, and mixing terms fitted to mixtures.
+        """Return the simulated light (n, 3) in cd/m² of code values (n, 3).
 
-        The terms are products of code values and of light: real displays need either (least squares, no source).
+        The result is the sum of the measured ramps and of mixing terms, which are fitted to mixtures by least squares.
+        The terms are products of code values and products of light: some real displays need the first, others the
+        second (no source).
         """
         added = np.sum([ramp(drive[:, channel]) for channel, ramp in enumerate(self.ramps)], axis=0)
         return np.asarray(self.black + added + _mixing_terms(drive) @ self.mixing)
 
     def channels(self, drive: Array) -> Array:
-        """Light (n, 3) of each channel alone, 0..1 of its primary's luminance, by the measured ramps."""
+        """Return each channel's light (n, 3) relative to its primary's luminance, from the measured ramps."""
         return np.column_stack(
             [ramp(drive[:, channel])[:, 1] / self.primaries[1, channel] for channel, ramp in enumerate(self.ramps)]
         )
 
     def patch(self, drive: tuple[float, float, float]) -> int:
-        """Index of the measured patch that is nearest to a code value."""
+        """Return the index of the measured patch that is nearest to a code value."""
         return int(np.argmin(np.sum((self.drive - np.array(drive)) ** 2, axis=1)))
 
 
 @cache
 def display(name: str) -> Display:
-    """The real display of a session; what lies between its patches is simulated."""
+    """Return the real display of a session. Its light between the measured patches is simulated."""
     measured = session(name)
     drive, which = np.unique(np.round(measured.drive, 5), axis=0, return_inverse=True)
     count = np.bincount(which.ravel())
@@ -116,22 +118,22 @@ def _mixing_terms(drive: Array) -> Array:
 
 @cache
 def observer() -> Array:
-    """The CIE 1931 2° observer at WAVELENGTHS, (31, 3)."""
+    """Return the CIE 1931 2° observer at WAVELENGTHS, (31, 3)."""
     table = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
     return np.asarray(table[WAVELENGTHS], dtype=np.float64)
 
 
 @cache
 def spectra(name: str) -> Array:
-    """Smooth, non-negative spectra (31, 3) that have the XYZ of a session's primaries: a guess, not a measurement.
+    """Return smooth, non-negative spectra (31, 3) with the XYZ of a session's primaries. They are estimates.
 
-    Non-negative least squares on the second differences and the tristimulus values.
+    The method is non-negative least squares on the second differences and the tristimulus values.
     """
     curvature = np.diff(np.eye(len(WAVELENGTHS)), 2, axis=0)
     found = []
     for channel in range(3):
         xyz = display(name).primaries[:, channel]
-        strict = 1e3 / xyz.sum() * observer().T  # a thousand times the weight of smoothness: XYZ are what is known
+        strict = 1e3 / xyz.sum() * observer().T  # 1000 times the weight of smoothness: XYZ is measured
         system = np.vstack([strict, curvature / xyz.sum() * observer().sum()])
         found.append(nnls(system, np.concatenate([1e3 * xyz / xyz.sum(), np.zeros(len(curvature))]))[0])
     return np.column_stack(found)

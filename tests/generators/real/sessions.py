@@ -1,6 +1,6 @@
-"""Reads the measured sessions: ArgyllCMS ``.ti3`` (CGATS text) and tables of comma-separated values.
+"""Read the measured sessions: ArgyllCMS ``.ti3`` (CGATS text) and tables of comma-separated values.
 
-What this file returns is measured; whatever other files of this folder make of it is simulated.
+This file returns measured data. Everything that other files of this folder compute from the data is simulated.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-# Left out: sessions in HDR, with a wrong instrument matrix, with automatic brightness (notes of their authors), and
-# two sessions with five levels a ramp, too few for a curve.
+# The list excludes sessions in HDR, with a wrong instrument matrix, or with automatic brightness (according to notes of
+# their authors). It also excludes two sessions with five levels per ramp, which are too few for a curve.
 BASES: tuple[str, ...] = (
     "K2418U__1_2019-04-01_15-18",
     "K2418U__2_2021-02-09_09-11",
@@ -58,11 +58,12 @@ class Session:
     Attributes
     ----------
     name
-        Beginning of the file's name: display and date.
+        First part of the file's name: display and date.
     drive, xyz_cd_m2
         Code values 0..1 and light in cd/m², each (n, 3), in the order of reading.
     calibration
-        Calibration curves that were loaded: input and three outputs, (m, 4), 0..1; the identity where none is told.
+        Calibration curves that were loaded: input and three outputs, (m, 4), 0..1; the identity if the file has
+        none.
 
     """
 
@@ -73,7 +74,7 @@ class Session:
 
 
 def folder() -> Path:
-    """Folder of the real sessions; raises MissingSessionsError where LUTGEN_REAL_DATA does not lead to it."""
+    """Return the folder of the real sessions; raise MissingSessionsError if LUTGEN_REAL_DATA does not lead to it."""
     named = os.environ.get("LUTGEN_REAL_DATA")
     if not named:
         raise MissingSessionsError("LUTGEN_REAL_DATA is not set; set it to the folder that holds real/jamesits.")
@@ -85,7 +86,7 @@ def folder() -> Path:
 
 @cache
 def session(name: str) -> Session:
-    """Session of BASES; raises MissingSessionsError for a name that is no file's or several files'."""
+    """Return a session of BASES; raise MissingSessionsError if no file or several files have this name."""
     found = [path for kind in ("jamesits/*.ti3", "ickc/*.csv") for path in folder().glob(kind) if _is(path, name)]
     if len(found) != 1:
         raise MissingSessionsError(f"{name}: {len(found)} sessions have this name; pick one of {', '.join(BASES)}.")
@@ -93,7 +94,7 @@ def session(name: str) -> Session:
 
 
 def uniformity() -> Array:
-    """Light of white at 3 x 3 places of one real K2721UG, relative to the centre: (row, column, XYZ)."""
+    """Return the light of white at 3 x 3 places of one real K2721UG, relative to the centre: (row, column, XYZ)."""
     with (folder() / "jamesits" / "uniformity_K2721UG_2023-02-11.csv").open(newline="") as file:
         rows = [row for row in csv.DictReader(file) if row["level_index"] == "0"]
     field = np.full((3, 3, 3), np.nan)

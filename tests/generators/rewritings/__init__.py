@@ -1,10 +1,11 @@
-"""The same campaign written down otherwise: functions from the text of a CSV file to the text of another one.
+"""Rewritings: functions from the text of a campaign's CSV file to another text of the same campaign.
 
-``NOTHING_LOST``: verdict, effects, shares and errors may not change at all. ``SOMETHING_LOST``: information goes or
-comes, so that the verdict on a healthy display and on a clear effect may not change. ``OF_TRUTH``: new readings, which
-need the light itself: functions from a ``Truth`` and a seed to a ``Truth``, which an instrument has still to read.
+``NOTHING_LOST``: verdict, effects, shares and errors must not change at all. ``SOMETHING_LOST``: the file loses or
+gains information; the verdict on a healthy display and on a clear effect must not change. ``OF_TRUTH``: rewritings with
+new readings. These need the noise-free light: they are functions from a ``Truth`` and a seed to a ``Truth``, which an
+instrument then reads.
 
-A rewriting that a file does not allow raises ``CannotRewrite``. Random choices follow from the text alone.
+A rewriting that a file does not allow raises ``CannotRewrite``. Random choices depend on the text alone.
 """
 
 from __future__ import annotations

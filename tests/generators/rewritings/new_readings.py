@@ -1,4 +1,4 @@
-"""Rewritings that need readings which the file does not have: from a ``Truth`` and a seed to a ``Truth``."""
+"""Rewritings that add readings to the file: functions from a ``Truth`` and a seed to a ``Truth``."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 OF_TRUTH: dict[str, OfTruth] = {}
 
-#: An extra session comes so many hours after another one, in which no display ages visibly.
+#: Hours between a session and the extra session after it; no display ages visibly in this time.
 SOON = 24.0
 
 
@@ -31,14 +31,14 @@ def _of_truth(rewrite: OfTruth) -> OfTruth:
 
 
 def _again(truth: Truth, rows: NDArray[np.intp], name: str) -> Truth:
-    """The truth with these rows read once more, soon afterwards, in a session of this name."""
+    """Return the truth with a second reading of these rows, soon afterwards, in a session of this name."""
     new = np.concatenate([np.arange(truth.hours.size), rows])
     order = truth.order[new].astype(float)
     order[truth.hours.size :] += truth.order.max() + 1.0
     hours = truth.hours[new].copy()
     hours[truth.hours.size :] += SOON
     session = truth.session + (name,) * rows.size
-    # Stable, so that the readings that were there keep their order.
+    # Stable, so that the existing readings keep their order.
     place = np.argsort(hours, kind="stable")
     new = new[place]
     return replace(

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 NOTHING_LOST: dict[str, Rewriting] = {}
 
-#: What an optional column holds in every row of a campaign that was always read so.
+#: Value of an optional column in every row of a campaign with constant conditions.
 ALWAYS = {**BLANK, "warmup_min": 60.0, "temperature_c": 24.3}
 
-#: Hours that the display's counter shows at the first session.
+#: Hours on the display's counter at the first session.
 COUNTER = 2400.0
 
 
@@ -56,11 +56,11 @@ def all_rows_shuffled_with_order(table: Table) -> Table:
     return table.rows(random_of(table).permutation(len(table)))
 
 
-# Nothing lost: optional columns and what rest is.
+# Nothing lost: optional columns, and the values at rest.
 
 
 def _constant(table: Table, name: str) -> bool:
-    """Whether a column is absent or says the same in every row."""
+    """Return whether a column is absent or has the same value in every row."""
     return len(set(np.nan_to_num(table.numbers(name), nan=-1.0))) == 1
 
 
@@ -84,7 +84,7 @@ def resting_columns_absent(table: Table) -> Table:
 @rewriting(NOTHING_LOST)
 def resting_cells_blank(table: Table) -> Table:
     """Cells that hold what a blank means blank, and columns that never change."""
-    # Blank means "warm" among minutes and "unknown" among temperatures: no number, unless they never change.
+    # A blank means "warm" for minutes and "unknown" for temperatures, not a number, unless the column never changes.
     blank = {
         name: ["" if always or cell == "" or float(cell) == BLANK.get(name) else cell for cell in table.columns[name]]
         for name in CONDITIONS
@@ -164,7 +164,7 @@ def chromaticity_and_luminance(table: Table) -> Table:
         row = int(np.argmax((xyz <= 0.0).any(axis=1)))
         raise CannotRewrite(f"row {row + 1} has X, Y or Z of 0 or less, and no chromaticity")
     x, y = (xyz[:, :2] / xyz.sum(axis=1, keepdims=True)).T
-    # More digits than any meter gives, so that X and Z come back to their last digit.
+    # More digits than any meter gives, so that the conversion back recovers the last digit of X and Z.
     columns = {"x": [f"{value:.12g}" for value in x], "y": [f"{value:.12g}" for value in y], "Y": table.columns["Y"]}
     return table.lacking("X", "Y", "Z").having(**columns)
 
@@ -174,7 +174,7 @@ def hours_of_a_counter(table: Table) -> Table:
     """Hours as the display's counter shows them, 2400 at the first session."""
     if "start_hour" in table.metadata:
         raise CannotRewrite("the file has a start_hour already")
-    # Session names that are hours stay as they are: they are names.
+    # A session name that looks like an hour is a name, so it does not change.
     hours = [f"{float(cell) + COUNTER:.10g}" for cell in table.columns["hour"]]
     return replace(table.having(hour=hours), head=(*table.head, f"# start_hour: {COUNTER:g}"))
 

@@ -1,4 +1,4 @@
-"""What a rewriting is, how it is entered into a registry, and the groups of rows that several of them need."""
+"""The type of a rewriting, its entry into a registry, and the groups of rows that several rewritings need."""
 
 from __future__ import annotations
 
@@ -20,11 +20,14 @@ if TYPE_CHECKING:
 
 
 class CannotRewrite(ValueError):  # noqa: N818, it is no error: the caller leaves this pair out and says so
-    """This campaign cannot be written down in this way, and why."""
+    """This campaign cannot be written in this way. The message says why."""
 
 
 def rewriting(registry: dict[str, Rewriting]) -> Callable[[OfTable], Rewriting]:
-    """Enter a function of tables into a registry of functions of texts, under the first line of its docstring."""
+    """Return a decorator that enters a function of tables into a registry of functions of texts.
+
+    The first line of the function's docstring is its name in the registry.
+    """
 
     def enter(rewrite: OfTable) -> Rewriting:
         @wraps(rewrite)
@@ -42,18 +45,18 @@ def rewriting(registry: dict[str, Rewriting]) -> Callable[[OfTable], Rewriting]:
 
 
 def name_of(function: Callable[..., object]) -> str:
-    """The first line of the docstring, without its capital and full stop."""
+    """Return the first line of the docstring, with a lower-case initial and without its full stop."""
     sentence = (function.__doc__ or "").partition("\n")[0].rstrip(".")
     return sentence[0].lower() + sentence[1:]
 
 
 def random_of(table: Table) -> np.random.Generator:
-    """A generator of random numbers that follows from the text."""
+    """Return a random generator whose seed is the text."""
     return np.random.default_rng(crc32(table.text().encode()))
 
 
 def rows_of_each(labels: Iterable[object]) -> list[NDArray[np.intp]]:
-    """Rows of each label, labels in their first order."""
+    """Return the rows of each label; labels in the order of their first row."""
     groups: dict[object, list[int]] = {}
     for row, label in enumerate(labels):
         groups.setdefault(label, []).append(row)
@@ -61,7 +64,7 @@ def rows_of_each(labels: Iterable[object]) -> list[NDArray[np.intp]]:
 
 
 def rows_of_sessions(table: Table) -> list[NDArray[np.intp]]:
-    """Rows of each session, earliest first."""
+    """Return the rows of each session, earliest session first."""
     hours = table.numbers("hour")
     sessions = rows_of_each(zip(hours, table.session, strict=True))
     return sorted(sessions, key=lambda rows: float(hours[rows[0]]))

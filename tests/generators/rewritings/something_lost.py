@@ -19,7 +19,7 @@ SOMETHING_LOST: dict[str, Rewriting] = {}
 
 
 def _replicates(table: Table) -> list[NDArray[np.intp]]:
-    """Rows that differ in nothing but noise, and in temperature by its own wander."""
+    """Return groups of rows that differ only in noise, and in temperature by its drift."""
     apart = ["hour", "R", "G", "B", *(name for name in CONDITIONS if name != "temperature_c")]
     values = [np.nan_to_num(table.numbers(name), nan=-1.0) for name in apart]
     if "temperature_c" in table.columns:
@@ -30,7 +30,7 @@ def _replicates(table: Table) -> list[NDArray[np.intp]]:
 
 
 def _middle(table: Table) -> NDArray[np.intp]:
-    """Rows of the middle one of the sessions that have colour points."""
+    """Return the rows of the middle session among the sessions that have colour points."""
     point = is_colour_point(table.drive) & table.at_rest()
     sessions = [rows for rows in rows_of_sessions(table) if point[rows].any()]
     if len(sessions) < 3:
@@ -39,7 +39,7 @@ def _middle(table: Table) -> NDArray[np.intp]:
 
 
 def _dealt(table: Table) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """The middle session's rows, dealt in two halves, replicates alternately."""
+    """Return the middle session's rows as two halves; replicates go alternately to either half."""
     middle = set(_middle(table).tolist())
     halves: tuple[list[int], list[int]] = ([], [])
     for rows in _replicates(table):

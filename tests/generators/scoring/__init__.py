@@ -1,5 +1,6 @@
-"""Puts campaigns of all generators to lutgen and counts what it answers; only here is lutgen imported.
+"""Let lutgen diagnose campaigns of all generators and count its answers; only this folder imports lutgen.
 
-``sources`` finds the generators, ``questions`` draws what is hidden, ``strength`` says how well it shows, ``ask`` puts
-one campaign to lutgen, ``figures`` counts, ``report`` prints. ``python -m tests.generators`` runs it all.
+``sources`` lists the generators, ``questions`` draws the hidden effects, ``strength`` computes how detectable they are,
+``ask`` lets lutgen diagnose one campaign, ``figures`` counts, ``report`` prints. ``python -m tests.generators`` runs
+all of them.
 """

@@ -1,4 +1,4 @@
-"""Puts one question to lutgen as a user would: a file, a baseline, a diagnosis."""
+"""Ask lutgen one question as a user would: a file, a baseline, a diagnosis."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from tests.generators.scoring.questions import Question
     from tests.generators.truth import Truth
 
-#: What a fault in lutgen would raise: such a campaign counts as answered wrongly, and the rest is still scored.
+#: Exceptions that a fault in lutgen raises. A campaign with one counts as wrongly answered; the run continues.
 FAULTS = (
     ArithmeticError,
     AssertionError,
@@ -38,16 +38,16 @@ FAULTS = (
     ValueError,
 )
 
-#: A hidden effect that shows by less than this share of what was asked for belongs to no band of sizes.
+#: A hidden effect below this share of its target strength is excluded from the bands of sizes.
 ENOUGH = 0.7
 
-#: Shares of effects and the error after adding them may differ by so much of 1: they are printed to two digits.
+#: Tolerance on the effects' shares and on the error after adding the effects: both are printed with two digits.
 ROUNDING = 0.01
 
 
 @dataclass(frozen=True)
 class Said:
-    """What lutgen said of one file, with the shares of the effects and the RMS error in σ with them added."""
+    """The answer of lutgen to one file, with the shares of the effects, and the RMS error in σ after adding them."""
 
     reply: Reply
     shares: dict[str, float] = field(default_factory=dict)
@@ -55,11 +55,11 @@ class Said:
 
     @property
     def verdict(self) -> tuple[str, frozenset[str]]:
-        """The verdict and all names that it puts forward."""
+        """Return the verdict and all names that it gives."""
         return self.reply.verdict, self.reply.answered
 
     def agrees(self, other: Said) -> bool:
-        """Whether verdict, names, shares and error are the same but for rounding."""
+        """Return whether verdict, names, shares and error are equal within rounding."""
         return (
             self.verdict == other.verdict
             and self.shares.keys() == other.shares.keys()
@@ -70,10 +70,10 @@ class Said:
 
 @dataclass(frozen=True)
 class Rewritten:
-    """What became of one rewriting.
+    """The result of one rewriting.
 
-    ``lossless`` says whether nothing was lost; ``verdict`` and ``figures`` whether they stayed; where the campaign
-    cannot be written so, ``cannot`` says why.
+    ``lossless`` says whether the rewriting loses nothing. ``verdict`` and ``figures`` say whether lutgen's verdict and
+    figures stayed the same. ``cannot`` gives the reason if the campaign cannot be written in this way.
     """
 
     name: str
@@ -86,7 +86,7 @@ class Rewritten:
 
 @dataclass(frozen=True)
 class Answered:
-    """A question, how many smallest detectable sizes each hidden effect has, and the reply."""
+    """A question, the size of each hidden effect in smallest detectable sizes, and lutgen's reply."""
 
     question: Question
     multiples: tuple[float, ...]
@@ -95,14 +95,14 @@ class Answered:
 
     @property
     def reply(self) -> Reply:
-        """What lutgen said."""
+        """Return the answer of lutgen."""
         return self.said.reply
 
     @property
     def large_enough(self) -> bool:
-        """Whether what is hidden is as large as the question says: not every design and display shows so much.
+        """Return whether the hidden effects are as large as the question says.
 
-        Of a size that is typical so much is asked that it can be detected at all.
+        Some designs and displays cannot show that much. An effect of typical size must at least be detectable.
         """
         if self.question.typical:
             return all(found > 1.0 for found in self.multiples)
@@ -111,7 +111,7 @@ class Answered:
 
 
 def ask(question: Question) -> Answered:
-    """Make the campaign, put it to lutgen, and where the question says so, once more in each other writing."""
+    """Make the campaign and let lutgen diagnose it; if the question says so, also diagnose each rewriting."""
     hidden, multiples = _hidden(question)
     truth = _campaign(question, hidden)
     said = put(question, _text(question, truth))
@@ -126,11 +126,11 @@ def _campaign(question: Question, hidden: dict[str, float]) -> Truth:
 
 
 def _hidden(question: Question) -> tuple[dict[str, float], tuple[float, ...]]:
-    """Sizes of what is hidden, in typical ones, each effect sized as if it were alone."""
+    """Return the sizes of the hidden effects in typical sizes; each size is solved as if the effect were alone."""
     discrepancy = SOURCES[question.generator].discrepancy
     if question.typical:
         sizes = dict(zip(question.effects, question.sizes, strict=True))
-        # What a design must not be able to show may be as faint as it is.
+        # An effect that the design cannot show may have any size.
         asked = sizes.items() if question.sort == "law" else ()
         return sizes, tuple(
             shown(partial(_alone, question, name), size, baseline=question.baseline, discrepancy=discrepancy)
@@ -158,7 +158,7 @@ def _written(question: Question, truth: Truth, xyz: Array) -> str:
 
 
 def put(question: Question, text: str) -> Said:
-    """Diagnose one file. What lutgen refuses has the verdict ``refused``, what makes it fall ``traceback``."""
+    """Diagnose one file. If lutgen refuses the file, the verdict is ``refused``; if lutgen crashes, ``traceback``."""
     from lutgen.criticism.diagnose import diagnose
     from lutgen.readings import read_measurements
 
@@ -192,13 +192,13 @@ def _rewritings(question: Question, truth: Truth, said: Said) -> Iterator[Rewrit
 
 
 def clear(question: Question) -> bool:
-    """Whether one effect of the catalogue is hidden, at a clear size."""
+    """Return whether exactly one effect of the catalogue is hidden, at a clear size."""
     known = SOURCES[question.generator].load().KINDS
     return len(question.effects) == 1 and question.effects[0] in known and question.sizes[0] >= 3.0
 
 
 def _read_more(question: Question, truth: Truth, read_more: Callable[[Truth, int], Truth]) -> str:
-    """The file with further readings: those that it had stay as they were read."""
+    """Return the text of the file with additional readings; the existing readings keep their values."""
     meter, longer = METERS[question.meter], read_more(truth, question.seed)
     old = np.isin(np.array(longer.session), truth.session)
     xyz = meter.read(longer, question.seed + 1)

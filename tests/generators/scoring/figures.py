@@ -1,4 +1,4 @@
-"""What is counted: the figures of the issue against their gates, each generator apart."""
+"""The figures of the issue, their counts and their gates, for each generator separately."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ if TYPE_CHECKING:
 
     from tests.generators.scoring.ask import Answered
 
-#: A set of names is an answer when it has no more than these.
+#: A set of names counts as an answer when it has at most this many names.
 AT_MOST = 2
 
-#: Light that adds to every reading alike: on greys the data may tell which of them it is, or not.
+#: Effects that add the same light to every reading. From greys alone the data may or may not distinguish them.
 ADDITIVE = "meter-offset"
 
 
 def right(one: Answered) -> bool:
-    """Whether the reply is an honest one to what is hidden."""
+    """Return whether the reply is an honest answer about the hidden effects."""
     return _RIGHT[one.question.sort](one)
 
 
@@ -49,7 +49,7 @@ def _exact(one: Answered) -> bool:
 
 
 def _reserved(one: Answered) -> bool:
-    """Nothing is named with confidence, but for the family of which a thing outside the catalogue is a form."""
+    """Return whether the reply names nothing with confidence, except the family of the hidden effect."""
     kin = {SOURCES[one.question.generator].kin().get(name, "") for name in one.question.effects}
     if one.question.sort == "outside" and one.reply.verdict == "form" and one.reply.answered == kin:
         return True
@@ -90,9 +90,9 @@ _RIGHT: dict[str, Callable[[Answered], bool]] = {
 
 @dataclass(frozen=True)
 class Share:
-    """A figure: of the trials that ``trials`` finds in one answer, the share that are true.
+    """A figure: the share of true trials, where ``trials`` returns the trials of one answer.
 
-    ``gate`` and ``goal`` are upper limits where ``at_most``, else lower ones; None: for information.
+    ``gate`` and ``goal`` are upper limits if ``at_most``, else lower limits; None means "for information only".
     """
 
     title: str
@@ -118,7 +118,7 @@ def _not(counts: Callable[[Answered], bool]) -> Callable[[Answered], bool]:
 
 
 def _verdict(*verdicts: str) -> Callable[[Answered], Sequence[bool]]:
-    """One trial a diagnosis, those of rewritings too."""
+    """Return a function that makes one trial of each diagnosis, including those of rewritings."""
 
     def trials(one: Answered) -> Sequence[bool]:
         tried = [each.said for each in one.rewritten if not each.cannot]
@@ -157,7 +157,7 @@ FIGURES: tuple[Share, ...] = (
 
 @dataclass(frozen=True)
 class Result:
-    """A figure as it came out, with Wilson's 95 % interval."""
+    """The result of a figure, with Wilson's 95 % interval."""
 
     figure: Share
     hits: int
@@ -165,23 +165,23 @@ class Result:
 
     @property
     def value(self) -> float:
-        """The share."""
+        """Return the share."""
         return self.hits / self.n
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Wilson's 95 % interval."""
+        """Return Wilson's 95 % interval."""
         found = binomtest(self.hits, self.n).proportion_ci(method="wilson")
         return float(found.low), float(found.high)
 
     @property
     def met(self) -> bool:
-        """Whether the value meets the gate."""
+        """Return whether the value meets the gate."""
         gate = self.figure.gate
         return gate is None or (self.value <= gate if self.figure.at_most else self.value >= gate)
 
 
 def result(figure: Share, answers: Iterable[Answered]) -> Result | None:
-    """Work out one figure; None when no answer bears on it."""
+    """Compute one figure. Return None if no answer concerns it."""
     trials = [trial for one in answers for trial in figure.trials(one)]
     return Result(figure, sum(trials), len(trials)) if trials else None

@@ -1,4 +1,4 @@
-"""``Question``: which generator hides what, how strongly, in which design, read by which meter."""
+"""``Question``: the generator, the hidden effects with their sizes, the design, and the meter."""
 
 from __future__ import annotations
 
@@ -16,10 +16,11 @@ if TYPE_CHECKING:
 
     from tests.generators.scoring.sources import Source
 
-    #: Generator, place among the questions of this sort, random numbers → a question, where the generator has one.
+    #: Arguments: generator, index among the questions of this sort, random generator. Result: a question, or None if
+    #: the generator has no such question.
     Draw = Callable[[Source, int, np.random.Generator], "Question | None"]
 
-#: Effects that only a model of hour 0 shows (effects.md's second table).
+#: Effects that only a model of hour 0 shows (second table of effects.md).
 LAWS = (
     "backlight-decay",
     "burn-in-decay",
@@ -36,17 +37,17 @@ FAINT, CLEAR = (1.0, 3.0), (3.0, 10.0)
 #: Multiples of the typical size.
 TYPICAL = (0.5, 1.5)
 
-#: Design and effect that it cannot show, or cannot tell from another.
+#: Pairs of a design and an effect that the design cannot show or cannot distinguish from another effect.
 UNSEEN = (("colour", "edge-falloff"), ("colour", "warm-up"), ("colour", "veiling-glare"), ("grey", "temperature"))
 TIED = (("grey", "crosstalk"), ("grey", "loading"), ("grey", "meter-offset"))
 
-#: Effects that need neither positions nor other conditions to be seen.
+#: Effects that are visible without positions and without other conditions.
 SHOWN_BY_COLOURS = frozenset(("black-level", "eotf-drift", "channel-gamma", "crosstalk", "primary-shift", "drive-loss"))
 
-#: The meter that all but healthy displays are read by.
+#: The meter for all campaigns except healthy displays.
 GOOD = "gaussian"
 
-#: Ways of writing a campaign down that are tried in turn.
+#: Number of ways to write a campaign; the questions use them in turn.
 HABITS = 6
 
 
@@ -57,13 +58,13 @@ class Question:
     Attributes
     ----------
     generator, sort, number, seed
-        Whose it is, one of ``SORTS``, its place among them, and the seed of display and meter.
+        Name of the generator, one of ``SORTS``, the index within the sort, and the seed of display and meter.
     effects, sizes
-        What is hidden: in typical sizes where ``typical``, else in smallest detectable ones.
+        The hidden effects and their sizes: in typical sizes if ``typical``, else in smallest detectable sizes.
     design, habits, meter, order
-        How it is measured and written down; ``order`` says whether the file has that column.
+        How the campaign is measured and written; ``order`` says whether the file has the column ``order``.
     baseline, without
-        What lutgen is asked, and effects that its catalogue has to do without.
+        The baseline of the diagnosis, and the effects that are removed from lutgen's catalogue.
 
     """
 
@@ -83,27 +84,27 @@ class Question:
 
     @property
     def truth(self) -> str:
-        """What is hidden, in words."""
+        """Return the hidden effects, in words."""
         return " + ".join(self.effects) or "nothing"
 
 
 @dataclass(frozen=True)
 class Wanted:
-    """What shall be asked.
+    """The options of a scoring run.
 
     Attributes
     ----------
     seed, per_kind, rewritten
-        Of the drawing, how many questions of each sort (healthy displays: so many for each meter), and how many
-        campaigns are written down in all ways.
+        The random seed, the number of questions of each sort (for healthy displays: for each meter), and the number
+        of campaigns that are rewritten in all ways.
     only
-        One of ``SORTS``, or an effect; empty for all.
+        One of ``SORTS``, or an effect; empty means all.
     meters
-        Names of meters.
+        Names of the meters.
     baseline
-        Instead of the generator's own; empty for that.
+        Replaces the generator's own baseline; empty keeps it.
     order
-        Whether every other file tells the order of reading.
+        Whether every second file has the order of reading.
 
     """
 
@@ -117,7 +118,7 @@ class Wanted:
 
 
 def questions(source: Source, wanted: Wanted) -> list[Question]:
-    """All questions about one generator."""
+    """Return all questions about one generator."""
     source = replace(source, only="" if wanted.only in SORTS else wanted.only)
     found: list[Question] = []
     for sort, draw in SORTS.items():
@@ -147,7 +148,10 @@ def _between(bounds: tuple[float, float], random: np.random.Generator) -> float:
 
 
 def _turn(names: Sequence[str], number: int, start: int) -> str:
-    """The names in turn, from a start that the generator's name decides, so that few questions differ in theirs."""
+    """Return the name at this number in a cyclic sequence; the generator's name determines the start.
+
+    So generators with few questions still cover different names.
+    """
     return names[(start + number) % len(names)]
 
 
@@ -188,7 +192,7 @@ def _pair(source: Source, number: int, random: np.random.Generator) -> Question 
 def _law(source: Source, number: int, random: np.random.Generator) -> Question | None:
     laws = [name for name in source.kinds() if name in LAWS]
     if not laws or source.baseline == "native":
-        # lutgen has no model that foretells the later hours of a display's own curves.
+        # lutgen has no model that predicts the later hours of a display's own curves.
         return None
     name = _turn(laws, number, _start(source, "law"))
     size = float(random.uniform(*TYPICAL))
@@ -212,7 +216,10 @@ def _blind(source: Source, number: int, random: np.random.Generator) -> Question
 
 
 def _rewritten(source: Source, number: int, random: np.random.Generator) -> Question:
-    """Nothing, one effect, two, one that the catalogue lacks; in turn full designs, and those without conditions."""
+    """Return a question of the sort "rewritten": no effect, one, two, or one outside the catalogue, in turn.
+
+    Full designs and designs without conditions alternate.
+    """
     draws: tuple[Draw, ...] = (_healthy, _one("clear", CLEAR), _pair, _one("faint", FAINT), _outside)
     design = "full"
     if number % 2:

@@ -1,4 +1,4 @@
-"""The tables of a scoring run, as Markdown: figures of all generators side by side, and what was answered wrongly."""
+"""The tables of a scoring run, as Markdown: figures of all generators side by side, and the wrong answers."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def report(answers: Sequence[Answered]) -> str:
-    """All tables."""
+    """Return all tables."""
     return "\n".join(
         [
             "## Figures against gates\n",
@@ -54,7 +54,7 @@ def _by_generator(figure: Share, answers: Sequence[Answered]) -> dict[str, Resul
 
 
 def figures(answers: Sequence[Answered]) -> str:
-    """A row for each figure, a column for each generator."""
+    """Return a table with a row for each figure and a column for each generator."""
     names = _generators(answers)
     lines = [_row("figure", *names, "gate", "goal", "met?"), "|---" * (len(names) + 4) + "|"]
     for figure in FIGURES:
@@ -80,7 +80,7 @@ def _row(*cells: str) -> str:
 
 
 def times(answers: Sequence[Answered]) -> str:
-    """How long a diagnosis took: median and longest of each generator."""
+    """Return the duration of a diagnosis: median and maximum for each generator."""
     parts = []
     for name in _generators(answers):
         seconds = [one.reply.seconds for one in answers if one.question.generator == name and one.reply.seconds]
@@ -90,7 +90,10 @@ def times(answers: Sequence[Answered]) -> str:
 
 
 def disagreements(answers: Sequence[Answered]) -> str:
-    """Figures whose intervals do not overlap, and truths that one generator's campaigns show and another's do not."""
+    """Return figures whose intervals do not overlap between generators.
+
+    Also return hidden effects that one generator's campaigns show and another generator's campaigns do not show.
+    """
     lines = []
     for figure in FIGURES:
         found = {name: one for name, one in _by_generator(figure, answers).items() if one}
@@ -112,7 +115,7 @@ def disagreements(answers: Sequence[Answered]) -> str:
 
 
 def confusion(answers: Sequence[Answered]) -> str:
-    """What is answered wrongly: a row for each sort, truth and generator that has a wrong reply."""
+    """Return the wrong answers: a row for each sort, truth and generator with a wrong reply."""
     rows: dict[tuple[str, str, str], list[Answered]] = defaultdict(list)
     for one in answers:
         asked = one.question
@@ -134,7 +137,7 @@ def _reply(one: Answered) -> str:
 
 
 def rewritings(answers: Sequence[Answered]) -> str:
-    """A row for each rewriting: how many campaigns it was tried on, and how many of them changed, with examples."""
+    """Return a row for each rewriting: the number of campaigns tried, the number that changed, and examples."""
     rows: dict[str, list[tuple[Answered, bool, str]]] = defaultdict(list)
     cannot: Counter[str] = Counter()
     for one in answers:
@@ -157,7 +160,7 @@ def rewritings(answers: Sequence[Answered]) -> str:
 
 
 def faults(answers: Sequence[Answered]) -> str:
-    """What lutgen refused, or fell over, with one campaign for each sentence."""
+    """Return the refusals and crashes of lutgen, with one campaign for each message."""
     found: dict[str, list[Answered]] = defaultdict(list)
     for one in answers:
         if one.reply.verdict in ("refused", "traceback"):

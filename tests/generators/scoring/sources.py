@@ -1,4 +1,4 @@
-"""The generators: where each one is, from which baseline it is diagnosed, and whether it can be had here."""
+"""The list of generators: module, baseline of the diagnosis, and availability."""
 
 from __future__ import annotations
 
@@ -15,32 +15,32 @@ if TYPE_CHECKING:
 
 
 class Generator(Protocol):
-    """What a generator's package exposes."""
+    """Interface of a generator's package."""
 
     KINDS: tuple[str, ...]
     OUTSIDE: tuple[str, ...]
 
     def campaign(self, seed: int, hidden: Mapping[str, float], *, design: str, habits: int) -> Truth:
-        """One campaign."""
+        """Return one campaign."""
         ...
 
 
 @dataclass(frozen=True)
 class Source:
-    """A generator and how it is asked about.
+    """A generator and the settings for its questions.
 
     Attributes
     ----------
     name, module
-        Of the generator, and where it is imported from.
+        Name of the generator, and the module to import.
     baseline
-        The model that its displays are held against.
+        The model against which its displays are diagnosed.
     discrepancy
-        Share of the light and cd/m² by which that model is wrong on a healthy display, 1 σ of a reading.
+        Error of that model on a healthy display, 1 σ of a reading: relative to the light, and in cd/m².
     needs
-        Environment variable without which it has no data.
+        Environment variable that leads to its data.
     only
-        The one effect of the catalogue that is asked about; empty for all.
+        The only effect of the catalogue in its questions; empty means all.
 
     """
 
@@ -53,7 +53,7 @@ class Source:
 
     @property
     def missing(self) -> str:
-        """Why it cannot be had here; empty when it can."""
+        """Return why the generator is not available here; empty if it is available."""
         if find_spec(self.module) is None:
             return f"there is no {self.module}"
         if self.needs and not os.environ.get(self.needs):
@@ -61,20 +61,20 @@ class Source:
         return ""
 
     def load(self) -> Generator:
-        """Import it."""
+        """Import the generator."""
         return cast("Generator", import_module(self.module))
 
     def kinds(self) -> tuple[str, ...]:
-        """The effects that it can hide, and that are asked about."""
+        """Return the effects that the generator can hide and that its questions use."""
         kinds = self.load().KINDS
         return tuple(name for name in kinds if name == self.only) if self.only in kinds else kinds
 
     def kin(self) -> Mapping[str, str]:
-        """For things outside the catalogue: the family of which each is a refined form, where there is one."""
+        """For effects outside the catalogue: the family of which each effect is a refined form, if any."""
         return cast("Mapping[str, str]", getattr(import_module(self.module), "KIN", {}))
 
 
-#: A model of a real display is wrong by some 1 % and 0.02 cd/m² (criticism.md, point 11 of the numerics).
+#: The model of a real display has errors of about 1 % and 0.02 cd/m² (criticism.md, point 11 of the numerics).
 SOURCES = {
     source.name: source
     for source in (

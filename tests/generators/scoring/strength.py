@@ -1,10 +1,11 @@
-"""How well a hidden effect shows in a campaign, beside what re-measured white and primaries take up.
+"""The detectability of a hidden effect in a campaign, beyond what re-measured white and primaries explain.
 
-The change that the effect makes to the noise-free light, less the nearest that white, red, green and blue can explain,
-in units of a good meter's noise. A native display's own model has in it what the effect does to the colours of the
-first session: only what differs from that later, or under other conditions, can show. A test for one further parameter
-on about 3000 values asks for ΔBIC ≥ 6, a chi-square of ln 3000 + 6 = 14: a strength of 6.5 passes that in 99 % of
-campaigns. That is the smallest detectable size here.
+The strength is a norm of the change that the effect makes to the noise-free light, minus the nearest change that white,
+red, green and blue can explain, in units of a good meter's noise. The own model of a native display already contains
+the effect's change of the colours of the first session. So only differences at later hours or under other conditions
+are visible. A test for one further parameter on about 3000 values requires ΔBIC ≥ 6, that is, a chi-square of ln 3000 +
+6 = 14. A strength of 6.5 passes this test in 99 % of campaigns. This strength defines the smallest detectable size
+here.
 """
 
 from __future__ import annotations
@@ -24,22 +25,22 @@ if TYPE_CHECKING:
 
 DETECTABLE = 6.5
 
-#: Multiples of a typical size at which an effect changes nothing, and beyond which none is hidden.
+#: Multiples of a typical size: an effect below the first changes nothing; no hidden effect exceeds the second.
 NOTHING, MOST = 1e-9, 10.0
 
-#: Sizes are solved until the strength is the target within this share, in so many steps at most.
+#: Relative tolerance on the strength when solving for the size, and the maximum number of steps.
 TOLERANCE, STEPS = 0.05, 14
 
 
-#: Light below this, in cd/m², is that of a capped lens.
+#: Light below this, in cd/m², comes from a capped lens.
 DARKEST = 1e-6
 
-#: Colours between which what an effect has done is interpolated.
+#: Number of neighbouring colours for the interpolation of an effect's change.
 NEIGHBOURS = 12
 
 
 class Sized(NamedTuple):
-    """A multiple of the typical size, and how many times the smallest detectable size that is."""
+    """A multiple of the typical size, and the same size in smallest detectable sizes."""
 
     size: float
     multiple: float
@@ -48,10 +49,10 @@ class Sized(NamedTuple):
 def sized(
     hiding: Callable[[float], Truth], target: float, *, baseline: str, discrepancy: tuple[float, float] = (0.0, 0.0)
 ) -> Sized:
-    """Solve for the size, in typical ones, at which the effect is ``target`` times its smallest detectable size.
+    """Solve for the size, in typical sizes, at which the effect is ``target`` times its smallest detectable size.
 
-    ``hiding(size)`` is the campaign, ``baseline`` what it is diagnosed against. Where the target is beyond ``MOST``, or
-    between two steps, the nearest is taken.
+    ``hiding(size)`` returns the campaign; ``baseline`` is the model of the diagnosis. If the target is beyond ``MOST``,
+    or between two steps, return the nearest size.
     """
     healthy = hiding(NOTHING)
     whitener = _whitener(healthy.xyz_cd_m2, discrepancy)
@@ -72,7 +73,7 @@ def sized(
 
 
 def shown(hiding: Callable[[float], Truth], size: float, *, baseline: str, discrepancy: tuple[float, float]) -> float:
-    """How many times its smallest detectable size an effect has at ``size`` typical ones."""
+    """Return the size of an effect in smallest detectable sizes, given ``size`` in typical sizes."""
     healthy = hiding(NOTHING)
     changed = hiding(size).xyz_cd_m2 - healthy.xyz_cd_m2
     return _left(healthy, changed, _whitener(healthy.xyz_cd_m2, discrepancy), baseline) / DETECTABLE
@@ -85,7 +86,10 @@ def _whitener(xyz: Array, discrepancy: tuple[float, float]) -> Array:
 
 
 def _left(healthy: Truth, changed: Array, whitener: Array, baseline: str) -> float:
-    """Norm of what white and primaries leave of the change (n, 3), which each hour has anew, or hour 0 alone."""
+    """Return the norm of the residual of the change (n, 3) after white and primaries.
+
+    White and primaries are re-measured at each hour, or known at hour 0 alone.
+    """
     code = healthy.drive
     if baseline == "native":
         changed = changed - _in_the_first_session(healthy, changed)
@@ -107,9 +111,9 @@ def _left(healthy: Truth, changed: Array, whitener: Array, baseline: str) -> flo
 
 
 def _in_the_first_session(healthy: Truth, changed: Array) -> Array:
-    """Change (n, 3) of each reading by the share by which its colour's light has changed in the first session.
+    """Return the change (n, 3) of each reading, predicted from the relative change of its colour in the first session.
 
-    Between the colours that it has read at rest, which is how most readings are made, that share is interpolated.
+    The relative change is interpolated between the colours that the session reads at rest (most readings are at rest).
     """
     rest = healthy.xyz_cd_m2[:, 1] > DARKEST
     for values in healthy.conditions.values():

@@ -1,7 +1,8 @@
-"""Simulated displays, emitter by emitter: spectra of lamps, filters and stacks, seen by the CIE 1931 2° observer.
+"""Simulated displays with spectral emitters: lamps, filters and OLED stacks, seen by the CIE 1931 2° observer.
 
-Every kind of the catalogue has a form of its own here, from textbooks of display physics; ``OUTSIDE`` names what real
-displays do beside the catalogue. A display with nothing hidden ages, and its colour points take all of its aging in.
+Every effect of the catalogue has a different form here, from textbooks of display physics. ``OUTSIDE`` lists effects of
+real displays that the catalogue lacks. A display with no hidden effect ages, and its colour points follow this aging
+completely.
 """
 
 from __future__ import annotations
@@ -37,18 +38,18 @@ def campaign(seed: int, hidden: Mapping[str, float], *, design: str = "full", ha
     Parameters
     ----------
     seed
-        Chooses the display, its aging, and the shape of each hidden kind.
+        Determines the display, its aging, and the shape of each hidden effect.
     hidden
-        Kind of ``KINDS`` or ``OUTSIDE`` → strength: 1 is a typical size, 0 is none.
+        Effect of ``KINDS`` or ``OUTSIDE`` → strength: 1 is a typical size, 0 is no effect.
     design
         "full", "colour", "grey" or "few".
     habits
-        How it is written down: 0 to 5, and round again.
+        Number of the way to write the campaign: 0 to 5, modulo 6.
 
     Raises
     ------
     ValueError
-        An unknown kind or design, or a strength below 0.
+        An effect or design is unknown, or a strength is below 0.
 
     """
     unknown = sorted(set(hidden) - {*KINDS, *OUTSIDE})

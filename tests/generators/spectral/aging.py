@@ -1,7 +1,7 @@
-"""What the colour points take in: the primaries' spectra at every hour, and the kinds seen from hour 0 alone.
+"""Aging that the colour points follow: the primaries' spectra at every hour, and the effects that only hour 0 shows.
 
-A display ages by itself (``natural``) unless one of these kinds or ``meter-drift`` is hidden; then it ages by the
-hidden kinds alone, so that the list of what is hidden is complete.
+A display has natural aging (``natural``) unless one of these effects or ``meter-drift`` is hidden. Then only the hidden
+effects age the display, so that the list of hidden effects is complete.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 
     Aging = Callable[[Panel, NDArray[np.float64], float, np.random.Generator], NDArray[np.float64]]
 
-#: A kind → factors on the primaries' spectra, broadcast to (hours, 3, wavelengths).
+#: Effect → factors on the primaries' spectra, broadcast to (hours, 3, wavelengths).
 AGING: dict[str, Aging] = {}
 
 
 def primaries(panel: Panel, hours: NDArray[np.float64], hidden: Mapping[str, float], seed: int) -> NDArray[np.float64]:
-    """Spectra of the primaries (hours, 3, wavelengths) at the hours (hours,)."""
+    """Return the spectra of the primaries (hours, 3, wavelengths) at the hours (hours,)."""
     spectra = np.broadcast_to(panel.primaries, (len(hours), *panel.primaries.shape))
     named = [name for name in AGING if name in hidden]
     if not named and "meter-drift" not in hidden:
@@ -39,7 +39,7 @@ def primaries(panel: Panel, hours: NDArray[np.float64], hidden: Mapping[str, flo
 
 
 def natural(panel: Panel, hours: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.float64]:
-    """White dims or is held and yellows, channels drift a little apart: each by an amount that is drawn."""
+    """White dims or is held constant, and yellows; channels drift slightly apart. The amounts are random."""
     held = rng.random() < 0.4
     loss = rng.uniform(0.0, 0.04) if held else rng.uniform(0.1, 1.2)
     dimming = log_logistic(hours, loss=loss, power=rng.uniform(0.8, 1.6))
@@ -53,7 +53,7 @@ def natural(panel: Panel, hours: NDArray[np.float64], rng: np.random.Generator) 
 
 
 def _amount(panel: Panel, change: Callable[[float], NDArray[np.float64]], target: float, most: float) -> float:
-    """The amount (at most ``most``) whose factors move white by ``target`` in u'v'."""
+    """Return the amount (at most ``most``) whose factors shift white by ``target`` in u'v'."""
     white = panel.primaries.sum(axis=0)
 
     def excess(amount: float) -> float:
@@ -63,28 +63,28 @@ def _amount(panel: Panel, change: Callable[[float], NDArray[np.float64]], target
 
 
 def _yellowed(panel: Panel, target: float, course: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Absorbance that falls as a logistic edge in wavelength; white moves by ``target`` in u'v' at the end."""
+    """The absorbance falls as a logistic edge in wavelength; white shifts by ``target`` in u'v' at the end."""
     edge = 1 / (1 + np.exp((WAVELENGTHS - 450) / 38))
     amount = _amount(panel, lambda a: np.asarray(10 ** (-a * edge)), target, 3.0)
     return np.asarray(10 ** (-amount * course[:, None, None] * edge))
 
 
 def _worn(panel: Panel, target: float, course: NDArray[np.float64]) -> NDArray[np.float64]:
-    """One emitter of the class loses light; white moves by ``target`` in u'v' at the end."""
+    """One emitter of the display class loses light; white shifts by ``target`` in u'v' at the end."""
     share = panel.parts[panel.worn] / np.maximum(panel.lit, 1e-12)
     amount = _amount(panel, lambda a: 1 - a * share, target, 0.9)
     return np.asarray(1 - amount * course[:, None, None] * share)
 
 
 def _light(factors: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Factors of all light, (hours,), in the shape of factors on spectra."""
+    """Return factors of all light, (hours,), in the shape of factors on spectra."""
     return np.asarray(factors[:, None, None])
 
 
 def backlight_decay(
     panel: Panel, hours: NDArray[np.float64], size: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Log-logistic: a typical display keeps 38–56 % at 18 000 h."""
+    """Log-logistic decay: a typical display keeps 38–56 % at 18 000 h."""
     del panel
     return _light(log_logistic(hours, loss=rng.uniform(0.8, 1.6) * size, power=rng.uniform(1.1, 1.6)))
 
@@ -92,7 +92,7 @@ def backlight_decay(
 def burn_in_decay(
     panel: Panel, hours: NDArray[np.float64], size: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """A fast part that decays hyperbolically (second-order kinetics) and a slow part that falls in a straight line."""
+    """A fast part decays hyperbolically (second-order kinetics); a slow part decays linearly."""
     del panel
     fast, time = min(rng.uniform(0.04, 0.08) * size, 0.5), rng.uniform(250, 900)
     slow = min(rng.uniform(0.1, 0.25) * size, 0.9)
@@ -102,20 +102,20 @@ def burn_in_decay(
 def phosphor_wear(
     panel: Panel, hours: NDArray[np.float64], size: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """One emitter saturates towards a loss: t/(t + T)."""
+    """One emitter loses light with saturation: t/(t + T)."""
     time = rng.uniform(6000, 15000)
     return _worn(panel, 0.009 * size, (hours / (hours + time)) * (1 + time / LIFE))
 
 
 def yellowing(panel: Panel, hours: NDArray[np.float64], size: float, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Plastics of the light's path absorb short wavelengths; logistic in time."""
+    """Plastics in the light path absorb short wavelengths; logistic in time."""
     return _yellowed(panel, 0.010 * size, growth(hours, rng))
 
 
 def stabilizer_headroom(
     panel: Panel, hours: NDArray[np.float64], size: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """A controller holds the luminance until the lamp's reserve is used up; the knee is rounded."""
+    """A controller holds the luminance until the reserve of the lamp is used up; the transition is rounded."""
     del panel
     reserve, sharpness = rng.uniform(1.2, 1.5), rng.uniform(20, 50)
     lamp = reserve * log_logistic(hours, loss=1.2 * size, power=1.3)
@@ -126,7 +126,7 @@ def stabilizer_headroom(
 def channel_decay(
     panel: Panel, hours: NDArray[np.float64], size: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Each channel (1 + t/T)^−p, blue the fastest."""
+    """Each channel decays as (1 + t/T)^−p, blue the fastest."""
     del panel
     loss = np.clip(np.array([0.18, 0.22, 0.34]) * rng.uniform(0.8, 1.2, size=3) * size, 0, 0.95)
     time = rng.uniform(2000, 6000)

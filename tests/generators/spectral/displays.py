@@ -1,4 +1,4 @@
-"""Six classes of display, each emitter by emitter: what lights the screen, what filters it, how bright its white is."""
+"""Six classes of display: emitters, filters, and the luminance of white."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ class Panel:
     Attributes
     ----------
     name
-        Its class.
+        Name of the display class.
     parts
         Spectra of the emitters, (parts, wavelengths); their sum lights the filters.
     worn
-        Which part wears first: an index of ``parts``.
+        Index in ``parts`` of the emitter that wears first.
     filters
-        What each channel lets through at code value 1, gain included, (3, wavelengths).
+        Transmittance of each channel at code value 1, including its gain, (3, wavelengths).
     leak
-        Light of a closed pixel over light of an open one.
+        Light of a closed pixel divided by that of an open pixel.
     power
-        Electrical power of the channels at full light, summing to 1, (3,).
+        Electrical power of the channels at full light, (3,); the sum is 1.
 
     """
 
@@ -45,25 +45,28 @@ class Panel:
 
     @property
     def lit(self) -> NDArray[np.float64]:
-        """The emitters together, (wavelengths,)."""
+        """Return the sum of the emitters, (wavelengths,)."""
         return np.asarray(self.parts.sum(axis=0))
 
     @property
     def primaries(self) -> NDArray[np.float64]:
-        """Spectra of the new display's primaries, (3, wavelengths), W/(sr m² nm)."""
+        """Return the spectra of the new display's primaries, (3, wavelengths), W/(sr m² nm)."""
         return self.filters * self.lit
 
 
 @dataclass(frozen=True)
 class Make:
-    """A class of display: emitters (name → spectrum for a jitter of 0 ± 1), the one that wears, filters, sizes."""
+    """A class of display: emitters, the emitter that wears, filters and sizes.
+
+    An emitter is a name and a function that returns a spectrum for a jitter of 0 ± 1.
+    """
 
     parts: Mapping[str, Callable[[float], NDArray[np.float64]]]
     worn: str
-    red: tuple[float, float]  # edge and width of the long-pass, nm
+    red: tuple[float, float]  # edge and width of the long-pass filter, nm
     green: tuple[float, float]  # peak and FWHM, nm
     blue: tuple[float, float]
-    floor: float  # what a filter lets through outside its band
+    floor: float  # transmittance of a filter outside its band
     white: tuple[float, float]  # cd/m²
     contrast: tuple[float, float]
     power: tuple[float, float, float]
@@ -73,7 +76,7 @@ def _blue_chip(j: float) -> NDArray[np.float64]:
     return band(449 + 2 * j, 21)
 
 
-#: Terbium's and europium's lines of CCFL phosphors, and mercury's own.
+#: Terbium and europium lines of CCFL phosphors, and lines of mercury.
 _MERCURY = {404.7: 0.12, 435.8: 0.75, 546.1: 0.5, 578.0: 0.12}
 _TERBIUM = {488.0: 0.14, 493.0: 0.06, 543.5: 1.0, 549.0: 0.5, 584.0: 0.18, 588.0: 0.14, 621.0: 0.1}
 _EUROPIUM = {
@@ -152,13 +155,13 @@ MAKES: Mapping[str, Make] = {
 
 
 def panel(rng: np.random.Generator) -> Panel:
-    """One display: its class, and what differs between displays of a class, drawn at random."""
+    """Draw a display at random: its class, and the parameters that differ within the class."""
     name = str(rng.choice(list(MAKES)))
     return panel_of(name, rng)
 
 
 def panel_of(name: str, rng: np.random.Generator) -> Panel:
-    """A display of the class ``name``, drawn at random."""
+    """Draw a display of the class ``name`` at random."""
     make = MAKES[name]
     jitter = rng.uniform(-1, 1, size=len(make.parts))
     parts = np.stack([spectrum(j) for spectrum, j in zip(make.parts.values(), jitter, strict=True)])
@@ -182,7 +185,7 @@ def panel_of(name: str, rng: np.random.Generator) -> Panel:
 
 
 def _balance(primaries: NDArray[np.float64], rng: np.random.Generator) -> NDArray[np.float64]:
-    """Gains of the channels (3,) that bring white near D65, as a factory calibration does."""
+    """Return gains of the channels (3,) that put white near D65, as a factory calibration does."""
     x, y = np.array([0.3127, 0.3290]) + rng.normal(0, 0.004, size=2)
     white = np.array([x / y, 1.0, (1 - x - y) / y])
     return np.linalg.solve(xyz(primaries).T, white)

@@ -1,4 +1,4 @@
-"""Kinds that act on the display's own light, as spectra (n, wavelengths)."""
+"""Effects on the display's own light, as spectra (n, wavelengths)."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ if TYPE_CHECKING:
     from tests.generators.spectral.scene import Effect, Scene
 
 BOLTZMANN = 8.617e-5  # eV/K
-FULLY_WARM = 25.0  # °C, where the temperature changes nothing
+FULLY_WARM = 25.0  # °C, at which the temperature has no effect
 
 
 def primary_shift(
     spectra: NDArray[np.float64], scene: Scene, size: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """At low level a part of a channel's light is replaced by bluish light that leaks past its filter: ∝ (1 − d)²."""
+    """At low level, bluish light that leaks past the filter replaces a part of a channel's light: ∝ (1 − d)²."""
     bluish = unit(scene.panel.lit * tilt(4.0))
     part = rng.uniform(0.03, 0.07, size=3) * size * (1 - np.minimum(scene.plan.drive, 1)) ** 2
     moved = scene.linear * part
@@ -35,9 +35,9 @@ def primary_shift(
 def black_level(
     spectra: NDArray[np.float64], scene: Scene, size: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Closed pixels leak bluish light of their own primary, and more so each year: polarisers and crystal scatter.
+    """Closed pixels leak bluish light of their own primary. The leak grows with age: polarisers and crystal scatter.
 
-    An OLED that has this fault leaks through its transistors, no less than a good LCD.
+    An OLED with this fault leaks through its transistors, at least as much as a good LCD.
     """
     grown = 1 + rng.uniform(0.3, 1.5) * growth(scene.hours, rng)
     leak = max(scene.panel.leak, 7e-4) * size * grown[:, None] * (1 - np.clip(scene.linear, 0, 1))
@@ -45,7 +45,7 @@ def black_level(
 
 
 def loading(spectra: NDArray[np.float64], scene: Scene, size: float, rng: np.random.Generator) -> NDArray[np.float64]:
-    """The supply's inner resistance: 1/(1 + ξ P) of the screen's electrical power; OLEDs limit above a knee too."""
+    """Inner resistance of the supply: 1/(1 + ξ P) of the screen's power. OLEDs also limit above a threshold."""
     power = (scene.screen * scene.panel.power).sum(axis=1)
     droop = 1 / (1 + rng.uniform(0.03, 0.08) * size * power)
     if scene.panel.name == "WRGB OLED":
@@ -56,18 +56,18 @@ def loading(spectra: NDArray[np.float64], scene: Scene, size: float, rng: np.ran
 def temperature(
     spectra: NDArray[np.float64], scene: Scene, size: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Thermal quenching 1/(1 + A(e^(E(1/kT₀ − 1/kT)) − 1)), deeper at long wavelengths: some −0.3 % per kelvin."""
+    """Thermal quenching 1/(1 + A(e^(E(1/kT₀ − 1/kT)) − 1)), stronger at long wavelengths: about −0.3 % per kelvin."""
     kelvin = scene.condition("temperature_c") + 273.15
     rest = FULLY_WARM + 273.15
     slope = rng.uniform(0.002, 0.004) * size
-    energy = 0.25  # eV, of the order found for phosphors and for AlInGaP
+    energy = 0.25  # eV, the order of magnitude known for phosphors and for AlInGaP
     strength = slope * BOLTZMANN * rest**2 / energy
     quenched = strength * np.expm1(energy / BOLTZMANN * (1 / rest - 1 / kelvin))
     return np.asarray(spectra / (1 + quenched[:, None] * tilt(-0.8)))
 
 
 def warm_up(spectra: NDArray[np.float64], scene: Scene, size: float, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Two exponentials, of the lamp and of the housing; the lamp's short wavelengths come first."""
+    """Two exponentials, one of the lamp and one of the housing. Short wavelengths of the lamp warm up first."""
     minutes = scene.condition("warmup_min")
     lamp, housing = rng.uniform(6, 15), rng.uniform(35, 80)
     missing = rng.uniform(0.04, 0.1) * size
@@ -78,7 +78,7 @@ def warm_up(spectra: NDArray[np.float64], scene: Scene, size: float, rng: np.ran
 def edge_falloff(
     spectra: NDArray[np.float64], scene: Scene, size: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """1/(1 + k ρ⁴), redder towards the corners, and deeper with the hours."""
+    """1/(1 + k ρ⁴), redder towards the corners; the effect grows with the hours."""
     depth = rng.uniform(0.15, 0.3) * size * (1 + rng.uniform(0.5, 1.5) * growth(scene.hours, rng))
     falloff = (depth * scene.radius**4)[:, None] * (550.0 / WAVELENGTHS) ** 0.3
     return np.asarray(spectra / (1 + falloff))
@@ -87,14 +87,14 @@ def edge_falloff(
 def veiling_glare(
     spectra: NDArray[np.float64], scene: Scene, size: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """The glass scatters the screen's light, near light more than far, short wavelengths more than long."""
+    """The glass scatters the screen's light: more from nearby than from far, more at short wavelengths."""
     near = -np.expm1(-2.5 * np.sqrt(scene.condition("window")))[:, None]
     around = near * scene.linear + (1 - near) * scene.surround
     scattered = np.einsum("nc,ncl->nl", around, scene.primaries)
     return np.asarray(spectra + rng.uniform(0.004, 0.009) * size * scattered * tilt(rng.uniform(0.5, 1.5)))
 
 
-#: In the order in which light meets them.
+#: In the order in which they act on the light.
 EMISSION: dict[str, Effect] = {
     "primary-shift": primary_shift,
     "black-level": black_level,

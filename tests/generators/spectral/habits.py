@@ -1,11 +1,11 @@
-"""How a campaign is written down: six habits of laboratories, which differ in what they log and in what is rest.
+"""Six habits of laboratories in writing a campaign. They differ in the logged columns and in the values at rest.
 
-0  every column that varies, rest as in ``plan.REST``, one numbered session an hour
-1  sessions named by date, every 2000 h, 60 minutes after power-on in every row (so nobody can see a warm-up)
-2  5 lx and about 24.3 °C in every row, rest of u, v and surround blank (so neither a lamp nor a warmer room is read)
+0  every column that varies, rest as in ``plan.REST``, one numbered session per hour
+1  sessions named by date, every 2000 h, 60 minutes after power-on in every row (so a warm-up is not visible)
+2  5 lx and about 24.3 °C in every row, rest of u, v, surround blank (so no readings with a lamp or in a warmer room)
 3  a window of 0.9 is rest; the rows of a session are shuffled, ``order`` keeps the order of reading
 4  three sessions at one hour, on three days, each with one replicate of the colour points
-5  rest is blank everywhere, patches are read in random order, hours leave gaps
+5  rest is blank everywhere, patches are read in random order, the hours have gaps
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 HABITS = 6
 NEUTRAL = dict(zip(CONDITIONS, REST, strict=True))
 
-#: Hours of reading by habit; habit 5 leaves gaps early and late.
+#: Hours of reading by habit; those of habit 5 have gaps early and late.
 HOURS: Sequence[Sequence[float]] = (
     (0, 150, 500, 1200, 2500, 4500, 7500, 11000, 14500, 18000),
     (0, 2000, 4000, 6000, 8000, 10000, 12000, 14000, 16000, 18000),
@@ -41,24 +41,24 @@ FEW = (0.0, 4500.0, 9000.0, 13500.0, 18000.0)
 
 
 def hours(design: str, habit: int) -> NDArray[np.float64]:
-    """The hours of reading, (hours,)."""
+    """Return the hours of reading, (hours,)."""
     return np.array(FEW if design == "few" else HOURS[habit], dtype=float)
 
 
 def sessions(habit: int) -> int:
-    """Sessions at one hour."""
+    """Return the number of sessions at one hour."""
     return 3 if habit == 4 else 1
 
 
 def left_out(reading: Reading, habit: int) -> bool:
-    """Whether a laboratory of this habit never takes such a reading."""
+    """Return whether a laboratory with this habit never takes this reading."""
     return (habit == 1 and reading.warmup_min != NEUTRAL["warmup_min"]) or (
         habit == 2 and (reading.ambient_lx > 0 or reading.temperature_c == WARM_ROOM)
     )
 
 
 def in_truth(plan: Plan, habit: int, rng: np.random.Generator) -> Plan:
-    """The conditions that the habit brings about, and its order of reading."""
+    """Return the plan with the conditions and the order of reading of the habit."""
     n = len(plan.order)
     if habit == 1:
         return changed(plan, warmup_min=np.full(n, 60.0))
@@ -75,7 +75,7 @@ def in_truth(plan: Plan, habit: int, rng: np.random.Generator) -> Plan:
 
 
 def _mixed(plan: Plan, rng: np.random.Generator) -> NDArray[np.float64]:
-    """A random order of reading in each session; the display warms up first, the room at the end."""
+    """Return a random order of reading in each session; the warm-up readings come first, the room readings last."""
     chance = rng.random(len(plan.order))
     stage = np.where(plan.conditions["warmup_min"] < NEUTRAL["warmup_min"], 0, 1)
     stage = np.where(plan.conditions["temperature_c"] == WARM_ROOM, 2, stage)
@@ -86,7 +86,7 @@ def _mixed(plan: Plan, rng: np.random.Generator) -> NDArray[np.float64]:
 
 
 def logged(plan: Plan, habit: int) -> dict[str, NDArray[np.float64]]:
-    """The columns that are written down; NaN is a blank cell."""
+    """Return the columns of the file; NaN is a blank cell."""
     varying = {name: column for name, column in plan.conditions.items() if np.ptp(column) > 0}
     if habit == 1:
         return {**varying, "warmup_min": plan.conditions["warmup_min"]}
@@ -105,7 +105,7 @@ def _blank(column: NDArray[np.float64], name: str) -> NDArray[np.float64]:
 
 
 def names(plan: Plan, habit: int) -> tuple[str, ...]:
-    """Names of the sessions: numbers, or days of ten hours of operation each."""
+    """Return the names of the sessions: numbers, or dates (ten hours of operation per day)."""
     if habit in {0, 3}:
         return tuple(f"s{k:02d}" for k in plan.session)
     start, per_hour = date(2019, 3, 4), sessions(habit)
@@ -114,13 +114,13 @@ def names(plan: Plan, habit: int) -> tuple[str, ...]:
 
 
 def rows(plan: Plan, habit: int, rng: np.random.Generator) -> NDArray[np.intp]:
-    """The order of the rows in the table: habit 3 shuffles the rows of a session."""
+    """Return the order of the rows in the table: habit 3 shuffles the rows of a session."""
     chance = rng.random(len(plan.order)) if habit == 3 else plan.order
     return np.asarray(np.lexsort((chance, plan.session)))
 
 
 def metadata(panel: str, seed: int, design: str, habit: int) -> Mapping[str, str]:
-    """The ``# key: value`` lines; the first says that the readings are simulated."""
+    """Return the ``# key: value`` lines; the first line says that the readings are simulated."""
     return {
         "simulated": f"spectral simulator, seed {seed}, design {design}, habit {habit}; no display was measured",
         "display": panel,

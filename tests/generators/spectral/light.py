@@ -1,4 +1,4 @@
-"""From the plan to the meter: code values → channels' light → spectra → the room → XYZ."""
+"""From the plan to the readings: code values → channels' light → spectra → room light → XYZ."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def readings(panel: Panel, plan: Plan, hidden: Mapping[str, float], seed: int) -> NDArray[np.float64]:
-    """XYZ at the instrument (n, 3), cd/m², without noise."""
+    """Return XYZ at the instrument (n, 3), cd/m², without noise."""
 
     def through(stage: Mapping[str, Effect], values: NDArray[np.float64], scene: Scene) -> NDArray[np.float64]:
         for name, effect in stage.items():

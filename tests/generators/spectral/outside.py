@@ -1,6 +1,6 @@
-"""What real displays do beside the catalogue of effects: no formula of it describes these.
+"""Effects of real displays that no formula of the catalogue describes.
 
-``PIXELS`` acts on linear light (n, 3), ``LIGHT`` on spectra (n, wavelengths).
+``PIXELS`` act on linear light (n, 3), ``LIGHT`` on spectra (n, wavelengths).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def viewing_angle(
     linear: NDArray[np.float64], scene: Scene, size: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Middle tones wash out to one side of the screen, as a TN or VA panel seen from a fixed place does."""
+    """Mid-tones become brighter towards one side of the screen, as on a TN or VA panel seen from a fixed place."""
     aside = sign(rng) * (scene.condition("u") - 0.5) + 0.4 * (scene.condition("v") - 0.5)
     return np.asarray(linear + rng.uniform(0.1, 0.2) * size * aside[:, None] * linear * (1 - np.sqrt(linear)))
 
@@ -29,7 +29,7 @@ def viewing_angle(
 def local_dimming(
     linear: NDArray[np.float64], scene: Scene, size: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """The zone behind a dark patch dims in eight steps of its brightest channel; a bright surround lights it again."""
+    """The zone behind a dark patch dims in eight steps of its brightest channel; a bright surround undoes this."""
     bloom = 0.5 * scene.surround[:, 0] * (1 - scene.condition("window"))
     brightest = np.maximum(linear.max(axis=1), bloom)
     duty = np.ceil(np.sqrt(brightest) * 8) / 8
@@ -40,7 +40,7 @@ def local_dimming(
 def dynamic_contrast(
     linear: NDArray[np.float64], scene: Scene, size: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """The backlight follows the mean of this screen and, slowly, of the one before."""
+    """The backlight follows the mean of the present screen and, slowly, of the preceding one."""
     mean = scene.screen.mean(axis=1)
     lagging = 0.7 * mean + 0.3 * scene.before(mean)
     darkness = 1 / (1 + np.exp((lagging - 0.25) / 0.06))
@@ -59,13 +59,13 @@ def static_dimming(
 def image_retention(
     spectra: NDArray[np.float64], scene: Scene, size: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """A part of the patch before is still there."""
+    """A part of the preceding patch remains visible."""
     trace = rng.uniform(0.001, 0.004) * size * scene.before(scene.linear)
     return np.asarray(spectra + np.einsum("nc,ncl->nl", trace, scene.primaries))
 
 
 def mura(spectra: NDArray[np.float64], scene: Scene, size: float, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Vertical bands of a dirty screen: some columns are darker and off-colour, whatever their distance."""
+    """Vertical bands of a dirty screen: some columns are darker and tinted, independent of their distance."""
     u = scene.condition("u") - 0.5
     wave, phase = rng.uniform(0.25, 0.6), rng.uniform(0.8, 2.4)
     stripes = np.sin(2 * np.pi * u / wave + phase) - np.sin(phase)
@@ -75,7 +75,7 @@ def mura(spectra: NDArray[np.float64], scene: Scene, size: float, rng: np.random
 def auto_brightness(
     spectra: NDArray[np.float64], scene: Scene, size: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """A light sensor brightens the backlight in a lit room: a factor, where a reflection is a sum."""
+    """A light sensor brightens the backlight in a lit room. This is a factor; a reflection would be a sum."""
     lit = np.log1p(scene.condition("ambient_lx") / 30) / np.log1p(500 / 30)
     return np.asarray(spectra * (1 + rng.uniform(0.08, 0.2) * size * lit)[:, None])
 
@@ -83,7 +83,7 @@ def auto_brightness(
 def flicker_aliasing(
     spectra: NDArray[np.float64], scene: Scene, size: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Dithering in time beats with the shutter of the meter: a ripple along the code value, none at 0 and at 1."""
+    """Temporal dithering beats with the meter's shutter: a ripple along the code value, zero at 0 and at 1."""
     level = scene.plan.drive.max(axis=1)
     ripple = np.sin(np.pi * rng.integers(7, 12) * level) * (1 - level)
     return np.asarray(spectra * (1 + rng.uniform(0.02, 0.05) * size * ripple)[:, None])

@@ -1,4 +1,4 @@
-"""Kinds that act before light: on code values (``CODES``) and on the linear light of the channels (``MIXING``)."""
+"""Effects before the light: on code values (``CODES``) and on the linear light of the channels (``MIXING``)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def _event(rng: np.random.Generator) -> float:
 def recalibration(
     code: NDArray[np.float64], scene: Scene, size: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """From one hour on a technician's curve: a parabola in code values, 0 at black and white."""
+    """A technician changes the curve at one hour: a parabola in code values, 0 at black and white."""
     after = (scene.hours > _event(rng))[:, None]
     return code + after * sign(rng) * 0.07 * size * code * (1 - code)
 
@@ -29,13 +29,13 @@ def recalibration(
 def recalibrated_gain(
     linear: NDArray[np.float64], scene: Scene, size: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """From the same hour on a brighter or dimmer white."""
+    """White becomes brighter or dimmer at the hour of the recalibration."""
     after = (scene.hours > _event(rng))[:, None]
     return linear * (1 + after * sign(rng) * 0.1 * size)
 
 
 def quantization(code: NDArray[np.float64], scene: Scene, size: float, rng: np.random.Generator) -> NDArray[np.float64]:
-    """A calibration table bends the codes, the panel rounds them: 8 bits at size 1, fewer above."""
+    """A calibration table changes the codes, and the panel rounds them: to 8 bits at size 1, fewer above."""
     del scene
     steps = max(2, round(255 / size))
     bend = rng.uniform(0.8, 0.95)
@@ -43,13 +43,13 @@ def quantization(code: NDArray[np.float64], scene: Scene, size: float, rng: np.r
 
 
 def drive_loss(code: NDArray[np.float64], scene: Scene, size: float, rng: np.random.Generator) -> NDArray[np.float64]:
-    """A contact's resistance divides the voltage, a little more at high drive: 2–5 % at 18 000 h."""
+    """The resistance of a contact divides the voltage, slightly more at high drive: 2–5 % at 18 000 h."""
     resistance = rng.uniform(0.02, 0.05) * size * growth(scene.hours, rng)[:, None]
     return np.asarray(code / (1 + resistance * (0.8 + 0.2 * code)))
 
 
 def eotf_drift(code: NDArray[np.float64], scene: Scene, size: float, rng: np.random.Generator) -> NDArray[np.float64]:
-    """The liquid crystal's threshold voltage moves: a sine bow of all codes, 7 % of light in the middle."""
+    """The threshold voltage of the liquid crystal drifts: half a sine over all codes, 7 % of light in the middle."""
     bow = sign(rng) * rng.uniform(0.012, 0.022) * size * growth(scene.hours, rng)[:, None]
     return np.asarray(np.maximum(code + bow * np.sin(np.pi * code), 0.0))
 
@@ -57,7 +57,7 @@ def eotf_drift(code: NDArray[np.float64], scene: Scene, size: float, rng: np.ran
 def channel_gamma(
     linear: NDArray[np.float64], scene: Scene, size: float, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """One channel's light l becomes l/(l + (1 − l)e^a): 8 % near a third of its light."""
+    """The light l of one channel becomes l/(l + (1 − l)e^a): 8 % near a third of its light."""
     channel = int(rng.integers(3))
     a = sign(rng) * rng.uniform(0.08, 0.16) * size * growth(scene.hours, rng)
     bent = linear.copy()
@@ -67,14 +67,14 @@ def channel_gamma(
 
 
 def crosstalk(linear: NDArray[np.float64], scene: Scene, size: float, rng: np.random.Generator) -> NDArray[np.float64]:
-    """Neighbouring subpixels couple and saturate: a channel gains by 1 − e^(−2 Σ codes of the others)."""
+    """Neighbouring subpixels couple with saturation: a channel gains by 1 − e^(−2 Σ codes of the other channels)."""
     strength = rng.choice([1.0, 1.0, -1.0]) * rng.uniform(0.012, 0.03) * size
     unequal = rng.uniform(0.7, 1.3, size=3)
     others = scene.plan.drive.sum(axis=1, keepdims=True) - scene.plan.drive
     return np.asarray(linear * (1 + strength * unequal * -np.expm1(-2 * others)))
 
 
-#: In the order in which a signal meets them.
+#: In the order in which they act on the signal.
 CODES: dict[str, Effect] = {
     "recalibration": recalibration,
     "quantization": quantization,

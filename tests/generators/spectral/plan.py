@@ -1,4 +1,4 @@
-"""The readings of a campaign before any light: patches, conditions, hours, order."""
+"""The readings of a campaign before any light is computed: patches, conditions, hours, order."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ SECONDARIES = ((0.0, 1.0, 1.0), (1.0, 0.0, 1.0), (1.0, 1.0, 0.0))
 
 @dataclass(frozen=True)
 class Reading:
-    """One patch under one set of conditions; ``place`` sorts the readings of a session, 0 first to 1 last."""
+    """One patch under one set of conditions; ``place`` sorts the readings of a session, from 0 (first) to 1 (last)."""
 
     drive: tuple[float, float, float]
     place: float
-    replicate: int = -1  # of a colour point at rest; −1 is none
+    replicate: int = -1  # number of the replicate of a colour point at rest; −1 for all other readings
     u: float = REST[0]
     v: float = REST[1]
     ambient_lx: float = REST[2]
@@ -41,7 +41,7 @@ class Reading:
 
 @dataclass(frozen=True)
 class Plan:
-    """All readings: columns (n,) as they are in truth, ``hour`` the index into ``hours``."""
+    """All readings: columns (n,) of true values; ``hour`` is an index into ``hours``."""
 
     hours: NDArray[np.float64]
     hour: NDArray[np.intp]
@@ -115,7 +115,7 @@ def _few() -> Iterator[Reading]:
 
 
 def readings(design: str, rng: np.random.Generator) -> list[Reading]:
-    """The readings of one hour in the order of reading."""
+    """Return the readings of one hour in the order of reading."""
     if design == "few":
         found = list(_few())
     elif design in {"full", "grey", "colour"}:
@@ -131,7 +131,7 @@ def readings(design: str, rng: np.random.Generator) -> list[Reading]:
 
 
 def plan(hours: NDArray[np.float64], one_hour: Sequence[Reading], *, sessions: int = 1) -> Plan:
-    """The same readings at every hour, split into ``sessions`` sessions that all hold the colour points."""
+    """Return the same readings at every hour, split into ``sessions`` sessions that all contain the colour points."""
     rows: list[Reading] = []
     hour, session = [], []
     for i in range(len(hours)):
@@ -152,10 +152,10 @@ def plan(hours: NDArray[np.float64], one_hour: Sequence[Reading], *, sessions: i
 
 
 def _part(reading: Reading, index: int, sessions: int) -> int:
-    """Replicates of the colour points go one to a session; the rest is dealt out."""
+    """Return the session of a reading: one replicate of the colour points per session; the other readings in turn."""
     return (reading.replicate if reading.replicate >= 0 else index) % sessions
 
 
 def changed(source: Plan, **conditions: NDArray[np.float64]) -> Plan:
-    """The plan with some columns of conditions replaced."""
+    """Return the plan with some columns of conditions replaced."""
     return replace(source, conditions={**source.conditions, **conditions})

@@ -1,7 +1,7 @@
 """Spectra on one grid of wavelengths: bands, lines, filters, room lamps, and the CIE 1931 2° observer.
 
-Shapes of emitters follow what textbooks and data sheets give as peak and full width at half maximum (FWHM); the
-observer and the lamps' spectra come from colour-science.
+Emitters have the peaks and the full widths at half maximum (FWHM) that textbooks and data sheets give. The observer and
+the spectra of the lamps come from colour-science.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ def _on_grid(wavelengths: NDArray[np.float64], values: NDArray[np.float64]) -> N
 
 @cache
 def observer() -> NDArray[np.float64]:
-    """(wavelengths, 3): radiance per nm to XYZ in cd/m²."""
+    """Return the observer (wavelengths, 3), which converts radiance per nm to XYZ in cd/m²."""
     functions = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
     columns = [_on_grid(functions.wavelengths, functions.values[:, i]) for i in range(3)]
     return 683.0 * STEP * np.stack(columns, axis=-1)
@@ -33,24 +33,24 @@ def observer() -> NDArray[np.float64]:
 
 @cache
 def lamp(name: str) -> NDArray[np.float64]:
-    """A room lamp's spectrum by its CIE name (FL2, FL11, LED-B3 ...), scaled to Y = 1."""
+    """Return the spectrum of a room lamp by its CIE name (FL2, FL11, LED-B3 ...), scaled to Y = 1."""
     found = colour.SDS_ILLUMINANTS[name]
     spectrum = _on_grid(found.wavelengths, found.values)
     return unit(spectrum)
 
 
 def xyz(spectra: NDArray[np.float64]) -> NDArray[np.float64]:
-    """XYZ (..., 3) of spectra (..., wavelengths)."""
+    """Return XYZ (..., 3) of spectra (..., wavelengths)."""
     return np.asarray(spectra @ observer())
 
 
 def luminance(spectra: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Y (...) of spectra (..., wavelengths)."""
+    """Return Y (...) of spectra (..., wavelengths)."""
     return np.asarray(spectra @ observer()[:, 1])
 
 
 def uv(spectra: NDArray[np.float64]) -> NDArray[np.float64]:
-    """CIE 1976 u'v' (..., 2) of spectra (..., wavelengths)."""
+    """Return CIE 1976 u'v' (..., 2) of spectra (..., wavelengths)."""
     X, Y, Z = np.moveaxis(xyz(spectra), -1, 0)
     return np.asarray(np.stack([4 * X, 9 * Y], axis=-1) / (X + 15 * Y + 3 * Z)[..., None])
 
@@ -62,12 +62,12 @@ def band(peak: float, fwhm: float, skew: float = 1.0) -> NDArray[np.float64]:
 
 
 def lines(heights: dict[float, float], fwhm: float = 6.0) -> NDArray[np.float64]:
-    """Narrow lines: wavelength → height."""
+    """Narrow lines; ``heights`` maps wavelength to height."""
     return np.asarray(np.sum([height * band(peak, fwhm) for peak, height in heights.items()], axis=0))
 
 
 def long_pass(edge: float, width: float) -> NDArray[np.float64]:
-    """Transmittance that rises from 0 to 1 around ``edge``."""
+    """Transmittance that rises from 0 to 1 around the wavelength ``edge``."""
     return np.asarray(1 / (1 + np.exp(-(WAVELENGTHS - edge) / width)))
 
 
@@ -77,5 +77,5 @@ def tilt(exponent: float, around: float = 550.0) -> NDArray[np.float64]:
 
 
 def unit(spectrum: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The spectrum scaled to Y = 1."""
+    """Return the spectrum scaled to Y = 1."""
     return np.asarray(spectrum / luminance(spectrum))

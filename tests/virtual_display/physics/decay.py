@@ -1,7 +1,7 @@
-"""Ageing that re-measured tips absorb and that only a prediction from the hour-0 display shows.
+"""Aging that re-measured tips absorb. Only a prediction from the hour-0 display shows it.
 
-Other forms: rational laws or stretched ones for exponentials, τ^1.3 for τ, an absorption edge that creeps for an
-exponential tail, and a soft knee for a hard one.
+The other forms use: rational or stretched laws for exponentials, τ^1.3 for τ, a drifting absorption edge for an
+exponential tail, and a soft knee for a hard knee.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from tests.virtual_display.physics.effect import LCDS, Scene, effect
 from tests.virtual_display.spectra import CLASSES, NM, Array
 
-#: h, the quick part of an OLED's or a new lamp's loss.
+#: Time constant in h of the fast loss of an OLED or of a new lamp.
 BURN_IN_H = 600.0
 
 #: Loss of red, green and blue relative to blue, from 7, 8 and 12 % per 1000 h on an early OLED.
@@ -26,13 +26,13 @@ loss = partial(effect, stage="emission", baseline="first-hour")
 
 
 def _each(column: Array) -> Array:
-    """(n, k) beside spectra of shape (n, 3, 81)."""
+    """Reshape (n, k) for the product with spectra of shape (n, 3, 81)."""
     return column[:, :, np.newaxis]
 
 
 @loss("backlight-decay", "same", typical=0.5, largest=3.0, unit="nepers")
 def backlight_decay(spectra: Array, scene: Scene, size: float) -> Array:
-    """exp(−s τ^1.41), the power that fits the paper's 67 % and 40 %."""
+    """exp(−s τ^1.41); this power fits the paper's 67 % and 40 %."""
     return spectra * _each(np.exp(-size * scene.tau**1.41))
 
 
@@ -44,14 +44,14 @@ def backlight_decay_rational(spectra: Array, scene: Scene, size: float) -> Array
 
 @loss("burn-in-decay", "same", typical=0.05, largest=0.5, unit="quick share")
 def burn_in_decay(spectra: Array, scene: Scene, size: float) -> Array:
-    """c e^(−t/T₁) + (1 − c) e^(−t/T₂), the slow part losing 3 c in a life."""
+    """c e^(−t/T₁) + (1 − c) e^(−t/T₂); the slow part loses 3 c in a life."""
     quick = np.exp(-scene.readings.hours[:, np.newaxis] / BURN_IN_H)
     return spectra * _each(size * quick + (1.0 - size) * np.exp(-3.0 * size * scene.tau))
 
 
 @loss("burn-in-decay", "other", typical=0.05, largest=0.5, unit="quick share")
 def burn_in_rational(spectra: Array, scene: Scene, size: float) -> Array:
-    """A quick loss that stretches (exponent 0.5), and a slow rational one."""
+    """A fast stretched loss (exponent 0.5) and a slow rational loss."""
     hours = scene.readings.hours[:, np.newaxis]
     quick = 1.0 - size * (1.0 - np.exp(-np.sqrt(hours / BURN_IN_H)))
     return spectra * _each(quick / (1.0 + 2.0 * size * scene.tau))
@@ -65,7 +65,7 @@ def phosphor_wear(spectra: Array, scene: Scene, size: float) -> Array:
 
 @loss("phosphor-wear", "other", typical=0.2, largest=2.0, unit="nepers", classes=PHOSPHORS)
 def phosphor_wear_rational(spectra: Array, scene: Scene, size: float) -> Array:
-    """One part falls as 1/(1 + s τ^1.3), and what the phosphor converts no more leaks a little as it was."""
+    """One part falls as 1/(1 + s τ^1.3); a little of the light that the phosphor no longer converts leaks unchanged."""
     lost = 1.0 - 1.0 / (1.0 + size * scene.tau**1.3)
     return spectra * (1.0 - scene.wearing * _each(lost) + 0.05 * (1.0 - scene.wearing) * _each(lost))
 
@@ -78,20 +78,20 @@ def yellowing(spectra: Array, scene: Scene, size: float) -> Array:
 
 @loss("yellowing", "other", typical=0.2, largest=2.0, unit="nepers at 400 nm")
 def yellowing_edge(spectra: Array, scene: Scene, size: float) -> Array:
-    """An absorption edge that creeps from the violet, with τ^1.3."""
+    """An absorption edge that shifts from the violet towards longer wavelengths with τ^1.3."""
     edge = 1.0 / (1.0 + np.exp((NM - 440.0) / 18.0))
     return spectra * np.exp(-size * _each(scene.tau**1.3) * edge)
 
 
 @loss("stabilizer-headroom", "same", typical=0.2, largest=2.0, unit="nepers below the set point", classes=LCDS)
 def stabilizer_headroom(spectra: Array, scene: Scene, size: float) -> Array:
-    """min(L_set, L₀ D(t)): held until the onset, then the lamp's own exponential."""
+    """min(L_set, L₀ D(t)): constant until the onset, then the exponential decay of the lamp."""
     return spectra * _each(np.exp(-size * np.maximum(scene.tau - scene.traits.onset, 0.0)))
 
 
 @loss("stabilizer-headroom", "other", typical=0.2, largest=2.0, unit="nepers below the set point", classes=LCDS)
 def stabilizer_soft_knee(spectra: Array, scene: Scene, size: float) -> Array:
-    """A regulator that gives way softly, over some 1500 h, to a rational decay that gathers speed."""
+    """The regulator loses control gradually, over about 1500 h; then an accelerating rational decay."""
     width = 0.08
     late = width * np.logaddexp(0.0, (scene.tau - scene.traits.onset) / width)
     new = width * np.logaddexp(0.0, -scene.traits.onset / width)
@@ -100,12 +100,12 @@ def stabilizer_soft_knee(spectra: Array, scene: Scene, size: float) -> Array:
 
 @loss("channel-decay", "same", typical=0.2, largest=2.0, unit="nepers of blue", classes=OWN_LIGHT)
 def channel_decay(spectra: Array, scene: Scene, size: float) -> Array:
-    """Each channel its own exponential."""
+    """Each channel has its own exponential."""
     return spectra * _each(np.exp(-size * scene.tau * CHANNEL_LOSS))
 
 
 @loss("channel-decay", "other", typical=0.2, largest=2.0, unit="nepers of blue", classes=OWN_LIGHT)
 def channel_decay_rational(spectra: Array, scene: Scene, size: float) -> Array:
-    """Each channel its own rational decay, with its own power of time."""
+    """Each channel has its own rational decay, with its own power of time."""
     power = np.array([1.3, 0.9, 1.1])
     return spectra / _each(1.0 + size * CHANNEL_LOSS * scene.tau**power)

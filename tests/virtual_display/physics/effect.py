@@ -1,4 +1,4 @@
-"""What an effect is, what it may know of the display, and how it is entered into the list."""
+"""``Effect`` and its input ``Scene``, and the decorator that enters an effect into the list."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ LCDS = tuple(name for name, emission in CLASSES.items() if emission.lcd)
 
 @dataclass(frozen=True)
 class Traits:
-    """What differs between two displays with the same fault: drawn from the campaign's seed.
+    """Parameters that differ between two displays with the same fault, drawn from the campaign's seed.
 
     Attributes
     ----------
     channel
-        The channel that a one-channel fault has hit.
+        The channel of a fault that affects one channel.
     sign
-        Direction of a fault that goes either way.
+        Direction of a fault that can have either sign.
     onset
-        τ at which a sudden fault appears, between 0.3 and 0.7 and 100 h or more from a default session.
+        τ at which a sudden fault appears, between 0.3 and 0.7, and at least 100 h away from any default session.
     lamp_k
         Colour temperature of the room's lamp.
 
@@ -43,7 +43,7 @@ class Traits:
 
     @classmethod
     def drawn(cls, seed: int) -> Traits:
-        """Traits of the display with this seed."""
+        """Draw the traits of the display with this seed."""
         rng = np.random.default_rng([seed, 0x7A])
         return cls(
             channel=int(rng.integers(3)),
@@ -55,7 +55,7 @@ class Traits:
 
 @dataclass(frozen=True)
 class Scene:
-    """What an effect may know besides the signal that passes.
+    """The input of an effect besides the signal.
 
     Attributes
     ----------
@@ -64,9 +64,9 @@ class Scene:
     primaries
         Spectra of the primaries at full drive at each reading's hour, before any hidden effect, (n, 3, 81).
     wearing
-        The part of them that comes from the phosphor or emitter that ages first, as a share, (n, 3, 81).
+        Share of these spectra that comes from the phosphor or emitter that ages first, (n, 3, 81).
     traits
-        What this display's faults look like.
+        Parameters of this display's faults.
 
     """
 
@@ -77,32 +77,32 @@ class Scene:
 
     @property
     def tau(self) -> Array:
-        """Age, (n, 1)."""
+        """Return the age, (n, 1)."""
         return self.readings.tau[:, np.newaxis]
 
     @property
     def code(self) -> Array:
-        """The code values that were asked for, (n, 3)."""
+        """Return the requested code values, (n, 3)."""
         return self.readings.drive
 
     @cached_property
     def linear(self) -> Array:
-        """The linear light that was asked for, (n, 3)."""
+        """Return the requested linear light, (n, 3)."""
         return code_to_linear(self.code)
 
     @cached_property
     def white(self) -> Array:
-        """White's spectrum at each reading's hour, (n, 81)."""
+        """Return white's spectrum at each reading's hour, (n, 81)."""
         return np.asarray(self.primaries.sum(axis=1))
 
     @cached_property
     def screen_light(self) -> Array:
-        """Mean linear light of the whole screen, patch and surround, per channel, (n, 3)."""
+        """Return the mean linear light of the whole screen, patch and surround, per channel, (n, 3)."""
         window, surround = self.readings.window[:, np.newaxis], self.readings.surround[:, np.newaxis]
         return np.asarray(window * self.linear + (1.0 - window) * code_to_linear(surround))
 
     def spectrum(self, linear: Array) -> Array:
-        """The spectrum of linear light (n, 3) on this display without its fault, (n, 81)."""
+        """Return the spectrum of linear light (n, 3) on this display without its fault, (n, 81)."""
         return np.asarray(np.einsum("nc,ncl->nl", linear, self.primaries))
 
 
@@ -113,17 +113,18 @@ class Effect:
     Attributes
     ----------
     name, form, stage
-        See the package.
+        See the package's docstring.
     act
-        ``act(signal, scene, size)`` returns the signal behind the effect.
+        ``act(signal, scene, size)`` returns the signal after the effect.
     typical, largest
         Plausible sizes, in ``unit``.
     unit
-        Of the size.
+        Unit of the size.
     baseline
-        ``colour-points`` when it is visible beside re-measured tips, ``first-hour`` when only hour 0 shows it.
+        ``colour-points`` if the effect is visible beside re-measured tips, ``first-hour`` if it is visible only
+        against hour 0.
     classes
-        Display classes that can have it.
+        Display classes that can have the effect.
 
     """
 
@@ -164,17 +165,17 @@ def effect(
 
 
 def code_to_linear(code: Array) -> Array:
-    """IEC 61966-2-1: sRGB code values to linear light."""
+    """Convert sRGB code values to linear light (IEC 61966-2-1)."""
     return np.where(code <= 0.04045, code / 12.92, ((np.maximum(code, 0.0) + 0.055) / 1.055) ** 2.4)
 
 
 def linear_to_code(linear: Array) -> Array:
-    """IEC 61966-2-1: linear light to sRGB code values."""
+    """Convert linear light to sRGB code values (IEC 61966-2-1)."""
     return np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * np.maximum(linear, 0.0) ** (1.0 / 2.4) - 0.055)
 
 
 def late(tau: Array) -> Array:
-    """An S-curve of time: 0 at 0, 1 at 1, steepest at τ = 0.55, where the catalogue has a power."""
+    """An S-curve of time: 0 at 0, 1 at 1, steepest at τ = 0.55. The catalogue has a power instead."""
 
     def logistic(t: Array | float) -> Array:
         return np.asarray(1.0 / (1.0 + np.exp((0.55 - t) / 0.13)))

@@ -1,8 +1,8 @@
-"""Effects of emission and optics: the light itself, and what it passes on its way out of the panel.
+"""Effects on emission and optics: the light itself, and the layers that it passes on its way out of the panel.
 
-Other forms: a primary's colour slides with level along a knee instead of a line; warm-up is rational instead of
-exponential; heat costs by an Arrhenius law and costs blue and red differently; edges fall as a fourth power of each
-axis; leaked light has the backlight's own colour seen through crossed polarisers, and grows in an S-curve.
+The other forms: a primary's colour changes with level along a knee instead of a line; warm-up is rational instead of
+exponential; temperature acts by an Arrhenius law and differently on blue and red; the falloff at the edges is a fourth
+power of each axis; leaked light has the colour of the backlight through crossed polarisers, and grows in an S-curve.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from tests.virtual_display.physics.effect import LCDS, Scene, effect, late
 from tests.virtual_display.readings import REFERENCE_C
 from tests.virtual_display.spectra import CMF, NM, Array
 
-#: min, time constant of the lamp's warm-up.
+#: Time constant of the lamp's warm-up, min.
 WARM_UP_MIN = 30.0
 
 
 def _tilt(scene: Scene) -> Array:
-    """±1 from one side of each primary to the other, with no change of luminance, (n, 3, 81)."""
+    """±1 from one side of each primary's spectrum to the other, at constant luminance, (n, 3, 81)."""
     weight = scene.primaries * CMF[1]
     centre = (weight * NM).sum(axis=-1, keepdims=True) / weight.sum(axis=-1, keepdims=True)
     tilt = np.tanh((NM - centre) / 40.0)
@@ -27,7 +27,7 @@ def _tilt(scene: Scene) -> Array:
 
 @effect("primary-shift", "same", stage="emission", typical=0.05, largest=0.45, unit="tilt of a primary at black")
 def primary_shift(spectra: Array, scene: Scene, size: float) -> Array:
-    """P(d) = P(1) + (1 − d) k: dark primaries are bluer, in proportion to the drive that is missing."""
+    """P(d) = P(1) + (1 − d) k: dark primaries are bluer, in proportion to the missing drive."""
     return spectra * (1.0 - size * (1.0 - scene.code)[:, :, np.newaxis] * _tilt(scene))
 
 
@@ -51,7 +51,7 @@ def warm_up(spectra: Array, scene: Scene, size: float) -> Array:
 
 @effect("warm-up", "other", stage="emission", typical=0.1, largest=0.9, unit="share missing at power-on", classes=LCDS)
 def warm_up_rational(spectra: Array, scene: Scene, size: float) -> Array:
-    """A lamp that runs in like 1/(1 + m/τ)², quick first, then slow."""
+    """The lamp warms up as 1/(1 + m/τ)², first fast, then slowly."""
     return spectra * (1.0 - size / (1.0 + _cold_minutes(scene) / WARM_UP_MIN) ** 2)
 
 
@@ -64,7 +64,7 @@ def temperature(spectra: Array, scene: Scene, size: float) -> Array:
 
 @effect("temperature", "other", stage="emission", typical=0.003, largest=0.03, unit="1/K")
 def temperature_arrhenius(spectra: Array, scene: Scene, size: float) -> Array:
-    """Quenching by an Arrhenius law, stronger toward long waves."""
+    """Quenching by an Arrhenius law, stronger at long wavelengths."""
     inverse = 1.0 / (REFERENCE_C + 273.15) - 1.0 / (scene.readings.temperature_c + 273.15)
     kelvin = inverse[:, np.newaxis, np.newaxis] * (REFERENCE_C + 273.15) ** 2
     return spectra * np.exp(-size * kelvin * (1.0 + 0.5 * (NM - 560.0) / 100.0))
@@ -80,7 +80,7 @@ def edge_falloff(spectrum: Array, scene: Scene, size: float) -> Array:
 
 @effect("edge-falloff", "other", stage="optics", typical=0.1, largest=0.35, unit="share missing in a new corner")
 def edge_falloff_box(spectrum: Array, scene: Scene, size: float) -> Array:
-    """Fourth powers of each axis, wider than high, growing late and by more."""
+    """Fourth powers of each axis, wider than high; the growth is late and larger."""
     x, y = 2.0 * scene.readings.u[:, np.newaxis] - 1.0, 2.0 * scene.readings.v[:, np.newaxis] - 1.0
     return spectrum * (1.0 - size * (1.0 + 1.7 * late(scene.tau)) * (0.6 * x**4 + 0.4 * y**4))
 
@@ -93,12 +93,12 @@ def black_level(spectrum: Array, scene: Scene, size: float) -> Array:
 
 @effect("black-level", "other", stage="optics", typical=0.0016, unit="share of white, new", classes=LCDS)
 def black_level_of_polarisers(spectrum: Array, scene: Scene, size: float) -> Array:
-    """Crossed polarisers pass violet best, dichroic dye bleaches late, and closed sub-pixels leak, open ones do not."""
+    """Crossed polarisers transmit violet most, dichroic dye bleaches late, and only closed sub-pixels leak."""
     closed = scene.spectrum(1.0 - scene.linear)
     return spectrum + size * (1.0 + 2.0 * late(scene.tau)) * closed * (560.0 / NM) ** 1.5
 
 
 @effect("black-level", "constant", stage="optics", typical=0.0016, unit="share of white", classes=LCDS)
 def black_level_unchanging(spectrum: Array, scene: Scene, size: float) -> Array:
-    """A leak that does not grow: for the data sets in which nothing can tell it from other additive light."""
+    """A leak that does not grow, for data sets where nothing can distinguish it from other additive light."""
     return spectrum + size * scene.white

@@ -1,7 +1,7 @@
-"""Effects of viewing and of the instrument: light that is not the display's, and a meter that is not right.
+"""Effects of viewing and of the instrument: light that does not come from the display, and errors of the meter.
 
-Other forms: the coating reflects violet more than red, wears, and the lux meter reads low in bright light; glare
-falls off with the window's size and is bluish; a meter's offset drifts with its own age and is not the same in X, Y, Z.
+The other forms: the coating reflects violet more than red and wears, and the lux meter reads low in bright light; glare
+decreases with the window's size and is bluish; a meter's offset drifts with the meter's age and differs in X, Y, Z.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 from tests.virtual_display.physics.effect import Scene, effect, late
 from tests.virtual_display.spectra import NM, Array, planck
 
-#: h in a year of which a display is always on, as meters count their calibration.
+#: Hours in a year of continuous operation: the calibration of meters is counted in years.
 YEAR_H = 8766.0
 
 
@@ -23,7 +23,7 @@ def ambient_reflection(spectrum: Array, scene: Scene, size: float) -> Array:
 
 @effect("ambient-reflection", "other", stage="viewing", typical=0.005, unit="1/sr")
 def ambient_on_a_coating(spectrum: Array, scene: Scene, size: float) -> Array:
-    """A coating that reflects more violet and red than green and wears off, and a lux meter that saturates."""
+    """A coating that reflects violet and red more than green and wears off, and a lux meter that saturates."""
     lux = scene.readings.ambient_lx[:, np.newaxis]
     coating = 1.0 + 0.25 * ((NM - 550.0) / 100.0) ** 2
     return (
@@ -49,13 +49,13 @@ def veiling_glare_of_a_lens(spectrum: Array, scene: Scene, size: float) -> Array
 
 @effect("meter-offset", "same", stage="instrument", typical=0.01, largest=0.3, unit="cd/m²")
 def meter_offset(xyz: Array, scene: Scene, size: float) -> Array:
-    """+ o, the same in every reading, with the lens cap on too."""
+    """+ o, the same in every reading, including readings with the lens cap on."""
     return xyz + size * (np.ones(3) + 0.0 * scene.tau)
 
 
 @effect("meter-offset", "other", stage="instrument", typical=0.01, largest=0.3, unit="cd/m²")
 def meter_offset_drifting(xyz: Array, scene: Scene, size: float) -> Array:
-    """A dark current that grows with the meter's age, not the same in its three detectors."""
+    """A dark current that grows with the meter's age and differs between its three detectors."""
     return np.asarray(xyz + size * (0.8 + 0.5 * late(scene.tau)) * np.array([1.0, 0.8, 1.4]))
 
 
@@ -67,25 +67,28 @@ def meter_drift(xyz: Array, scene: Scene, size: float) -> Array:
 
 @effect("meter-drift", "other", stage="instrument", typical=0.005, unit="1/year at first", baseline="first-hour")
 def meter_drift_settling(xyz: Array, scene: Scene, size: float) -> Array:
-    """Filters that bleach, fast at first, the blue one most."""
+    """Filters that bleach, first fast, the blue filter most."""
     years = scene.readings.hours[:, np.newaxis] / YEAR_H
     return np.asarray(xyz * np.exp(-size * years / (1.0 + 0.3 * years) * np.array([0.9, 1.0, 1.3])))
 
 
 @effect("meter-mismatch", "same", stage="viewing", typical=0.5, unit="nm by the end of life", baseline="first-hour")
 def meter_mismatch(spectrum: Array, scene: Scene, size: float) -> Array:
-    """Filters that have moved towards red see the spectrum as if it had moved towards violet."""
+    """Filters that have shifted towards red. This is equivalent to a spectrum shifted towards violet."""
     return _seen_from(spectrum, size * scene.tau)
 
 
 @effect("meter-mismatch", "other", stage="viewing", typical=0.5, unit="nm by the end of life", baseline="first-hour")
 def meter_mismatch_settling(spectrum: Array, scene: Scene, size: float) -> Array:
-    """Filters that move fast at first, and more at long wavelengths than at short ones."""
+    """Filters that shift fast at first, and more at long wavelengths than at short ones."""
     moved = size * scene.tau * 1.3 / (0.3 + scene.tau)
     return _seen_from(spectrum, moved * (NM / 550.0))
 
 
 def _seen_from(spectrum: Array, moved: Array) -> Array:
-    """Spectra (n, 81) at wavelengths beyond their own by so many nm, (n, 1) or (n, 81), linear between samples."""
+    """Return spectra (n, 81) at wavelengths ``moved`` nm, (n, 1) or (n, 81), beyond the nominal ones.
+
+    The interpolation between samples is linear.
+    """
     at = np.broadcast_to(NM + moved, np.shape(spectrum))
     return np.array([np.interp(where, NM, each) for where, each in zip(at, spectrum, strict=True)])
