@@ -17,7 +17,7 @@ PYTEST := $(PYTHON) -m pytest --numprocesses auto --dist worksteal
 .PHONY: help setup programs more-programs demo test test-quick test-all test-slow test-other lint lint-page vendor explore-picture bench consumers fuzz hidden sessions study-level reference docs figures configs check-configs display table1 dist clean
 
 help: ## say what can be made (this)
-	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / { printf "make %-16s %s\n", $$1, $$2 }' Makefile
 	@echo 'OCIO=debian or OCIO=wheels after any of them says where OpenColorIO comes from.'
 	@echo 'ARGS="..." goes to pytest (make test, make test-all), or to the program of make bench and make hidden.'
 
