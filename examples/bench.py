@@ -134,8 +134,8 @@ def evaluation(bench: Bench, model: DisplayModel) -> Iterator[Row]:
     for size in bench.sizes:
         code, sampler = lattice(size, "code"), Sampler()
         head = rival.head(code)
-        # Both give the same results, except on greys, where the paper's nearest point is a tie, and within four-decimal
-        # matrices.
+        # Both give the same results, up to the rounding of four-decimal matrices and except on greys, where the paper's
+        # nearest point is a tie.
         if np.median(np.abs(aged.code_to_code(code) - rival.tail(*head))) > 1e-4:
             raise SystemExit("bench: colour-science's way and lutgen's do not give the same colours")
         yield from race(

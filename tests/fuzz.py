@@ -54,7 +54,8 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).resolve().parents[1]
 
-#: Cost of a case of each kind, in mutations: a fault in a build needs a check, a kill needs a process.
+#: Number of mutations per case of each kind. A fault in a build is slow because of the check, a kill because of the
+#: process.
 SHARES = {"readers": 1, "rows": 2, "builds": 400, "kills": 1000}
 
 #: One clean .cube out of this number is read by OpenColorIO too.
