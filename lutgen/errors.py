@@ -27,8 +27,13 @@ def in_one_line(text: object) -> str:
 
 
 def pick_one(what: str, given: object, choices: Iterable[str]) -> LutgenError:
-    """Return the error for a name ``given`` that is not among ``choices``."""
-    return LutgenError(f"unknown {what} {str(given)!r}. Pick one of: {', '.join(choices)}.")
+    """Return the error for a name ``given`` that is not among ``choices``; the error names a similar choice."""
+    from difflib import get_close_matches
+
+    names = list(choices)
+    similar = get_close_matches(str(given), names, n=1, cutoff=0.75)
+    guess = f" Did you mean {similar[0]}?" if similar else ""
+    return LutgenError(f"unknown {what} {str(given)!r}. Pick one of: {', '.join(names)}.{guess}")
 
 
 def refuse_unknown(what: str, given: object, choices: Collection[object]) -> None:

@@ -198,6 +198,7 @@ def test_every_module_docstring_gives_its_equation() -> None:
     [
         ("black-level", {"new": 0.0022}, "black leaks 0.22 % of white"),
         ("black-level", {"grown": 0.003}, "black leaks 0.3 % of white by 18 000 h"),
+        ("black-level", {"new": 6e-7, "grown": 0.003}, "black leaks 0.3 % of white by 18 000 h"),
         ("black-level", {"new": 0.0022, "grown": 0.0055}, "black leaks 0.22 % of white, growing to 0.77 % by 18 000 h"),
         ("black-level", {"new": 0.002, "grown": -0.001}, "black leaks 0.2 % of white, falling to 0.1 % by 18 000 h"),
         ("eotf-drift", {"level_25": 0.1}, "the transfer curve drifts"),

@@ -122,6 +122,10 @@ class Propose(Protocol):
         ...
 
 
+#: A sentence leaves out a size at hour 0 that is smaller than this share of the growth.
+NEGLIGIBLE = 0.01
+
+
 @dataclass(frozen=True)
 class Effect:
     """A declared effect.
@@ -200,6 +204,8 @@ class Effect:
             clause = self.summary.partition(":")[0]
             return clause[:1].lower() + clause[1:]
         new, grown = values.get(amount, 0.0), values.get("grown", 0.0)
+        if abs(new) < NEGLIGIBLE * abs(grown):
+            new = 0.0
         clause = self.says.format(size=f"{100 * (new or grown):.2g} %", **values)
         return clause + _course(new, grown) if "{size}" in self.says else clause
 

@@ -264,8 +264,8 @@ def check_rows(readings: Measurements) -> None:
     if 1 < top < MUCH_ABOVE_1:
         hint = f"drive values are code values 0..1; {top:g} is just above 1, as 256 of 255 would be"
         _refuse(readings, (drive == top).any(axis=1), hint)
-    scale = "100: these look like percent, divide by 100" if 1 < top <= 100 else "255: 8-bit drive, divide by 255"
-    hint = f"drive values are code values 0..1, the largest here is {top:g} (of {scale})"
+    scale = "percent: divide by 100" if 1 < top <= 100 else "8-bit drive: divide by 255"
+    hint = f"drive values are code values 0..1; the largest here is {top:g}, so these look like {scale}"
     _refuse(readings, (drive > 1).any(axis=1), hint)
     _refuse(readings, (drive < 0).any(axis=1), "drive values are code values 0..1, this one is negative")
     backwards = np.concatenate([[False], np.diff(hours) < 0])

@@ -57,7 +57,7 @@ def compare_page(comparison: Comparison, again: str = "") -> Iterator[Part]:
     yield _worst_table(comparison)
     if again and outstanding:
         yield ""
-        yield f"Which effect is missing:  lutgen diagnose {again}"
+        yield f"Which effect is missing:  lutgen diagnose {from_own_model(comparison, again) or again}"
 
 
 def fresh_lines(comparison: Comparison) -> Iterator[str]:
@@ -76,6 +76,15 @@ def fresh_lines(comparison: Comparison) -> Iterator[str]:
         yield from known.sentences()
     if comparison.problem.discrepancy:
         yield comparison.problem.discrepancy.sentence()
+
+
+def from_own_model(comparison: Comparison, again: str) -> str:
+    """Return the arguments ``again`` with the baseline of the display's own model; "" where sRGB's curves will do."""
+    first, problem = comparison.first_session, comparison.problem
+    if not first or not first.is_another or problem.native or "--model" in again:
+        return ""
+    native = "native-first-hour" if problem.from_first_hour else "native"
+    return f"{again.replace(f' --baseline {problem.baseline}', '')} --baseline {native}"
 
 
 def data_line(problem: Problem) -> str:

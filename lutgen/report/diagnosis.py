@@ -10,7 +10,7 @@ from lutgen.criticism.verdict.visibility import relative_size, typical_size
 from lutgen.effects.shapes import is_knot
 from lutgen.numerals import percent, readable, times, with_error
 from lutgen.readings.conditions import COLUMNS
-from lutgen.report.comparison import data_line, fresh_lines
+from lutgen.report.comparison import data_line, fresh_lines, from_own_model
 from lutgen.report.effect_sketch import STUB_FILE, STUB_NAME, sketch
 from lutgen.report.parts import Headline, Part, Table
 
@@ -39,6 +39,9 @@ def diagnose_page(
     yield Headline(f"{verdict.name}: {verdict.sentence}")
     yield from _error_lines(diagnosis)
     yield from _next(diagnosis, again, stub)
+    own = from_own_model(diagnosis.comparison, again)
+    if own and verdict.name != "consistent":
+        yield f"This display differs from sRGB in its first session already. For its aging:  lutgen diagnose {own}"
     if verdict.effects:
         yield ""
         yield parameter_table(parameters_of(diagnosis.explanation.final), effects)
@@ -241,7 +244,8 @@ def _own_effect(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iter
         yield f"An effect of your own to start from (--stub {STUB_FILE} writes it):"
         yield ""
         yield sketch(diagnosis)
-    yield f"Next:  lutgen refine {again} --effects {file} --add {STUB_NAME}"
+        yield f"Next, write the file and edit it:  lutgen diagnose {again} --stub {file}"
+    yield f"{'Next' if stub_file else 'Then'}:  lutgen refine {again} --effects {file} --add {STUB_NAME}"
 
 
 def refine_page(refinement: Refinement, effects: Mapping[str, Effect], data: str, model: str | None) -> Iterator[Part]:

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from lutgen.display.own_model import OwnModel
 
 #: The display is not the paper's if the paper's mean ΔE2000 exceeds this, and the native one is below half of that.
-ANOTHER = 0.5
+#: Assumption: about twice the mean ΔE2000 that the noise of a good meter gives.
+ANOTHER = 0.25
 
 
 @dataclass(frozen=True)
