@@ -177,6 +177,7 @@ def ended(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     ("arguments", "code", "sentence"),
     [
         (("nosuch",), 2, "unknown effect 'nosuch'. Pick one of: "),
+        (("blacklevel",), 2, ". Did you mean black-level?"),
         (("glue-glow",), 2, "Pick one of: "),
         (("--effects", "missing.py"), 2, "missing.py: cannot read the effects"),
         (("--effects", "raises.py"), 2, "raises.py: cannot be loaded: line 15: ZeroDivisionError"),

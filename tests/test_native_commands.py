@@ -43,13 +43,16 @@ def test_compare_says_what_both_fresh_displays_miss(run: Callable[..., Done]) ->
         assert "First session: the paper's fresh display misses 33 readings" in " ".join(said.split())
     assert "Start from its own: --baseline native." in " ".join(usual.out.split())
     assert "Start from its own" not in native.out
+    assert "lutgen diagnose panel.csv --baseline native\n" in usual.out
     assert "baseline native" in native.out
 
 
 @pytest.mark.slow
 @pytest.mark.rare(instead="test_compare_says_what_both_fresh_displays_miss")
 def test_diagnose_says_so_too(run: Callable[..., Done]) -> None:
-    assert "Start from its own: --baseline native." in " ".join(run("diagnose", "panel.csv").out.split())
+    done = run("diagnose", "panel.csv", "--baseline", "first-hour")
+    assert "Start from its own: --baseline native." in " ".join(done.out.split())
+    assert "For its aging:  lutgen diagnose panel.csv --baseline native-first-hour\n" in done.out
 
 
 def test_its_json_is_as_the_schema_says(run: Callable[..., Done]) -> None:
