@@ -122,10 +122,6 @@ class Propose(Protocol):
         ...
 
 
-#: A sentence leaves out a size at hour 0 that is smaller than this share of the growth.
-NEGLIGIBLE = 0.01
-
-
 @dataclass(frozen=True)
 class Effect:
     """A declared effect.
@@ -204,8 +200,7 @@ class Effect:
             clause = self.summary.partition(":")[0]
             return clause[:1].lower() + clause[1:]
         new, grown = values.get(amount, 0.0), values.get("grown", 0.0)
-        if abs(new) < NEGLIGIBLE * abs(grown):
-            new = 0.0
+        new = new if abs(new) >= 0.01 * abs(grown) else 0.0  # a size of no importance is not printed
         clause = self.says.format(size=f"{100 * (new or grown):.2g} %", **values)
         return clause + _course(new, grown) if "{size}" in self.says else clause
 
