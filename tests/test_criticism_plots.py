@@ -137,7 +137,7 @@ def test_a_comparison_is_legible(name: str, tmp_path: Path, canvases: list[Canva
             ("edge", "edge-falloff is missing"),
             ("healthy", "no effect is added"),
             ("tips only", "they cannot see"),
-            ("outside", "No known effect explains it: "),
+            ("outside", "No known effect explains the error: "),
         ],
         "healthy",
         "tips only",
