@@ -81,7 +81,7 @@ def fresh_lines(comparison: Comparison) -> Iterator[str]:
 def from_own_model(comparison: Comparison, again: str) -> str:
     """Return the arguments ``again`` with the baseline of the display's own model; "" where sRGB's curves will do."""
     first, problem = comparison.first_session, comparison.problem
-    if not first or not first.is_another or problem.native or "--model" in again:
+    if not first or not first.is_another or problem.native or " --model " in again:
         return ""
     native = "native-first-hour" if problem.from_first_hour else "native"
     return f"{again.replace(f' --baseline {problem.baseline}', '')} --baseline {native}"
