@@ -30,10 +30,10 @@ STEP = 1e-4
 #: Largest number of code values whose shifts are estimated: those with the most information.
 MOST = 150
 
-#: Number of Legendre smooth_rank of a smooth smooth_gain of the code value, which is no rounding.
+#: Number of Legendre polynomials of a smooth function of the code value. A smooth function is no rounding.
 SMOOTH = 7
 
-#: Shifts are jagged if they gain more χ² than a smooth smooth_gain by so many standard deviations of chance.
+#: Shifts are jagged if they gain more χ² than a smooth function by so many standard deviations of chance.
 BEYOND_CHANCE = 3.0
 
 #: Number of proposed settings that are fitted.
@@ -94,20 +94,20 @@ class CodeShifts:
 
     @cached_property
     def most(self) -> float:
-        """Largest gain in χ² that a rounding can have, beyond chance and a smooth smooth_gain of the code value."""
+        """Largest gain in χ² that a rounding can have, beyond chance and a smooth function of the code value."""
         gain, freedom = self._jagged
         beyond = max(gain - freedom, 0.0)
         return beyond + BEYOND_CHANCE * float(np.sqrt(2.0 * freedom + 4.0 * beyond)) if freedom > 0 else 0.0
 
     @property
     def is_jagged(self) -> bool:
-        """Whether the shifts gain more χ² than chance and a smooth smooth_gain of the code value."""
+        """Whether the shifts gain more χ² than chance and a smooth function of the code value."""
         gain, freedom = self._jagged
         return freedom > 0 and bool(gain / self.scatter > freedom + BEYOND_CHANCE * np.sqrt(2.0 * freedom))
 
     @cached_property
     def _jagged(self) -> tuple[float, int]:
-        """Gain in χ² of free shifts over a smooth smooth_gain of the code value, and its degrees of freedom."""
+        """Gain in χ² of free shifts over a smooth function of the code value, and its degrees of freedom."""
         if self.code.size <= SMOOTH:
             return 0.0, 0
         smooth = np.polynomial.legendre.legvander(2.0 * self.code - 1.0, SMOOTH - 1)
