@@ -25,7 +25,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -132,7 +132,8 @@ _PARTS: dict[str, dict[str, tuple[float, float, float, float]]] = {
 _EMITTERS = {"oled": ("red emitter", "green emitter", "blue emitter")}
 
 
-def lights() -> dict[str, ClassLight]:
+@cache
+def lights() -> Mapping[str, ClassLight]:
     """Return the typical spectra of all classes."""
     floor = np.full(WAVELENGTHS.size, 1e-5)  # positive at every wavelength, so that every correction has light to scale
     ccfl = ClassLight(
@@ -225,8 +226,8 @@ class SpectralDisplay:
         """Names of the display classes."""
         return tuple(lights())
 
-    @classmethod
-    def of(cls, display_class: str, xyz_tips: Array) -> SpectralDisplay:
+    @staticmethod
+    def of(display_class: str, xyz_tips: Array) -> SpectralDisplay:
         """Estimate the spectra of a display.
 
         ``UNSTATED`` selects the class whose typical spectra need the least correction, in relative entropy. If this
@@ -243,12 +244,7 @@ class SpectralDisplay:
                 f"the primaries' luminances are {', '.join(f'{value:g}' for value in primaries[:, 1])} cd/m². "
                 f"Spectra are estimated from primaries that give light: give positive, finite tips."
             )
-        display_class = display_class or _guessed(primaries)
-        light = light_of(display_class)
-        spectra = _corrected(light.primaries, primaries)
-        parts = {name: part / light.total for name, part in light.parts.items()}
-        misfit = np.abs(_xyz_of(spectra) - primaries).max(axis=1) / primaries.sum(axis=1)
-        return cls(display_class, spectra, parts, float(misfit.max()))
+        return _estimated(display_class, tuple(primaries.ravel().tolist()))
 
     @cached_property
     def _by_wavelength(self) -> Array:
@@ -267,6 +263,18 @@ class SpectralDisplay:
     def through(self, xyz: Array, factor: Array) -> Array:
         """Return the XYZ (..., 3) of the display's light times a factor (..., 81); leading axes broadcast."""
         return mapped(xyz, self.maps(factor))
+
+
+@lru_cache(maxsize=64)
+def _estimated(display_class: str, numbers: tuple[float, ...]) -> SpectralDisplay:
+    """Estimate the spectra from the nine numbers of the primaries' XYZ; a search asks for one display many times."""
+    primaries = np.array(numbers).reshape(3, 3)
+    display_class = display_class or _guessed(primaries)
+    light = light_of(display_class)
+    spectra = _corrected(light.primaries, primaries)
+    parts = {name: part / light.total for name, part in light.parts.items()}
+    misfit = np.abs(_xyz_of(spectra) - primaries).max(axis=1) / primaries.sum(axis=1)
+    return SpectralDisplay(display_class, spectra, parts, float(misfit.max()))
 
 
 def mapped(xyz: Array, maps: Array) -> Array:

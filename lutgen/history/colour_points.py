@@ -15,7 +15,7 @@ numbers does not win over one factor only because the matrix can fit more.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -72,13 +72,16 @@ class ColourPoints:
 
     def xyz(self) -> Array:
         """Return XYZ, as read, of red, green, blue, white and black, (5, 3)."""
-        white = self.channels.sum(axis=0) + self.extra
-        return np.vstack([self.channels + self.leak, white + self.leak, self.leak])
+        return _points(self.channels, self.extra, self.leak)
 
     def with_gains(self, gains: Array) -> ColourPoints:
         """Return the colours with each channel's light multiplied by its gain; the leak does not change."""
-        share = float((gains * self.channels[:, 1]).sum() / self.channels[:, 1].sum())
-        return ColourPoints(self.channels * gains[:, np.newaxis], self.extra * share, self.leak, self.has_black)
+        return replace(self, channels=self.channels * gains[..., np.newaxis], extra=self.extra * self.share_of(gains))
+
+    def share_of(self, gains: Array) -> Array:
+        """Return the factor of the light of the channels' sum by gains of the channels, (..., 3), as (..., 1)."""
+        light = self.channels[:, 1]
+        return np.asarray((gains * light).sum(axis=-1, keepdims=True) / light.sum())
 
 
 def colour_points(session: Session, *, black_too: bool = True) -> ColourPoints | None:
@@ -96,32 +99,49 @@ def colour_points(session: Session, *, black_too: bool = True) -> ColourPoints |
 
 
 def changed(before: ColourPoints, values: Mapping[str, Array]) -> Array:
-    """Return XYZ of the colour points after a change, (5, 3). ``values``: numbers of ``PARAMETERS``; 0: no change."""
-    log_scale = sum(float(values[name][0]) for name in ("scale", "gauge", "step") if name in values)
-    gains = np.exp(values["gains"]) if "gains" in values else np.ones(3)
-    leak = before.leak
+    """Return XYZ of the colour points after a change, (..., 5, 3).
+
+    ``values``: numbers of ``PARAMETERS``, (..., count) each; 0 is no change.
+    """
+    log_scale = sum((values[name] for name in ("scale", "gauge", "step") if name in values), np.zeros(1))
+    gains, leak = np.exp(values.get("gains", np.zeros(3))), before.leak
     if "aged" in values:
         aged = np.exp(values["aged"])
         gains = gains * aged
-        leak = leak * float((aged * before.channels[:, 1]).sum() / before.channels[:, 1].sum())
+        leak = leak * before.share_of(aged)
     lit = before.with_gains(gains)
+    channels = lit.channels
     if "faded" in values:
-        x, z = np.exp(values["faded"])
-        other = lit.channels * np.array([[1.0, 1.0, 1.0], [1.0, 1.0, 1.0], [x, 1.0, z]])
-        lit = ColourPoints(other, lit.extra, lit.leak, lit.has_black)
+        faded = np.exp(values["faded"])
+        kept = np.ones((*faded.shape[:-1], 3, 3))
+        kept[..., 2, 0], kept[..., 2, 2] = faded[..., 0], faded[..., 1]
+        channels = channels * kept
     if "gamut" in values:
-        mixed = lit.channels + values["gamut"].reshape(3, 3) @ lit.channels
-        lit = ColourPoints(mixed, lit.extra, lit.leak, lit.has_black)
-    light = np.exp(log_scale) * ColourPoints(lit.channels, lit.extra, leak, lit.has_black).xyz()
+        channels = channels + _square(values["gamut"]) @ channels
+    xyz = np.exp(log_scale)[..., np.newaxis] * _points(channels, lit.extra, leak)
     if "yellowed" in values:
-        lost = np.expm1(float(values["yellowed"][0])) * light[:, 2]
-        light = light + np.column_stack([SHORT * lost, np.zeros(len(light)), lost])
+        lost = np.expm1(values["yellowed"]) * xyz[..., 2]
+        xyz = xyz + np.stack([SHORT * lost, np.zeros_like(lost), lost], axis=-1)
     if "added" in values:
         tint = values.get("tint", np.zeros(2))
-        light = light + float(values["added"][0]) * ROOM + np.array([tint[0], 0.0, tint[1]])
+        sideways = np.stack([tint[..., 0], np.zeros(tint.shape[:-1]), tint[..., 1]], axis=-1)
+        xyz = xyz + (values["added"] * ROOM + sideways)[..., np.newaxis, :]
     if "matrix" in values:
-        light = light @ (np.eye(3) + values["matrix"].reshape(3, 3)).T
-    return np.asarray(light)
+        xyz = xyz + xyz @ np.swapaxes(_square(values["matrix"]), -1, -2)
+    return np.asarray(xyz)
+
+
+def _points(channels: Array, extra: Array, leak: Array) -> Array:
+    """Return XYZ (..., 5, 3) of red, green, blue, white and black."""
+    leak = np.asarray(leak)[..., np.newaxis, :]
+    white = channels.sum(axis=-2, keepdims=True) + extra[..., np.newaxis, :]
+    shape = (*np.broadcast_shapes(channels.shape[:-2], leak.shape[:-2]), 1, 3)
+    return np.concatenate([channels + leak, white + leak, np.broadcast_to(leak, shape)], axis=-2)
+
+
+def _square(numbers: Array) -> Array:
+    """Return nine numbers, (..., 9), as matrices, (..., 3, 3)."""
+    return numbers.reshape(*numbers.shape[:-1], 3, 3)
 
 
 #: Differences between two sessions of an unchanged display, 1 σ: of all light together (temperature, place of the
@@ -137,6 +157,9 @@ BY_CONTENT, UNCERTAIN = 0.04, 0.6
 BLACK = 0.04
 
 _STEPS = 12
+
+#: Step of a parameter for a numerical derivative.
+NUDGE = 1e-5
 
 
 @dataclass(frozen=True)
@@ -194,11 +217,12 @@ def fit(before: ColourPoints, after: Array, free: Sequence[str], *, noise: float
     whitener = np.linalg.inv(np.linalg.cholesky(spread))
 
     def split(theta: Array) -> dict[str, Array]:
-        return {name: theta[place] for name, place in places.items()}
+        return {name: theta[..., place] for name, place in places.items()}
 
     def residual(theta: Array) -> Array:
-        whitened = whitener @ (after - changed(before, split(theta))).ravel()
-        return np.concatenate([whitened, theta / width])
+        misfit = after - changed(before, split(theta))
+        whitened = misfit.reshape(*misfit.shape[:-2], 15) @ whitener.T
+        return np.concatenate([whitened, theta / width], axis=-1)
 
     theta = np.zeros(width.size)
     here = residual(theta)
@@ -225,9 +249,5 @@ def fit(before: ColourPoints, after: Array, free: Sequence[str], *, noise: float
 
 
 def _slope(residual: Callable[[Array], Array], theta: Array, here: Array) -> Array:
-    columns = []
-    for place in range(theta.size):
-        nudged = theta.copy()
-        nudged[place] += 1e-5
-        columns.append((residual(nudged) - here) / 1e-5)
-    return np.column_stack(columns)
+    """Return the derivative of the residuals by each parameter, (n, p), from one call for all parameters."""
+    return np.asarray((residual(theta + NUDGE * np.eye(theta.size)) - here).T / NUDGE)
