@@ -39,8 +39,8 @@ settings.load_profile("lutgen")
 gc.disable()
 
 
-#: Number of slow cases of one test that run without ``--everything``.
-SAMPLE = 1
+#: Number of slow tests of one file that run without ``--everything``, with one case each.
+FEW = 2
 
 #: All collected tests, including those that are left out.
 COLLECTED: pytest.StashKey[tuple[pytest.Item, ...]] = pytest.StashKey()
@@ -70,33 +70,45 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 def left_out(items: Iterable[pytest.Item], seed: int = 0) -> set[pytest.Item]:
     """Return the tests with the mark ``rare``, and the slow tests that were not drawn.
 
-    Of the cases of a test, one is drawn; with ``slow(cases=n)``, n cases; with ``slow(every=True)``, all cases. Of a
-    file's tests with ``slow(few=n)``, n tests are drawn.
+    Of the slow tests of a file, ``FEW`` are drawn, with ``slow(few=n)`` n; tests that stand in for rare ones are drawn
+    first. Of the cases of a drawn test, one is drawn, with ``slow(cases=n)`` n. All cases of a test with
+    ``slow(every=True)`` run.
     """
     rare = {item for item in items if item.get_closest_marker("rare")}
-    slow: dict[str, list[pytest.Item]] = defaultdict(list)
-    few: dict[str, int] = {}
+    instead = {substitute(item) for item in rare}
+    slow: dict[str, dict[str, list[pytest.Item]]] = defaultdict(lambda: defaultdict(list))
     for item in items:
         mark = item.get_closest_marker("slow")
         if mark and item not in rare and not mark.kwargs.get("every"):
-            test = item.nodeid.partition("[")[0]
-            slow[test].append(item)
-            few |= {test: mark.kwargs["few"]} if "few" in mark.kwargs else {}
+            slow[item.nodeid.partition("::")[0]][item.nodeid.partition("[")[0]].append(item)
 
     def drawn(name: str, among: Sequence[T], most: int) -> list[T]:
         key = f"{name} {seed}" if seed else name
-        return random.Random(key).sample(among, min(most, len(among)))  # noqa: S311 - no secret
+        return random.Random(key).sample(among, max(0, min(most, len(among))))  # noqa: S311 - no secret
 
-    of_file: dict[str, list[str]] = defaultdict(list)
-    for test in few:
-        of_file[test.partition("::")[0]].append(test)
-    taken = {test for file, tests in of_file.items() for test in drawn(file, tests, few[tests[0]])}
     out = set(rare)
-    for test, cases in slow.items():
-        mark = cases[0].get_closest_marker("slow")
-        most = mark.kwargs.get("cases", SAMPLE) if mark and (test in taken or test not in few) else 0
-        out.update(set(cases) - set(drawn(test, cases, most)))
+    for file, tests in slow.items():
+        few = max(_asked("few", cases, FEW) for cases in tests.values())
+        first = [test for test in tests if test in instead]
+        taken = [*first, *drawn(file, [test for test in tests if test not in instead], few - len(first))]
+        for test, cases in tests.items():
+            most = _asked("cases", cases, 1) if test in taken else 0
+            out.update(set(cases) - set(drawn(test, cases, most)))
     return out
+
+
+def substitute(rare: pytest.Item) -> str:
+    """Return the node of the test that a rare test's mark names: a test of the same file, or ``FILE::TEST``."""
+    mark = rare.get_closest_marker("rare")
+    file, _, name = mark.kwargs["instead"].rpartition("::") if mark else ("", "", "")
+    here = rare.nodeid.partition("::")[0]
+    return f"{here.rpartition('/')[0]}/{file}::{name}" if file else f"{here}::{name}"
+
+
+def _asked(name: str, cases: Sequence[pytest.Item], default: int) -> int:
+    """Return a number that the mark ``slow`` of a test's cases gives."""
+    mark = cases[0].get_closest_marker("slow")
+    return int(mark.kwargs.get(name, default)) if mark else default
 
 
 def pytest_collection_finish() -> None:

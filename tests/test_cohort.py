@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from lutgen.pictures.cohort import Cohort
     from lutgen.pictures.cohort_slides import CohortSlide
 
+pytestmark = pytest.mark.numbers
+
 FEW: Any = {"hours": HOURS}
 
 
@@ -307,7 +309,7 @@ def test_threads_are_shared_between_processes() -> None:
     assert threads() == (len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count())
 
 
-@pytest.mark.slow(few=4)
+@pytest.mark.slow
 def test_a_process_that_is_killed_loses_nothing_and_a_slide_that_kills_is_named(
     tmp_path: Path, written: list[str]
 ) -> None:
@@ -326,7 +328,7 @@ def test_a_process_that_is_killed_loses_nothing_and_a_slide_that_kills_is_named(
     assert found.as_json()["slides"] == alone.as_json()["slides"]
 
 
-@pytest.mark.slow(few=4)
+@pytest.mark.slow
 def test_processes_that_cannot_start_are_told(tmp_path: Path) -> None:
     display = deadly_model(tmp_path, order=False)
     files = make_slides(tmp_path / "in", 2)
@@ -350,7 +352,7 @@ def test_a_script_that_does_not_guard_its_main_part_is_told(tmp_path: Path) -> N
     assert "needs `if __name__ == '__main__':`" in done.stderr.splitlines()[-1]
 
 
-@pytest.mark.slow(few=4)
+@pytest.mark.slow
 def test_slides_in_hand_when_a_process_dies_are_tried_again_and_no_others(
     tmp_path: Path,
 ) -> None:
@@ -410,7 +412,7 @@ def dask() -> Iterator[Any]:
         yield made
 
 
-@pytest.mark.slow(few=4)
+@pytest.mark.slow
 @pytest.mark.usefixtures("bounded")
 def test_a_cluster_whose_worker_is_killed_loses_nothing_and_counts_nothing_twice(
     dask: Any, tmp_path: Path, written: list[str], monkeypatch: pytest.MonkeyPatch
@@ -431,7 +433,7 @@ def test_a_cluster_whose_worker_is_killed_loses_nothing_and_counts_nothing_twice
     assert (again.kept, said(again)) == (6, said(alone))
 
 
-@pytest.mark.slow(few=4)
+@pytest.mark.slow
 @pytest.mark.usefixtures("bounded")
 def test_a_slide_under_which_dask_workers_die_is_named_and_the_others_finish(tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
@@ -470,7 +472,7 @@ def test_slides_that_dask_suspects_are_tried_again_alone(tmp_path: Path, monkeyp
     assert outcomes == [(first, found), (second, found), (deadly, Outcome(None, cohort_workers._DEADLY_WORKERS))]
 
 
-@pytest.mark.slow(few=4)
+@pytest.mark.slow
 @pytest.mark.usefixtures("bounded")
 def test_what_a_worker_cannot_do_is_said(dask: Any, tmp_path: Path) -> None:
     slides = find_slides(make_slides(tmp_path / "in", 3))
@@ -506,7 +508,7 @@ def test_a_scheduler_that_is_not_there(
     assert not (tmp_path / "run").exists()
 
 
-@pytest.mark.slow(few=4)
+@pytest.mark.slow
 @pytest.mark.usefixtures("bounded")
 def test_a_scheduler_without_workers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
@@ -520,7 +522,7 @@ def test_a_scheduler_without_workers(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert not (tmp_path / "run").exists()
 
 
-@pytest.mark.slow(few=4)
+@pytest.mark.slow
 @pytest.mark.usefixtures("bounded")
 def test_a_scheduler_that_goes_away_leaves_what_is_finished(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
     from lutgen.report.drawing import Pixels
 
+pytestmark = pytest.mark.numbers
+
 SIZES = ((512, 512), (61, 47), (333, 701), (700, 401))
 
 

@@ -421,7 +421,7 @@ def test_without_its_server_the_command_says_what_to_install(
     assert "pip install 'lutgen[explore]'" in done.err
 
 
-@pytest.mark.slow(few=3)
+@pytest.mark.slow
 def test_files_that_cannot_be_shown_end_the_command_with_2_and_a_sentence(lutgen: Callable[..., Done]) -> None:
     for arguments, sentence in [
         (("nothing.csv",), "nothing.csv: cannot read the readings: no such file"),
@@ -517,7 +517,7 @@ def own_address() -> Iterator[str]:
         yield address
 
 
-@pytest.mark.slow(few=3)
+@pytest.mark.slow
 def test_a_small_reply_comes_at_once_on_a_connection_that_is_kept(address: str) -> None:
     """A body that waits for the acknowledgement of its head would arrive 40 ms later, each time."""
     path = urlsplit(address)
@@ -586,7 +586,7 @@ def test_two_windows_do_not_disturb_one_another_and_a_diagnosis_can_be_cancelled
     assert [each["name"] for each in json.loads(other.see("overview"))["error"]["effects"]] == ["black-level"]
 
 
-@pytest.mark.slow(few=3)
+@pytest.mark.slow
 def test_files_are_dropped_and_what_was_there_stays_where_they_are_refused(
     address: str, lutgen: Callable[..., Done], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -617,7 +617,7 @@ def test_files_are_dropped_and_what_was_there_stays_where_they_are_refused(
     assert "lutgen compare again.csv" in page.see("commands").decode()
 
 
-@pytest.mark.slow(few=3)
+@pytest.mark.slow
 def test_a_campaign_file_is_dropped_with_its_sessions(own_address: str, lutgen: Callable[..., Done]) -> None:
     page, campaign = Visitor(own_address), Path(EXAMPLE).parent / "campaign" / "campaign.toml"
     for file in campaign.parent.glob("*.ti3"):
@@ -634,7 +634,7 @@ def test_a_campaign_file_is_dropped_with_its_sessions(own_address: str, lutgen: 
     assert "/w" not in refused
 
 
-@pytest.mark.slow(few=3)
+@pytest.mark.slow
 def test_a_server_that_is_stopped_while_a_file_is_made_ends_without_a_word(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -685,7 +685,7 @@ def test_what_is_taken_is_what_the_commands_write(
     assert "Does the model hold?" in report
 
 
-@pytest.mark.slow(few=3)
+@pytest.mark.slow
 def test_an_own_effect_of_one_line_is_added_and_code_only_when_it_is_trusted(address: str) -> None:
     page = Visitor(address)
     own = page.ask("own", {"name": "leak", "expression": "xyz + k*tau*white"})
@@ -736,7 +736,7 @@ def at_once(count: int, ask: Callable[[], Any]) -> list[Any]:
     return [answers.get_nowait() for _ in threads]
 
 
-@pytest.mark.slow(few=3)
+@pytest.mark.slow
 def test_of_many_pages_at_once_few_are_opened() -> None:
     """Each page has a window, and so its own processes."""
     with exploring() as address:

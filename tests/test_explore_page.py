@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 
 pytestmark = [
     pytest.mark.numbers,
-    pytest.mark.slow(few=6),
+    pytest.mark.slow,
     pytest.mark.skipif(CHROMIUM is None, reason="Chromium is not installed (Debian: chromium)"),
 ]
 

@@ -11,6 +11,8 @@ from lutgen.bake.lut import Sampler
 from lutgen.bake.readback import TableKind
 from lutgen.display import default_display
 
+pytestmark = pytest.mark.numbers
+
 #: Ten times as many colours, half of them where tables have the largest errors.
 MANY = Counts(150_000, 0, 0, 0, 150_000)
 

@@ -109,7 +109,7 @@ def test_the_gain_between_two_sessions_of_one_hour_is_fitted_as_the_twin_does() 
     assert np.count_nonzero(found.gains) == 2
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["crosstalk", "black-level"])
 def test_an_hour_without_tips_is_fitted_nearly_as_the_twin_does(name: str) -> None:
     # In lutgen the tips of such an hour follow the neighbouring hours. In the twin the hour also influences them.

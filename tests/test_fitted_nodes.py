@@ -22,6 +22,8 @@ from lutgen.display import default_display
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
 
+pytestmark = pytest.mark.numbers
+
 #: SHA-256 of aged.cube, 33³, of the default display in chroma, by hours. Another processor changes no digit.
 HASHES = {
     8_000.0: "5ba27c7a3d4fb288f09837724a7885ee3043d48b95bd3f92ec65d0a39acd39c6",

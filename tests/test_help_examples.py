@@ -45,14 +45,15 @@ FIRST = ("build", "refine", "study plan")
 
 @pytest.fixture(scope="module")
 def prepared(folder: Path) -> Path:
-    """The folder with the output of these commands' examples, even if the docs also run the examples."""
+    """The folder with the files that these commands' examples write, even if the docs also run the examples."""
     for command in FIRST:
         for line in examples(command):
-            run_lutgen(line, folder)
+            if plain(line) not in RUN_BY_DOCS or " -o " in line:
+                run_lutgen(line, folder)
     return folder
 
 
-@pytest.mark.slow(cases=8)
+@pytest.mark.slow(cases=3)
 @pytest.mark.parametrize("command", [command for command in COMMANDS if command not in FIRST])
 def test_every_commands_help_ends_in_examples_that_work(command: str, prepared: Path) -> None:
     for line in examples(command):

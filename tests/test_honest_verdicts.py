@@ -209,7 +209,7 @@ def test_a_slice_of_a_condition_compares_the_same_patches() -> None:
     assert max(each.rms_sigma for each in minutes.values()) < 2.0 * minutes["warm"].rms_sigma + 1.0
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 def test_shares_are_told_in_delta_e_too_and_in_its_order() -> None:
     both = Campaign(
         design="full", hours=(0.0, 1000.0, 4500.0, 9000.0, 14_000.0, 18_000.0), seed=41,
@@ -244,7 +244,7 @@ def test_scatter_is_even_where_only_bright_patches_have_more_of_it_than_lucky_re
 NOT_HIDDEN = "test_an_effect_that_explains_nearly_all_of_chi2_does_not_hide_another_that_is_seen"
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 @pytest.mark.parametrize("hours", [
     (0.0, 4500.0, 18_000.0),
     pytest.param(LUCKY.hours, marks=pytest.mark.rare(instead=NOT_HIDDEN)),
@@ -280,7 +280,7 @@ def test_neighbouring_levels_err_alike_where_the_curve_is_wrong_and_not_by_noise
 COLD = (("warm-up", 0.05, "same"),)
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 def test_an_effect_that_needs_a_free_curve_is_one_of_those_that_change_curves() -> None:
     hidden = (("eotf-drift", 0.05, "other"),)
     found = diagnose(read(csv_text(replace(LUCKY, seed=1, hidden=hidden)), file="curve.csv", sha256=""))
@@ -291,7 +291,7 @@ def test_an_effect_that_needs_a_free_curve_is_one_of_those_that_change_curves() 
     assert "an effect like it that the catalogue lacks" in found.verdict.sentence
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 def test_an_effect_that_the_catalogue_lacks_is_not_named_after_its_kin() -> None:
     """Without recalibration in the catalogue, a free eotf-drift fits it, and would fit other effects as well."""
     hidden = (("recalibration", 0.02, "other"),)
@@ -305,7 +305,7 @@ def test_an_effect_that_the_catalogue_lacks_is_not_named_after_its_kin() -> None
     assert f"could also imitate most of {alike.name}" in found.verdict.sentence
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 def test_a_form_that_owes_most_to_its_freedom_proves_no_family() -> None:
     """One channel's gamma follows another law: eight parameters fit it, and one parameter explains next to nothing."""
     hidden = (("channel-gamma", 0.02, "other"),)
@@ -314,7 +314,7 @@ def test_a_form_that_owes_most_to_its_freedom_proves_no_family() -> None:
     assert "owes its fit mainly to its free parameters: the effect's simplest form explains" in found.verdict.sentence
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 def test_two_effects_that_overlap_and_leave_noise_are_one_that_is_like_both() -> None:
     hidden = (("eotf-drift", 0.006, "other"),)
     readings = read(csv_text(replace(LUCKY, seed=3, hidden=hidden)), file="like.csv", sha256="")
@@ -363,7 +363,7 @@ def test_a_form_passes_for_an_effect_only_where_it_follows_all_sizes_of_it() -> 
     assert alike.share > 0.05
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 def test_choosing_forms_again_never_makes_a_fit_worse() -> None:
     """Quantisation steps appear in the residuals of other effects: a wrong second effect must not hide the steps."""
     stepped = replace(LUCKY, seed=1, hidden=(("quantization", 1.0 / 255.0, "other"),))
@@ -403,7 +403,7 @@ def test_a_rival_pays_for_a_parameter_that_explains_nothing() -> None:
     assert rivals == [["other-warm-up"], []]
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 def test_a_backlight_that_follows_the_picture_is_not_three_effects() -> None:
     """If the curve counts as known, the backlight also dims patches that fill the screen."""
     quiet = read(csv_text(replace(LUCKY, seed=1)), file="dimmed.csv", sha256="")
@@ -422,6 +422,7 @@ def test_a_backlight_that_follows_the_picture_is_not_three_effects() -> None:
     assert found.verdict.effects == ("dynamic-contrast",), found.verdict.sentence
 
 
+@pytest.mark.slow
 def test_an_effect_that_explains_less_than_half_is_no_finding_though_the_rest_is_even() -> None:
     """Light of the last patch persists for a while on any patch: for a search for effects this light is scatter."""
     truth = campaign(1425548862, {"image-retention": 0.012060213562956609})
@@ -496,6 +497,7 @@ def test_kin_that_is_tied_leaves_out_kin_that_is_not(
     assert [each.name for each in found] == left
 
 
+@pytest.mark.slow
 def test_a_misfit_is_no_wandering_gain_once_an_effect_explains_it() -> None:
     """Warm readings are lighter, like a drift of the session's gain. With the effect the gain drifts as usual."""
     hidden = (("temperature", 0.01, "same"),)

@@ -11,6 +11,8 @@ from lutgen.display import Tips, hour_name
 from lutgen.display.tips import MAX_HOURS, parse_hours
 from lutgen.errors import LutgenError
 
+pytestmark = pytest.mark.numbers
+
 #: Measured hours at uneven intervals, some of them not whole.
 MEASURED = [0.0, 562.5, 1000.0, 10_000.0, 18_000.0]
 

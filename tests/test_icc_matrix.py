@@ -16,6 +16,8 @@ from lutgen.readings import read_measurements
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
 
+pytestmark = pytest.mark.numbers
+
 PROVENANCE = Provenance("Aged display, chroma", "lutgen-chroma", ("lutgen: what it shows", "hours: 18000"))
 
 

@@ -42,6 +42,8 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
+pytestmark = pytest.mark.numbers
+
 Pixels = Any
 HOURS = (0.0, 2500.0, 9000.0, 18_000.0)
 
@@ -246,7 +248,7 @@ def test_a_model_of_bare_readings_has_no_intervals(tissue: Pixels, model: Displa
     assert found.as_json()["images"][0]["modes"]["chroma"]["lifetimes"]["3"]["interval"] is None
 
 
-@pytest.mark.slow(few=2)
+@pytest.mark.slow
 def test_intervals_hold_the_lifetime_and_are_the_same_again(
     tissue: Pixels, refined: DisplayModel, tmp_path: Path
 ) -> None:
@@ -264,7 +266,7 @@ def test_intervals_hold_the_lifetime_and_are_the_same_again(
         assert (high or 18_000.0) - low < 0.3 * life
 
 
-@pytest.mark.slow(few=2)
+@pytest.mark.slow
 def test_less_noise_makes_narrower_intervals(tissue: Pixels, refined: DisplayModel, tmp_path: Path) -> None:
     file = save(tmp_path / "in.png", tissue[:32, :32])
     widths = []
@@ -279,7 +281,7 @@ def test_less_noise_makes_narrower_intervals(tissue: Pixels, refined: DisplayMod
     assert 1.5 < widths[0] / widths[1] < 8
 
 
-@pytest.mark.slow(few=2)
+@pytest.mark.slow
 def test_draws_scatter_as_they_should(refined: DisplayModel) -> None:
     models = drawn(refined, 400)
     assert len(drawn(refined)) == DRAWS
@@ -308,6 +310,7 @@ def test_coarse_colours_keep_pixels_and_their_mean(tissue: Pixels, tmp_path: Pat
 # Output ---------------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_json_is_as_the_issue_and_the_schema_say(
     tissue: Pixels, model: DisplayModel, refined: DisplayModel, tmp_path: Path
 ) -> None:
@@ -364,7 +367,7 @@ def test_csv_is_table_1_a_line_an_image_and_mode(tissue: Pixels, model: DisplayM
     assert rows[0]["mean_60"] == ""
 
 
-@pytest.mark.slow(few=2)
+@pytest.mark.slow
 def test_progress_rises_to_the_whole(tissue: Pixels, refined: DisplayModel, tmp_path: Path) -> None:
     files = [save(tmp_path / name, tissue[:16, :16]) for name in ("a.png", "b.png")]
     seen: list[tuple[int, int]] = []

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
     from lutgen.pictures.lifetime import Lifetimes
 
+pytestmark = pytest.mark.numbers
+
 #: An effect with a standard error, on the default display.
 MODEL = """\
 schema = 1

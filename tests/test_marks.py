@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.conftest import COLLECTED, SAMPLE, left_out
+from tests.conftest import COLLECTED, FEW, left_out, substitute
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -41,9 +41,7 @@ def test_rare_tests_are_slow_and_name_what_is_run_instead(request: pytest.Fixtur
         found = re.search(rf"^def {name}\(", text, flags=re.MULTILINE)
         assert found, f"{item.nodeid}: {mark.kwargs['instead']} is no test"
         # A parametrised test may have rare cases: its other cases are the sample.
-        path = item.nodeid.partition("::")[0]
-        instead = f"{path.rpartition('/')[0]}/{file}::{name}" if file else f"{path}::{name}"
-        assert instead not in never, f"{item.nodeid}: {mark.kwargs['instead']} is not run either"
+        assert substitute(item) not in never, f"{item.nodeid}: {mark.kwargs['instead']} is not run either"
 
 
 def test_no_more_slow_cases_are_run_than_the_budget_says(request: pytest.FixtureRequest) -> None:
@@ -62,22 +60,26 @@ def test_of_a_slow_table_a_sample_is_run_and_always_the_same() -> None:
         def get_closest_marker(self, name: str) -> pytest.Mark | None:
             return self.marks.get(name)
 
-    slow, every, few = pytest.mark.slow.mark, pytest.mark.slow(every=True).mark, pytest.mark.slow(few=4).mark
+    slow, every, one = pytest.mark.slow.mark, pytest.mark.slow(every=True).mark, pytest.mark.slow(few=1).mark
     rare = pytest.mark.rare(instead="test_quick").mark
     table = [Case(f"test_a.py::test_table[{case}]", slow=slow) for case in range(9)]
     whole = [Case(f"test_a.py::test_whole[{case}]", slow=every) for case in range(3)]
     seldom = [Case("test_a.py::test_whole[3]", slow=every, rare=rare), Case("test_a.py::test_seldom", rare=rare)]
     quick = [Case(f"test_a.py::test_quick[{case}]") for case in range(3)]
-    pages = [Case(f"test_b.py::test_{number}[{case}]", slow=few) for number in range(20) for case in range(2)]
-    three = [Case(f"test_c.py::test_three[{case}]", slow=pytest.mark.slow(cases=3).mark) for case in range(9)]
-    items: list[pytest.Item] = [*three, *table, *whole, *seldom, *quick, *pages]  # type: ignore[list-item]
-    assert len(left_out(items[:9])) == 9 - 3
-    items = items[9:]
+    many = [Case(f"test_b.py::test_{number}[{case}]", slow=slow) for number in range(20) for case in range(2)]
+    alone = [Case(f"test_c.py::test_{number}", slow=one) for number in range(4)]
+    three = [Case(f"test_d.py::test_three[{case}]", slow=pytest.mark.slow(cases=3).mark) for case in range(9)]
+    items: list[pytest.Item] = [*table, *whole, *seldom, *quick, *many, *alone, *three]  # type: ignore[list-item]
     out = left_out(items)
-    assert len(out & {*items[:9]}) == 9 - SAMPLE
-    assert out - {*items[:9]} - {*items[-40:]} == {*items[12:14]}
-    shown = [item.nodeid.partition("[")[0] for item in items[-40:] if item not in out]
-    assert len(shown) == len(set(shown)) == 4
+    run = [item.nodeid for item in items if item not in out]
+    names = [each.partition("[")[0] for each in run]
+    assert [each for each in run if "quick" in each or "whole" in each] == [each.nodeid for each in (*whole, *quick)]
+    assert names.count("test_a.py::test_table") == 1
+    assert (
+        sum(name.startswith("test_b.py") for name in names) == FEW == len({each for each in names if "_b.py" in each})
+    )
+    assert sum(name.startswith("test_c.py") for name in names) == 1
+    assert names.count("test_d.py::test_three") == 3
     assert out == left_out(items)
     draws = [left_out(items, seed) for seed in range(60)]
-    assert set.intersection(*draws) == {*items[12:14]}
+    assert {item.nodeid for item in set.intersection(*draws)} == {each.nodeid for each in seldom}

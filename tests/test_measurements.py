@@ -20,6 +20,8 @@ from tests.real_data import real_data
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+pytestmark = pytest.mark.numbers
+
 ROOT = Path(__file__).parents[1]
 DEFAULT = default_display().read_bytes()
 LINES = DEFAULT.decode().splitlines()

@@ -398,6 +398,7 @@ def test_what_a_whole_session_has_more_is_said_beside_nothing_else(more: float, 
         assert verdict.sentence == AGREES
 
 
+@pytest.mark.slow
 def test_a_session_of_another_brightness_is_said_where_nothing_explains_it() -> None:
     """A display that was dimmed to two thirds and whose menu made greens paler."""
     readings = session(Panel(fading=0.0), [*TIPS, *TIPS, BLACK, *GREYS, *RAMPS, *MIXTURES])
@@ -555,7 +556,7 @@ def test_a_diagnosis_takes_what_a_curve_misses_between_its_levels_for_no_aging()
     assert diagnose(greys_at_new_levels(0.02), baseline="native").verdict.name == "consistent"
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 def test_a_change_smaller_than_what_curves_miss_is_named() -> None:
     """The first reading of a colour predicts its later readings, and holds the residual of the curves."""
     found = diagnose(bright_mixtures(("eotf-drift", 0.01, "same")), baseline="native")

@@ -69,7 +69,7 @@ def sigma(noise: Noise, light: Array) -> float:
     return float(np.exp(np.log(np.diagonal(noise.covariance(light[np.newaxis])[0])).mean() / 2))
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 @pytest.mark.parametrize(("relative", "floor", "correlation"), [
     (0.001, 0.0005, 0.6),
     (0.002, 0.003, 0.3),
@@ -108,7 +108,7 @@ def of_detectors(xyz: Array, seed: int) -> Array:
     return np.asarray(xyz * (1.0 + flicker + own) + 0.003 * rng.standard_normal(xyz.shape))
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 def test_the_floor_has_correlations_of_its_own() -> None:
     exact = readings(hours=tuple(1000.0 * k for k in range(10)))
     light, dim = exact.xyz_cd_m2, np.tile([2.0, 2.1, 2.4], (120, 1))
@@ -413,7 +413,7 @@ def test_an_instrument_with_heavy_tails_keeps_its_outliers(outliers: tuple[int, 
     assert again.noise.outliers == ()
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 def test_heavy_tails_are_no_problem_of_the_measurement() -> None:
     exact = readings(hours=tuple(1000.0 * k for k in range(10)))
     wide = np.sqrt(3.0 / np.random.default_rng(5).chisquare(3.0, (exact.hours.size, 1))) / np.sqrt(3.0)

@@ -33,6 +33,8 @@ from tests.twin import SRGB_XY, Twin, rows_of_csv, srgb_matrix
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
 
+pytestmark = pytest.mark.numbers
+
 Pixels = Any
 HOURS = (0.0, 10_000.0, 18_000.0)
 
@@ -301,7 +303,7 @@ def test_specks_folds_and_lumens_are_no_nuclei(tmp_path: Path) -> None:
     assert found.large >= 1
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "field",
     [

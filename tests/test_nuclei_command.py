@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
     from lutgen.pictures.conspicuity import Conspicuity
 
+pytestmark = pytest.mark.numbers
+
 
 @pytest.fixture
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:

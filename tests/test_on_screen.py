@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
+pytestmark = pytest.mark.numbers
+
 AGE = ("chroma-luma", 10_000.0)
 FALLOFF = {"new": 0.1, "grown": 0.4, "slope_u": 0.3, "tint_z": 0.5}
 QUARTER = OnScreen(0.5, 0.0, 0.5, 0.25)

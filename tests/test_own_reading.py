@@ -14,6 +14,8 @@ from lutgen.bake.lut import Lut
 from lutgen.bake.manifest import HeldFile
 from lutgen.bake.own_reading import is_text_of, whole_steps
 
+pytestmark = pytest.mark.numbers
+
 PROVENANCE = Provenance("Aged display, chroma, 600h", "lutgen", ("display: Büro", "hours: 600"))
 
 

@@ -9,6 +9,8 @@ import pytest
 
 from lutgen.processes import in_parallel
 
+pytestmark = pytest.mark.numbers
+
 _LOCK = threading.Lock()
 
 

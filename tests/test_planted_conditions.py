@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
     from tests.virtual_display.readings import Readings
 
+pytestmark = pytest.mark.numbers
+
 REFERENCE_C = 25.0
 
 

@@ -77,7 +77,7 @@ def some_and_all(test: str, *patterns: str) -> pytest.MarkDecorator:
     return pytest.mark.parametrize("pattern", [*patterns, everything])
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 @some_and_all(
     "test_no_session_is_foretold_worse_than_by_srgb_curves",
     "U2718Q__2_2022-08-20",  # 0.65 of the error of sRGB's curves
@@ -92,7 +92,7 @@ def test_no_session_is_foretold_worse_than_by_srgb_curves(pattern: str) -> None:
         assert model.error <= model.rungs[0].error, file.name
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 @some_and_all(
     "test_no_native_display_foretells_worse_than_the_papers",
     "MacBook_Pro_13_2013_Late___1_2018-06-03_14-59",  # 0.99 of the error of the paper's curves
@@ -148,7 +148,7 @@ def test_a_session_whose_brightness_drifts_is_said_to_hold_no_model() -> None:
 CONTRADICTED = ("MacBook_Pro_13_2013_Late___1_2018-06-03", "U2718Q__2_2017-12-05")
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 @some_and_all(
     "test_compare_is_as_near_as_the_own_model",
     "K2418U__1_2019-04-01",

@@ -181,7 +181,7 @@ def test_auto_adds_nothing_to_a_healthy_display() -> None:
     assert np.abs(made.found.tips[problem.is_knot] - made.model.latent.xyz_cd_m2).max() > 1e-4
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 @pytest.mark.rare(instead="test_auto_adds_what_a_diagnosis_finds")
 def test_auto_goes_on_from_what_a_model_has() -> None:
     first = refine(readings(*TWO), ["black-level"])

@@ -129,7 +129,7 @@ def test_the_size_that_is_said_to_be_smallest_is_that_of_the_visibility_table() 
     assert put == pytest.approx(3.0 * found.smallest_detectable, rel=0.01)
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 @pytest.mark.parametrize(("design", "seconds"), [
     ("colours", 8.0),
     pytest.param("full", 15.0, marks=pytest.mark.rare(instead="test_the_rehearsal_is_the_same_twice_and_short")),

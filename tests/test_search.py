@@ -185,6 +185,7 @@ def test_the_rounding_that_codes_ask_for_is_proposed_first(
     assert looked_at > 4e6
 
 
+@pytest.mark.slow
 def test_a_rounding_is_proposed_beside_another_effect_though_its_simplest_formula_explains_nothing() -> None:
     hidden = {"quantization": (1.0 / 2047.0, "other"), "black_level": (2e-3, "same")}
     base = campaign("full", 3, **hidden)
@@ -260,7 +261,7 @@ def test_an_effect_that_begins_beyond_a_threshold_is_found() -> None:
     assert family(base, effect).best.gain > 0.9 * (base.chi2 - base.freedom)
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 def test_another_selection_costs_more_than_its_luck() -> None:
     penalty, gains = [], []
     for seed in range(60):
@@ -291,7 +292,7 @@ def test_without_replicates_the_chance_is_that_of_chi_square() -> None:
     assert PureError(18.0, 18).p_of_gain(-1.0, 2) == 1.0
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 def test_what_noise_leaves_of_healthy_displays_is_as_probable_as_it_should_be() -> None:
     chances = []
     for seed in range(60):

@@ -46,6 +46,7 @@ def test_what_a_loss_of_drive_does_is_known_as_the_slopes_of_curves_are() -> Non
     assert with_drive_errors(fit(problem, [Term.at_rest(other, ("grown",))])).problem.drive_errors is None
 
 
+@pytest.mark.slow
 def test_a_rounding_that_came_later_behind_tables_that_nobody_knows_is_told() -> None:
     """A calibration gives each channel a table. A 6-bit cable after the tables moves each code differently."""
     random, powers = np.random.default_rng(6), np.array([1.12, 0.93, 1.05])

@@ -23,6 +23,8 @@ from tests.command import in_process
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+pytestmark = pytest.mark.numbers
+
 #: Text that Python's float and int accept, and that no measuring program writes.
 LOOSE = ("1_000", "１", "٣", "1\u00a0", "infinity")
 

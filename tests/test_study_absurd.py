@@ -10,6 +10,8 @@ from lutgen.errors import LutgenError
 from lutgen.study.analysis import analyse_answers
 from lutgen.study.answers import MAX_SECONDS, Answer, sensible
 
+pytestmark = pytest.mark.numbers
+
 ANSWERS = tuple(
     Answer(
         "Dr A",

@@ -42,6 +42,8 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.study.answers import Answer
 
+pytestmark = pytest.mark.numbers
+
 #: Simulated studies. Without an effect, 16 to 35 of them (95 % of a binomial) should report a difference.
 STUDIES = 500
 LEAST, MOST = map(int, binom.interval(0.95, STUDIES, 0.05))

@@ -97,7 +97,7 @@ def test_light_that_falls_by_a_quarter_is_not_constant_in_few_sessions() -> None
 
 
 @pytest.mark.parametrize("name", trend_coverage.truths(np.random.default_rng(0)))
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 def test_intervals_hold_the_true_time_about_as_often_as_they_say(name: str) -> None:
     """40 histories: a true share of 0.9 gives fewer than 31 with a probability of 1 %. The script scores more."""
     missed = [trend_coverage.held(name, 8, (5, n)) for n in range(40)]

@@ -175,7 +175,7 @@ def test_effects_that_cannot_be_told_apart_come_with_what_separates_them() -> No
     assert offset.name in {"lens cap", "black, shrouded, and black in the lit room"}
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 def test_several_effects_share_the_excess() -> None:
     verdict = diagnosis("two faults").verdict
     assert set(verdict.shares) == {"black-level", "crosstalk"}
@@ -225,7 +225,7 @@ def test_copies_of_a_reading_are_no_replicates() -> None:
     assert "copies" in found.verdict.sentence
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 def test_a_wrong_row_does_not_hide_the_effect_beside_it() -> None:
     readings = CASES["cross-coupled channels"].measured()
     xyz = readings.xyz_cd_m2.copy()
@@ -273,7 +273,7 @@ def test_what_the_catalogue_lacks_is_not_named_after_two_that_mimic_it(case: Cas
             assert max(formulas) > 0.5 * family.best.gain, family.name
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 def test_a_luminance_that_the_file_calls_held_and_that_falls_is_taken_as_free() -> None:
     case = Case(
         "one-of",

@@ -72,7 +72,7 @@ FAINT = (
 NINE_OF_TEN = "test_an_effect_of_the_smallest_detectable_size_is_found_in_nine_of_ten_campaigns"
 
 
-@pytest.mark.slow(every=True)
+@pytest.mark.slow
 @pytest.mark.parametrize(("faint", "low", "high", "luck"), [
     # With a true rate of nine in ten, 40 draws give 31 or more in 99 of 100 cases.
     (FAINT[:1], 0.775, 1.0, 0.15),
