@@ -18,6 +18,8 @@ from lutgen.errors import LutgenError
 from lutgen.readings import Measurements
 from tests.criticism_twin import FRESH, TIPS
 from tests.quick import mostly_slow
+from tests.readings_text import read
+from tests.virtual_display.campaign import Campaign, csv_text
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -233,10 +235,47 @@ def test_a_replicate_that_stands_alone_is_a_slip(row: int, by: tuple[float, floa
     assert row not in Problem.of(replace(right, xyz_cd_m2=xyz)).rows
 
 
-def test_two_replicates_do_not_tell_which_of_them_slipped() -> None:
-    xyz = with_noise(readings(repeats=2), 5).xyz_cd_m2.copy()
-    xyz[0] *= 1.2
-    assert estimate_noise(replace(readings(repeats=2), xyz_cd_m2=xyz)).outliers == ()
+def with_swapped_x_and_z(right: Measurements, row: int) -> Measurements:
+    xyz: Array = right.xyz_cd_m2.copy()
+    xyz[row] = xyz[row, ::-1]
+    return replace(right, xyz_cd_m2=xyz)
+
+
+GREYS = (*TIPS, BLACK, *((g, g, g) for g in (0.1, 0.25, 0.5, 0.75)))
+
+
+def test_of_two_replicates_the_patch_at_other_hours_tells_which_slipped() -> None:
+    right = with_noise(readings(repeats=2), 5)
+    noise = estimate_noise(with_swapped_x_and_z(right, 9))
+    assert noise.outliers == (9,)
+    assert noise.relative == pytest.approx(estimate_noise(right).relative, rel=0.1)
+
+
+def test_two_replicates_of_an_hour_alone_do_not_tell_which_slipped_and_neither_counts_as_noise() -> None:
+    right = with_noise(readings(patches=GREYS, repeats=2, hours=HOURS[:1]), 5)
+    noise = estimate_noise(with_swapped_x_and_z(right, 7))
+    assert (noise.outliers, noise.contradictory) == ((), (6, 7))
+    assert noise.relative == pytest.approx(estimate_noise(right).relative, rel=0.2)
+
+
+@pytest.mark.parametrize("share", [0.05, 1.0])
+def test_a_wrong_row_of_a_repeated_patch_is_left_out_and_is_no_heavy_tail(share: float) -> None:
+    """The display fades between the hours by more than the smaller error, so that only the fit tells."""
+    text = csv_text(Campaign(design="colours", hours=HOURS, seed=3))
+    groups = replicate_groups(three := read(text, file="campaign.csv", sha256=""))
+    further = {int(line) for group in range(groups.max() + 1) for line in np.sort(three.lines[groups == group])[2:]}
+    two = [line for number, line in enumerate(text.splitlines(), start=1) if number not in further]
+    right = read("\n".join(two), file="campaign.csv", sha256="")
+    groups = replicate_groups(right)
+    is_second = np.array([np.flatnonzero(groups == group)[-1] for group in groups]) == np.arange(groups.size)
+    is_second &= (np.bincount(groups)[groups] == 2) & (right.hours == HOURS[2])
+    row = max(np.flatnonzero(is_second), key=lambda row: np.ptp(right.drive[row]))
+    xyz: Array = right.xyz_cd_m2.copy()
+    xyz[row] += share * (xyz[row, ::-1] - xyz[row])
+    found = diagnose(right.with_light(xyz))
+    assert found.verdict.name == "measurement-problem"
+    assert f"line {int(right.lines[row])} " in found.verdict.sentence
+    assert found.problem.weights is None
 
 
 @pytest.mark.slow

@@ -19,10 +19,19 @@ import numpy as np
 
 from lutgen.criticism.noise.covariance import NoisePoints, by_scoring, covariance_of, partials_of
 from lutgen.criticism.noise.digits import Digits, digits_of
-from lutgen.criticism.noise.replicates import FLOOR_CD_M2, RELATIVE, Replicates, group_means, replicate_groups
+from lutgen.criticism.noise.replicates import (
+    FLOOR_CD_M2,
+    RELATIVE,
+    Replicates,
+    group_means,
+    patch_numbers,
+    replicate_groups,
+)
 from lutgen.readings.instruments import Instrument, session_gain, stated_instrument
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
@@ -63,6 +72,9 @@ DARK_CD_M2 = 1.0
 OUTLIER_SIGMA = 12.0
 
 
+#: Of two contradictory replicates, the one that differs so many times more from the patch at other hours is an outlier.
+UNLIKE = 3.0
+
 #: Number of contrasts to which the prior is equivalent: for the bright part, and for the floor with its few replicates.
 PRIOR_CONTRASTS = 2.0, 5.0
 
@@ -85,6 +97,8 @@ class Noise:
         Sum of squares of the contrasts in units of this noise; about 3 × ``contrasts`` if the noise is right.
     outliers
         Indices of the readings that replicates show to be wrong.
+    contradictory
+        Indices of pairs of replicates that contradict each other, of which replicates do not tell the wrong one.
     copied
         Share of the replicated patches, other than dark ones, whose readings agree to the last digit.
     ratio, floor_ratio
@@ -112,6 +126,7 @@ class Noise:
     contrasts: int = 0
     scatter: float = 0.0
     outliers: tuple[int, ...] = ()
+    contradictory: tuple[int, ...] = ()
     copied: float = 0.0
     ratio: tuple[float, float, float] = (1.0, 1.0, 1.0)
     floor_ratio: tuple[float, float, float] = (1.0, 1.0, 1.0)
@@ -182,8 +197,9 @@ def estimate_noise(readings: Measurements, instrument: str | None = None) -> Noi
     stated = stated_instrument(readings.metadata, instrument)
     start = _start(stated, session_gain(readings.metadata, readings.file))
     groups = replicate_groups(readings)
-    outliers = _outliers(readings.xyz_cd_m2, groups, (start.relative, start.floor_cd_m2))
-    keep = ~np.isin(np.arange(groups.size), outliers)
+    outliers, contradictory = _outliers(readings.xyz_cd_m2, groups, (start.relative, start.floor_cd_m2))
+    outliers += _unlike_other_hours(readings, contradictory)
+    keep = ~np.isin(np.arange(groups.size), [*outliers, *contradictory])
     rows, across = np.flatnonzero(keep), False
     pooled = _Pooled.of(readings.xyz_cd_m2[rows], Replicates.of(readings, rows))
     if pooled.bright < ENOUGH:
@@ -204,6 +220,7 @@ def estimate_noise(readings: Measurements, instrument: str | None = None) -> Noi
         noise,
         scatter=pooled.squares(noise),
         outliers=_confirmed_outliers(readings.xyz_cd_m2, groups, outliers, noise),
+        contradictory=contradictory,
         copied=_copied(readings.xyz_cd_m2, groups),
     )
 
@@ -220,7 +237,9 @@ def _confirmed_outliers(
     """Suspected outliers that are far from the median in units of the noise estimated from the others."""
     confirmed = []
     for row in outliers:
-        middle = np.median(xyz[groups == groups[row]], axis=0)
+        here = groups == groups[row]
+        here[row] = False
+        middle = np.median(xyz[here], axis=0)
         deviation = noise.whitener(middle[np.newaxis])[0] @ (xyz[row] - middle)
         if float(deviation @ deviation) > (OUTLIER_SIGMA / 2) ** 2:
             confirmed.append(row)
@@ -334,22 +353,45 @@ class _Pooled:
         return replace(start, **NoisePoints.at(point[np.newaxis], shot=shot).first()), loss_at_point
 
 
-def _outliers(xyz: Array, groups: NDArray[np.intp], start: tuple[float, float]) -> tuple[int, ...]:
-    """Replicates in groups of three or more that are further from the group's median than noise explains."""
-    found: list[int] = []
+def _unlike_other_hours(readings: Measurements, contradictory: Sequence[int]) -> tuple[int, ...]:
+    """Return the readings of contradictory pairs that differ ``UNLIKE`` times more from the patch at other hours."""
+    wrong = []
+    patch, xyz = patch_numbers(readings), readings.xyz_cd_m2
+    for pair in zip(contradictory[::2], contradictory[1::2], strict=True):
+        others = np.setdiff1d(np.flatnonzero(patch == patch[pair[0]]), contradictory)
+        if others.size:
+            light = np.abs(xyz[others]) + FLOOR_CD_M2
+            near, far = sorted((float((np.abs(xyz[row] - xyz[others]) / light).max(axis=1).min()), row) for row in pair)
+            wrong += [far[1]] if far[0] > UNLIKE * near[0] else []
+    return tuple(wrong)
+
+
+def _outliers(
+    xyz: Array, groups: NDArray[np.intp], start: tuple[float, float]
+) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Return the replicates that are further from their group than noise explains, and the contradictory pairs.
+
+    In a group of three or more, the median tells which replicate is wrong. Two replicates that contradict each other
+    do not tell this; both are left out of the estimate of the noise.
+    """
     deviations, rows = [], []
-    for group in np.flatnonzero(np.bincount(groups) >= 3):
+    for group in np.flatnonzero(np.bincount(groups) >= 2):
         here = np.flatnonzero(groups == group)
         middle = np.median(xyz[here], axis=0)
         sigma = np.sqrt((start[0] * middle) ** 2 + start[1] ** 2)
         deviations.append(np.abs((xyz[here] - middle) / sigma).max(axis=1))
         rows.append(here)
-    if not rows:
-        return ()
     # The scale comes from the data: the median over groups of the second largest deviation, robust against one outlier.
-    scale = max(float(np.median([np.sort(each)[-2] for each in deviations])), 0.05)
+    # Of few groups, groups of two would make this scale large themselves.
+    large = [each for each in deviations if each.size >= 3]
+    seconds = [np.sort(each)[-2] for each in (deviations if len(deviations) - len(large) >= ENOUGH else large)]
+    scale = max(float(np.median(seconds)), 0.05) if seconds else np.inf
+    outliers: list[int] = []
+    contradictory: list[int] = []
     for each, here in zip(deviations, rows, strict=True):
         order = np.argsort(each)
-        if each[order[-1]] > OUTLIER_SIGMA * max(scale, each[order[-2]]):
-            found.append(int(here[order[-1]]))
-    return tuple(found)
+        if here.size == 2 and each[0] > OUTLIER_SIGMA * scale:
+            contradictory += here.tolist()
+        elif here.size > 2 and each[order[-1]] > OUTLIER_SIGMA * max(scale, each[order[-2]]):
+            outliers.append(int(here[order[-1]]))
+    return tuple(outliers), tuple(contradictory)

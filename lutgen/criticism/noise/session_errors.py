@@ -38,6 +38,9 @@ if TYPE_CHECKING:
     #: A contrast of gains, the departure from a line through three sessions: place of a session → its gain, weight.
     Line = dict[int, tuple[int, float]]
 
+#: Weight of a reading that is certainly or possibly wrong in the fit from which all weights are computed.
+NEARLY_NONE = 1e-6
+
 #: Largest plausible drift of an instrument's gain, 1 σ; an assumption.
 MOST = 0.02
 
@@ -78,10 +81,13 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
     plain, fixed = problem, [replace(term, free=()) for term in terms]
     if tails := tails_of(plain):
         # With heavy tails, outliers are expected: they get small weights, and are not left out.
-        problem, plain = problem.with_outliers(), plain.with_outliers()
-        fitted = fit(plain, fixed)
         weights = np.ones(problem.readings.hours.size)
-        weights[problem.rows] = weights_of(plain, fitted.residual, tails)
+        # Errors far beyond the tails would move the fit, and with it the residuals of other readings.
+        weights[[*problem.noise.outliers, *problem.noise.contradictory]] = NEARLY_NONE
+        problem, plain = problem.with_outliers(), plain.with_outliers()
+        fitted = fit(replace(plain, weights=weights), fixed)
+        residual = fitted.residual / np.sqrt(weights[problem.rows])[:, np.newaxis]
+        weights[problem.rows] = weights_of(plain, residual, tails)
         if plain.first_readings and plain.first_errors:
             # An outlier of the first session affects all later readings of its colour.
             sizes = plain.first_errors.subtracted_from(fitted.linear.residual)[1]

@@ -46,7 +46,7 @@ def tails_of(problem: Problem) -> Tails | None:
     """Estimate the tails from replicates; None if a normal distribution suffices, or there are too few replicates."""
     replicates = Replicates.of(problem.readings, problem.rows, across_sessions=problem.noise.across_sessions)
     count = np.bincount(replicates.groups)[replicates.groups]
-    replicated = (count > 1) & ~_coarse(problem)
+    replicated = (count > 1) & ~_coarse(problem) & ~np.isin(problem.rows, problem.noise.contradictory)
     if int(replicated.sum()) < ENOUGH:
         return None
     # In units of the meter's noise: the model discrepancy is the same in all replicates.
