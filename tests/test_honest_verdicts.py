@@ -18,6 +18,7 @@ from lutgen.criticism.fit.linear import State, Term, predict
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.pure_error import PureError
 from lutgen.criticism.noise.session_errors import _sd_by_median, with_shared_errors
+from lutgen.criticism.refine import refine
 from lutgen.criticism.search import stepwise
 from lutgen.criticism.search.candidates import HALF, STRONG, contenders, family
 from lutgen.criticism.search.influence import Suspicion, wrong_sessions
@@ -450,6 +451,7 @@ def test_three_effects_that_leave_something_or_do_not_show_are_no_finding(
     monkeypatch.setattr("lutgen.criticism.verdict.pronounce.Weighed.of", lambda *_: weighed)
     monkeypatch.setattr("lutgen.criticism.verdict.pronounce.overlap", lambda *_: False)
     monkeypatch.setattr("lutgen.criticism.verdict.pronounce._is_imitation_likely", lambda *_: False)
+    monkeypatch.setattr("lutgen.criticism.search.stepwise.Explanation.of", lambda self, _: replace(self, steps=kept))
     assert pronounce(explanation, error, (), Suspicion((), (), "")).name == said
 
 
@@ -462,6 +464,23 @@ def test_a_gain_counts_in_units_of_the_noise_that_replicates_show() -> None:
     weak = replace(candidate, gain=1.2 * enough, fit=replace(candidate.fit, chi2=base.chi2 - 1.2 * enough))
     assert admissible(weak, base, replace(error, squares=1.0 * error.freedom), 1)
     assert not admissible(weak, base, replace(error, squares=2.0 * error.freedom), 1)
+
+
+@pytest.mark.slow
+def test_sizes_are_those_of_the_model_that_the_next_command_makes() -> None:
+    """A leak of another form, and a loss of drive that explains almost none of it and that nobody is told to add."""
+    hidden, hours = (("black-level", 0.003, "other"),), (0.0, 2500.0, 8500.0, 18_000.0)
+    data = read(csv_text(Campaign(design="full", hours=hours, hidden=hidden, seed=0)), file="leak.csv", sha256="")
+    found = diagnose(data)
+    assert any(remark.startswith("Also fitted") and "drive-loss" in remark for remark in found.verdict.remarks)
+    assert found.verdict.effects == ("black-level",)
+    (step,) = found.explanation.steps
+    assert [term.effect.name for term in found.explanation.final.terms] == ["black-level"]
+    assert step.effect.in_words(step.chosen.term.values) in found.verdict.sentence
+    made = refine(data, ["black-level"])
+    assert found.after.ratio == pytest.approx(made.after.ratio, rel=0.05)
+    (term,) = made.found.terms
+    assert term.values["new"] == pytest.approx(step.chosen.term.values["new"], rel=0.02)
 
 
 def _stub(**attributes: Any) -> Any:

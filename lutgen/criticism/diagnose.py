@@ -90,7 +90,7 @@ class Diagnosis:
     comparison
         Comparison of the model without new effects with the readings.
     explanation
-        The result of the search.
+        The result of the search; where the verdict names effects, by these effects alone.
     verdict
         The verdict and its sentence.
     visibility
@@ -201,7 +201,7 @@ def diagnose(
     rivals = {(step.name, rival.name) for step in named for rival in step.rivals}
     return Diagnosis(
         compare_problem(problem, base.terms),
-        explanation,
+        explanation.of(verdict.effects),
         verdict,
         seen,
         tuple(what_separates(explanation, pair) for pair in sorted(rivals)),

@@ -247,7 +247,8 @@ class Effect:
             name: replace(parameter, value=held[name]) if name in held else parameter
             for name, parameter in self.parameters.items()
         }
-        return replace(self, parameters=parameters, forms=forms, refined=simple)
+        says = f"{self.says} beyond that of the first session" if "{size}" in self.says else self.says
+        return replace(self, parameters=parameters, forms=forms, refined=simple, says=says)
 
     def rest(self) -> dict[str, float]:
         """Return parameters at which the effect does nothing: neutral amplitudes, typical other parameters."""

@@ -118,6 +118,20 @@ class Explanation:
     steps: tuple[Step, ...]
     trail: tuple[Fit, ...]
 
+    def of(self, names: Sequence[str]) -> Explanation:
+        """Return the explanation by those admitted effects alone that are named, with the forms that were chosen."""
+        steps = [step for step in self.steps if step.name in names]
+        if len(steps) in {0, len(self.steps)}:
+            return self
+        chosen = [step.chosen for step in steps]
+        trail = tuple(together(self.base, chosen[:count]) for count in range(1, len(chosen) + 1))
+        fitted = [replace(each, fit=trail[-1], gain=self.base.chi2 - trail[-1].chi2) for each in chosen]
+        alone = [
+            replace(step, chosen=each, beside=tuple(other for other in fitted if other is not each))
+            for step, each in zip(steps, fitted, strict=True)
+        ]
+        return replace(self, final=trail[-1], steps=tuple(alone), trail=trail)
+
 
 def explain(
     base: Fit,

@@ -164,12 +164,16 @@ def _with_steps(explanation: Explanation, error: PureError, remarks: tuple[str, 
         remarks = (*remarks, f"Also fitted, {only}: {', '.join(beside)}.")
     if minor:
         remarks = (*remarks, f"Also fitted, but explaining almost none of the error: {', '.join(minor)}.")
+    # The model gets the named effects alone, so that their sizes come from the fit without the others.
+    alone = explanation.of([step.name for step in kept]).steps
+    sizes = {step.name: step.effect.in_words(step.chosen.term.values) for step in alone}
     left = "" if weighed.clean else f"its formula leaves a residual: {structure(explanation, weighed.final_free_term)}."
     if len(kept) == 1:
         left = left or ("its formula leaves a residual that another effect explains." if beside or minor else "")
         (step,) = kept
-        size = f"{step.effect.in_words(step.chosen.term.values)}: {excess(step, seen, weighed.shares)}"
-        verdict = one(step, size, left, _share_of_simplest(step, explanation), _imitated(step, explanation, error))
+        size = f"{sizes[step.name]}: {excess(step, seen, weighed.shares)}"
+        simplest = _share_of_simplest(alone[0], explanation)
+        verdict = one(step, size, left, simplest, _imitated(step, explanation, error))
     elif (overlapping := overlap([step.chosen for step in kept], base)) and weighed.clean and len(kept) == 2:
         verdict = like_both(kept)
     elif (
@@ -180,7 +184,7 @@ def _with_steps(explanation: Explanation, error: PureError, remarks: tuple[str, 
     ):
         return _unexplained(explanation, remarks, residual_term)
     else:
-        verdict = several(kept, weighed.shares, seen, left)
+        verdict = several(kept, sizes, weighed.shares, seen, left)
     return replace(verdict, shares=weighed.shares, shares_delta_e=seen, remarks=remarks)
 
 
@@ -215,7 +219,7 @@ def _imitated(step: Step, explanation: Explanation, error: PureError) -> Imitate
 
 
 def _share_of_simplest(step: Step, explanation: Explanation) -> float:
-    """Return the gain of an effect's simplest form alone as a share of the gain of all admitted effects, in χ²."""
+    """Return the gain of an effect's simplest form alone as a share of the gain of its chosen form alone, in χ²."""
     gains = [family.simple.gain for family in explanation.first if family.name == step.name]
-    whole = explanation.base.chi2 - explanation.final.chi2
+    whole = step.chosen.gain
     return gains[0] / whole if gains and whole > 0 else 1.0

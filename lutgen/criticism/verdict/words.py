@@ -55,13 +55,19 @@ def like_both(steps: tuple[Step, ...]) -> Verdict:
     return Verdict("one-of", sentence, (first, second))
 
 
-def several(steps: tuple[Step, ...], shares: Mapping[str, float], seen: Mapping[str, float], left: str) -> Verdict:
-    """Name several effects; ``left`` describes the residual that their formulas leave."""
+def several(
+    steps: tuple[Step, ...],
+    sizes: Mapping[str, str],
+    shares: Mapping[str, float],
+    seen: Mapping[str, float],
+    left: str,
+) -> Verdict:
+    """Name several effects; ``sizes`` says how large each is, ``left`` describes the residual of their formulas."""
     names = tuple(step.name for step in steps)
     rivals = tuple((step.name, *(rival.name for rival in step.rivals)) for step in steps if step.rivals)
     is_visible = any(seen.values())
     effects = ", ".join(
-        f"{step.name} ({step.effect.in_words(step.chosen.term.values)}; "
+        f"{step.name} ({sizes[step.name]}; "
         f"{f'{percent(seen[step.name])} of the excess mean ΔE2000, ' if is_visible else ''}"
         f"{percent(shares[step.name])} of the excess χ²)"
         for step in steps
