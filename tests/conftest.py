@@ -39,8 +39,8 @@ settings.load_profile("lutgen")
 gc.disable()
 
 
-#: Number of slow tests of one file that run without ``--everything``, with one case each.
-FEW = 2
+#: Number of slow tests of one file that run without ``--everything``, with one case each. Each draw takes other ones.
+FEW = 1
 
 #: All collected tests, including those that are left out.
 COLLECTED: pytest.StashKey[tuple[pytest.Item, ...]] = pytest.StashKey()

@@ -642,7 +642,7 @@ def test_the_two_bindings_are_two(both: BothBindings) -> None:
     assert both.read("this", "this")["version"] != both.read("this", "other")["version"]
 
 
-@pytest.mark.slow
+@pytest.mark.slow(every=True)
 def test_both_bindings_give_the_same_luts_byte_for_byte(both: BothBindings) -> None:
     found = []
     for folder in map(both.built, BINDINGS):

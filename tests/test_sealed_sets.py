@@ -36,11 +36,10 @@ def answers_of(folder: Path) -> dict[str, dict[str, Any]]:
     return answers
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("of_a_kind", [
     1,
-    pytest.param(12, marks=[
-        pytest.mark.slow, pytest.mark.rare(instead="test_sealed_sets_are_what_their_answers_say"),
-    ]),
+    pytest.param(12, marks=pytest.mark.rare(instead="test_sealed_sets_are_what_their_answers_say")),
 ])  # fmt: skip
 def test_sealed_sets_are_what_their_answers_say(sets: Path, of_a_kind: int) -> None:
     answers = answers_of(sets)
