@@ -204,7 +204,7 @@ def _changed_curves(explanation: Explanation, weighed: Weighed) -> Verdict:
     own = {step.name: step.without.chi2 - final.chi2 for step in explanation.steps if bends_curves(step.effect)}
     first, *others = sorted(explanation.steps, key=lambda step: -own.get(step.name, 0.0))
     names = (first.name, *(step.name for step in others if own.get(step.name, 0.0) > HALF * own[first.name]))
-    seen = shares_of_delta_e(base, final, [step.name for step in explanation.steps])
+    seen = shares_of_delta_e(base, final, explanation.steps)
     sentence = (
         f"The display's curves were changed by {' or '.join(names)}, or by an effect like it that the catalogue lacks. "
         f"If it is {first.name}, {first.effect.in_words(first.chosen.term.values)}; "

@@ -19,20 +19,22 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.criticism.fit.least_squares import Fit
     from lutgen.criticism.fit.linear import Term
+    from lutgen.criticism.search.stepwise import Step
 
 
-def shares_of_delta_e(base: Fit, final: Fit, names: Sequence[str]) -> dict[str, float]:
-    """Return, for each named effect, the share of the excess mean ΔE2000 that returns when it is removed from a fit.
+def shares_of_delta_e(base: Fit, final: Fit, steps: Sequence[Step]) -> dict[str, float]:
+    """Return, for each admitted effect, the share of the excess mean ΔE2000 that returns when it is left out of a fit.
 
-    ``base`` is the fit without these effects. The excess is the mean ΔE2000 of ``base`` less that of noise alone. Where
-    seeded noise gives as much as the excess, all shares are 0. Shares of effects that act on the same colours need not
-    add to 1.
+    The other effects are fitted again without this effect: what they can explain in its place is no share of it.
+    ``base`` is the fit without any of the effects, ``final`` the fit with all of them. The excess is the mean ΔE2000 of
+    ``base`` less that of noise alone. Where seeded noise gives as much as the excess, all shares are 0. Shares of
+    effects that act on the same colours need not add to 1.
     """
     problem = base.problem
     # Colours that the first session has not read are excluded: the errors of the curves there would dominate.
     judged, white = ~problem.is_anchor & (problem.counts == 1.0), problem.measured_tips[0, 0]
     if not judged.any():
-        return dict.fromkeys(names, 0.0)
+        return {step.name: 0.0 for step in steps}
 
     def mean(predicted: Array, measured: Array) -> float:
         delta_e = delta_e_2000(xyz_to_lab(predicted, white), xyz_to_lab(measured, white))
@@ -45,8 +47,5 @@ def shares_of_delta_e(base: Fit, final: Fit, names: Sequence[str]) -> dict[str, 
     floor = [mean(plain, plain + residual) for residual in noise_only(problem, plain)]
     excess, least = mean(plain, problem.xyz) - float(np.mean(floor)), error(final.terms)
     if excess <= max(floor) - float(np.mean(floor)):
-        return dict.fromkeys(names, 0.0)
-    return {
-        name: min(max(error([term for term in final.terms if term.effect.name != name]) - least, 0.0) / excess, 1.0)
-        for name in names
-    }
+        return {step.name: 0.0 for step in steps}
+    return {step.name: min(max(error(step.without.terms) - least, 0.0) / excess, 1.0) for step in steps}

@@ -73,7 +73,7 @@ class Weighed:
             needed = [
                 step for step in needed if step.effect.stage == "drive" or bic_gain(lenient, step.effect) > STRONG
             ]
-        seen = shares_of_delta_e(base, final, [step.name for step in needed])
+        seen = shares_of_delta_e(base, final, needed)
         needed = sorted(needed, key=lambda step: (-seen[step.name], -shares[step.name]))
         minor = [step for step in needed[1:] if max(seen[step.name], shares[step.name]) < 1.0 - MOST_OF_IT]
         kept = [step for step in needed if step not in minor]

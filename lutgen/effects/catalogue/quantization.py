@@ -18,7 +18,7 @@ bits costs up to ±4 % of the luminance at d = 0.1.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -35,13 +35,12 @@ if TYPE_CHECKING:
 
 
 #: Numbers of steps to try after a table or a panel's gamma: all numbers up to 10 bits, and the numbers of 11 and 12
-#: bits. The numbers of the first part are tried after each power, those of the second part after every second power,
-#: of the third after every fourth, and so on: fewer steps are larger, and a power moves them less.
-STEPS = ((*range(512, 1024), 2047, 4095), range(256, 512), range(128, 256), range(15, 128))
+#: bits.
+STEPS = np.array([*range(15, 1024), 2047, 4095], dtype=np.uint32)
 
-#: Powers of a table to try, gammas of a panel to try, and the parts of a step that hardware adds. The nearest power
-#: moves a rounding to 10 bits by a tenth of a step at most.
-TABLES, PANELS, ADDED = np.arange(0.5, 2.0, 0.0004), np.arange(1.8, 2.6, 0.001), (0.5, 0.4, 0.25, 0.0)
+#: Powers of a table to try, gammas of a panel to try, and the parts of a step that hardware adds. From one power to the
+#: next a rounding to 10 bits moves by a tenth of a step at most.
+TABLES, PANELS, ADDED = np.arange(0.5, 2.0, 0.0002), np.arange(1.8, 2.6, 0.0005), (0.5, 0.4, 0.25, 0.0)
 
 #: One step, in the 32-bit integers that count parts of a step.
 TURN = 2.0**32
@@ -52,7 +51,7 @@ ALL_STEPS, PARTS = np.arange(15.0, 4096.0), 2 ** np.arange(6, 12) - 15 + 1
 
 #: Number of neighbouring powers of which the search keeps the best; number of these best powers that the search
 #: refines; offsets of the refining powers, in units of the spacing of the powers.
-ALIKE, FEW, NEARBY = 10, 60, np.linspace(-1.0, 1.0, 17)
+ALIKE, FEW, NEARBY = 20, 60, np.linspace(-1.0, 1.0, 17)
 
 #: Step of a code value for a numerical derivative.
 STEP = 1e-4
@@ -82,11 +81,11 @@ class _Evidence:
         """Return the gain in χ², (k,), of k sets of shifts (k, m)."""
         return np.asarray(2.0 * shifts @ self.pull - ((shifts @ self.information) * shifts).sum(axis=1))
 
-    def of_steps(self, bent: Array, slope: Array, added: float, steps: NDArray[np.uint32]) -> NDArray[np.float32]:
-        """Return the approximate gain of rounding to each number of steps (k,), (k,); neglect covariances."""
+    def of_steps(self, bent: Array, slope: Array, added: float) -> NDArray[np.float32]:
+        """Return the approximate gain of rounding to each of ``STEPS``, (s,); neglect covariances."""
         # 2³² is a whole step: a product of 32-bit integers wraps at 2³², and the remainder is the part of a step.
         turn = np.rint(bent * TURN).astype(np.uint64).astype(np.uint32)
-        part = steps[:, np.newaxis] * turn
+        part = STEPS[:, np.newaxis] * turn
         part += np.uint32(added * TURN)
         shift = part.astype(np.float32)
         shift *= np.float32(-1.0 / TURN)
@@ -94,7 +93,7 @@ class _Evidence:
         along = shift @ (self.pull / slope).astype(np.float32)
         shift *= shift
         size = shift @ (np.diag(self.information) / slope**2).astype(np.float32)
-        return np.asarray(2.0 * along / steps - size / steps.astype(np.float32) ** 2)
+        return np.asarray(2.0 * along / STEPS - size / STEPS.astype(np.float32) ** 2)
 
 
 def _proposed(code: Array, pull: Array, information: Array) -> tuple[list[dict[str, float]], int]:
@@ -112,31 +111,19 @@ def _proposed(code: Array, pull: Array, information: Array) -> tuple[list[dict[s
             gain, best, nearest = max(refined)
             setting = {"bits": float(np.log2(best + 1.0)), name: nearest}
             proposals.append((gain, setting if name == "table_gamma" else {**setting, "added": added}))
-    tried = ALL_STEPS.size + sum(_steps_at(at).size for _, powers, _ in kinds for at in range(powers.size))
+    tried = ALL_STEPS.size + sum(powers.size for _, powers, _ in kinds) * STEPS.size
     return [setting for _, setting in sorted(proposals, key=lambda each: -each[0])], tried
 
 
 def _promising(evidence: _Evidence, name: str, powers: Array, added: float) -> list[tuple[float, float]]:
     """Return the powers and numbers of steps with the largest gains; of ``ALIKE`` neighbouring powers only the best."""
     results = []
-    for at, power in enumerate(powers):
-        steps = _steps_at(at)
-        gain = evidence.of_steps(*evidence.bent(**{name: float(power)}), added, steps)
+    for power in powers:
+        gain = evidence.of_steps(*evidence.bent(**{name: float(power)}), added)
         best = int(np.argmax(gain))
-        results.append((float(gain[best]), float(power), float(steps[best])))
+        results.append((float(gain[best]), float(power), float(STEPS[best])))
     neighbours = [max(results[start : start + ALIKE]) for start in range(0, len(results), ALIKE)]
     return [(power, steps) for _, power, steps in sorted(neighbours, reverse=True)[:FEW]]
-
-
-@cache
-def _steps_after(parts: int) -> NDArray[np.uint32]:
-    """Return the numbers of steps of the first parts of ``STEPS``."""
-    return np.array([number for part in STEPS[:parts] for number in part], dtype=np.uint32)
-
-
-def _steps_at(index: int) -> NDArray[np.uint32]:
-    """Return the numbers of steps to try after the power of this index."""
-    return _steps_after(sum(index % 2**part == 0 for part in range(len(STEPS))))
 
 
 def _best_steps(evidence: _Evidence, name: str, power: float, added: float, steps: Array) -> tuple[float, float, float]:
