@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen import __version__
 from lutgen.display import AppliedEffect, DisplayModel, LatentTips, default_display
 from lutgen.display.conditions import REFERENCE, conditions_of, what_luts_carry
 from lutgen.display.fitted import found_by, record_of
@@ -29,6 +28,7 @@ from lutgen.errors import LutgenError, reason_of
 from lutgen.files import bytes_at_most
 from lutgen.readings.rest import TIP_DRIVES
 from lutgen.readings.table import Measurements
+from lutgen.version import __version__
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lutgen import __version__
 from lutgen.bake.config import CORRECTION, SIMULATION, AgedConfig
 from lutgen.bake.formats import Provenance
 from lutgen.bake.littlecms import source_profile_in
 from lutgen.bake.manifest import sha256
 from lutgen.display import MODES, compensation_of, hour_name
+from lutgen.version import __version__
 
 if TYPE_CHECKING:
     from lutgen.bake.figures import Figures

@@ -19,10 +19,10 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from lutgen import __version__
 from lutgen.cli import INTERRUPTED
 from lutgen.cli.outputs import say, tolerate_closed_pipes, with_fixed_spaces, with_plain_spaces
 from lutgen.errors import LutgenError, reason_of
+from lutgen.version import __version__
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

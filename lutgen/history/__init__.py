@@ -8,6 +8,7 @@ None if patches are missing.
 
 from __future__ import annotations
 
-from lutgen.history.inspect import Inspection, inspect_session
+from lutgen.history.inspect import inspect_session
+from lutgen.history.inspection import Inspection
 
 __all__ = ["Inspection", "inspect_session"]

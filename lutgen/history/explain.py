@@ -16,7 +16,8 @@ import numpy as np
 
 from lutgen.errors import LutgenError
 from lutgen.history.causes import causes
-from lutgen.history.colour_points import BY_CONTENT, ColourFit, colour_points, fit
+from lutgen.history.colour_points import BY_CONTENT, colour_points, fit
+from lutgen.history.hypothesis import Hypothesis
 from lutgen.history.pair import SessionPair
 from lutgen.history.patches import CHANNELS
 from lutgen.history.steadiness import left_out, steadiness
@@ -30,20 +31,6 @@ if TYPE_CHECKING:
 #: Prior odds of one cause against two causes at once, as a natural logarithm: two changes at once are rarer. A recorded
 #: cause does not count.
 SECOND = 3.0
-
-
-@dataclass(frozen=True)
-class Hypothesis:
-    """A set of causes, and how well the set explains white, primaries and black."""
-
-    #: The causes; none: nothing changed.
-    names: tuple[str, ...]
-    #: The best fit of the causes.
-    fit: ColourFit
-    #: Natural logarithm of evidence times prior.
-    weight: float
-    #: Number of causes that are not recorded.
-    assumed: int
 
 
 @dataclass(frozen=True)

@@ -13,10 +13,11 @@ from lutgen.cells import number
 from lutgen.colorimetry import Array, xyz_to_uv
 from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.history.colour_points import ALIKE, BLACK, FLOOR_CD_M2
-from lutgen.history.inspect import Inspection, inspect_session
+from lutgen.history.inspect import inspect_session
 from lutgen.history.transfer import ContrastResponse, contrast_response
 
 if TYPE_CHECKING:
+    from lutgen.history.inspection import Inspection
     from lutgen.readings.campaign import Campaign
 
 #: Quantity → description with its unit.

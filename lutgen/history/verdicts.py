@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lutgen.colorimetry import Array
-    from lutgen.history.explain import Hypothesis
+    from lutgen.history.hypothesis import Hypothesis
     from lutgen.history.pair import SessionPair
 
 #: Verdict → what it means.

@@ -22,7 +22,8 @@ from lutgen.errors import LutgenError
 from lutgen.names import AGING_MODES
 from lutgen.pictures.blocks import threads
 from lutgen.pictures.cohort_slides import CohortSlide, RunFolder, claim, find_slides, image_from_json
-from lutgen.pictures.cohort_workers import CohortTask, on_cluster, on_this_machine
+from lutgen.pictures.cohort_task import CohortTask
+from lutgen.pictures.cohort_workers import on_cluster, on_this_machine
 from lutgen.pictures.difference import STATISTICS, DifferenceCurve
 from lutgen.pictures.lifetime import TOLERANCES, ImageLifetime, Lifetimes, check_asked, csv_hours
 from lutgen.progress import Progress, unseen

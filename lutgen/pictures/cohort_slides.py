@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     import os
     from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-    from lutgen.pictures.cohort_workers import CohortTask
+    from lutgen.pictures.cohort_task import CohortTask
 
 #: Suffixes of the files in a folder that count as slides.
 SUFFIXES = tuple(suffix for kind in FORMATS for suffix in kind.suffixes) + blocks.SUFFIXES

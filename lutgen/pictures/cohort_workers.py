@@ -21,7 +21,7 @@ from collections import deque
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from logging import CRITICAL, getLogger
 from multiprocessing.connection import Connection
@@ -30,42 +30,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from uuid import uuid4
 
-from lutgen import __version__
 from lutgen.bindings import optional
 from lutgen.errors import LutgenError, reason_of
 from lutgen.pictures.blocks import few_threads, threads
 from lutgen.pictures.lifetime import lifetime
+from lutgen.version import __version__
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterator, Sequence
 
-    from lutgen.display import DisplayModel
     from lutgen.pictures.cohort_slides import CohortSlide
+    from lutgen.pictures.cohort_task import CohortTask
 
     Outcomes = Generator[tuple[CohortSlide, "Outcome"], None, None]
-
-
-@dataclass(frozen=True)
-class CohortTask:
-    """Arguments for each slide's call of :func:`lutgen.pictures.lifetime.lifetime`."""
-
-    model: DisplayModel
-    tolerances: tuple[float, ...]
-    modes: tuple[str, ...]
-    hours: tuple[float, ...]
-    tissue: bool
-    source: str
-    version: str = __version__
-
-    def anywhere(self) -> CohortTask:
-        """Return the same task with absolute paths of the user's own effects, for processes in other folders."""
-        effects = tuple(
-            replace(each, effect=replace(each.effect, origin=str(Path(each.effect.origin).resolve())))
-            if each.effect.origin.endswith(".py")
-            else each
-            for each in self.model.effects
-        )
-        return replace(self, model=replace(self.model, effects=effects))
 
 
 @dataclass(frozen=True)

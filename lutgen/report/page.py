@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen import __version__
 from lutgen.bake.figures import summarise
 from lutgen.bake.manifest import MANIFEST, Manifest, model_as_json, read_manifest, same_model
 from lutgen.bindings import oiio
@@ -27,6 +26,7 @@ from lutgen.report.drawing import data_address
 from lutgen.report.lifetimes import lifetime_page
 from lutgen.report.page_template import PageSection, chart, render, style_and_script
 from lutgen.report.parts import Headline, Page, Part, Table
+from lutgen.version import __version__
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence

@@ -12,7 +12,6 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lutgen import __version__
 from lutgen.bake.manifest import model_as_json, without_ways
 from lutgen.display import DisplayModel, what_luts_carry
 from lutgen.errors import LutgenError, reason_of
@@ -22,6 +21,7 @@ from lutgen.study.design import UNAGED, Design
 from lutgen.study.pictures import BakedLut, Picture, bake_conditions, find_images, look_at, render_images
 from lutgen.study.power import MOST, Power, study_power
 from lutgen.study.protocol import ANSWERS, IMAGES, PAPER_CATEGORIES, PAPER_SCALE, PROTOCOL, Protocol, write_protocol
+from lutgen.version import __version__
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence

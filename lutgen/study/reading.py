@@ -17,11 +17,11 @@ from dataclasses import asdict, dataclass
 from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING, Any
 
-from lutgen import __version__
 from lutgen.errors import LutgenError, reason_of
 from lutgen.study import answers
 from lutgen.study.answer_file import AnswerFile, locked_place
 from lutgen.study.protocol import Protocol, read_protocol
+from lutgen.version import __version__
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping

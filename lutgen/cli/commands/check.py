@@ -14,8 +14,8 @@ from lutgen.cli.outputs import print_json, progress_bar, say
 from lutgen.names import MODES
 
 if TYPE_CHECKING:
+    from lutgen.bake.budget import Budget
     from lutgen.bake.check import Checked
-    from lutgen.bake.figures import Budget
     from lutgen.progress import Progress
 
 
@@ -59,7 +59,7 @@ def command(
       lutgen check aged/
       lutgen check theirs.cube --mode chroma --hours 10000 --display my-display.csv
     """
-    from lutgen.bake.figures import Budget
+    from lutgen.bake.budget import Budget
 
     budget = Budget(max_delta_e, p99)
     results = {}
