@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from lutgen.criticism.compare.comparison import Slice
 from lutgen.criticism.compare.direction import placed
+from lutgen.criticism.compare.slices import Slice
 from lutgen.criticism.search.separate import POOL, Separation
 from lutgen.display import load_model
 from lutgen.effects.child import check_file

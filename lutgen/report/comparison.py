@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.criticism.compare.comparison import CLEAR, Comparison, Slice
+from lutgen.criticism.compare.comparison import CLEAR, Comparison
 from lutgen.criticism.compare.direction import CALLED
 from lutgen.criticism.compare.panels import ResidualPanel, panels
 from lutgen.criticism.compare.standing_out import OF_EVERY_READING, over_noise, standing_out
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from lutgen.colorimetry import Array
+    from lutgen.criticism.compare.slices import Slice
     from lutgen.criticism.fit.problem import Problem
 
 #: Rows of the tables of slices with large errors, and of single readings.
@@ -46,7 +47,7 @@ def compare_page(comparison: Comparison, again: str = "") -> Iterator[Part]:
     yield ""
     yield error_table(comparison)
     yield ""
-    outstanding = standing_out(comparison)
+    outstanding = standing_out(comparison.where)
     if outstanding:
         yield f"Where it stands out, worst first ({CLEAR:g} × noise is clear):"
         yield _slice_table(outstanding[:SLICES])

@@ -11,6 +11,7 @@ import numpy as np
 from lutgen.colorimetry import delta_e_2000, xyz_to_lab
 from lutgen.criticism.compare.direction import Direction, direction
 from lutgen.criticism.compare.drift import Drift, drifts
+from lutgen.criticism.compare.slices import Errors, Reading, Slice
 from lutgen.criticism.first_session.baselines import FirstSession, first_session
 from lutgen.criticism.fit.anchored import DRAWS, anchored, noise_only
 from lutgen.criticism.fit.families import slices
@@ -37,44 +38,6 @@ WORST = 10
 #: Ratio of error to floor above which a slice is called too large: four standard deviations of that ratio for some 30
 #: numbers.
 CLEAR = 1.5
-
-
-@dataclass(frozen=True)
-class Errors:
-    """Size of residuals: ΔE2000 (reference white: white of hour 0), and root mean square in σ of the noise."""
-
-    delta_e_mean: float
-    delta_e_p95: float
-    delta_e_max: float
-    rms_sigma: float
-
-
-@dataclass(frozen=True)
-class Slice:
-    """Errors of readings that belong together.
-
-    ``mean_residual_xyz`` is measured less predicted in cd/m²; the floors are the errors that noise alone gives.
-    """
-
-    by: str
-    slice: str
-    n: int
-    delta_e_mean: float
-    rms_sigma: float
-    mean_residual_xyz: tuple[float, float, float]
-    floor_delta_e_mean: float
-    floor_rms_sigma: float
-
-
-@dataclass(frozen=True)
-class Reading:
-    """One reading and its error."""
-
-    line: int
-    hour: float
-    code: tuple[float, float, float]
-    delta_e: float
-    sigma: float
 
 
 @dataclass(frozen=True)

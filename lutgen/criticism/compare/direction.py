@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
-    from lutgen.criticism.compare.comparison import Slice
+    from lutgen.criticism.compare.slices import Slice
     from lutgen.criticism.fit.problem import Problem
 
 #: A sentence does not mention a mean ΔL*, Δa* or Δb* below this.

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lutgen.criticism.compare.comparison import Comparison, Slice
+    from lutgen.criticism.compare.slices import Slice
 
 #: A slice stands out when its error over noise exceeds 1 by this many standard deviations of that ratio ...
 NOTICED = 4.0
@@ -20,13 +20,11 @@ BEYOND = 1.1
 OF_EVERY_READING = ("hour", "level", "family")
 
 
-def standing_out(comparison: Comparison) -> list[Slice]:
+def standing_out(where: Sequence[Slice]) -> list[Slice]:
     """Return the slices with errors above the noise and above those of other slices, the most prominent first."""
-    usual = _usual(comparison.where)
+    usual = _usual(where)
     prominent = [
-        each
-        for each in comparison.where
-        if over_noise(each) > max(1.0 + NOTICED / (6 * each.n) ** 0.5, BEYOND * usual[each.by])
+        each for each in where if over_noise(each) > max(1.0 + NOTICED / (6 * each.n) ** 0.5, BEYOND * usual[each.by])
     ]
     return sorted(prominent, key=lambda each: -(each.rms_sigma**2 - each.floor_rms_sigma**2) * each.n**0.5)
 
