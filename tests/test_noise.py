@@ -258,6 +258,19 @@ def test_two_replicates_of_an_hour_alone_do_not_tell_which_slipped_and_neither_c
     assert noise.relative == pytest.approx(estimate_noise(right).relative, rel=0.2)
 
 
+@pytest.mark.parametrize(
+    ("decimals", "relative", "floor"), [(1, 0.0002, 0.0003), (1, 0.0005, 0.001), (2, 0.0002, 0.0003)]
+)
+def test_two_replicates_that_rounding_moves_apart_do_not_contradict(
+    decimals: int, relative: float, floor: float
+) -> None:
+    exact = readings(patches=GREYS, repeats=2)
+    for seed in range(20):
+        fine = with_noise(exact, seed, relative=relative, floor=floor)
+        noise = estimate_noise(replace(fine, xyz_cd_m2=np.round(fine.xyz_cd_m2, decimals)))
+        assert (noise.outliers, noise.contradictory) == ((), ())
+
+
 @pytest.mark.parametrize("share", [0.05, 1.0])
 def test_a_wrong_row_of_a_repeated_patch_is_left_out_and_is_no_heavy_tail(share: float) -> None:
     """The display fades between the hours by more than the smaller error, so that only the fit tells."""

@@ -20,18 +20,17 @@ import numpy as np
 from lutgen.criticism.noise.covariance import NoisePoints, by_scoring, covariance_of, partials_of
 from lutgen.criticism.noise.digits import Digits, digits_of
 from lutgen.criticism.noise.replicates import (
+    ENOUGH,
     FLOOR_CD_M2,
     RELATIVE,
     Replicates,
     group_means,
-    patch_numbers,
     replicate_groups,
 )
+from lutgen.criticism.noise.wrong_replicates import OUTLIER_SIGMA, unlike_other_hours, wrong_replicates
 from lutgen.readings.instruments import Instrument, session_gain, stated_instrument
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
@@ -62,18 +61,8 @@ OFFSET_CD_M2, WANDER = 0.001, 0.0003
 
 NO_DIGITS = Digits()
 
-#: Smallest number of contrasts between replicates with which the noise counts as measured.
-ENOUGH = 6
-
 #: Readings of less light may agree to the last printed digit by chance.
 DARK_CD_M2 = 1.0
-
-#: A replicate further than this many robust sigmas from the others is an outlier, not noise.
-OUTLIER_SIGMA = 12.0
-
-
-#: Of two contradictory replicates, the one that differs so many times more from the patch at other hours is an outlier.
-UNLIKE = 3.0
 
 #: Number of contrasts to which the prior is equivalent: for the bright part, and for the floor with its few replicates.
 PRIOR_CONTRASTS = 2.0, 5.0
@@ -197,8 +186,11 @@ def estimate_noise(readings: Measurements, instrument: str | None = None) -> Noi
     stated = stated_instrument(readings.metadata, instrument)
     start = _start(stated, session_gain(readings.metadata, readings.file))
     groups = replicate_groups(readings)
-    outliers, contradictory = _outliers(readings.xyz_cd_m2, groups, (start.relative, start.floor_cd_m2))
-    outliers += _unlike_other_hours(readings, contradictory)
+    digits = digits_of(readings.xyz_cd_m2)
+    digits = start.digits if digits == NO_DIGITS else digits
+    sizes = start.relative, start.floor_cd_m2
+    outliers, contradictory = wrong_replicates(readings.xyz_cd_m2, groups, sizes, digits)
+    outliers += unlike_other_hours(readings, contradictory) if contradictory else ()
     keep = ~np.isin(np.arange(groups.size), [*outliers, *contradictory])
     rows, across = np.flatnonzero(keep), False
     pooled = _Pooled.of(readings.xyz_cd_m2[rows], Replicates.of(readings, rows))
@@ -206,9 +198,7 @@ def estimate_noise(readings: Measurements, instrument: str | None = None) -> Noi
         pooled_across = _Pooled.of(readings.xyz_cd_m2[rows], Replicates.of(readings, rows, across_sessions=True))
         if across := pooled_across.bright >= ENOUGH:
             pooled = pooled_across
-    digits = digits_of(readings.xyz_cd_m2)
-    noise = replace(start, contrasts=pooled.contrasts, digits=start.digits if digits == NO_DIGITS else digits)
-    noise = replace(noise, across_sessions=across)
+    noise = replace(start, contrasts=pooled.contrasts, digits=digits, across_sessions=across)
     if (stated is None or stated.name) and pooled.contrasts >= ENOUGH:
         # Replicates of black alone determine the floor only, not the part that grows with the light.
         source = "replicates" if pooled.bright >= ENOUGH else noise.source
@@ -351,47 +341,3 @@ class _Pooled:
 
         point, loss_at_point = by_scoring(loss, mean, low, high)
         return replace(start, **NoisePoints.at(point[np.newaxis], shot=shot).first()), loss_at_point
-
-
-def _unlike_other_hours(readings: Measurements, contradictory: Sequence[int]) -> tuple[int, ...]:
-    """Return the readings of contradictory pairs that differ ``UNLIKE`` times more from the patch at other hours."""
-    wrong = []
-    patch, xyz = patch_numbers(readings), readings.xyz_cd_m2
-    for pair in zip(contradictory[::2], contradictory[1::2], strict=True):
-        others = np.setdiff1d(np.flatnonzero(patch == patch[pair[0]]), contradictory)
-        if others.size:
-            light = np.abs(xyz[others]) + FLOOR_CD_M2
-            near, far = sorted((float((np.abs(xyz[row] - xyz[others]) / light).max(axis=1).min()), row) for row in pair)
-            wrong += [far[1]] if far[0] > UNLIKE * near[0] else []
-    return tuple(wrong)
-
-
-def _outliers(
-    xyz: Array, groups: NDArray[np.intp], start: tuple[float, float]
-) -> tuple[tuple[int, ...], tuple[int, ...]]:
-    """Return the replicates that are further from their group than noise explains, and the contradictory pairs.
-
-    In a group of three or more, the median tells which replicate is wrong. Two replicates that contradict each other
-    do not tell this; both are left out of the estimate of the noise.
-    """
-    deviations, rows = [], []
-    for group in np.flatnonzero(np.bincount(groups) >= 2):
-        here = np.flatnonzero(groups == group)
-        middle = np.median(xyz[here], axis=0)
-        sigma = np.sqrt((start[0] * middle) ** 2 + start[1] ** 2)
-        deviations.append(np.abs((xyz[here] - middle) / sigma).max(axis=1))
-        rows.append(here)
-    # The scale comes from the data: the median over groups of the second largest deviation, robust against one outlier.
-    # Of few groups, groups of two would make this scale large themselves.
-    large = [each for each in deviations if each.size >= 3]
-    seconds = [np.sort(each)[-2] for each in (deviations if len(deviations) - len(large) >= ENOUGH else large)]
-    scale = max(float(np.median(seconds)), 0.05) if seconds else np.inf
-    outliers: list[int] = []
-    contradictory: list[int] = []
-    for each, here in zip(deviations, rows, strict=True):
-        order = np.argsort(each)
-        if here.size == 2 and each[0] > OUTLIER_SIGMA * scale:
-            contradictory += here.tolist()
-        elif here.size > 2 and each[order[-1]] > OUTLIER_SIGMA * max(scale, each[order[-2]]):
-            outliers.append(int(here[order[-1]]))
-    return tuple(outliers), tuple(contradictory)

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 #: An ordinary good colorimeter, 1 σ: 0.2 % of the light and 0.003 cd/m².
 RELATIVE, FLOOR_CD_M2 = 0.002, 0.003
 
+#: Smallest number of contrasts between replicates with which the noise counts as measured.
+ENOUGH = 6
+
 #: Number of rounds, each of which estimates the gains and offsets of sessions, and then the means of replicates.
 ROUNDS = 20
 

@@ -1,0 +1,70 @@
+"""Replicates that cannot all be right: outliers in their group, and pairs that contradict each other."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.criticism.noise.replicates import ENOUGH, FLOOR_CD_M2, patch_numbers
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+    from lutgen.criticism.noise.digits import Digits
+    from lutgen.readings import Measurements
+
+#: A replicate further than this many robust sigmas from the others is an outlier, not noise.
+OUTLIER_SIGMA = 12.0
+
+#: Of two contradictory replicates, the one that differs so many times more from the patch at other hours is an outlier.
+UNLIKE = 3.0
+
+
+def wrong_replicates(
+    xyz: Array, groups: NDArray[np.intp], start: tuple[float, float], digits: Digits
+) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Return the replicates that are further from their group than noise explains, and the contradictory pairs.
+
+    In a group of three or more, the median tells which replicate is wrong. Two replicates that contradict each other
+    do not tell this; both are left out of the estimate of the noise. ``start``: relative part and floor, cd/m², of an
+    ordinary meter's noise. The rounding to ``digits`` may move two replicates apart by one step.
+    """
+    deviations, rows = [], []
+    for group in np.flatnonzero(np.bincount(groups) >= 2):
+        here = np.flatnonzero(groups == group)
+        middle = np.median(xyz[here], axis=0)
+        sigma = np.sqrt((start[0] * middle) ** 2 + start[1] ** 2)
+        rounding = digits.step(middle[np.newaxis])[0] / 2.0 if here.size == 2 else 0.0
+        deviations.append((np.maximum(np.abs(xyz[here] - middle) - rounding, 0.0) / sigma).max(axis=1))
+        rows.append(here)
+    # The scale comes from the data: the median over groups of the second largest deviation, robust against one outlier.
+    # Of few groups, groups of two would make this scale large themselves.
+    large = [each for each in deviations if each.size >= 3]
+    seconds = [np.sort(each)[-2] for each in (deviations if len(deviations) - len(large) >= ENOUGH else large)]
+    scale = max(float(np.median(seconds)), 0.05) if seconds else np.inf
+    outliers: list[int] = []
+    contradictory: list[int] = []
+    for each, here in zip(deviations, rows, strict=True):
+        order = np.argsort(each)
+        if here.size == 2 and each[0] > OUTLIER_SIGMA * scale:
+            contradictory += here.tolist()
+        elif here.size > 2 and each[order[-1]] > OUTLIER_SIGMA * max(scale, each[order[-2]]):
+            outliers.append(int(here[order[-1]]))
+    return tuple(outliers), tuple(contradictory)
+
+
+def unlike_other_hours(readings: Measurements, contradictory: Sequence[int]) -> tuple[int, ...]:
+    """Return the readings of contradictory pairs that differ ``UNLIKE`` times more from the patch at other hours."""
+    wrong = []
+    patch, xyz = patch_numbers(readings), readings.xyz_cd_m2
+    for pair in zip(contradictory[::2], contradictory[1::2], strict=True):
+        others = np.setdiff1d(np.flatnonzero(patch == patch[pair[0]]), contradictory)
+        if others.size:
+            light = np.abs(xyz[others]) + FLOOR_CD_M2
+            near, far = sorted((float((np.abs(xyz[row] - xyz[others]) / light).max(axis=1).min()), row) for row in pair)
+            wrong += [far[1]] if far[0] > UNLIKE * near[0] else []
+    return tuple(wrong)
