@@ -39,7 +39,7 @@ settings.load_profile("lutgen")
 gc.disable()
 
 
-#: Number of slow tests of one file that run without ``--everything``, with one case each. Each draw takes other ones.
+#: Number of slow tests of one file that run without ``--everything``, one case each; another ``--draw`` takes others.
 FEW = 1
 
 #: All collected tests, including those that are left out.
@@ -70,9 +70,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 def left_out(items: Iterable[pytest.Item], seed: int = 0) -> set[pytest.Item]:
     """Return the tests with the mark ``rare``, and the slow tests that were not drawn.
 
-    Of the slow tests of a file, ``FEW`` are drawn, with ``slow(few=n)`` n; tests that stand in for rare ones are drawn
-    first. Of the cases of a drawn test, one is drawn, with ``slow(cases=n)`` n. All cases of a test with
-    ``slow(every=True)`` run.
+    Of the slow tests of a file, ``FEW`` are drawn; tests that stand in for rare ones are drawn first, all of them. Of
+    the cases of a drawn test, one is drawn, with ``slow(cases=n)`` n. All cases of a test with ``slow(every=True)``
+    run.
     """
     rare = {item for item in items if item.get_closest_marker("rare")}
     instead = {substitute(item) for item in rare}
@@ -88,11 +88,11 @@ def left_out(items: Iterable[pytest.Item], seed: int = 0) -> set[pytest.Item]:
 
     out = set(rare)
     for file, tests in slow.items():
-        few = max(_asked("few", cases, FEW) for cases in tests.values())
         first = [test for test in tests if test in instead]
-        taken = [*first, *drawn(file, [test for test in tests if test not in instead], few - len(first))]
+        taken = [*first, *drawn(file, [test for test in tests if test not in instead], FEW - len(first))]
         for test, cases in tests.items():
-            most = _asked("cases", cases, 1) if test in taken else 0
+            mark = cases[0].get_closest_marker("slow")
+            most = mark.kwargs.get("cases", 1) if mark and test in taken else 0
             out.update(set(cases) - set(drawn(test, cases, most)))
     return out
 
@@ -103,12 +103,6 @@ def substitute(rare: pytest.Item) -> str:
     file, _, name = mark.kwargs["instead"].rpartition("::") if mark else ("", "", "")
     here = rare.nodeid.partition("::")[0]
     return f"{here.rpartition('/')[0]}/{file}::{name}" if file else f"{here}::{name}"
-
-
-def _asked(name: str, cases: Sequence[pytest.Item], default: int) -> int:
-    """Return a number that the mark ``slow`` of a test's cases gives."""
-    mark = cases[0].get_closest_marker("slow")
-    return int(mark.kwargs.get(name, default)) if mark else default
 
 
 def pytest_collection_finish() -> None:

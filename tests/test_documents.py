@@ -16,8 +16,6 @@ from tests.command import in_process
 if TYPE_CHECKING:
     from pathlib import Path
 
-pytestmark = pytest.mark.numbers
-
 #: A name that file systems refuse.
 LONG = "x" * 300
 

@@ -26,8 +26,6 @@ from tests.command import Done, replaces_by_force_alone
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-pytestmark = pytest.mark.numbers
-
 DISPLAY = Path(__file__).parents[1] / "configs" / "displays" / "reconstructed-ccfl.csv"
 
 AGES = (("chroma", 10_000.0), ("chroma", 18_000.0), ("chroma-luma", 10_000.0), ("chroma-luma", 18_000.0))

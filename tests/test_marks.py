@@ -60,16 +60,15 @@ def test_of_a_slow_table_a_sample_is_run_and_always_the_same() -> None:
         def get_closest_marker(self, name: str) -> pytest.Mark | None:
             return self.marks.get(name)
 
-    slow, every, three_tests = pytest.mark.slow.mark, pytest.mark.slow(every=True).mark, pytest.mark.slow(few=3).mark
+    slow, every = pytest.mark.slow.mark, pytest.mark.slow(every=True).mark
     rare = pytest.mark.rare(instead="test_quick").mark
     table = [Case(f"test_a.py::test_table[{case}]", slow=slow) for case in range(9)]
     whole = [Case(f"test_a.py::test_whole[{case}]", slow=every) for case in range(3)]
     seldom = [Case("test_a.py::test_whole[3]", slow=every, rare=rare), Case("test_a.py::test_seldom", rare=rare)]
     quick = [Case(f"test_a.py::test_quick[{case}]") for case in range(3)]
     many = [Case(f"test_b.py::test_{number}[{case}]", slow=slow) for number in range(20) for case in range(2)]
-    alone = [Case(f"test_c.py::test_{number}", slow=three_tests) for number in range(4)]
     three = [Case(f"test_d.py::test_three[{case}]", slow=pytest.mark.slow(cases=3).mark) for case in range(9)]
-    items: list[pytest.Item] = [*table, *whole, *seldom, *quick, *many, *alone, *three]  # type: ignore[list-item]
+    items: list[pytest.Item] = [*table, *whole, *seldom, *quick, *many, *three]  # type: ignore[list-item]
     out = left_out(items)
     run = [item.nodeid for item in items if item not in out]
     names = [each.partition("[")[0] for each in run]
@@ -78,7 +77,6 @@ def test_of_a_slow_table_a_sample_is_run_and_always_the_same() -> None:
     assert (
         sum(name.startswith("test_b.py") for name in names) == FEW == len({each for each in names if "_b.py" in each})
     )
-    assert sum(name.startswith("test_c.py") for name in names) == 3
     assert names.count("test_d.py::test_three") == 3
     assert out == left_out(items)
     draws = [left_out(items, seed) for seed in range(300)]

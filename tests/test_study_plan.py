@@ -30,8 +30,6 @@ from tests.schemas import validator
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-pytestmark = pytest.mark.numbers
-
 TISSUE = immunohistochemistry()
 
 #: Chunks of a PNG that holds only its picture.
