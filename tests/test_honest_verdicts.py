@@ -33,6 +33,7 @@ from tests.campaigns import MORE_HOURS, single, text_of
 from tests.command import Done, in_process
 from tests.generators.meters import METERS
 from tests.generators.ours import campaign
+from tests.generators.spectral import campaign as spectral
 from tests.generators.table import table
 from tests.quick import mostly_slow
 from tests.readings_text import read
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lutgen.readings import Measurements
+    from tests.generators.truth import Truth
 
 pytestmark = pytest.mark.numbers
 
@@ -51,6 +53,12 @@ TIPS: dict[tuple[float, ...], tuple[float, ...]] = {
     (1, 1, 1): (190.0, 200.0, 218.0), (1, 0, 0): (82.4, 42.5, 3.9),
     (0, 1, 0): (71.6, 143.1, 23.9), (0, 0, 1): (36.1, 14.4, 190.2),
 }  # fmt: skip
+
+
+def _by_a_good_meter(truth: Truth, seed: int) -> str:
+    meter = METERS["gaussian"]
+    stated = replace(truth, metadata={**truth.metadata, **meter.metadata})
+    return table(stated, meter.read(truth, seed), order=True)
 
 
 def readings(name: str) -> Measurements:
@@ -433,6 +441,24 @@ def test_an_effect_that_explains_less_than_half_is_no_finding_though_the_rest_is
     assert found.verdict.name == "unexplained"
 
 
+@pytest.mark.slow
+def test_an_effect_that_only_fits_what_the_main_formula_misses_does_not_hide_the_main_effect() -> None:
+    """A trace of crosstalk beside the loss of light towards the corners: without it, too, nothing but noise is left."""
+    truth = spectral(1669329089, {"edge-falloff": 0.019231226817659285}, design="full", habits=2)
+    found = diagnose(read(_by_a_good_meter(truth, 1669329089), file="corners.csv", sha256=""))
+    assert [step.name for step in found.explanation.steps] == ["edge-falloff"]
+    assert (found.verdict.name, found.verdict.effects) == ("one-of", ("edge-falloff",))
+    assert "What remains could also be crosstalk, or something that the catalogue lacks." in found.verdict.sentence
+
+
+@pytest.mark.slow
+def test_an_effect_that_ties_with_a_free_term_is_named_with_a_doubt() -> None:
+    truth = campaign(835634093, {"channel-gamma": 0.02058648162729436})
+    found = diagnose(read(_by_a_good_meter(truth, 835634093), file="channel.csv", sha256=""))
+    assert found.verdict.name == "one-of", found.verdict.sentence
+    assert "channel-gamma" in found.verdict.effects
+
+
 @pytest.mark.parametrize(
     ("clean", "seen", "said"), [(True, 0.3, "several"), (False, 0.3, "unexplained"), (True, 0.0, "unexplained")]
 )
@@ -450,7 +476,7 @@ def test_three_effects_that_leave_something_or_do_not_show_are_no_finding(
     )  # fmt: skip
     monkeypatch.setattr("lutgen.criticism.verdict.pronounce.Weighed.of", lambda *_: weighed)
     monkeypatch.setattr("lutgen.criticism.verdict.pronounce.overlap", lambda *_: False)
-    monkeypatch.setattr("lutgen.criticism.verdict.pronounce._is_imitation_likely", lambda *_: False)
+    monkeypatch.setattr("lutgen.criticism.verdict.pronounce._imitations", lambda *_: [])
     monkeypatch.setattr("lutgen.criticism.search.stepwise.Explanation.of", lambda self, _: replace(self, steps=kept))
     assert pronounce(explanation, error, (), Suspicion((), (), "")).name == said
 

@@ -57,11 +57,7 @@ def rest_of(
     ``sessions``, ``hours``: session number and hour of each reading, (n,). ``drive``: code values, (n, 3). ``capped``:
     whether the lens was capped, (n,). ``columns``: the columns of conditions, (n,) each.
     """
-    # A blank cell means warm in the column of minutes, and unknown in the column of temperature.
-    columns = {
-        name: np.where(np.isnan(values), COLUMNS[name].usual, values) if np.isinf(COLUMNS[name].usual) else values
-        for name, values in columns.items()
-    }
+    columns = {name: _filled(values, COLUMNS[name].usual, sessions) for name, values in columns.items()}
     tips = is_tip(drive) & ~capped[:, np.newaxis]
     at = {name: np.full(sessions.size, COLUMNS[name].blank) for name in columns}
     # Later assignments replace earlier assignments: the rest of the campaign, then of the hour, then of the session.
@@ -80,6 +76,19 @@ def rest_of(
                 value = float(at[name][here][0])
                 spans[name][here] = (-np.inf, np.inf) if np.isnan(value) else condition.span(columns[name][here], value)
     return Rest(at, _away(columns, spans))
+
+
+def _filled(values: Array, usual: float, sessions: NDArray[np.intp]) -> Array:
+    """Return a column, (n,), with the usual value in its blank cells where blank means usual.
+
+    A blank cell means warm in the column of minutes. In the column of temperature it means unknown in a session without
+    any temperature; but in a session whose other readings have one, most people log only the heated readings.
+    """
+    blank = np.isnan(values)
+    if not np.isinf(usual):
+        shares = {session: blank[sessions == session].mean() for session in np.unique(sessions)}
+        blank &= np.isin(sessions, [session for session, share in shares.items() if 0.5 < share < 1.0])
+    return np.where(blank, usual, values)
 
 
 def _away(columns: Mapping[str, Array], spans: Mapping[str, Array]) -> dict[str, NDArray[np.bool_]]:

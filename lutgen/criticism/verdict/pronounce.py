@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.criticism.compare.drift import drift_problem
-from lutgen.criticism.fit.lack_of_fit import is_even, is_within_scatter
+from lutgen.criticism.fit.lack_of_fit import is_even, is_noise, is_within_scatter
 from lutgen.criticism.search.candidates import HALF, STRONG
 from lutgen.criticism.search.free_term import FreeTerm, free_term, probe
 from lutgen.criticism.search.stepwise import MOST_OF_IT
@@ -156,7 +156,14 @@ def _with_steps(explanation: Explanation, error: PureError, remarks: tuple[str, 
     if curves and not (pair and overlap([step.chosen for step in weighed.kept], base)):
         return replace(_changed_curves(explanation, weighed), remarks=remarks)
     if not weighed.sound:
-        return _unexplained(explanation, remarks, residual_term)
+        tied = _tied_with_free_term(explanation, weighed, error)
+        return replace(tied, remarks=remarks) if tied else _unexplained(explanation, remarks, residual_term)
+    return _sound(explanation, weighed, error, remarks) or _unexplained(explanation, remarks, residual_term)
+
+
+def _sound(explanation: Explanation, weighed: Weighed, error: PureError, remarks: tuple[str, ...]) -> Verdict | None:
+    """Name the kept effects of a sound finding; return None where they may be an imitation of another effect."""
+    steps, base = explanation.steps, explanation.base
     kept, seen, minor = weighed.kept, weighed.seen, [step.name for step in weighed.minor]
     named = {*minor, *(step.name for step in kept)}
     if beside := [step.name for step in steps if step.name not in named]:
@@ -172,30 +179,66 @@ def _with_steps(explanation: Explanation, error: PureError, remarks: tuple[str, 
         left = left or ("its formula leaves a residual that another effect explains." if beside or minor else "")
         (step,) = kept
         size = f"{sizes[step.name]}: {excess(step, seen, weighed.shares)}"
-        simplest = _share_of_simplest(alone[0], explanation)
-        verdict = one(step, size, left, simplest, _imitated(step, explanation, error))
+        simplest, imitated = _share_of_simplest(alone[0], explanation), _imitated(step, explanation, error)
+        verdict = one(step, size, left=left, simplest=simplest, imitated=imitated)
     elif (overlapping := overlap([step.chosen for step in kept], base)) and weighed.clean and len(kept) == 2:
         verdict = like_both(kept)
-    elif (
-        overlapping
-        or _is_imitation_likely(kept, explanation, error)
-        # Where the catalogue lacks the true effect, a search fits three that leave a residual or that do not show.
-        or (len(kept) > 2 and not (weighed.clean and any(seen.values())))
-    ):
-        return _unexplained(explanation, remarks, residual_term)
+    elif imitations := _imitations(kept, explanation, error):
+        without = _without_imitations(explanation, weighed, imitations, error)
+        if without is None:
+            return None
+        verdict = without
+    # Where the catalogue lacks the true effect, a search fits three that leave a residual or that do not show.
+    elif overlapping or (len(kept) > 2 and not (weighed.clean and any(seen.values()))):
+        return None
     else:
         verdict = several(kept, sizes, weighed.shares, seen, left)
     return replace(verdict, shares=weighed.shares, shares_delta_e=seen, remarks=remarks)
 
 
-def _is_imitation_likely(kept: tuple[Step, ...], explanation: Explanation, error: PureError) -> bool:
-    """Whether one of several effects, other than the strongest, may imitate an effect that is equally strong.
+def _imitations(kept: Sequence[Step], explanation: Explanation, error: PureError) -> list[str]:
+    """Return those of several effects, other than the strongest, that may imitate an effect that is equally strong.
 
     Such an effect may only explain what the formula of the strongest effect misses.
     """
     strongest = max(kept, key=lambda step: step.without.chi2)
-    imitated = (_imitated(step, explanation, error) for step in kept if step is not strongest)
-    return any(each and each.left < 2 * STRONG for each in imitated)
+    imitated = {step.name: _imitated(step, explanation, error) for step in kept if step is not strongest}
+    return [name for name, each in imitated.items() if each and each.left < 2 * STRONG]
+
+
+def _without_imitations(
+    explanation: Explanation, weighed: Weighed, imitations: Sequence[str], error: PureError
+) -> Verdict | None:
+    """Name the other effects where they leave noise without the imitations; return None where they do not."""
+    rest = explanation.of([step.name for step in weighed.kept if step.name not in imitations])
+    if not is_noise(rest.final, error) or free_term(rest.final, error).names:
+        return None
+    if len(rest.steps) > 1 and overlap([step.chosen for step in rest.steps], rest.base):
+        return None
+    seen = shares_of_delta_e(rest.base, rest.final, rest.steps)
+    sizes = {step.name: step.effect.in_words(step.chosen.term.values) for step in rest.steps}
+    left = f"what remains could also be {' and '.join(imitations)}, or something that the catalogue lacks"
+    if len(rest.steps) > 1:
+        return several(rest.steps, sizes, weighed.shares, seen, f"beside its formula, {left}.")
+    (step,) = rest.steps
+    size = f"{sizes[step.name]}: {excess(step, seen, weighed.shares)}"
+    objection = f"{left[0].upper()}{left[1:]}."
+    imitated = _imitated(step, rest, error)
+    return one(step, size, simplest=_share_of_simplest(step, explanation), imitated=imitated, objection=objection)
+
+
+def _tied_with_free_term(explanation: Explanation, weighed: Weighed, error: PureError) -> Verdict | None:
+    """Name a single effect that leaves noise where a free term is as likely as this effect; else return None."""
+    base, final = explanation.base, explanation.final
+    is_tied = abs(base.bic - weighed.base_free_term.evidence - final.bic) < STRONG
+    if len(explanation.steps) > 1 or weighed.kept or not weighed.clean or not is_tied:
+        return None
+    (step,) = explanation.steps
+    seen = shares_of_delta_e(base, final, explanation.steps)
+    size = f"{step.effect.in_words(step.chosen.term.values)}: {excess(step, seen, weighed.shares)}"
+    objection = "A smooth change that no effect of the catalogue describes explains these readings as well."
+    verdict = one(step, size, imitated=_imitated(step, explanation, error), objection=objection)
+    return replace(verdict, shares=weighed.shares, shares_delta_e=seen)
 
 
 def _changed_curves(explanation: Explanation, weighed: Weighed) -> Verdict:

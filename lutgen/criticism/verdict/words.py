@@ -86,11 +86,14 @@ def excess(step: Step, seen: Mapping[str, float], shares: Mapping[str, float]) -
     return f"{percent(shares[step.name])} of the excess χ²{NOT_SEEN}"
 
 
-def one(step: Step, size: str, left: str, simplest: float, imitated: Imitated | None) -> Verdict:
+def one(
+    step: Step, size: str, *, left: str = "", simplest: float = 1.0, imitated: Imitated | None, objection: str = ""
+) -> Verdict:
     """Name one effect.
 
     ``size`` describes how large the effect is, ``left`` the residual of its formula. ``simplest`` is the gain of the
     effect's simplest form as a share of its form's gain. ``imitated`` is the effect that its form follows best.
+    ``objection``: a reason of the caller why the effect is not proved.
     """
     names = (step.name,)
     if step.rivals:
@@ -101,7 +104,7 @@ def one(step: Step, size: str, left: str, simplest: float, imitated: Imitated | 
         )
         return Verdict("one-of", sentence, either, (either,))
     freed = ", ".join(step.chosen.form)
-    if objection := _objection(step, freed, simplest, imitated):
+    if objection := objection or _objection(step, freed, simplest, imitated):
         sentence = f"{step.name} is missing, or an effect like it that the catalogue lacks: {size}. {objection}"
         return Verdict("one-of", sentence, names)
     if step.chosen.refined:
