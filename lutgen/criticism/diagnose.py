@@ -194,7 +194,7 @@ def diagnose(
     if max(again.wander, problem.wander) > UNSTEADIER * min(again.wander, problem.wander):
         problem = again
         base = fit(problem, terms)
-        explanation = explain(base, choices, error, progress, known=[step.effect for step in explanation.steps])
+        explanation = explain(base, choices, error, progress, known=[step.chosen for step in explanation.steps])
     suspicion = _suspicion(base, error, rows)
     verdict = pronounce(explanation, error, seen, suspicion)
     named = [step for step in explanation.steps if step.name in verdict.effects]

@@ -202,12 +202,13 @@ def _fitted(problem: Problem, state: State, relaxations: int = RELAXATIONS) -> F
 def _minimised(problem: Problem, state: State, system: System) -> tuple[State, System]:
     """Iterate until no step predicts a relevant gain; a step that does not lower χ² is damped."""
     damping = 0.0
-    for _ in range(MAX_ITERATIONS):
+    for iteration in range(MAX_ITERATIONS):
         move = system.step(state.terms, damping)
         predicted_gain = system.chi2 - move.chi2
         misfit = system.chi2 - 3 * problem.rows.size
         converged, negligible = max(CONVERGED, CONVERGED_SHARE * misfit), max(NEGLIGIBLE, NEGLIGIBLE_SHARE * misfit)
-        if predicted_gain < converged:
+        # χ² holds for the tips of ``state`` to first order: at least one step shows whether it holds for the fitted tips.
+        if predicted_gain < converged and iteration:
             break
         moved = system.moved(state, move.parameters)
         trial = System(problem, linearise(problem, moved), moved)

@@ -104,12 +104,15 @@ def families(
     left out.
     """
     ratio, effects, may_skip = GainRatio(), list(effects), limit < np.inf
-    simple = [
-        _fitted_forms(base, effect, ratio, _simple(effect, may_skip), limit=limit, may_skip=may_skip)
-        for effect in effects
-    ]
-    best = min((min(map(bic, fitted)) for fitted in simple if fitted), default=np.inf)
-    for effect, fitted in zip(effects, simple, strict=True):
+    simple, best = dict[str, list[Candidate]](), np.inf
+    # Proposed settings take long to find. They come last, and only where they may be as good as the other effects.
+    for effect in sorted(effects, key=_proposes):
+        reach = min(limit, best + within) if may_skip and _proposes(effect) else limit
+        forms = _simple(effect, may_skip)
+        simple[effect.name] = _fitted_forms(base, effect, ratio, forms, limit=reach, may_skip=may_skip)
+        best = min([best, *map(bic, simple[effect.name])])
+    for effect in effects:
+        fitted = simple[effect.name]
         if not fitted:
             continue
         rest = [at for at in range(len(effect.forms)) if at not in _simple(effect, may_skip)]
@@ -253,7 +256,7 @@ def _fitted_forms(
         if not grids:
             continue  # the grid lies between sessions, and there is only one session
         is_long = len(grids) > MANY and not _is_proposed(effect, form)
-        if is_long and _linear_gain(score, effect, form[:1]) < WORTH * penalty / len(form):
+        if is_long and best_linear_gain(score, effect, form[:1]) < WORTH * penalty / len(form):
             continue
         starts = [_start(score, effect, form, grid) for grid in grids]
         linear_gain = max(gain for gain, _ in starts)
@@ -269,14 +272,14 @@ def _fitted_forms(
     return fitted
 
 
-def _linear_gain(score: Score, effect: Effect, form: tuple[str, ...]) -> float:
+def best_linear_gain(score: Score, effect: Effect, form: tuple[str, ...]) -> float:
     """Return the largest linear gain of a form over all settings of its grid."""
     return max((_start(score, effect, form, grid)[0] for grid in _grids(score, effect, form)), default=0.0)
 
 
 def _formula_gain(score: Score, effect: Effect) -> float:
     """Return the largest linear gain of an effect's formulas."""
-    return max(_linear_gain(score, effect, form) for form in effect.forms or ((),) if _is_formula(effect, form))
+    return max(best_linear_gain(score, effect, form) for form in effect.forms or ((),) if _is_formula(effect, form))
 
 
 def bic(candidate: Candidate) -> float:
@@ -286,6 +289,10 @@ def bic(candidate: Candidate) -> float:
 
 def _state(base: Fit) -> State:
     return State(base.terms, base.tips, base.gains)
+
+
+def _proposes(effect: Effect) -> bool:
+    return any(_is_proposed(effect, form) for form in effect.forms)
 
 
 def _is_proposed(effect: Effect, form: tuple[str, ...]) -> bool:

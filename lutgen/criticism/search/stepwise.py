@@ -26,6 +26,7 @@ from lutgen.criticism.search.candidates import (
     STRONG,
     Family,
     GainRatio,
+    best_linear_gain,
     bic,
     contenders,
     families,
@@ -139,11 +140,11 @@ def explain(
     error: PureError,
     progress: Callable[[int, int], None] = lambda _done, _total: None,
     *,
-    known: Sequence[Effect] = (),
+    known: Sequence[Candidate] = (),
 ) -> Explanation:
     """Search for the effects that explain the residuals of ``base``.
 
-    ``known``: effects that a search under another noise has admitted, in their order. They are tested first.
+    ``known``: what a search under another noise has admitted, in its order. These effects are tested first.
     """
     first = _ranked(base, effects, progress)
     chosen, current = _readmit(known, base, first, error)
@@ -187,18 +188,21 @@ def _next(  # noqa: PLR0917 - the state of the search, and its inputs
 
 
 def _readmit(
-    known: Sequence[Effect], base: Fit, first: Sequence[Family], error: PureError
+    known: Sequence[Candidate], base: Fit, first: Sequence[Family], error: PureError
 ) -> tuple[list[Candidate], Fit]:
-    """Admit known effects again, in their order, until one is not beyond chance, and fit them together."""
+    """Admit known candidates again, in their order, until one is not beyond chance; then choose their forms again."""
     chosen: list[Candidate] = []
     current, tried = base, sum(each.tried for each in first)
-    for effect in known:
-        best = family(current, effect).best
-        if not admissible(best, current, error, tried):
+    for each in known:
+        terms = (*current.terms, each.term)
+        fitted = fit(current.problem, terms, State(current.terms, current.tips, current.gains))
+        again = replace(each, fit=fitted, gain=current.chi2 - fitted.chi2)
+        if not admissible(again, current, error, tried):
             break
-        chosen = refined([*chosen, best], base)
-        current = together(base, chosen)
-    return chosen, current
+        chosen = [*chosen, again]
+        current = again.fit
+    chosen = refined(chosen, base, alone=True)
+    return chosen, together(base, chosen)
 
 
 def _is_hopeless(base: Fit, current: Fit, count: int) -> bool:
@@ -261,15 +265,27 @@ def refined(chosen: list[Candidate], base: Fit, *, alone: bool = False, limit: f
     whole = together(base, chosen)
     for index, each in enumerate(chosen):
         beside = [*chosen[:index], *chosen[index + 1 :]]
-        around = together(base, beside)
         # Where all parameters together gain less than the penalty of one, a longer form cannot improve BIC.
         is_settled = OPTIMISM * _gain_of_all_free(whole, each.effect) < np.log(base.readings)
-        again = family(around, each.effect, limit=limit, longest=len(each.form) if is_settled else None).best
+        around = together(base, beside)
+        if is_settled and _needs_all(whole, each):
+            chosen = [*chosen[:index], replace(each, fit=whole, gain=around.chi2 - whole.chi2), *chosen[index + 1 :]]
+            continue
+        longest = len(each.form) if is_settled else None
+        again = family(around, each.effect, limit=min(limit, whole.bic), longest=longest).best
         if whole.bic < bic(again):
             # Settings are proposed from the residuals of the others, and may miss the better setting of ``each``.
             again = replace(each, fit=whole, gain=around.chi2 - whole.chi2)
         chosen, whole = [*chosen[:index], again, *chosen[index + 1 :]], again.fit
     return chosen
+
+
+def _needs_all(whole: Fit, each: Candidate) -> bool:
+    """Whether BIC loses without any one of the free parameters of an effect, by their standard errors (Wald's test)."""
+    at = next(at for at, term in enumerate(whole.terms) if term.effect.name == each.effect.name)
+    values, errors, rest = whole.terms[at].values, whole.stderr[at], each.effect.rest()
+    loss = [((values[name] - rest[name]) / errors[name]) ** 2 for name in each.form if errors.get(name)]
+    return len(loss) == len(each.form) > 0 and min(loss) > OPTIMISM * np.log(whole.readings)
 
 
 def _exchanged(chosen: list[Candidate], effects: Sequence[Effect], base: Fit) -> list[Candidate] | None:
@@ -368,10 +384,11 @@ def _sufficient_alone(
 def _rivals(each: Candidate, beside: Sequence[Candidate], effects: Sequence[Effect], base: Fit) -> tuple[Family, ...]:
     """Return the families that explain the readings as well in place of an admitted effect."""
     names = {each.effect.name, *(other.effect.name for other in beside)}
-    without = together(base, beside)
+    without, whole = together(base, beside), together(base, [*beside, each])
     ratio = GainRatio()
-    mine = family(without, each.effect, ratio).best
-    limit = bic(mine) + 2 * STRONG
+    ratio.update(best_linear_gain(without.score, each.effect, each.form), without.chi2 - whole.chi2)
+    mine = min(whole.bic, bic(each))  # two fits of one model from two starts: χ² differs by the tolerance of a fit
+    limit = mine + 2 * STRONG
     others = [effect for effect in effects if effect.name not in names]
     near = contenders(without, others, limit, ratio)
     # An effect may be invisible here only because its condition was not logged, as room light that was always on.
@@ -379,7 +396,9 @@ def _rivals(each: Candidate, beside: Sequence[Candidate], effects: Sequence[Effe
         if effect.name in each.effect.confused_with and (problem := base.problem.unlogged(effect.needs)):
             near += contenders(fit(problem, without.terms, State((), without.tips, without.gains)), [effect], limit)
 
-    tied = tuple(rival for rival in near if bic(rival.best) < bic(mine) + STRONG)
     # Formulas of related effects differ little, and no display follows a formula exactly. Therefore a related effect is
-    # excluded only by twice the usual difference in BIC.
-    return tied or tuple(rival for rival in near if each.effect.is_kin(rival.effect) and bic(rival.best) < limit)
+    # excluded only by twice the usual difference in BIC, and with it every effect that explains the readings better.
+    tied = [bic(rival.best) for rival in near if bic(rival.best) < mine + STRONG]
+    kin = [bic(rival.best) for rival in near if each.effect.is_kin(rival.effect) and bic(rival.best) < limit]
+    worst = max(tied or kin, default=-np.inf)
+    return tuple(rival for rival in near if bic(rival.best) <= worst)
