@@ -29,7 +29,8 @@ def excess_removed(diagnosis: Diagnosis, campaign: Campaign) -> float:
     The share is NaN if the error of the model without effects is not larger than the error from the noise of its tips.
     """
     problem, explanation = diagnosis.problem, diagnosis.explanation
-    real = noise_free(campaign)[problem.rows]
+    lines = problem.readings.lines.astype(int)  # the order of readings is not that of the file
+    real = noise_free(campaign)[(lines - lines.min())[problem.rows]]
     expected = unknowns(problem) - problem.hours.size
     before = _misfit(explanation.base, real) - expected
     after = _misfit(explanation.final, real) - expected

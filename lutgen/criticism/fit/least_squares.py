@@ -207,7 +207,7 @@ def _minimised(problem: Problem, state: State, system: System) -> tuple[State, S
         predicted_gain = system.chi2 - move.chi2
         misfit = system.chi2 - 3 * problem.rows.size
         converged, negligible = max(CONVERGED, CONVERGED_SHARE * misfit), max(NEGLIGIBLE, NEGLIGIBLE_SHARE * misfit)
-        # χ² holds for the tips of ``state`` to first order: at least one step shows whether it holds for the fitted tips.
+        # χ² holds to first order in the tips: one step at least shows whether it also holds for the fitted tips.
         if predicted_gain < converged and iteration:
             break
         moved = system.moved(state, move.parameters)
