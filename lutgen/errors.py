@@ -1,4 +1,4 @@
-"""The one error that lutgen raises for bad input.
+"""The one error that lutgen raises for bad input, and the exit code of an interrupted command.
 
 The message is a text for a person: what is wrong, where, what is allowed, what to do.
 The command line prints the message and exits with 2. The library never prints and never exits.
@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
+
+#: Exit code of a program that SIGINT (Ctrl-C) has ended: 128 + the signal's number.
+INTERRUPTED = 130
 
 
 class LutgenError(ValueError):

@@ -19,11 +19,12 @@ from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.pure_error import PureError
 from lutgen.criticism.noise.session_errors import _sd_by_median, with_shared_errors
 from lutgen.criticism.refine import refine
-from lutgen.criticism.search import stepwise
+from lutgen.criticism.search import explanation as searched
 from lutgen.criticism.search.candidates import HALF, STRONG, contenders, family
+from lutgen.criticism.search.explanation import together
 from lutgen.criticism.search.influence import Suspicion, wrong_sessions
 from lutgen.criticism.search.separate import separation
-from lutgen.criticism.search.stepwise import admissible, explain, refined, together
+from lutgen.criticism.search.stepwise import admissible, explain, refined
 from lutgen.criticism.verdict.imitation import nearest, overlap
 from lutgen.criticism.verdict.pronounce import pronounce
 from lutgen.criticism.verdict.weighing import Weighed, is_of_curves
@@ -477,7 +478,7 @@ def test_three_effects_that_leave_something_or_do_not_show_are_no_finding(
     monkeypatch.setattr("lutgen.criticism.verdict.pronounce.Weighed.of", lambda *_: weighed)
     monkeypatch.setattr("lutgen.criticism.verdict.pronounce.overlap", lambda *_: False)
     monkeypatch.setattr("lutgen.criticism.verdict.pronounce._imitations", lambda *_: [])
-    monkeypatch.setattr("lutgen.criticism.search.stepwise.Explanation.of", lambda self, _: replace(self, steps=kept))
+    monkeypatch.setattr("lutgen.criticism.search.explanation.Explanation.of", lambda self, _: replace(self, steps=kept))
     assert pronounce(explanation, error, (), Suspicion((), (), "")).name == said
 
 
@@ -537,9 +538,9 @@ def test_kin_that_is_tied_leaves_out_kin_that_is_not(
 
     base = fit(mine.fit.problem)
     own = min(mine.fit.bic, together(base, [mine]).bic)
-    monkeypatch.setattr(stepwise, "bic", lambda each: own + each if isinstance(each, float) else each.fit.bic)
-    monkeypatch.setattr(stepwise, "contenders", lambda *_: [rival("tied", ahead), rival("kin", STRONG + 1.0)])
-    found = stepwise._rivals(mine, (), [], base)
+    monkeypatch.setattr(searched, "bic", lambda each: own + each if isinstance(each, float) else each.fit.bic)
+    monkeypatch.setattr(searched, "contenders", lambda *_: [rival("tied", ahead), rival("kin", STRONG + 1.0)])
+    found = searched._rivals(mine, (), [], base)
     assert [each.name for each in found] == left
 
 

@@ -163,7 +163,7 @@ def test_every_condition_says_what_a_table_a_sentence_and_a_plan_need() -> None:
 
 def test_a_refined_model_is_baked_at_the_rest_of_its_campaign() -> None:
     from lutgen.criticism.refine import refine
-    from lutgen.display.conditions import what_luts_carry
+    from lutgen.display import what_luts_carry
     from tests.campaigns import text_of
 
     rows = text_of("edge").splitlines()

@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.display import AppliedEffect, DisplayModel, LatentTips, default_display
-from lutgen.display.conditions import REFERENCE, conditions_of, what_luts_carry
+from lutgen.display.carried import what_luts_carry
+from lutgen.display.conditions import REFERENCE, conditions_of
 from lutgen.display.fitted import found_by, record_of
 from lutgen.display.native import NativeDisplay
 from lutgen.display.own_model.stored import StoredModel

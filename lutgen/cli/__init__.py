@@ -9,8 +9,7 @@ from __future__ import annotations
 
 import sys
 
-#: Exit code of a program that SIGINT (Ctrl-C) has ended: 128 + the signal's number.
-INTERRUPTED = 130
+from lutgen.errors import INTERRUPTED
 
 
 def main() -> None:

@@ -19,9 +19,8 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from lutgen.cli import INTERRUPTED
 from lutgen.cli.outputs import say, tolerate_closed_pipes, with_fixed_spaces, with_plain_spaces
-from lutgen.errors import LutgenError, reason_of
+from lutgen.errors import INTERRUPTED, LutgenError, reason_of
 from lutgen.version import __version__
 
 if TYPE_CHECKING:

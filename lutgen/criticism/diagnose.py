@@ -13,7 +13,7 @@ from lutgen.criticism.noise.pure_error import PureError
 from lutgen.criticism.noise.session_errors import with_shared_errors
 from lutgen.criticism.search.influence import Suspicion, suspicious_noise, wrong_rows, wrong_sessions
 from lutgen.criticism.search.separate import Separation, what_separates
-from lutgen.criticism.search.stepwise import Explanation, explain
+from lutgen.criticism.search.stepwise import explain
 from lutgen.criticism.verdict.pronounce import pronounce
 from lutgen.criticism.verdict.verdict import VERDICTS, Verdict
 from lutgen.criticism.verdict.visibility import Visibility, visibility
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from lutgen.criticism.fit.linear import Term
+    from lutgen.criticism.search.explanation import Explanation
     from lutgen.effects import Effect
     from lutgen.readings import Measurements
 

@@ -19,7 +19,8 @@ from lutgen.criticism.fit.linear import Term
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.session_errors import with_shared_errors
 from lutgen.criticism.search.candidates import family
-from lutgen.display.conditions import Conditions, conditions_of, what_luts_carry
+from lutgen.display.carried import what_luts_carry
+from lutgen.display.conditions import Conditions, conditions_of
 from lutgen.display.fitted import AppliedEffect, Estimate, LatentTips
 from lutgen.display.model import DisplayModel
 from lutgen.effects import catalogue

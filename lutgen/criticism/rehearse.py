@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.criticism.fit.least_squares import Fit
     from lutgen.criticism.fit.score import Score
-    from lutgen.criticism.search.stepwise import Explanation
+    from lutgen.criticism.search.explanation import Explanation
     from lutgen.criticism.verdict.visibility import Visibility
     from lutgen.effects import Effect
     from lutgen.readings import Measurements

@@ -5,8 +5,9 @@ to XYZ. ``inverse`` and ``search`` compute the inverse. Each further file is a p
 file.
 """
 
+from lutgen.display.carried import seen_on, what_luts_carry, what_pictures_carry
 from lutgen.display.chain import STAGES, AgedDisplay, Link
-from lutgen.display.conditions import REFERENCE, Conditions, parse_at, seen_on, what_luts_carry, what_pictures_carry
+from lutgen.display.conditions import REFERENCE, Conditions, parse_at
 from lutgen.display.fitted import AppliedEffect, Estimate, LatentTips
 from lutgen.display.inverse import Compensation, compensated, compensation_of
 from lutgen.display.model import DisplayModel, default_display, hour_name

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from lutgen.criticism.fit.problem import Problem
     from lutgen.criticism.search.candidates import Candidate
-    from lutgen.criticism.search.stepwise import Explanation
+    from lutgen.criticism.search.explanation import Explanation
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.least_squares import Fit
     from lutgen.criticism.fit.score import Score
     from lutgen.criticism.search.candidates import Candidate
-    from lutgen.criticism.search.stepwise import Step
+    from lutgen.criticism.search.explanation import Step
     from lutgen.effects import Effect
 
 #: Directions of a form with a singular value below this share of the largest one are ignored.

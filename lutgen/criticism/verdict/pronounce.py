@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
     from lutgen.criticism.fit.least_squares import Fit
     from lutgen.criticism.noise.pure_error import PureError
+    from lutgen.criticism.search.explanation import Explanation, Step
     from lutgen.criticism.search.influence import Suspicion
-    from lutgen.criticism.search.stepwise import Explanation, Step
     from lutgen.criticism.verdict.visibility import Visibility
 
 AGREES = "Nothing is above the noise: the model agrees with these readings."

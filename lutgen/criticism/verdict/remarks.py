@@ -11,8 +11,8 @@ from lutgen.criticism.noise.tails import OUTLIER
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from lutgen.criticism.search.explanation import Explanation
     from lutgen.criticism.search.influence import Suspicion
-    from lutgen.criticism.search.stepwise import Explanation
 
 #: Largest number of lines of readings that a remark names.
 NAMED_LINES = 12

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.criticism.fit.least_squares import Fit
     from lutgen.criticism.fit.linear import Term
-    from lutgen.criticism.search.stepwise import Step
+    from lutgen.criticism.search.explanation import Step
 
 
 def shares_of_delta_e(base: Fit, final: Fit, steps: Sequence[Step]) -> dict[str, float]:

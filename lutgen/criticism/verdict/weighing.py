@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 from lutgen.criticism.first_session.slope_errors import bic_gain, with_drive_errors
 from lutgen.criticism.fit.lack_of_fit import is_noise, is_within_scatter
 from lutgen.criticism.search.candidates import HALF, STRONG
+from lutgen.criticism.search.explanation import together
 from lutgen.criticism.search.free_term import FreeTerm, free_term, probe
-from lutgen.criticism.search.stepwise import MOST_OF_IT, stand_apart, together
+from lutgen.criticism.search.stepwise import MOST_OF_IT, stand_apart
 from lutgen.criticism.verdict.shares import shares_of_delta_e
 
 if TYPE_CHECKING:
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
     from lutgen.criticism.fit.least_squares import Fit
     from lutgen.criticism.noise.pure_error import PureError
-    from lutgen.criticism.search.stepwise import Explanation, Step
+    from lutgen.criticism.search.explanation import Explanation, Step
     from lutgen.effects import Effect
 
 

@@ -15,7 +15,7 @@ from lutgen.numerals import percent
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from lutgen.criticism.search.stepwise import Explanation, Step
+    from lutgen.criticism.search.explanation import Explanation, Step
     from lutgen.criticism.verdict.imitation import Imitated
 
 NO_FREE_TERM = FreeTerm()

@@ -1,0 +1,123 @@
+"""The result of a search: the admitted effects, the fits with and without each, and the rivals of each."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.criticism.fit.least_squares import fit
+from lutgen.criticism.fit.linear import State
+from lutgen.criticism.search.candidates import STRONG, GainRatio, best_linear_gain, bic, contenders
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lutgen.criticism.fit.least_squares import Fit
+    from lutgen.criticism.search.candidates import Candidate, Family
+    from lutgen.effects import Effect
+
+
+@dataclass(frozen=True)
+class Step:
+    """One admitted effect: its final candidate, the other admitted candidates, and the effects it was chosen from.
+
+    ``sufficient``: other families that alone explain nearly all of the misfit, where no formula explains all of it.
+    """
+
+    chosen: Candidate
+    beside: tuple[Candidate, ...] = field(repr=False)
+    effects: tuple[Effect, ...] = field(repr=False)
+    base: Fit = field(repr=False)
+    sufficient: tuple[Family, ...] = ()
+
+    @property
+    def effect(self) -> Effect:
+        """The effect."""
+        return self.chosen.effect
+
+    @property
+    def name(self) -> str:
+        """Name of the effect."""
+        return self.effect.name
+
+    @cached_property
+    def without(self) -> Fit:
+        """The fit of the other admitted effects, in their final forms, without this effect."""
+        return together(self.base, self.beside)
+
+    @cached_property
+    def rivals(self) -> tuple[Family, ...]:
+        """Families that explain the readings as well in place of this effect; searched for at the first access."""
+        rivals = _rivals(self.chosen, self.beside, self.effects, self.base)
+        known = {rival.name for rival in rivals}
+        return (*rivals, *(each for each in self.sufficient if each.name not in known))
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """The result of a search.
+
+    Attributes
+    ----------
+    base, final
+        The fits without and with the admitted effects.
+    first
+        All families, each fitted alone together with the base, best first.
+    steps
+        The admitted effects in the order of their admission.
+    trail
+        The fits with the first effect, the first two effects, and so on to ``final``.
+
+    """
+
+    base: Fit
+    final: Fit
+    first: tuple[Family, ...]
+    steps: tuple[Step, ...]
+    trail: tuple[Fit, ...]
+
+    def of(self, names: Sequence[str]) -> Explanation:
+        """Return the explanation by those admitted effects alone that are named, with the forms that were chosen."""
+        steps = [step for step in self.steps if step.name in names]
+        if len(steps) in {0, len(self.steps)}:
+            return self
+        chosen = [step.chosen for step in steps]
+        trail = tuple(together(self.base, chosen[:count]) for count in range(1, len(chosen) + 1))
+        fitted = [replace(each, fit=trail[-1], gain=self.base.chi2 - trail[-1].chi2) for each in chosen]
+        alone = [
+            replace(step, chosen=each, beside=tuple(other for other in fitted if other is not each))
+            for step, each in zip(steps, fitted, strict=True)
+        ]
+        return replace(self, final=trail[-1], steps=tuple(alone), trail=trail)
+
+
+def together(base: Fit, chosen: Sequence[Candidate]) -> Fit:
+    """Fit candidates together with the terms of ``base``."""
+    terms = [each.term for each in chosen]
+    return fit(base.problem, (*base.terms, *terms), State((), base.tips, base.gains)) if terms else base
+
+
+def _rivals(each: Candidate, beside: Sequence[Candidate], effects: Sequence[Effect], base: Fit) -> tuple[Family, ...]:
+    """Return the families that explain the readings as well in place of an admitted effect."""
+    names = {each.effect.name, *(other.effect.name for other in beside)}
+    without, whole = together(base, beside), together(base, [*beside, each])
+    ratio = GainRatio()
+    ratio.update(best_linear_gain(without.score, each.effect, each.form), without.chi2 - whole.chi2)
+    mine = min(whole.bic, bic(each))  # two fits of one model from two starts: χ² differs by the tolerance of a fit
+    limit = mine + 2 * STRONG
+    others = [effect for effect in effects if effect.name not in names]
+    near = contenders(without, others, limit, ratio)
+    # An effect may be invisible here only because its condition was not logged, as room light that was always on.
+    for effect in others:
+        if effect.name in each.effect.confused_with and (problem := base.problem.unlogged(effect.needs)):
+            near += contenders(fit(problem, without.terms, State((), without.tips, without.gains)), [effect], limit)
+
+    # Formulas of related effects differ little, and no display follows a formula exactly. Therefore a related effect is
+    # excluded only by twice the usual difference in BIC, and with it every effect that explains the readings better.
+    tied = [bic(rival.best) for rival in near if bic(rival.best) < mine + STRONG]
+    kin = [bic(rival.best) for rival in near if each.effect.is_kin(rival.effect) and bic(rival.best) < limit]
+    worst = max(tied or kin, default=-np.inf)
+    return tuple(rival for rival in near if bic(rival.best) <= worst)
