@@ -409,6 +409,19 @@ def test_a_column_whose_name_is_nearly_known_is_refused(name: str, tmp_path: Pat
         read_measurements(file_with(tmp_path, plus(name, "1")))
 
 
+@pytest.mark.parametrize("name", ["time", "operating_hours", "h", "Age (months)"])
+def test_a_table_without_hours_is_not_one_session_where_another_column_holds_times(name: str, tmp_path: Path) -> None:
+    with pytest.raises(LutgenError, match=rf"column '{re.escape(name)}' looks like times, .* Call it hour"):
+        read_measurements(file_with(tmp_path, SMALL.replace("hour,", f"{name},", 1)))
+
+
+def test_the_time_of_each_reading_divides_no_session(tmp_path: Path) -> None:
+    head, *rows = [line for line in SMALL.splitlines() if not line.startswith("#")]
+    stamped = [f"12:{minute:02d}{row[row.index(',') :]}" for minute, row in enumerate(rows)]
+    text = "\n".join([head.replace("hour", "time"), *stamped]) + "\n"
+    assert np.unique(read_measurements(file_with(tmp_path, text)).hours).tolist() == [0.0]
+
+
 def test_another_column_is_left_alone_with_a_remark(tmp_path: Path) -> None:
     readings = read_measurements(file_with(tmp_path, plus("operator", "hm", plus("CCT", "6500"))))
     assert readings.remarks == ("Columns CCT, operator: not known to lutgen, and left alone.",)

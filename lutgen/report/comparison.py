@@ -49,7 +49,7 @@ def compare_page(comparison: Comparison, again: str = "") -> Iterator[Part]:
     yield ""
     outstanding = standing_out(comparison.where)
     if outstanding:
-        yield f"Where it stands out, worst first ({CLEAR:g} × noise is clear):"
+        yield f"Where it stands out, by size of the error and number of readings ({CLEAR:g} × noise is clear):"
         yield _slice_table(outstanding[:SLICES])
     else:
         yield "No hour, colour or condition stands out from the others."

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.colorimetry import xyz_to_lab
-from lutgen.criticism.compare.standing_out import informative
+from lutgen.criticism.compare.standing_out import informative, standing_out
 from lutgen.criticism.fit.families import dimension, slices
 from lutgen.readings.conditions import CONDITIONS
 
@@ -69,7 +69,8 @@ def direction(problem: Problem, predicted: Array, judged: NDArray[np.bool_], whe
     if not where:
         return Direction("", (0.0, 0.0, 0.0), "")
     worst = max(
-        informative(where) or where, key=lambda each: (each.rms_sigma**2 - each.floor_rms_sigma**2) * np.sqrt(each.n)
+        standing_out(where) or informative(where) or where,
+        key=lambda each: (each.rms_sigma**2 - each.floor_rms_sigma**2) * np.sqrt(each.n),
     )
     here = judged & (slices(problem)[worst.by] == worst.slice)
     white = problem.measured_tips[0, 0]

@@ -52,6 +52,9 @@ _SEPARATOR_LINE = re.compile(r"\ufeff?\"?sep=.\"?[,;\t]*", re.IGNORECASE)
 #: Smallest similarity (0..1) at which an unknown name counts as a misspelt column: "ambient_lux", "hours", not "gamma".
 _NEAR = 0.7
 
+#: Words of a column's name that make it a time.
+_TIMES = {"h", "hr", "hrs", "hour", "hours", "time", "t", "day", "days", "week", "weeks", "month", "months", "age"}
+
 #: Smallest allowed y. The smallest y of a colour is 0.005, at the violet end of the spectrum; a far smaller y overflows
 #: xY/y.
 MIN_Y = 1e-4
@@ -147,7 +150,20 @@ class CsvTable:
             return sessions_of(self.measurements())
         return self._session().campaign()
 
+    def _check_times(self) -> None:
+        """Raise LutgenError where an unknown column seems to divide the readings of one session by time."""
+        for at, name in enumerate(self.header):
+            is_known = self.columns[at] in _KNOWN or name.lower() in _NAMES
+            is_time = not is_known and bool(_TIMES & {*re.split("[^a-z]+", name.casefold())})
+            times = {row[at] for row in self.cells}
+            if is_time and 2 <= len(times) <= len(self.cells) / 2:
+                raise LutgenError(
+                    f"{self.source.file}: column {name[:40]!r} looks like times, and there is no column "
+                    f"hour. Call it hour if it holds operating hours; remove it if all readings are of one session."
+                )
+
     def _session(self) -> Session:
+        self._check_times()
         values = {name: self._numbers(name) for name in _KNOWN if name in self.columns and name not in _TEXT}
         self._check_ranges(values)
         drive = np.column_stack([values["R"], values["G"], values["B"]])
@@ -211,9 +227,10 @@ class CsvTable:
             return white, f"White has Y = {white:g}: taken as relative, not as cd/m². Good for ratios alone."
         if absolute:
             return None, ""
+        light, verb, they = ("X, Y and Z", "are", "they are") if "X" in self.columns else ("Y", "is", "it is")
         return None, (
-            f"X, Y and Z are taken as cd/m²{f', of which white has {white:.4g}' if places.size else ''}: the header "
-            "names no unit (X_cdm2). If they are relative, add the line # white_cd_m2: and white's luminance."
+            f"{light} {verb} taken as cd/m²{f', of which white has {white:.4g}' if places.size else ''}: the header "
+            f"names no unit ({light[0]}_cdm2). If {they} relative, add the line # white_cd_m2: and white's luminance."
         )
 
     def _full_drive(self, drive: Array) -> float:
