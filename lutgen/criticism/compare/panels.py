@@ -9,9 +9,8 @@ import numpy as np
 
 from lutgen.colorimetry import xyz_to_lab
 from lutgen.criticism.fit.anchored import noise_only
-from lutgen.criticism.fit.families import condition_of, dimension, slices
+from lutgen.criticism.fit.families import slices
 from lutgen.criticism.fit.linear import whiten
-from lutgen.readings.conditions import CONDITIONS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -27,9 +26,6 @@ FAMILIES = (
     "black", "grey", "red ramp", "green ramp", "blue ramp", "secondary", "mixture", "colour points", "lens cap",
 )  # fmt: skip
 
-#: Dimension of a condition → name of the cell of the readings that are not at rest in this condition.
-CELLS = {dimension(each): each.cell for each in CONDITIONS if each.heading}
-
 
 @dataclass(frozen=True)
 class ResidualPanel:
@@ -40,7 +36,7 @@ class ResidualPanel:
     by
         The dimension.
     headed
-        Index of the slice in the panel's title: the worst slice; for a condition, the worst slice that is not at rest.
+        Index of the slice in the panel's title: the worst slice. Slices of a condition hold the same patches.
     labels, places
         Name and position on the axis of each slice; for ``position`` u, v of shape (k, 2).
     ratio, band
@@ -91,7 +87,7 @@ def panels(comparison: Comparison) -> list[ResidualPanel]:
         by_dimension.append(
             ResidualPanel(
                 by,
-                _headed(problem, by, chosen, ratio),
+                int(np.argmax(ratio)),
                 tuple(names),
                 _places(problem, by, chosen),
                 ratio,
@@ -101,12 +97,6 @@ def panels(comparison: Comparison) -> list[ResidualPanel]:
             )
         )
     return by_dimension
-
-
-def _headed(problem: Problem, by: str, chosen: Sequence[NDArray[np.bool_]], ratio: Array) -> int:
-    condition = condition_of(problem)
-    not_at_rest = [by in CELLS and bool((condition[here] == CELLS[by]).any()) for here in chosen]
-    return int(np.argmax(np.where(not_at_rest, ratio, -1.0) if any(not_at_rest) else ratio))
 
 
 def _column(problem: Problem, by: str) -> Array:
