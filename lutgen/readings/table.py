@@ -43,6 +43,10 @@ MUCH_ABOVE_1 = 1.1
 #: Smallest luminance of white in cd/m². A smaller white means that XYZ are relative (Y = 1 for white).
 MIN_WHITE_CD_M2 = 2.0
 
+#: Possible luminance of white over that of red, green and blue together: limiters of OLED screens dim white, and a
+#: white subpixel adds to it.
+WHITE_OVER_PRIMARIES = (0.1, 5.0)
+
 
 @dataclass(frozen=True)
 class Measurements:
@@ -319,6 +323,12 @@ def _check_plausible(readings: Measurements, hour: float, xyY: Array) -> None:
     if xyY[0, 2] < MIN_WHITE_CD_M2:
         raise LutgenError(
             f"{where}: white has Y = {xyY[0, 2]:g}; Y must be absolute luminance in cd/m², not relative to white."
+        )
+    ratio, (low, high) = xyY[0, 2] / xyY[1:, 2].sum(), WHITE_OVER_PRIMARIES
+    if not low <= ratio <= high:
+        raise LutgenError(
+            f"{where}: white has Y = {xyY[0, 2]:g} and red, green and blue together {xyY[1:, 2].sum():g}. On a "
+            f"display white is {low:g} to {high:g} times as bright as the three together; is a number mistyped?"
         )
     red, green, blue = xyY[1:]
     if not _are_primaries(red, green, blue) and any(_are_primaries(*order) for order in permutations(xyY[1:])):

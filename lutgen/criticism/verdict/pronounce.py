@@ -70,10 +70,11 @@ def _under_assumed_noise(verdict: Verdict, explanation: Explanation) -> Verdict:
     if noise.source != "assumed" or verdict.name in {"consistent", "measurement-problem"}:
         return verdict
     condition = (
-        f"If this meter's noise is at most twice {noise.relative:.2%} and {noise.floor_cd_m2:.2g} cd/m², which these "
-        f"readings cannot show: "
+        f"These readings do not show the noise of the meter. If it is at most twice {noise.relative:.2%} and "
+        f"{noise.floor_cd_m2:.2g} cd/m², "
     )
-    return replace(verdict, sentence=condition + verdict.sentence)
+    sentence = condition + verdict.sentence[0].lower() + verdict.sentence[1:]
+    return replace(verdict, sentence=sentence)
 
 
 def _without_steps(
