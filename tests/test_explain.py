@@ -413,6 +413,32 @@ def test_a_session_without_black_is_compared_without(tmp_path: Path) -> None:
     assert found.pairs[0].contrast is None
 
 
+#: White and primaries without black at two hours, as in docs/guides/your-display.md.
+NO_BLACK = """hour,R,G,B,x,y,Y
+0,1,1,1,0.3127,0.3290,250.0
+0,1,0,0,0.6365,0.3462,54.6
+0,0,1,0,0.3078,0.5906,176.1
+0,0,0,1,0.1502,0.0632,19.3
+12000,1,1,1,0.3210,0.3405,251.0
+12000,1,0,0,0.6371,0.3478,55.4
+12000,0,1,0,0.3102,0.5899,178.3
+12000,0,0,1,0.1507,0.0664,17.3
+"""
+
+
+def test_room_light_is_not_told_without_black(tmp_path: Path) -> None:
+    table = tmp_path / "room-3.csv"
+    table.write_text(NO_BLACK)
+    campaign = read_campaign(table)
+    (found,) = explain(campaign).verdicts
+    assert (found.kind, found.names) == ("named", ("aging",))
+    assert any("black was not read in both sessions" in each for each in found.evidence)
+    # Room light on record is no guess.
+    lit = [replace(each, conditions={"ambient_lx": lux}) for each, lux in zip(campaign.entries, (0, 60), strict=True)]
+    (recorded,) = explain(replace(campaign, entries=tuple(lit))).verdicts
+    assert "ambient" in recorded.names
+
+
 def test_a_campaign_of_one_session_and_an_unknown_reference_are_refused(tmp_path: Path) -> None:
     texts = life([State(), State()])
     with pytest.raises(LutgenError, match="a comparison needs two or more"):

@@ -17,7 +17,7 @@ from lutgen.history.patches import CHANNELS
 from lutgen.history.transfer import DARKEST
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Container, Sequence
 
     from lutgen.colorimetry import Array
     from lutgen.history.hypothesis import Hypothesis
@@ -112,6 +112,10 @@ def _signs(pair: SessionPair) -> dict[str, str]:
 
 def _weighed(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVerdict:
     near = [each for each in hypotheses if hypotheses[0].weight - each.weight < RIVAL]
+    untold = {name: why for name, cause in causes().items() if (why := cause.untold(pair))}
+    unsaid = [why for name, why in untold.items() if any(name in each.names for each in near)]
+    # A cause that the readings cannot tell is named only where it explains the pair alone.
+    near = [replace(each, names=_told(each.names, untold)) for each in near]
     fewest = min(each.assumed for each in near)
     rivals = [
         each
@@ -120,7 +124,7 @@ def _weighed(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVerd
     ]
     simplest = min(len(each.names) for each in rivals)
     signs = _signs(pair)
-    facts = (*signs.values(), *_facts(pair), *_records(pair))
+    facts = (*signs.values(), *_facts(pair), *_records(pair), *unsaid)
     if simplest and rivals[0].fit.chi2 > MISFIT:
         names = tuple(dict.fromkeys((*signs, *(_able(pair) if signs else _unweighed(pair)))))
         return _one_of(names, facts) if names else _verdict("unclear", (), facts)
@@ -137,6 +141,10 @@ def _weighed(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVerd
     if len(rivals) == 1 and not mistaken:
         return _verdict("several", names, facts)
     return _verdict("one-of", (*sure, *(name for name in names if name not in sure)), facts, sure)
+
+
+def _told(names: tuple[str, ...], untold: Container[str]) -> tuple[str, ...]:
+    return tuple(name for name in names if name not in untold) or names
 
 
 def _unweighed(pair: SessionPair) -> list[str]:
