@@ -15,6 +15,7 @@ import numpy as np
 from lutgen.history.causes import causes
 from lutgen.history.patches import CHANNELS
 from lutgen.history.transfer import DARKEST
+from lutgen.numerals import spaced
 
 if TYPE_CHECKING:
     from collections.abc import Container, Sequence
@@ -273,9 +274,9 @@ def in_succession(pairs: Sequence[SessionPair], verdicts: Sequence[SessionVerdic
         for name in _with_course("steady", revised[place]):
             if len(revised[place].names) > 1 and (later := _brighter_later(pair, pairs)):
                 revised[place] = without(revised[place], name, f"light came back by {later:+.0%} in a later session")
-            elif _with_course("step", revised[place]) and (days := _lost_within(pair, still)):
+            elif _with_course("step", revised[place]) and (within := _lost_within(pair, still)):
                 revised[place] = without(
-                    revised[place], name, f"hardly any of this light was lost until {days:.0f} days before"
+                    revised[place], name, f"hardly any of this light was lost until {within} before"
                 )
     steady = [place for place, each in enumerate(revised) if {*each.sure} <= {*_with_course("steady", each)} != set()]
     calm = [place for place, each in enumerate(revised) if each.kind == "same" and pairs[place].days is not None]
@@ -316,18 +317,20 @@ def _brighter_later(pair: SessionPair, pairs: Sequence[SessionPair]) -> float:
     return float(np.expm1(gain)) if gain >= CAME_BACK else 0.0
 
 
-def _lost_within(pair: SessionPair, still: Sequence[SessionPair]) -> float:
-    """Return the days within which most of the loss came; 0 without an unchanged session in the later half."""
+def _lost_within(pair: SessionPair, still: Sequence[SessionPair]) -> str:
+    """Return the time within which most of the loss came; "" without an unchanged session in the later half."""
     mine = _light(pair)
     if mine is None or pair.days is None or pair.days <= 0:
-        return 0.0
+        return ""
     for each in still:
         light = _light(each)
         if light is not None and each.days is not None and pair.days / 2 <= each.days < pair.days:
             steady = float(mine.mean()) * each.days / pair.days
             if steady <= -CAME_BACK and float(light.mean()) > LATE * steady:
-                return pair.days - each.days
-    return 0.0
+                if pair.hours is not None and each.hours is not None:
+                    return f"{spaced(pair.hours - each.hours)} hours"
+                return f"{pair.days - each.days:.0f} days"
+    return ""
 
 
 def _is_steady(pairs: Sequence[SessionPair]) -> bool:

@@ -25,17 +25,19 @@ def explanation_page(explanations: Explanations) -> Iterator[Part]:
     reference = explanations.campaign.entries[explanations.reference].session
     yield from simulated(explanations.campaign)
     yield f"Compared with {Path(reference.file).name}."
+    in_hours = all(pair.hours is not None for pair in explanations.pairs)
     yield Table(
-        ("session", "days", "verdict", "cause", "the display"),
+        ("session", "hours" if in_hours else "days", "verdict", "cause", "the display"),
         [
             (
                 Path(pair.after.session.file).name,
-                "–" if pair.days is None else f"{pair.days:.0f}",
+                "–" if time is None else spaced(time if in_hours else round(time)),
                 verdict.kind,
                 (" and " if verdict.kind == "several" else " or ").join(verdict.names) or "–",
                 verdict.display,
             )
             for pair, verdict in zip(explanations.pairs, explanations.verdicts, strict=True)
+            for time in (pair.hours if in_hours else pair.days,)
         ],
     )
     for pair, verdict in zip(explanations.pairs, explanations.verdicts, strict=True):
