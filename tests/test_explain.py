@@ -209,6 +209,7 @@ def test_room_light_is_certain_where_the_rest_is_a_setting_or_age(tmp_path: Path
     state = State(brightness=0.8, ambient=np.array([1.1, 1.0, 0.4]))
     (found,) = explain(read_campaign(write(tmp_path, life([State(), state]), [0, 400]))).verdicts
     assert (found.kind, found.names, found.sure) == ("one-of", ("ambient", "brightness", "aging"), ("ambient",))
+    assert found.causes_in_words == "ambient and (brightness or aging)"
 
 
 def test_light_that_fell_after_years_without_loss_was_turned_down(tmp_path: Path) -> None:

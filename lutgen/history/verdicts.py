@@ -64,11 +64,22 @@ class SessionVerdict:
     #: For ``one-of``: the causes that every explanation contains.
     sure: tuple[str, ...] = ()
 
+    @property
+    def causes_in_words(self) -> str:
+        """The named causes as in the sentence: "a and b", "a or b", or "a and (b or c)"; "" for none."""
+        if self.kind == "several":
+            return " and ".join(self.names)
+        rest = " or ".join(name for name in self.names if name not in self.sure)
+        if not self.sure or not rest:
+            return " or ".join(self.names)
+        return " and ".join((*self.sure, f"({rest})" if " or " in rest else rest))
+
 
 def without(verdict: SessionVerdict, name: str, why: str) -> SessionVerdict:
     """Return the verdict without the cause ``name``; ``why`` is the evidence against that cause."""
     others = tuple(each for each in verdict.names if each != name)
-    return _verdict("one-of" if len(others) > 1 else "named", others, (*verdict.evidence, why), verdict.sure)
+    sure = tuple(each for each in verdict.sure if each != name)
+    return _verdict("one-of" if len(others) > 1 else "named", others, (*verdict.evidence, why), sure)
 
 
 def only(verdict: SessionVerdict, name: str, why: str) -> SessionVerdict:

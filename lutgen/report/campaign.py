@@ -33,7 +33,7 @@ def explanation_page(explanations: Explanations) -> Iterator[Part]:
                 Path(pair.after.session.file).name,
                 "–" if time is None else spaced(time if in_hours else round(time)),
                 verdict.kind,
-                (" and " if verdict.kind == "several" else " or ").join(verdict.names) or "–",
+                verdict.causes_in_words or "–",
                 verdict.display,
             )
             for pair, verdict in zip(explanations.pairs, explanations.verdicts, strict=True)
