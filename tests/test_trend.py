@@ -127,6 +127,14 @@ def test_three_sessions_promise_no_time(tmp_path: Path) -> None:
     assert (FEWEST, ENOUGH) == (4, 8)
 
 
+def test_laws_beside_the_likeliest_are_separated_by_semicolons(tmp_path: Path) -> None:
+    found = trend(fading(tmp_path, 3000.0), [])
+    (table,) = (each for each in trend_page(found) if isinstance(each, Table) and "also" in each.headings)
+    also = [row[3].split("; ") for row in table.rows if row[3] != "–"]
+    assert max(map(len, also)) > 1
+    assert {law for laws in also for law in laws} <= {law.name for law in LAWS}
+
+
 def test_fewer_than_eight_sessions_are_said_where_it_matters(tmp_path: Path) -> None:
     lines = [str(each) for each in trend_page(trend(fading(tmp_path, 3000.0), [parse_limit("white>=55%")]))]
     assert any(line.startswith("Fewer than eight sessions (6)") for line in lines)
