@@ -57,6 +57,15 @@ def test_a_single_session_needs_no_hours(folder: Path) -> None:
     assert read_measurements(path).hours.tolist() == [0.0] * len(DRIVE)
 
 
+def test_sessions_without_times_are_refused_with_the_ways_to_give_them(tmp_path: Path) -> None:
+    for name, white in (("a.csv", 100.0), ("b.csv", 90.0)):
+        (tmp_path / name).write_text(f"R,G,B,X_cdm2,Y_cdm2,Z_cdm2\n1,1,1,95,{white},108\n0,0,0,0.1,0.1,0.1\n")
+    campaign = read_campaign(tmp_path / "a.csv", tmp_path / "b.csv")
+    with pytest.raises(LutgenError, match="neither hours nor date") as refused:
+        campaign.hours()
+    assert all(way in str(refused.value) for way in ("column 'hour'", "# date: ", "lutgen sessions init"))
+
+
 def test_dates_become_hours_by_the_hours_of_a_day(folder: Path) -> None:
     blocks = "".join(f'[[sessions]]\nfile = "{name}.ti3"\n' for name in "cab")
     path = written(folder, f"{HEAD}hours_per_day = 6.0\n{blocks}")

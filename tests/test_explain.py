@@ -19,10 +19,13 @@ from lutgen.history.pair import FACTS, SessionPair, line_shift
 from lutgen.history.steadiness import steadiness
 from lutgen.history.transfer import full_light_ratio
 from lutgen.history.verdicts import KINDS, RIVAL, SessionVerdict, pronounce
+from lutgen.numerals import spaced
 from lutgen.readings import read_campaign, read_session
 from lutgen.readings.campaign import Campaign, CampaignEntry
 from lutgen.readings.session import Session
 from lutgen.readings.steadiness import drift_by_repeats
+from lutgen.report.campaign import explanation_page
+from lutgen.report.parts import Table
 from tests.real_data import real_data
 from tests.virtual_sessions import __main__ as scoring
 from tests.virtual_sessions.campaigns import life, write
@@ -206,6 +209,7 @@ def test_room_light_is_certain_where_the_rest_is_a_setting_or_age(tmp_path: Path
     state = State(brightness=0.8, ambient=np.array([1.1, 1.0, 0.4]))
     (found,) = explain(read_campaign(write(tmp_path, life([State(), state]), [0, 400]))).verdicts
     assert (found.kind, found.names, found.sure) == ("one-of", ("ambient", "brightness", "aging"), ("ambient",))
+    assert found.causes_in_words == "ambient and (brightness or aging)"
 
 
 def test_light_that_fell_after_years_without_loss_was_turned_down(tmp_path: Path) -> None:
@@ -411,6 +415,45 @@ def test_a_session_without_black_is_compared_without(tmp_path: Path) -> None:
     # Without readings of light after black, a common factor cannot be distinguished from gains of the channels.
     assert "brightness" in found.verdicts[0].names
     assert found.pairs[0].contrast is None
+
+
+HOURS = (0.0, 4000.0, 8000.0, 12_000.0)
+
+#: White and primaries without black at two hours, as in docs/guides/your-display.md.
+NO_BLACK = """hour,R,G,B,x,y,Y
+0,1,1,1,0.3127,0.3290,250.0
+0,1,0,0,0.6365,0.3462,54.6
+0,0,1,0,0.3078,0.5906,176.1
+0,0,0,1,0.1502,0.0632,19.3
+12000,1,1,1,0.3210,0.3405,251.0
+12000,1,0,0,0.6371,0.3478,55.4
+12000,0,1,0,0.3102,0.5899,178.3
+12000,0,0,1,0.1507,0.0664,17.3
+"""
+
+
+def test_room_light_is_not_told_without_black(tmp_path: Path) -> None:
+    table = tmp_path / "room-3.csv"
+    table.write_text(NO_BLACK)
+    campaign = read_campaign(table)
+    (found,) = explain(campaign).verdicts
+    assert (found.kind, found.names) == ("named", ("aging",))
+    assert any("black was not read in both sessions" in each for each in found.evidence)
+    # Room light on record is no guess.
+    lit = [replace(each, conditions={"ambient_lx": lux}) for each, lux in zip(campaign.entries, (0, 60), strict=True)]
+    (recorded,) = explain(replace(campaign, entries=tuple(lit))).verdicts
+    assert "ambient" in recorded.names
+
+
+def test_sessions_with_hours_are_explained_in_hours(tmp_path: Path) -> None:
+    table = tmp_path / "room-3.csv"
+    table.write_text(NO_BLACK)
+    ((cells,),) = (each.rows for each in explanation_page(explain(read_campaign(table))) if isinstance(each, Table))
+    assert cells[:2] == ("room-3.csv, hour 12000", spaced(12_000))
+    dated = write(tmp_path, life([State(), State(), State(), State(brightness=0.75)]), [0, 400, 800, 1200])
+    entries = [replace(each, hours=hours) for each, hours in zip(read_campaign(dated).entries, HOURS, strict=True)]
+    *_, last = explain(replace(read_campaign(dated), entries=tuple(entries))).verdicts
+    assert f"hardly any of this light was lost until {spaced(4000)} hours before" in last.evidence
 
 
 def test_a_campaign_of_one_session_and_an_unknown_reference_are_refused(tmp_path: Path) -> None:

@@ -147,6 +147,13 @@ def test_the_sentence_says_what_is_wrong(
     assert not any(word in sentence for word in others), sentence
 
 
+def test_one_session_is_said_to_show_no_aging(tmp_path: Path) -> None:
+    sentence = show(display(tmp_path)).sentence()
+    assert sentence == "There is one session, at 0 h, so that no aging can be shown."
+    # One hour of a display with several sessions is compared with hour 0.
+    assert show(display(tmp_path, moved(blue=0.7)), [1000.0]).sentence().startswith("By 1")
+
+
 def test_the_sentence_on_the_default_display(model: DisplayModel) -> None:
     sentence = show(model).sentence()
     assert "toward yellow" in sentence

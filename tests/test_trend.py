@@ -2,32 +2,41 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 from scipy.integrate import quad
 
 from lutgen import LutgenError
 from lutgen.history.decay import LAWS, decay_of
-from lutgen.history.history import SETS, Limit, history, limits_of, parse_limit
+from lutgen.history.history import QUANTITIES, SETS, Limit, history, limits_of, parse_limit
 from lutgen.history.transfer import contrast_response, index_of, luminance_of
-from lutgen.history.trend import ENOUGH, FEWEST, shortest, trend
+from lutgen.history.trend import ENOUGH, FEWEST, Trend, shortest, trend
 from lutgen.names import LIMIT_SETS
 from lutgen.readings import read_campaign, read_session
 from lutgen.report.campaign import trend_headline, trend_page
+from lutgen.report.drawing import DPI
 from lutgen.report.parts import Table
+from lutgen.report.trend_plot import plot_trend
 from tests import trend_coverage
 from tests.quick import mostly_slow
 from tests.virtual_sessions.campaigns import life, write
 from tests.virtual_sessions.display import State
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
     from pathlib import Path
+
+    from matplotlib.axes import Axes
 
     from lutgen.readings.campaign import Campaign
 
 pytestmark = pytest.mark.numbers
+
+LIMITS = [parse_limit("contrast>=100"), parse_limit("gsdf<=20%")]
 
 DAYS = [0, 250, 500, 800, 1100, 1500]
 
@@ -118,6 +127,14 @@ def test_three_sessions_promise_no_time(tmp_path: Path) -> None:
     assert (FEWEST, ENOUGH) == (4, 8)
 
 
+def test_laws_beside_the_likeliest_are_separated_by_semicolons(tmp_path: Path) -> None:
+    found = trend(fading(tmp_path, 3000.0), [])
+    (table,) = (each for each in trend_page(found) if isinstance(each, Table) and "also" in each.headings)
+    also = [row[3].split("; ") for row in table.rows if row[3] != "–"]
+    assert max(map(len, also)) > 1
+    assert {law for laws in also for law in laws} <= {law.name for law in LAWS}
+
+
 def test_fewer_than_eight_sessions_are_said_where_it_matters(tmp_path: Path) -> None:
     lines = [str(each) for each in trend_page(trend(fading(tmp_path, 3000.0), [parse_limit("white>=55%")]))]
     assert any(line.startswith("Fewer than eight sessions (6)") for line in lines)
@@ -153,6 +170,69 @@ def test_a_limit_passed_is_passed_at_the_session_that_shows_it(tmp_path: Path) -
     assert (found.passings[0].status, found.passings[0].time) == ("passed", 800.0)
     assert "white has been below its 80 % limit since 500 to 800 days" in trend_headline(found)
     assert (found.passings[1].status, found.passings[1].extrapolated) == ("kept", False)
+
+
+def one_of_three_used(folder: Path) -> Trend:
+    """Return the trend of a dim display whose settings changed twice: only the reference is used."""
+    states = [State(brightness=size) for size in (1.0, 0.5, 3.0)]
+    found = trend(read_campaign(write(folder, life(states), [0, 30, 700])), [parse_limit("white>=400"), *LIMITS])
+    assert found.kept.tolist() == [True, False, False]
+    return found
+
+
+def test_a_headline_says_which_sessions_it_is_based_on(tmp_path: Path) -> None:
+    found = one_of_three_used(tmp_path)
+    # The session of day 700, which is left out, keeps the limit.
+    assert found.history.values["white"][2] > 400
+    assert "white was below its 400 cd/m² limit in the only session used, day 0" in trend_headline(found)
+    campaign = fading(tmp_path, 3000.0, days=[0, 400, 800, 1200], brightness=3.0)
+    bright = trend(campaign, [parse_limit("white>=80%"), parse_limit("white>=400")])
+    assert bright.kept.tolist() == [True, True, True, False]
+    assert "white has been below its 80 % limit in the sessions used, since 400 to 800 days" in trend_headline(bright)
+    assert "its 400 cd/m² limit since the first session used, day 0" in trend_headline(bright)
+
+
+@pytest.fixture
+def panels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[Trend], dict[str, Axes]]:
+    """Return a function that draws a trend and returns title → panel."""
+    figure = Figure(figsize=(15.0, 11.6), dpi=DPI)
+
+    @contextmanager
+    def kept(*_: object, **__: object) -> Iterator[tuple[Figure, float, float]]:
+        yield figure, 0.03, 0.93
+
+    def drawn(found: Trend) -> dict[str, Axes]:
+        monkeypatch.setattr("lutgen.report.trend_plot.picture", kept)
+        plot_trend(found, tmp_path / "trend.png")
+        figure.canvas.draw()
+        return {each.get_title(loc="left"): each for each in figure.axes}
+
+    return drawn
+
+
+def test_a_picture_has_no_negative_axes_and_no_left_out_curves(
+    tmp_path: Path, panels: Callable[[Trend], dict[str, Axes]]
+) -> None:
+    found = panels(one_of_three_used(tmp_path))
+    response = found.pop("contrast response of greys against DICOM's")
+    assert all(each.get_ylim()[0] >= 0 for each in found.values())
+    assert [each.get_label() for each in response.lines] == ["0 days"]
+    legend = response.get_legend()
+    assert legend is not None
+    assert [each.get_text() for each in legend.get_texts()] == ["±20 %", "±10 %", "0 days"]
+    gsdf = found[QUANTITIES["gsdf"]]
+    assert all(each.get_text().endswith(" %") for each in gsdf.get_yticklabels())
+
+
+def test_the_label_of_a_limit_covers_no_session(tmp_path: Path, panels: Callable[[Trend], dict[str, Axes]]) -> None:
+    seen = fading(tmp_path, 3000.0)
+    # The line lies closely below the first session.
+    white = history(seen).values["white"][0]
+    axes = panels(trend(seen, [parse_limit(f"white>={0.98 * white:.4g}")]))[QUANTITIES["white"]]
+    (label,) = (each for each in axes.texts if each.get_text().startswith("white>="))
+    box = label.get_window_extent()
+    places = axes.transData.transform(np.vstack([np.asarray(line.get_xydata()) for line in axes.lines[:4]]))
+    assert not any(box.contains(x, y) for x, y in places)
 
 
 def test_too_few_sessions_promise_nothing(tmp_path: Path) -> None:

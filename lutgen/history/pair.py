@@ -57,6 +57,12 @@ class SessionPair:
     #: Sentences on misread readings of both sessions, which are left out.
     misread: tuple[str, ...] = ()
 
+    @property
+    def hours(self) -> float | None:
+        """Operating hours from the reference to the session; None: not stated for both."""
+        one, other = self.before.hours, self.after.hours
+        return None if one is None or other is None else other - one
+
     @cached_property
     def seen(self) -> tuple[ColourPoints, ColourPoints] | None:
         """Colour points of both sessions, the reference's with the session's calibration; None: some were not read."""

@@ -15,9 +15,10 @@ import numpy as np
 from lutgen.history.causes import causes
 from lutgen.history.patches import CHANNELS
 from lutgen.history.transfer import DARKEST
+from lutgen.numerals import spaced
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Container, Sequence
 
     from lutgen.colorimetry import Array
     from lutgen.history.hypothesis import Hypothesis
@@ -63,11 +64,22 @@ class SessionVerdict:
     #: For ``one-of``: the causes that every explanation contains.
     sure: tuple[str, ...] = ()
 
+    @property
+    def causes_in_words(self) -> str:
+        """The named causes as in the sentence: "a and b", "a or b", or "a and (b or c)"; "" for none."""
+        if self.kind == "several":
+            return " and ".join(self.names)
+        rest = " or ".join(name for name in self.names if name not in self.sure)
+        if not self.sure or not rest:
+            return " or ".join(self.names)
+        return " and ".join((*self.sure, f"({rest})" if " or " in rest else rest))
+
 
 def without(verdict: SessionVerdict, name: str, why: str) -> SessionVerdict:
     """Return the verdict without the cause ``name``; ``why`` is the evidence against that cause."""
     others = tuple(each for each in verdict.names if each != name)
-    return _verdict("one-of" if len(others) > 1 else "named", others, (*verdict.evidence, why), verdict.sure)
+    sure = tuple(each for each in verdict.sure if each != name)
+    return _verdict("one-of" if len(others) > 1 else "named", others, (*verdict.evidence, why), sure)
 
 
 def only(verdict: SessionVerdict, name: str, why: str) -> SessionVerdict:
@@ -112,6 +124,10 @@ def _signs(pair: SessionPair) -> dict[str, str]:
 
 def _weighed(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVerdict:
     near = [each for each in hypotheses if hypotheses[0].weight - each.weight < RIVAL]
+    untold = {name: why for name, cause in causes().items() if (why := cause.untold(pair))}
+    unsaid = [why for name, why in untold.items() if any(name in each.names for each in near)]
+    # A cause that the readings cannot tell is named only where it explains the pair alone.
+    near = [replace(each, names=_told(each.names, untold)) for each in near]
     fewest = min(each.assumed for each in near)
     rivals = [
         each
@@ -120,7 +136,7 @@ def _weighed(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVerd
     ]
     simplest = min(len(each.names) for each in rivals)
     signs = _signs(pair)
-    facts = (*signs.values(), *_facts(pair), *_records(pair))
+    facts = (*signs.values(), *_facts(pair), *_records(pair), *unsaid)
     if simplest and rivals[0].fit.chi2 > MISFIT:
         names = tuple(dict.fromkeys((*signs, *(_able(pair) if signs else _unweighed(pair)))))
         return _one_of(names, facts) if names else _verdict("unclear", (), facts)
@@ -137,6 +153,10 @@ def _weighed(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVerd
     if len(rivals) == 1 and not mistaken:
         return _verdict("several", names, facts)
     return _verdict("one-of", (*sure, *(name for name in names if name not in sure)), facts, sure)
+
+
+def _told(names: tuple[str, ...], untold: Container[str]) -> tuple[str, ...]:
+    return tuple(name for name in names if name not in untold) or names
 
 
 def _unweighed(pair: SessionPair) -> list[str]:
@@ -265,9 +285,9 @@ def in_succession(pairs: Sequence[SessionPair], verdicts: Sequence[SessionVerdic
         for name in _with_course("steady", revised[place]):
             if len(revised[place].names) > 1 and (later := _brighter_later(pair, pairs)):
                 revised[place] = without(revised[place], name, f"light came back by {later:+.0%} in a later session")
-            elif _with_course("step", revised[place]) and (days := _lost_within(pair, still)):
+            elif _with_course("step", revised[place]) and (within := _lost_within(pair, still)):
                 revised[place] = without(
-                    revised[place], name, f"hardly any of this light was lost until {days:.0f} days before"
+                    revised[place], name, f"hardly any of this light was lost until {within} before"
                 )
     steady = [place for place, each in enumerate(revised) if {*each.sure} <= {*_with_course("steady", each)} != set()]
     calm = [place for place, each in enumerate(revised) if each.kind == "same" and pairs[place].days is not None]
@@ -308,18 +328,20 @@ def _brighter_later(pair: SessionPair, pairs: Sequence[SessionPair]) -> float:
     return float(np.expm1(gain)) if gain >= CAME_BACK else 0.0
 
 
-def _lost_within(pair: SessionPair, still: Sequence[SessionPair]) -> float:
-    """Return the days within which most of the loss came; 0 without an unchanged session in the later half."""
+def _lost_within(pair: SessionPair, still: Sequence[SessionPair]) -> str:
+    """Return the time within which most of the loss came; "" without an unchanged session in the later half."""
     mine = _light(pair)
     if mine is None or pair.days is None or pair.days <= 0:
-        return 0.0
+        return ""
     for each in still:
         light = _light(each)
         if light is not None and each.days is not None and pair.days / 2 <= each.days < pair.days:
             steady = float(mine.mean()) * each.days / pair.days
             if steady <= -CAME_BACK and float(light.mean()) > LATE * steady:
-                return pair.days - each.days
-    return 0.0
+                if pair.hours is not None and each.hours is not None:
+                    return f"{spaced(pair.hours - each.hours)} hours"
+                return f"{pair.days - each.days:.0f} days"
+    return ""
 
 
 def _is_steady(pairs: Sequence[SessionPair]) -> bool:

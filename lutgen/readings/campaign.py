@@ -45,6 +45,14 @@ class CampaignEntry:
     conditions: dict[str, float]
 
 
+#: How sessions get times.
+_GIVE_TIMES = (
+    "Give every session hours, or every session a date: in one table of all sessions (.csv) with a column 'hour', in a "
+    "line '# date: 2026-03-01' of each table of one session, or with hours = … or date = … in a campaign file, which "
+    "lutgen sessions init FILE... -o campaign.toml drafts."
+)
+
+
 @dataclass(frozen=True)
 class Campaign:
     """Sessions of one display."""
@@ -76,7 +84,7 @@ class Campaign:
         for entry in self.entries:
             if entry.hours is not None or entry.date is None:
                 what = "neither hours nor date" if entry.date is None else "hours where others only have a date"
-                raise LutgenError(f"{entry.where}: {what}. Give every session hours, or every session a date.")
+                raise LutgenError(f"{entry.where}: {what}. {_GIVE_TIMES}")
         if self.hours_per_day is None:
             raise LutgenError(
                 f"{self.file}: sessions have dates, which are no operating hours. Say how long the display is on: "

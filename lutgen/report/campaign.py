@@ -1,4 +1,4 @@
-"""The pages of ``lutgen sessions explain`` and ``lutgen trend``, and the picture of a trend."""
+"""The pages of ``lutgen sessions explain`` and ``lutgen trend``."""
 
 from __future__ import annotations
 
@@ -7,16 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.history.history import QUANTITIES
+from lutgen.history.history import QUANTITIES, SHARES
 from lutgen.history.trend import ENOUGH, FEWEST, HORIZON, Passing, Trend, name_of
 from lutgen.numerals import spaced
-from lutgen.report.drawing import BAND, BLACK, BLUE, GREY, RED, beside, picture, tidy
 from lutgen.report.parts import Headline, Part, Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-
-    from matplotlib.axes import Axes
 
     from lutgen.history.explain import Explanations
     from lutgen.history.history import Limit
@@ -28,17 +25,19 @@ def explanation_page(explanations: Explanations) -> Iterator[Part]:
     reference = explanations.campaign.entries[explanations.reference].session
     yield from simulated(explanations.campaign)
     yield f"Compared with {Path(reference.file).name}."
+    in_hours = all(pair.hours is not None for pair in explanations.pairs)
     yield Table(
-        ("session", "days", "verdict", "cause", "the display"),
+        ("session", "hours" if in_hours else "days", "verdict", "cause", "the display"),
         [
             (
                 Path(pair.after.session.file).name,
-                "–" if pair.days is None else f"{pair.days:.0f}",
+                "–" if time is None else spaced(time if in_hours else round(time)),
                 verdict.kind,
-                (" and " if verdict.kind == "several" else " or ").join(verdict.names) or "–",
+                verdict.causes_in_words or "–",
                 verdict.display,
             )
             for pair, verdict in zip(explanations.pairs, explanations.verdicts, strict=True)
+            for time in (pair.hours if in_hours else pair.days,)
         ],
     )
     for pair, verdict in zip(explanations.pairs, explanations.verdicts, strict=True):
@@ -126,21 +125,28 @@ def trend_headline(trend: Trend) -> str:
     passed = [each for each in trend.passings if each.status == "passed"]
     if passed:
         more = f"; limits not kept in all: {len(passed)}" if len(passed) > HEADLINED else ""
-        return f"{name}: {'; '.join(_beyond(each, seen.unit) for each in passed[:HEADLINED])}{more}."
+        return f"{name}: {'; '.join(_beyond(each, trend) for each in passed[:HEADLINED])}{more}."
     ahead = [each for each in trend.passings if each.status == "ahead" and each.time is not None]
+    among = " in the sessions used" if trend.why else ""
     if not ahead and any(each.status == "cannot-tell" for each in trend.passings):
-        return f"{name}: no limit is seen passed, and when one will be cannot be told from these sessions."
+        return f"{name}: no limit is seen passed{among}, and when one will be cannot be told from these sessions."
     if not ahead:
-        return f"{name}: no limit is passed, and none is in sight."
+        return f"{name}: no limit is passed{among}, and none is in sight."
     soonest = min(ahead, key=lambda each: each.time or np.inf)
     limit, side = soonest.limit, "fall below" if soonest.limit.above else "rise above"
-    return f"{name}: {_NAMES[limit.quantity]} will {side} its {_value(limit)} limit {when(soonest, seen.unit)}."
+    return f"{name}: {_NAMES[limit.quantity]} will {side} its {_value(limit)} limit {when(soonest, trend)}."
 
 
-def _beyond(each: Passing, unit: str) -> str:
+def _beyond(each: Passing, trend: Trend) -> str:
     """Return a clause on a passed limit: passed since a time between two sessions, or since the first session."""
     side = "below" if each.limit.above else "above"
-    return f"{_NAMES[each.limit.quantity]} has been {side} its {_value(each.limit)} limit {when(each, unit)}"
+    is_or_was = "was" if _used(each, trend) == 1 else "has been"
+    return f"{_NAMES[each.limit.quantity]} {is_or_was} {side} its {_value(each.limit)} limit {when(each, trend)}"
+
+
+def _used(each: Passing, trend: Trend) -> int:
+    """Return the number of used sessions that read the quantity of a limit."""
+    return int(np.count_nonzero(trend.kept & np.isfinite(trend.history.values[each.limit.quantity])))
 
 
 def _value(limit: Limit) -> str:
@@ -148,12 +154,11 @@ def _value(limit: Limit) -> str:
     return text.replace("%", " %") + _UNITS.get(limit.quantity, "") * (not limit.relative)
 
 
-def when(each: Passing, unit: str) -> str:
+def when(each: Passing, trend: Trend) -> str:
     """Return a clause on the time when a limit is passed, with its interval."""
+    unit = trend.history.unit
     if each.status == "passed":
-        if each.low is None:
-            return "since its first measurement" if each.time else "since the first session"
-        return f"since {spaced(each.low)} to {spaced(each.time or 0.0)} {unit}"
+        return _since(each, trend)
     if each.status == "cannot-tell":
         return "cannot be told from these sessions"
     if each.status == "kept":
@@ -162,6 +167,20 @@ def when(each: Passing, unit: str) -> str:
     high = _round(each.high) if each.high is not None else "never"
     mark = ", extrapolated" if each.extrapolated else ""
     return f"at {_round(each.time)} {unit} (90 %: {_round(each.low)} to {high}{mark})"
+
+
+def _since(each: Passing, trend: Trend) -> str:
+    """Return a clause on the time since which a limit is passed; it names the used sessions if some are left out."""
+    unit = trend.history.unit
+    first = f"{unit.removesuffix('s')} {spaced(each.time or 0.0)}"
+    if _used(each, trend) == 1:
+        return f"in the only session {'used' if trend.why else 'that read it'}, {first}"
+    if each.low is not None:
+        among = "in the sessions used, " if trend.why else ""
+        return f"{among}since {spaced(each.low)} to {spaced(each.time or 0.0)} {unit}"
+    if trend.why:
+        return f"since the first session used, {first}"
+    return "since its first measurement" if each.time else "since the first session"
 
 
 def _round(time: float | None) -> str:
@@ -185,7 +204,7 @@ def laws(trend: Trend) -> Table:
     """Tabulate for each quantity the likeliest law, its share of the evidence, and the laws beside it."""
     followed = [(name, course.as_good, course.decay) for name, course in trend.courses.items()]
     rows = [
-        (name, decay.law.name, f"{decay.weights[decay.law.name]:.0%}", ", ".join(also) or "–", f"{decay.scatter:.1f}")
+        (name, decay.law.name, f"{decay.weights[decay.law.name]:.0%}", "; ".join(also) or "–", f"{decay.scatter:.1f}")
         for name, also, decay in followed
         if decay
     ]
@@ -194,112 +213,16 @@ def laws(trend: Trend) -> Table:
 
 def limits(trend: Trend) -> Table:
     """Tabulate the limits of quantities that were read, their bounds, and the time from which each is passed."""
-    rows = [
-        (each.limit.text, f"{each.bound:.4g}" if np.isfinite(each.bound) else "–", when(each, trend.history.unit))
-        for each in trend.passings
-        if _is_read(trend, each)
-    ]
+    rows = [(each.limit.text, _bound(each), when(each, trend)) for each in trend.passings if _is_read(trend, each)]
     return Table(("limit", "bound", "when"), rows)
+
+
+def _bound(each: Passing) -> str:
+    if not np.isfinite(each.bound):
+        return "–"
+    return f"{100.0 * each.bound:.4g}%" if each.limit.quantity in SHARES else f"{each.bound:.4g}"
 
 
 def _is_read(trend: Trend, each: Passing) -> bool:
     """Whether any session read the quantity of a limit."""
     return bool(np.isfinite(trend.history.values[each.limit.quantity]).any())
-
-
-#: Deviations from DICOM's contrast response that TG18 allows a primary and another display.
-_PRIMARY, _SECONDARY = 0.1, 0.2
-
-
-def plot_trend(trend: Trend, path: Path, *, force: bool = False) -> None:
-    """Draw a trend: the same bytes on every run. Raises LutgenError where it cannot be written."""
-    foot = (
-        "Dots: sessions; crosses: left out, as something else changed. Line: median of all laws, "
-        "weighed by evidence; dashed and pale: extrapolated; band: 90 %. Orange: limits."
-    )
-    title = trend_headline(trend)
-    second = " ".join(simulated(trend.history.campaign))
-    drawn = [name for name in QUANTITIES if name != "ambient" and np.isfinite(trend.history.values[name]).any()]
-    panels = len(drawn) + any(trend.history.responses)
-    rows = -(-panels // 3)
-    with picture(path, title, second=second, foot=foot, height=2.6 + 3.0 * rows, force=force) as (figure, low, high):
-        grid = figure.add_gridspec(
-            rows, 3, left=0.05, right=0.985, bottom=low + 0.14 / rows, top=high - 0.1 / rows, wspace=0.2, hspace=0.36
-        )
-        end = _until(trend)
-        for place, name in enumerate(drawn):
-            _draw(figure.add_subplot(grid[place // 3, place % 3]), trend, name, end)
-        if panels > len(drawn):
-            _draw_responses(figure.add_subplot(grid[len(drawn) // 3, len(drawn) % 3]), trend)
-
-
-def _until(trend: Trend) -> float:
-    """Return the right end of the axis: beyond the last session, and beyond limits up to four times its time."""
-    last = float(trend.history.time[-1])
-    ahead = [each.time for each in trend.passings if each.status == "ahead" and each.time is not None]
-    return max([1.25 * last, *(1.15 * time for time in ahead if time <= 4.0 * last)])
-
-
-def _draw(axes: Axes, trend: Trend, name: str, end: float) -> None:
-    seen, course = trend.history, trend.courses[name]
-    last = float(seen.time[-1])
-    values = seen.values[name]
-    axes.set_title(QUANTITIES[name], fontsize=12, loc="left")
-    if course.decay:
-        law = f"{course.decay.law.name}, {course.decay.weights[course.decay.law.name]:.0%}"
-        axes.text(0.02, 0.03, law, transform=axes.transAxes, color=BLUE, fontsize=9)
-    axes.axvspan(last, end, color="#f4f4f4", linewidth=0, zorder=0)
-    drawn = trend.ahead <= end
-    if course.decay:
-        time = trend.ahead[drawn]
-        axes.fill_between(time, course.low[drawn], course.high[drawn], color=BAND, linewidth=0, alpha=0.8)
-        inside = time <= last
-        axes.plot(time[inside], course.curve[drawn][inside], color=BLUE, linewidth=2.0)
-        axes.plot(time[~inside], course.curve[drawn][~inside], "--", color=BLUE, linewidth=1.4, alpha=0.7)
-    for chosen, mark, colour in ((trend.kept, "o", BLACK), (np.logical_not(trend.kept), "x", GREY)):
-        axes.plot(seen.time[chosen], values[chosen], mark, color=colour, markersize=6)
-    low, high = _reach(trend, name, drawn)
-    for each in trend.passings:
-        if each.limit.quantity == name and np.isfinite(each.bound):
-            axes.axhline(each.bound, color=RED, linewidth=1.3)
-            across = axes.get_yaxis_transform()
-            beside(axes, each.limit.text, (0.01, each.bound), (0, 4), xycoords=across, color=RED, fontsize=9)
-            if each.status == "ahead" and each.time is not None and each.time <= end:
-                axes.plot(each.time, each.bound, "o", markersize=9, markerfacecolor="none", markeredgecolor=RED)
-    axes.set(xlim=(-0.02 * end, end), ylim=(low, high), xlabel=f"{seen.unit} since the first session")
-    middle, across = 0.5 * (last + end), axes.get_xaxis_transform()
-    axes.text(middle, 1.0, "ahead", transform=across, ha="center", va="top", fontsize=9, color=GREY)
-    tidy(axes)
-
-
-def _draw_responses(axes: Axes, trend: Trend) -> None:
-    """Draw the deviation in percent of the greys' contrast from DICOM's, for the first and the last session."""
-    axes.set_title("contrast response of greys against DICOM's", fontsize=12, loc="left")
-    read = [(place, each) for place, each in enumerate(trend.history.responses) if each is not None]
-    for share, alpha in ((_SECONDARY, 0.35), (_PRIMARY, 0.8)):
-        axes.axhspan(-100 * share, 100 * share, color=BAND, alpha=alpha, linewidth=0, zorder=0)
-    reach = 150.0 * _SECONDARY
-    for (place, each), colour in zip(dict((read[0], read[-1])).items(), (GREY, BLUE), strict=False):
-        label = f"{trend.history.time[place]:.0f} {trend.history.unit}"
-        axes.plot(each.drive, 100.0 * each.deviation, ".-", color=colour, linewidth=1.5, label=label)
-        reach = max(reach, 110.0 * each.worst)
-    beside(axes, "±10 % and ±20 %", (0.02, 100 * _SECONDARY), (0, 3), fontsize=9, color=GREY)
-    axes.set(xlim=(0, 1), ylim=(-reach, reach), xlabel="code value", ylabel="deviation, %")
-    axes.legend(loc="lower right", fontsize=10, frameon=False)
-    tidy(axes)
-
-
-def _reach(trend: Trend, name: str, drawn: np.ndarray) -> tuple[float, float]:
-    """Return the ends of the axis: at least ± 3 σ, so that noise does not look like an error."""
-    values, errors = trend.history.values[name], trend.history.errors[name]
-    finite = values[np.isfinite(values)]
-    if not finite.size:
-        return 0.0, 1.0
-    course = trend.courses[name]
-    spread = 3.0 * float(np.nanmax(errors))
-    bounds = [each.bound for each in trend.passings if each.limit.quantity == name and np.isfinite(each.bound)]
-    shown = [*finite, finite[0] - spread, finite[0] + spread, *bounds, *(course.curve[drawn] if course.decay else ())]
-    low, high = float(np.min(shown)), float(np.max(shown))
-    # Margin above and below the drawn values, as a share of their range.
-    margin = 0.12 * (high - low)
-    return (max(low - margin, -0.0) if name.endswith("shift") else low - margin), high + margin

@@ -63,6 +63,8 @@ class Cause:
     bends: Callable[[SessionPair], bool] = lambda _pair: False
     #: A sentence if the cause happened in addition to other causes and was corrected (a reading was left out), else "".
     beside: Callable[[SessionPair], str] = lambda _pair: ""
+    #: A sentence if the readings of a pair cannot tell the cause, else "": the cause is then not named beside others.
+    untold: Callable[[SessionPair], str] = lambda _pair: ""
     #: Names, fitted values and pair of another explanation → the parameter whose change this cause can make as well; ""
     #: without such a parameter.
     rival: Callable[[tuple[str, ...], Values, SessionPair], str] = lambda _names, _values, _pair: ""

@@ -30,6 +30,12 @@ def _sound(values: Values, _pair: SessionPair) -> bool:
     return bool(added >= _LEAST and abs(tint[0]) < 0.35 * added and abs(tint[1]) < 0.6 * added)
 
 
+def _untold(pair: SessionPair) -> str:
+    if abs(pair.room_light_change or 0.0) >= _LUX or not pair.seen or pair.seen[0].has_black:
+        return ""
+    return "black was not read in both sessions, so that a change of the room's light cannot be told"
+
+
 CAUSE = Cause(
     name="ambient",
     meaning="the room's light on the screen was different",
@@ -39,4 +45,5 @@ CAUSE = Cause(
     ways=(("added",), ("added", "tint")),
     prior=_prior,
     sound=_sound,
+    untold=_untold,
 )
