@@ -15,6 +15,7 @@ from PIL import Image, ImageCms
 from skimage import data
 
 from lutgen import DisplayModel, LutgenError, apply_to_image
+from lutgen.bake.formats import lut_suffixes
 from lutgen.bindings import oiio
 from lutgen.colorimetry import code_to_linear, linear_to_code
 from lutgen.pictures.engines import ChainEngine, PaperEngine, engine_for
@@ -706,6 +707,12 @@ def test_a_display_that_is_not_there_is_one_sentence(
     *_, line = capfd.readouterr().err.splitlines()
     assert says in line
     assert not Path("out.png").exists()
+
+
+def test_the_help_names_the_kinds_of_luts_that_are_taken(capfd: pytest.CaptureFixture[str]) -> None:
+    assert run("apply", "--help") == 0
+    first, *others, last = sorted(lut_suffixes())
+    assert f"{', '.join([first, *others])} or {last}." in " ".join(capfd.readouterr().out.split())
 
 
 def test_several_images_of_one_name_are_refused(tmp_path: Path) -> None:

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 @click.option(
     "--lut",
     metavar="FILE",
-    help="Apply this LUT instead of the model, tetrahedrally: any format that OpenColorIO reads.",
+    help="Apply this LUT instead of the model, tetrahedrally: .3dl, .clf, .csp, .cube or .spi3d.",
 )
 @click.option("--build", metavar="DIR", help="Apply the LUT for --mode and --hours of a folder that lutgen build made.")
 @click.option("--side-by-side", is_flag=True, help="Un-aged on the left, aged on the right.")
