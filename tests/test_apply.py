@@ -242,6 +242,24 @@ def test_a_lut_is_interpolated_tetrahedrally(tmp_path: Path) -> None:
     assert applied.clipped_share is None
 
 
+@pytest.mark.parametrize("word", ["nan", "NaN", "-inf", "Infinity", "-1.#IND", "1.#QNAN00"])
+def test_a_lut_with_a_number_that_is_not_finite_is_refused(
+    word: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    source = write(tmp_path / "in.png", np.zeros((8, 8, 3), np.uint8))
+    lut = tmp_path / "l.cube"
+    head, rows = '# no inf\nTITLE "nan inf"\nLUT_3D_SIZE 2\n', ["0 0 0\n"] * 8
+    lut.write_text(head + "".join(rows))
+    assert run("apply", source, "--lut", lut, "-o", tmp_path / "fine.png") == 0
+    rows[3] = f"0.5 {word} 0\n"
+    lut.write_text(head + "".join(rows))
+    assert run("apply", source, "--lut", lut, "-o", tmp_path / "out.png") == 2
+    *_, line = capfd.readouterr().err.splitlines()
+    assert f"l.cube, line 7: holds {word!r}" in line
+    assert "`lutgen lint " in line
+    assert not (tmp_path / "out.png").exists()
+
+
 # Unchanged parts of an image ------------------------------------------------------------------------------------------
 
 
