@@ -260,6 +260,36 @@ def test_a_lut_with_a_number_that_is_not_finite_is_refused(
     assert not (tmp_path / "out.png").exists()
 
 
+def test_opencolorio_does_not_speak_where_curves_have_no_tetrahedra(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    source = write(tmp_path / "in.png", np.zeros((8, 8, 3), np.uint8))
+    (tmp_path / "l.cube").write_text("LUT_1D_SIZE 2\n0 0 0\n1 1 1\n")
+    assert run("apply", source, "--lut", tmp_path / "l.cube", "-o", tmp_path / "out.png") == 0
+    assert "OpenColorIO" not in "".join(capfd.readouterr())
+
+
+@pytest.mark.parametrize(
+    ("content", "why"),
+    [
+        (b"hello\nworld\n", ": At line (1). Malformed color triples specified. Export"),
+        (bytes(range(128, 256)) * 20, ". Export it again"),
+        (b"LUT_3D_SIZE 2\n" + b"\0\1x\xff'" * 400, ". Export it again"),
+    ],
+)
+def test_a_lut_that_is_none_is_a_short_sentence(
+    content: bytes, why: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write(Path("in.png"), np.zeros((8, 8, 3), np.uint8))
+    Path("l.cube").write_bytes(content)
+    assert run("apply", "in.png", "--lut", "l.cube", "-o", "out.png") == 2
+    (line,) = capfd.readouterr().err.splitlines()
+    assert why in line
+    assert len(line) < 300
+    assert line.endswith("`lutgen lint l.cube` lists its faults.")
+
+
 # Unchanged parts of an image ------------------------------------------------------------------------------------------
 
 
