@@ -464,10 +464,23 @@ def test_command_prints_json(
 
 def test_several_images_go_into_a_folder(tissue: Pixels, tmp_path: Path) -> None:
     sources = [write(tmp_path / name, tissue[:64]) for name in ("a.png", "b.tif")]
-    folder = tmp_path / "out"
-    folder.mkdir()
-    assert run("apply", *sources, "--mode", MODE, "--hours", HOURS, "-o", folder) == 0
-    assert sorted(path.name for path in folder.iterdir()) == ["a.png", "b.tif"]
+    aging = ("--mode", MODE, "--hours", HOURS)
+    for folder in (tmp_path / "out", tmp_path / "new" / "deep"):
+        (tmp_path / "out").mkdir(exist_ok=True)
+        assert run("apply", *sources, *aging, "-o", folder) == 0
+        assert sorted(path.name for path in folder.iterdir()) == ["a.png", "b.tif"]
+    assert run("apply", sources[0], *aging, "-o", f"{tmp_path}/one/") == 0
+    assert run("apply", sources[0], *aging, "-o", tmp_path / "two" / "c.png") == 0
+    assert [path.name for name in ("one", "two") for path in (tmp_path / name).iterdir()] == ["a.png", "c.png"]
+
+
+@pytest.mark.parametrize("output", ["new", "new/deep", "new.png", "a.png", "a.png/deep"])
+def test_a_folder_that_an_error_would_leave_empty_is_not_made(tissue: Pixels, output: str, tmp_path: Path) -> None:
+    sources = [write(tmp_path / name, tissue[:64]) for name in ("a.png", "b.png")]
+    if not output.endswith(".png"):
+        sources[1].write_bytes(sources[1].read_bytes()[:-400])
+    assert run("apply", *sources, "--mode", MODE, "--hours", HOURS, "-o", tmp_path / output) == 2
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.png", "b.png"]
 
 
 @pytest.mark.parametrize("name", ["IN.PNG", "misnamed.jpg", "odd?x=1.png", "bare", "no-utf-8-\udcff.png"])
@@ -666,7 +679,6 @@ def unwritable(tmp_path: Path) -> Path:
 @pytest.mark.parametrize(
     ("name", "output", "says"),
     [
-        ("in.png", lambda folder: folder / "none" / "out.png", "no folder"),
         ("in.png", lambda folder: folder / "in.png" / "out.png", "no folder"),
         ("in.png", lambda folder: unwritable(folder) / "out.png", "cannot write"),
         ("in.png", lambda folder: folder / "out.bmp", ".png, .jpg"),
