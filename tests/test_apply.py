@@ -682,7 +682,11 @@ def unwritable(tmp_path: Path) -> Path:
         ("in.png", lambda folder: folder / "in.png" / "out.png", "no folder"),
         ("in.png", lambda folder: unwritable(folder) / "out.png", "cannot write"),
         ("in.png", lambda folder: folder / "out.bmp", ".png, .jpg"),
-        ("in.png", lambda folder: folder / "out", ".png, .jpg"),
+        (
+            "in.png",
+            lambda folder: folder / "out",
+            "out: has no suffix, which chooses the format. Add one of: .png, .jpg",
+        ),
         ("in.png", lambda folder: folder / "in.png", "image itself"),
         ("in.png", lambda folder: folder / "link.png", "image itself"),
         ("in.png", lambda folder: folder / "there.png", "exists already"),
@@ -749,7 +753,7 @@ def test_force_replaces_an_output(tissue: Pixels, tmp_path: Path) -> None:
         (("--lut", "none.png"), ".cube"),
         (("--lut", "bad.cube"), "bad.cube"),
         (("--lut", "bad.cube", "--mode", "chroma"), "--lut"),
-        (("--build", "none", "--mode", "chroma", "--hours", "10000"), "none"),
+        (("--build", "none", "--mode", "chroma", "--hours", "10000"), "none: there is no such folder"),
         (("--build", "none", "--mode", "chroma", "--hours", "10000", "--selection", "nearest"), "--build"),
     ],
 )

@@ -123,6 +123,10 @@ def _built_lut(folder: Path, mode: str, hours: float) -> Path:
     from lutgen.display import hour_name
     from lutgen.files import is_file
 
+    if not folder.is_dir():
+        raise LutgenError(
+            f"{folder}: there is no such folder. Give one that `lutgen build` made, or leave --build out."
+        )
     # The most accurate format comes first. OpenColorIO must read the format, since it applies the LUT to the picture.
     for name in ("clf", "cube", *format_names()):
         form = format_named(name)
