@@ -117,9 +117,40 @@ def lut_processor(path: Path) -> Any:
     # Links are not resolved: OpenColorIO chooses the reader by the suffix of the given name.
     file_transform = lib.FileTransform(src=name, interpolation=lib.INTERP_TETRAHEDRAL)
     try:
-        return _raw_config().getProcessor(file_transform)
+        # OpenColorIO warns where a file of curves alone has no tetrahedra.
+        with warnings_logged(lib):
+            return _raw_config().getProcessor(file_transform)
     except ocio_errors() as error:
-        raise LutgenError(f"{path}: OpenColorIO {lib.__version__} cannot read it: {in_one_line(error)}") from None
+        raise LutgenError(
+            f"{path}: OpenColorIO {lib.__version__} cannot read it{_why(error)}. Export it again; `lutgen lint {path}` "
+            "lists its faults."
+        ) from None
+
+
+#: Parts of OpenColorIO's error that a message leaves out: what precedes the reason of the first reader, the reasons of
+#: other readers, the file's name, and a quoted line.
+_NOT_SAID = (
+    re.compile(r"^.*?failed with: "),
+    re.compile(r" '[^']*' failed with: .*"),
+    re.compile(r"Error parsing [^(]*\(.*?\)\. (?=At line)"),
+    re.compile(r"(?<=\)): '.*'"),
+)
+_NAMED = re.compile(r"^Parsing error: '[^']*'")
+
+#: Most characters of OpenColorIO's reason in a message.
+_LONGEST_REASON = 160
+
+
+def _why(error: BaseException) -> str:
+    """Return OpenColorIO's first reason after a colon, without the content of the file; "" for no clear reason."""
+    if isinstance(error, UnicodeDecodeError):
+        return ": it holds bytes that are no text"
+    reason = in_one_line(error)
+    for part in _NOT_SAID:
+        reason = part.sub("", reason, count=1)
+    reason = _NAMED.sub("it", reason).rstrip(".")
+    clear = reason and reason.isprintable() and reason.isascii() and reason.count("'") % 2 == 0
+    return f": {reason}" if clear and len(reason) <= _LONGEST_REASON else ""
 
 
 @cache

@@ -15,6 +15,7 @@ from PIL import Image, ImageCms
 from skimage import data
 
 from lutgen import DisplayModel, LutgenError, apply_to_image
+from lutgen.bake.formats import lut_suffixes
 from lutgen.bindings import oiio
 from lutgen.colorimetry import code_to_linear, linear_to_code
 from lutgen.pictures.engines import ChainEngine, PaperEngine, engine_for
@@ -241,6 +242,54 @@ def test_a_lut_is_interpolated_tetrahedrally(tmp_path: Path) -> None:
     assert applied.clipped_share is None
 
 
+@pytest.mark.parametrize("word", ["nan", "NaN", "-inf", "Infinity", "-1.#IND", "1.#QNAN00"])
+def test_a_lut_with_a_number_that_is_not_finite_is_refused(
+    word: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    source = write(tmp_path / "in.png", np.zeros((8, 8, 3), np.uint8))
+    lut = tmp_path / "l.cube"
+    head, rows = '# no inf\nTITLE "nan inf"\nLUT_3D_SIZE 2\n', ["0 0 0\n"] * 8
+    lut.write_text(head + "".join(rows))
+    assert run("apply", source, "--lut", lut, "-o", tmp_path / "fine.png") == 0
+    rows[3] = f"0.5 {word} 0\n"
+    lut.write_text(head + "".join(rows))
+    assert run("apply", source, "--lut", lut, "-o", tmp_path / "out.png") == 2
+    *_, line = capfd.readouterr().err.splitlines()
+    assert f"l.cube, line 7: holds {word!r}" in line
+    assert "`lutgen lint " in line
+    assert not (tmp_path / "out.png").exists()
+
+
+def test_opencolorio_does_not_speak_where_curves_have_no_tetrahedra(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    source = write(tmp_path / "in.png", np.zeros((8, 8, 3), np.uint8))
+    (tmp_path / "l.cube").write_text("LUT_1D_SIZE 2\n0 0 0\n1 1 1\n")
+    assert run("apply", source, "--lut", tmp_path / "l.cube", "-o", tmp_path / "out.png") == 0
+    assert "OpenColorIO" not in "".join(capfd.readouterr())
+
+
+@pytest.mark.parametrize(
+    ("content", "why"),
+    [
+        (b"hello\nworld\n", ": At line (1). Malformed color triples specified. Export"),
+        (bytes(range(128, 256)) * 20, ". Export it again"),
+        (b"LUT_3D_SIZE 2\n" + b"\0\1x\xff'" * 400, ". Export it again"),
+    ],
+)
+def test_a_lut_that_is_none_is_a_short_sentence(
+    content: bytes, why: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    write(Path("in.png"), np.zeros((8, 8, 3), np.uint8))
+    Path("l.cube").write_bytes(content)
+    assert run("apply", "in.png", "--lut", "l.cube", "-o", "out.png") == 2
+    (line,) = capfd.readouterr().err.splitlines()
+    assert why in line
+    assert len(line) < 300
+    assert line.endswith("`lutgen lint l.cube` lists its faults.")
+
+
 # Unchanged parts of an image ------------------------------------------------------------------------------------------
 
 
@@ -415,10 +464,23 @@ def test_command_prints_json(
 
 def test_several_images_go_into_a_folder(tissue: Pixels, tmp_path: Path) -> None:
     sources = [write(tmp_path / name, tissue[:64]) for name in ("a.png", "b.tif")]
-    folder = tmp_path / "out"
-    folder.mkdir()
-    assert run("apply", *sources, "--mode", MODE, "--hours", HOURS, "-o", folder) == 0
-    assert sorted(path.name for path in folder.iterdir()) == ["a.png", "b.tif"]
+    aging = ("--mode", MODE, "--hours", HOURS)
+    for folder in (tmp_path / "out", tmp_path / "new" / "deep"):
+        (tmp_path / "out").mkdir(exist_ok=True)
+        assert run("apply", *sources, *aging, "-o", folder) == 0
+        assert sorted(path.name for path in folder.iterdir()) == ["a.png", "b.tif"]
+    assert run("apply", sources[0], *aging, "-o", f"{tmp_path}/one/") == 0
+    assert run("apply", sources[0], *aging, "-o", tmp_path / "two" / "c.png") == 0
+    assert [path.name for name in ("one", "two") for path in (tmp_path / name).iterdir()] == ["a.png", "c.png"]
+
+
+@pytest.mark.parametrize("output", ["new", "new/deep", "new.png", "a.png", "a.png/deep"])
+def test_a_folder_that_an_error_would_leave_empty_is_not_made(tissue: Pixels, output: str, tmp_path: Path) -> None:
+    sources = [write(tmp_path / name, tissue[:64]) for name in ("a.png", "b.png")]
+    if not output.endswith(".png"):
+        sources[1].write_bytes(sources[1].read_bytes()[:-400])
+    assert run("apply", *sources, "--mode", MODE, "--hours", HOURS, "-o", tmp_path / output) == 2
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.png", "b.png"]
 
 
 @pytest.mark.parametrize("name", ["IN.PNG", "misnamed.jpg", "odd?x=1.png", "bare", "no-utf-8-\udcff.png"])
@@ -617,11 +679,14 @@ def unwritable(tmp_path: Path) -> Path:
 @pytest.mark.parametrize(
     ("name", "output", "says"),
     [
-        ("in.png", lambda folder: folder / "none" / "out.png", "no folder"),
         ("in.png", lambda folder: folder / "in.png" / "out.png", "no folder"),
         ("in.png", lambda folder: unwritable(folder) / "out.png", "cannot write"),
         ("in.png", lambda folder: folder / "out.bmp", ".png, .jpg"),
-        ("in.png", lambda folder: folder / "out", ".png, .jpg"),
+        (
+            "in.png",
+            lambda folder: folder / "out",
+            "out: has no suffix, which chooses the format. Add one of: .png, .jpg",
+        ),
         ("in.png", lambda folder: folder / "in.png", "image itself"),
         ("in.png", lambda folder: folder / "link.png", "image itself"),
         ("in.png", lambda folder: folder / "there.png", "exists already"),
@@ -688,7 +753,7 @@ def test_force_replaces_an_output(tissue: Pixels, tmp_path: Path) -> None:
         (("--lut", "none.png"), ".cube"),
         (("--lut", "bad.cube"), "bad.cube"),
         (("--lut", "bad.cube", "--mode", "chroma"), "--lut"),
-        (("--build", "none", "--mode", "chroma", "--hours", "10000"), "none"),
+        (("--build", "none", "--mode", "chroma", "--hours", "10000"), "none: there is no such folder"),
         (("--build", "none", "--mode", "chroma", "--hours", "10000", "--selection", "nearest"), "--build"),
     ],
 )
@@ -706,6 +771,12 @@ def test_a_display_that_is_not_there_is_one_sentence(
     *_, line = capfd.readouterr().err.splitlines()
     assert says in line
     assert not Path("out.png").exists()
+
+
+def test_the_help_names_the_kinds_of_luts_that_are_taken(capfd: pytest.CaptureFixture[str]) -> None:
+    assert run("apply", "--help") == 0
+    first, *others, last = sorted(lut_suffixes())
+    assert f"{', '.join([first, *others])} or {last}." in " ".join(capfd.readouterr().out.split())
 
 
 def test_several_images_of_one_name_are_refused(tmp_path: Path) -> None:

@@ -193,7 +193,7 @@ def test_stable_is_built_only_when_asked(options: tuple[str, ...], modes: set[st
     assert {path.name for path in (tmp_path / "aged").iterdir() if path.is_dir()} == modes
     # Without certificates there is no error to print.
     law = ["Luminance of chroma-luma: the paper's law, 67 % at 10 000 h and 40 % at 18 000 h."]
-    written = f"{len(modes)} LUTs and {len(modes) + 1} configs in {tmp_path / 'aged'}"
+    written = f"{len(modes)} LUT{'s' if len(modes) > 1 else ''} and {len(modes) + 1} configs in {tmp_path / 'aged'}"
     assert done.stdout.splitlines() == [*(law if "chroma-luma" in modes else []), written]
 
 

@@ -254,6 +254,21 @@ def test_a_folder_that_lutgen_did_not_make_is_bad_input(tmp_path: Path) -> None:
         check(tmp_path)
 
 
+def test_a_path_that_holds_nothing_is_bad_input_and_named_once(tmp_path: Path) -> None:
+    none = here("check", tmp_path / "none")
+    assert (none.returncode, none.stdout) == (2, "")
+    assert f"{tmp_path / 'none'}: there is no such file or folder." in " ".join(none.stderr.split())
+    age = ("--mode", "chroma", "--hours", "10000")
+    (tmp_path / "l.cube").touch()
+    empty = here("check", tmp_path / "l.cube", *age)
+    assert (empty.returncode, empty.stdout, empty.stderr.count("l.cube")) == (2, "", 1)
+    assert "is empty" in empty.stderr
+    (tmp_path / "l.cube").write_text("hello\n")
+    other = here("check", tmp_path / "l.cube", *age)
+    assert other.returncode == 1
+    assert f"{tmp_path / 'l.cube'}: OpenColorIO" in other.stdout
+
+
 def test_exit_codes_say_what_happened(built: Path, tmp_path: Path) -> None:
     assert here("check", built).returncode == 0
     (built / CUBE).unlink()

@@ -100,11 +100,12 @@ def test_a_broken_slide_is_named_and_the_others_finish(run: Callable[..., Done],
     assert (again.code, words(again.out)[:50]) == (0, "7 slides in run, 6 of them from an earlier run. ch")
 
 
-def test_nothing_but_broken_slides(run: Callable[..., Done]) -> None:
-    done = run("gone.png", "-o", "run", "--json", "-")
+def test_nothing_but_broken_slides(run: Callable[..., Done], tmp_path: Path) -> None:
+    (tmp_path / "bad.png").write_bytes(b"no image")
+    done = run("bad.png", "-o", "run", "--json", "-")
     said = json.loads(done.out)
     assert (done.code, said["over_all"], said["slides"]) == (1, {"slides": 0, "coverage": None, "modes": {}}, [])
-    assert run("gone.png", "-o", "run").out.startswith("0 slides in run; 1 slide broken")
+    assert run("bad.png", "-o", "run").out.startswith("0 slides in run; 1 slide broken")
 
 
 # Written files --------------------------------------------------------------------------------------------------------
@@ -112,9 +113,10 @@ def test_nothing_but_broken_slides(run: Callable[..., Done]) -> None:
 
 def test_json_is_as_the_schema_says_and_csv_says_the_same(run: Callable[..., Done], tmp_path: Path) -> None:
     written_to = ("--json", "c.json", "--csv", "c.csv")
-    done = run("in", "gone, too.png", "-o", "run", *written_to, "--tolerance", "3,9,70", "--jobs", "1")
+    (tmp_path / "in, too.png").write_bytes(b"no image")
+    done = run("in", "in, too.png", "-o", "run", *written_to, "--tolerance", "3,9,70", "--jobs", "1")
     assert done.code == 1
-    assert written(tmp_path) == {"run", "c.json", "c.csv"}
+    assert written(tmp_path) == {"run", "c.json", "c.csv", "in, too.png"}
     said: dict[str, Any] = json.loads((tmp_path / "c.json").read_text())
     validator("cohort").validate(said)
     head, *rows = [line.split(",") for line in (tmp_path / "c.csv").read_text().splitlines()]
@@ -158,6 +160,8 @@ def test_the_schema_refuses_what_is_wrong(run: Callable[..., Done], path: tuple[
     [
         (("in", "--tolerance", "3,-1"), "tolerance -1: a tolerated ΔE2000 is a finite number above 0"),
         (("in", "--tolerance", "three"), "--tolerance three: give numbers above 0 in a list"),
+        (("gone",), "gone: no such file or folder"),
+        (("in", "gone.png"), "gone.png: no such file or folder"),
         (("gone.txt",), "gone.txt: cannot read the list of slides"),
         (("empty",), "empty: no slide in this folder or below"),
         (("in", "--model", "gone.toml"), "gone.toml"),

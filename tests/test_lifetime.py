@@ -33,6 +33,7 @@ from lutgen.pictures.difference import (
 )
 from lutgen.pictures.distinct import Colours, count_colours
 from lutgen.pictures.lifetime import TOLERANCES, binning_error
+from lutgen.readings import Measurements
 from tests.altered import altered
 from tests.schemas import validator
 from tests.twin import SRGB_XY, Twin, rows_of_csv, srgb_matrix
@@ -92,7 +93,8 @@ def test_the_curve_is_that_of_every_pixel_taken_by_itself(tissue: Pixels, model:
     (image,) = lifetime([save(tmp_path / "in.png", pixels)], model, hours=HOURS).images
     for mode in AGING_MODES:
         found = image.curves[mode]
-        for place, hours in enumerate(HOURS):
+        for hours in HOURS:
+            place = found.hours.tolist().index(hours)
             expected = by_hand(pixels, mode, hours)
             ranked = {f"p{share}": np.quantile(expected, share / 100, method="inverted_cdf") for share in (95, 99)}
             all_of_them = {"mean": expected.mean(), "sd": expected.std(), "largest": expected.max(), **ranked}
@@ -111,6 +113,19 @@ def test_lifetimes_are_where_straight_lines_between_hours_cross(model: DisplayMo
         assert life is not None
         assert np.interp(life, curve_of.hours, values) == pytest.approx(tolerance, abs=1e-9)
         assert (values[curve_of.hours < life] < tolerance).all()
+
+
+def test_lifetimes_hardly_depend_on_the_hours_given(tissue: Pixels, readings: Measurements, tmp_path: Path) -> None:
+    file = save(tmp_path / "in.png", tissue[::64, ::64])
+    kept = np.isin(readings.hours, (0.0, 18_000.0))
+    columns = {name: getattr(readings, name)[kept] for name in ("hours", "drive", "xyz_cd_m2", "lines")}
+    for display in map(DisplayModel, (readings, Measurements(**columns))):
+        fine = lifetime([file], display, hours=range(0, 18_001, 50)).images[0]
+        for hours in (None, (18_000.0,), (700.0, 18_000.0)):
+            image = lifetime([file], display, hours=hours).images[0]
+            for mode, tolerance, name in product(AGING_MODES, TOLERANCES, STATISTICS):
+                life, expected = (each.curves[mode].hours_until(name, tolerance) for each in (image, fine))
+                assert life == pytest.approx(expected, abs=30), (hours, mode, tolerance, name)
 
 
 @pytest.mark.parametrize(
@@ -200,7 +215,8 @@ def test_groups_of_displays_do_not_show(
 def test_hours_are_sorted_and_begin_at_0(tissue: Pixels, model: DisplayModel, tmp_path: Path) -> None:
     file = save(tmp_path / "in.png", tissue[:32, :32])
     (image,) = lifetime([file], model, hours=(9000, 2500, 9000)).images
-    assert image.curves["chroma"].hours.tolist() == [0.0, 2500.0, 9000.0]
+    measured = model.tips.hours[model.tips.hours <= 9000].tolist()
+    assert image.curves["chroma"].hours.tolist() == measured
     (usual,) = lifetime([file], model).images
     assert usual.curves["chroma-luma"].hours.tolist() == model.tips.hours.tolist()
 

@@ -21,6 +21,7 @@ from lutgen.pictures.difference import placed_picture, shown_lab
 from lutgen.pictures.difference_map import check_placed, difference_map
 from lutgen.pictures.frame import aged_series, turned
 from lutgen.readings.session import Session
+from lutgen.report import difference_map as report_map
 from tests.command import here
 from tests.native_displays import BLACK, GREYS, MIXTURES, RAMPS, TIPS, Panel
 from tests.native_displays import session as panel_session
@@ -238,6 +239,25 @@ def test_pixels_of_alpha_0_lie_on_no_screen(model: DisplayModel, tmp_path: Path)
     wanted[0, 1:] = np.nan
     assert found.shown == pytest.approx(wanted, abs=1e-4, nan_ok=True)
     assert found.mean == pytest.approx(np.nanmean(wanted), abs=1e-4)
+
+
+def test_the_picture_of_a_map_says_where_it_lies_and_the_table(model: DisplayModel, tmp_path: Path) -> None:
+    imsave(tmp_path / "a.png", np.full((4, 4, 3), 128, np.uint8), check_contrast=False)
+    screen = replace(QUARTER, uniformity=MeasuredUniformity.of(session()))
+    plain, placed = (difference_map(tmp_path / "a.png", model, *AGE, on_screen=each) for each in (None, screen))
+    with pytest.MonkeyPatch.context() as patch:
+        feet: list[str] = []
+        whole = report_map.picture
+
+        def noting(*arguments: Any, foot: str, **options: Any) -> Any:
+            feet.append(foot)
+            return whole(*arguments, foot=foot, **options)
+
+        patch.setattr(report_map, "picture", noting)
+        report_map.plot_map(plain, tmp_path / "plain.png")
+        report_map.plot_figure_6([placed, placed], tmp_path / "placed.png")
+    assert "of the screen" not in feet[0]
+    assert " ".join(screen.sentences()) in feet[1]
 
 
 def test_a_sheet_shows_each_pixel_at_its_place_and_its_mean(model: DisplayModel, tmp_path: Path) -> None:

@@ -314,6 +314,9 @@ BAD: dict[str, tuple[str | bytes, str]] = {
         "R,G,B,X_cdm2,Y_cdm2,Z_cdm2\n255,255,255,0,0,0\n255,0,0,41,21,2\n", "white has Y = 0: no light"
     ),
     "XYZ called Lab": (ti3(names=LAB), "no light has this Lab"),
+    "a CSV of places in percent": (
+        "R,G,B,X,Y,Z,u,v\n1,1,1,190,200,218,50,0.5\n", r"column u: must be the position from the left, 0\.\.1\.$"
+    ),
     "a CSV without rows": ("R,G,B,X,Y,Z\n", "no readings"),
     "a level that is none": ("position,row,col,level_index,X,Y,Z\n0,0,0,7,1,1,1\n", "level_index is 0"),
     "empty": ("  \n", "the file is empty"),

@@ -172,8 +172,9 @@ def check(
 def check_lut(path: str | Path, aged: AgedDisplay, *, budget: Budget | None = None) -> Checked:
     """Check one LUT file of any program against a display: OpenColorIO's formats, ICC profiles and Hald images."""
     path = Path(path)
-    if not path.is_file():
+    if not path.exists():
         raise LutgenError(f"{path}: there is no such file.")
+    refuse_unlikely(path)
     findings, certificate = _check_lut(path, str(path), aged, None, budget or Budget())
     return Checked(1, tuple(findings), {str(path): certificate} if certificate else {})
 
@@ -338,7 +339,7 @@ def _check_lut(
         kind = table_kind(path, clipped=True if record is None else bool(record.clipped))
         certificate = JUDGE.compare(apply_lut(path, JUDGE.code), aged, kind)
     except LutgenError as error:
-        return [*findings, Finding(name, str(error))], None
+        return [*findings, Finding(name, str(error).removeprefix(f"{path}: "))], None
     findings += [Finding(name, problem) for problem in over_budget(certificate, record, budget)]
     return findings, certificate
 

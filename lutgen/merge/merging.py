@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, Self
 from lutgen import bindings
 from lutgen.bake.manifest import MANIFEST, FileRecord, read_manifest
 from lutgen.display import hour_name
-from lutgen.errors import LutgenError, in_one_line, pick_one, refuse_unknown
+from lutgen.errors import LutgenError, in_one_line, refuse_unknown
 from lutgen.files import PARTIAL, cannot_write
 from lutgen.merge.additions import AgedNames, add_aged, add_source_signal, check_source, inserted, with_search_path
 from lutgen.merge.proof import ROUNDING, aged_difference, compare_parts, missing_parts
@@ -209,7 +209,10 @@ def _lut(build: Path, mode: str, hours: float) -> FileRecord:
             return lut
     of_the_mode = [each for each in luts if each.mode == mode] or luts
     available = dict.fromkeys(f"{each.mode} at {hour_name(each.hours or 0.0)}" for each in of_the_mode)
-    raise pick_one("display", f"{mode} at {hour_name(hours)}", available)
+    raise LutgenError(
+        f"{build}: has no LUT for {mode} at {hour_name(hours)}. It has {', '.join(available) or 'none'}: choose one "
+        "with --mode and --hours, or build that display too."
+    )
 
 
 def _load(lib: Any, path: Path) -> Any:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import os
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from errno import ENOSPC
 from pathlib import Path
@@ -26,11 +26,20 @@ from lutgen.names import SOURCES
 from lutgen.pictures.blocks import threads
 from lutgen.pictures.encoding import NotFiniteError, Storage, Stored, not_finite
 from lutgen.pictures.engines import Engine, PlacedEngine, Shader, TableShader, Unaged, engine_for, shader_for
-from lutgen.pictures.images import DTYPES, TIFF, ImageFormat, ImageSource, format_of_suffix, is_whole, open_source
+from lutgen.pictures.images import (
+    DTYPES,
+    FORMATS,
+    TIFF,
+    ImageFormat,
+    ImageSource,
+    format_of_suffix,
+    is_whole,
+    open_source,
+)
 from lutgen.progress import Progress, unseen
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Collection, Iterator, Sequence
 
     from lutgen.display import AgedDisplay
     from lutgen.display.on_screen import OnScreen
@@ -83,7 +92,8 @@ def apply_to_image(
     image
         PNG, JPEG, TIFF or EXR, RGB or RGBA, 8 or 16 bits, half or float.
     output
-        Path to write; its suffix sets the format. For an existing folder, a file of the image's name in this folder.
+        Path to write; its suffix sets the format. For an existing folder, or a path that ends in a slash, a file of the
+        image's name in this folder. Folders that do not exist are made.
     aging
         A display from ``DisplayModel.at`` (the direct model, in double precision), or the path of a LUT that
         OpenColorIO reads, such as a .cube or .clf.
@@ -111,13 +121,18 @@ def apply_to_image(
 
 
 def outputs_for(images: Sequence[Path], output: str | Path) -> list[Path]:
-    """Return the path to write for each image: ``output``, or files of the same names in the folder ``output``."""
+    """Return the path to write for each image: ``output``, or files of the same names in the folder ``output``.
+
+    A path that ends in a slash is a folder, and so is the output of several images. The folder need not exist.
+    """
+    into_folder = str(output).endswith(("/", os.sep))
     output = Path(output)
-    if len(images) == 1 and not output.is_dir():
+    if len(images) == 1 and not output.is_dir() and not into_folder:
         return [output]
-    if not output.is_dir():
-        message = f"{output}: several images need an existing folder. Make it first, or choose another with -o."
-        raise LutgenError(message)
+    if output.exists() and not output.is_dir():
+        raise LutgenError(f"{output}: is a file, and several images need a folder. Choose another name with -o.")
+    if not output.is_dir() and not into_folder and any(output.suffix.lower() in kind.suffixes for kind in FORMATS):
+        raise LutgenError(f"{output}: is the name of one image, and several images need a folder. Give one with -o.")
     twice = first_doubled(image.name for image in images)
     if twice:
         raise LutgenError(f"{output}: two images are named {twice}. Apply to them one after the other.")
@@ -148,7 +163,7 @@ def apply_to_images(
                 )
             rows.append(opened.height)
     done: list[AppliedImage] = []
-    with ExitStack() as stack:
+    with _new_folders({output.parent for _, output in pairs}), ExitStack() as stack:
         for number, (image, output) in enumerate(pairs):
             before = sum(rows[:number])
             partial = stack.enter_context(replacing(output))
@@ -160,6 +175,19 @@ def apply_to_images(
                     work.run(lambda row, before=before: progress(before + row, sum(rows)))  # type: ignore[misc]
                 done.append(work.applied(output))
     return done
+
+
+@contextmanager
+def _new_folders(folders: Collection[Path]) -> Iterator[None]:
+    """Remove folders that do not exist yet, and are empty, when the body of the ``with`` statement fails."""
+    new = {each for folder in folders for each in (folder, *folder.parents) if not each.exists()}
+    try:
+        yield
+    except BaseException:
+        for each in sorted(new, key=lambda folder: len(folder.parts), reverse=True):
+            with suppress(OSError):
+                each.rmdir()
+        raise
 
 
 def _placed(aging: AgedDisplay | str | Path, on_screen: OnScreen, source: ImageSource) -> PlacedEngine:
@@ -340,8 +368,9 @@ def _is_copied(name: str, *, same_encoding: bool) -> bool:
 def _check_output(image: Path, output: Path, *, force: bool) -> None:
     format_of_suffix(output)
     check_name(output)
-    if not output.parent.is_dir():
-        raise LutgenError(f"{output}: there is no folder {output.parent}. Make it first, or choose another with -o.")
+    above = next((each for each in output.parents if each.exists()), Path())
+    if not above.is_dir():
+        raise LutgenError(f"{output}: {above} is a file and no folder. Choose another name with -o.")
     if output.is_dir():
         raise LutgenError(f"{output}: is a folder. Choose the name of a file with -o.")
     if output.exists():

@@ -244,8 +244,8 @@ def cohort(
     Raises
     ------
     LutgenError
-        No slide is given, options are wrong as for ``lifetime``, the folder cannot be used, or no scheduler answers. A
-        slide that cannot be read is no error: the result names it.
+        No slide is given, a given path does not exist, options are wrong as for ``lifetime``, the folder cannot be
+        used, or no scheduler answers. A slide that cannot be read is no error: the result names it.
 
     """
     if jobs is not None and scheduler is not None:

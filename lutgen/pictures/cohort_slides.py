@@ -54,7 +54,7 @@ class CohortSlide:
 def find_slides(given: Sequence[str | Path]) -> tuple[CohortSlide, ...]:
     """Return the slides that files, folders and lists (.txt) name, in order.
 
-    Raises LutgenError: none, unreadable list.
+    Raises LutgenError: none, a path that does not exist (in a list it is a slide that cannot be read), unreadable list.
     """
     if not given:
         raise LutgenError("no slide was given. Give slides, a folder of them, or a list (.txt) of a path a line.")
@@ -69,7 +69,11 @@ def find_slides(given: Sequence[str | Path]) -> tuple[CohortSlide, ...]:
 def _named(given: Path) -> Iterable[Path]:
     files = files_below(given, SUFFIXES)
     if files is None:
-        return _in_list(given) if given.suffix.lower() == LIST else [given]
+        if given.suffix.lower() == LIST:
+            return _in_list(given)
+        if not given.exists():
+            raise LutgenError(f"{given}: no such file or folder. Give slides, a folder of them, or a list (.txt).")
+        return [given]
     if not files:
         raise LutgenError(f"{given}: no slide in this folder or below. Looked for {', '.join(SUFFIXES)}.")
     return files

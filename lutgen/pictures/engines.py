@@ -6,6 +6,7 @@ An engine takes planes of shape (3, n) in 0..1, in the engine's encoding. It ret
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -180,12 +181,25 @@ def _bits(flags: Sequence[NDArray[np.bool_]], *, first: int) -> NDArray[np.uint8
     return result
 
 
+#: A row of numbers of a LUT in which a number is NaN or infinite, as programs write it (``-1.#IND``: Windows).
+_NOT_FINITE = re.compile(rb"(?im)^(?:[^\n]*>)?[ \t0-9.e+-]*?([+-]?(?:nan|inf|infinity|[0-9]\.#[a-z0-9]+))(?=[\s<]|\Z)")
+
+
 def _processor(path: Path) -> Any:
     if path.suffix.lower() not in lut_suffixes():
         raise pick_one("kind of LUT", path.name, (f"a {suffix} file" for suffix in lut_suffixes()))
     if not is_file(path):
         raise LutgenError(f"{path}: there is no such LUT. Give the path of one that lutgen build wrote.")
-    return lut_processor(path).getDefaultCPUProcessor()
+    processor = lut_processor(path).getDefaultCPUProcessor()
+    # OpenColorIO reads such a number as 0, without a warning.
+    data = path.read_bytes()
+    if bad := _NOT_FINITE.search(data):
+        line = data.count(b"\n", 0, bad.start(1)) + 1
+        raise LutgenError(
+            f"{path}, line {line}: holds {bad[1].decode()!r}, and a LUT needs finite numbers. Export it again; "
+            f"`lutgen lint {path}` lists all its faults."
+        )
+    return processor
 
 
 #: Pixels aged at a time. Fewer pixels need more calls; planes of more pixels do not fit into the cache.

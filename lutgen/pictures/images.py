@@ -186,11 +186,14 @@ def _opened(path: Path, link: Path, kind: ImageFormat, source: str) -> Iterator[
 
 
 def format_of_suffix(path: Path) -> ImageFormat:
-    """Return the format of ``path``'s suffix, for writing. Raises LutgenError for an unknown suffix."""
+    """Return the format of ``path``'s suffix, for writing. Raises LutgenError for none, or an unknown one."""
     for kind in FORMATS:
         if path.suffix.lower() in kind.suffixes:
             return kind
-    raise pick_one("output suffix", path.suffix or path.name, (suffix for kind in FORMATS for suffix in kind.suffixes))
+    suffixes = [suffix for kind in FORMATS for suffix in kind.suffixes]
+    if not path.suffix:
+        raise LutgenError(f"{path}: has no suffix, which chooses the format. Add one of: {', '.join(suffixes)}.")
+    raise pick_one("output suffix", path.suffix, suffixes)
 
 
 def _sniff(path: Path) -> ImageFormat:

@@ -96,7 +96,8 @@ def _draw(maps: Sequence[DifferenceMap], path: Path, title: str, ends: tuple[flo
     first = maps[0]
     high, wide = first.shown.shape
     inches = min(_WIDE / wide, _TALL / len(maps) / high)
-    foot = f"{scale_of(ends)} {first.model.measurements.provenance}"
+    where = first.on_screen.sentences() if first.on_screen else []
+    foot = " ".join([scale_of(ends), *where, first.model.measurements.provenance])
     each = max(high * inches, _LEAST)
     height = len(maps) * (each + 0.75) + 1.6
     with picture(path, title, second=counted(first), foot=foot, height=height, force=force) as (figure, low, top):

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 @click.option(
     "--lut",
     metavar="FILE",
-    help="Apply this LUT instead of the model, tetrahedrally: any format that OpenColorIO reads.",
+    help="Apply this LUT instead of the model, tetrahedrally: .3dl, .clf, .csp, .cube or .spi3d.",
 )
 @click.option("--build", metavar="DIR", help="Apply the LUT for --mode and --hours of a folder that lutgen build made.")
 @click.option("--side-by-side", is_flag=True, help="Un-aged on the left, aged on the right.")
@@ -123,6 +123,10 @@ def _built_lut(folder: Path, mode: str, hours: float) -> Path:
     from lutgen.display import hour_name
     from lutgen.files import is_file
 
+    if not folder.is_dir():
+        raise LutgenError(
+            f"{folder}: there is no such folder. Give one that `lutgen build` made, or leave --build out."
+        )
     # The most accurate format comes first. OpenColorIO must read the format, since it applies the LUT to the picture.
     for name in ("clf", "cube", *format_names()):
         form = format_named(name)

@@ -166,7 +166,8 @@ def _report(built: Built, plan: Plan, output: str, *, verbose: bool) -> None:
         say(f"The last build into this folder was interrupted; {missing} of its {planned} files were missing.")
     luts = [record for record in built.manifest.files if record.kind == "lut"]
     configs = len(built.manifest.files) - len(luts)
-    say(f"{len(luts)} LUTs and {configs} configs in {output}")
+    counts = (f"{count} {name}{'s' if count != 1 else ''}" for count, name in ((len(luts), "LUT"), (configs, "config")))
+    say(f"{' and '.join(counts)} in {output}")
     rows = summarise(luts)
     if rows:
         say(worst_error(luts, verbose=verbose))

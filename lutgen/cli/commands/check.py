@@ -11,6 +11,7 @@ import click
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import NUMBER, WholeFrom, model_from, model_options
 from lutgen.cli.outputs import print_json, progress_bar, say
+from lutgen.errors import LutgenError
 from lutgen.names import MODES
 
 if TYPE_CHECKING:
@@ -62,6 +63,8 @@ def command(
     from lutgen.bake.budget import Budget
 
     budget = Budget(max_delta_e, p99)
+    if gone := next((path for path in paths if not Path(path).exists()), None):
+        raise LutgenError(f"{gone}: there is no such file or folder. Give a folder of `lutgen build`, or a LUT file.")
     results = {}
     for path in paths:
         with progress_bar("checking", quiet=as_json) as progress:

@@ -292,7 +292,9 @@ class CsvTable:
             outside = (values[name] < low) | (values[name] > high) if name in values else np.zeros(1, dtype=bool)
             if outside.any():
                 line = self.lines[int(np.argmax(outside))]
-                raise LutgenError(f"{self.source.at(line)}, column {name}: must be {meaning}, {low:g}..{high:g}.")
+                span = f"{low:g}..{high:g}"
+                allowed = meaning if meaning.endswith(span) else f"{meaning}, {span}"
+                raise LutgenError(f"{self.source.at(line)}, column {name}: must be {allowed}.")
 
     def _numbers(self, name: str) -> Array:
         place = self.columns.index(name)
