@@ -182,7 +182,10 @@ def _bits(flags: Sequence[NDArray[np.bool_]], *, first: int) -> NDArray[np.uint8
 
 
 #: A row of numbers of a LUT in which a number is NaN or infinite, as programs write it (``-1.#IND``: Windows).
-_NOT_FINITE = re.compile(rb"(?im)^(?:[^\n]*>)?[ \t0-9.e+-]*?([+-]?(?:nan|inf|infinity|[0-9]\.#[a-z0-9]+))(?=[\s<]|\Z)")
+_NOT_FINITE = re.compile(rb"(?i)(?:[^\n]*>)?[ \t0-9.e+-]*?([+-]?(?:nan|inf|infinity|[0-9]\.#[a-z0-9]+))(?=[\s<]|\Z)")
+
+#: Parts of such numbers, which are quick to find.
+_SUSPICIOUS = re.compile(rb"[nN][aA][nN]|[iI][nN][fF]|\.#")
 
 
 def _processor(path: Path) -> Any:
@@ -193,12 +196,13 @@ def _processor(path: Path) -> Any:
     processor = lut_processor(path).getDefaultCPUProcessor()
     # OpenColorIO reads such a number as 0, without a warning.
     data = path.read_bytes()
-    if bad := _NOT_FINITE.search(data):
-        line = data.count(b"\n", 0, bad.start(1)) + 1
-        raise LutgenError(
-            f"{path}, line {line}: holds {bad[1].decode()!r}, and a LUT needs finite numbers. Export it again; "
-            f"`lutgen lint {path}` lists all its faults."
-        )
+    for suspicious in _SUSPICIOUS.finditer(data):
+        if bad := _NOT_FINITE.match(data, data.rfind(b"\n", 0, suspicious.start()) + 1):
+            line = data.count(b"\n", 0, bad.start(1)) + 1
+            raise LutgenError(
+                f"{path}, line {line}: holds {bad[1].decode()!r}, and a LUT needs finite numbers. Export it again; "
+                f"`lutgen lint {path}` lists all its faults."
+            )
     return processor
 
 
