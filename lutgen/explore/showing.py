@@ -114,7 +114,7 @@ class Showing:
         """Return ΔE2000 of the whole image at an hour, and the hours until it reaches 3 and 5 (``lutgen lifetime``)."""
         from lutgen.pictures.blocks import few_threads
         from lutgen.pictures.difference import curves_of
-        from lutgen.pictures.lifetime import TOLERANCES
+        from lutgen.pictures.lifetime import TOLERANCES, curve_hours, hours_from_0
 
         refuse_unknown("mode", mode, AGING_MODES)
         shown, colours = self._shown(without=without), self._colours
@@ -124,8 +124,8 @@ class Showing:
         with few_threads(1):
             now = curves_of(colours, model, [mode], [hours])[mode]
             if mode not in curves:
-                measured = sorted({0.0, *map(float, model.tips.hours)})
-                curves[mode] = curves_of(colours, model, [mode], measured)[mode]
+                between = curve_hours(model, hours_from_0(model, [mode], None))
+                curves[mode] = curves_of(colours, model, [mode], between)[mode]
         until = {f"hours_to_{each:g}": curves[mode].hours_until("mean", each) for each in TOLERANCES}
         return {"mean": float(now.mean[0]), "mean_2sd": float(now.max[0]), **until}
 

@@ -229,8 +229,12 @@ def check_asked(
     """Return the tolerances, and the curve's hours in order from 0 on; errors as in :func:`lifetime`."""
     refuse_unknown("source", source, SOURCES)
     checked = check_tolerances(tolerances)
-    chosen = hours_from_0(model, modes, hours)
-    return checked, sorted({*chosen, *(hour for hour in _bends(model) if hour < chosen[-1])})
+    return checked, curve_hours(model, hours_from_0(model, modes, hours))
+
+
+def curve_hours(model: DisplayModel, chosen: Sequence[float]) -> list[float]:
+    """Return the hours of a curve: the chosen ones, in order, and those between which the curve is nearly linear."""
+    return sorted({*chosen, *(hour for hour in _bends(model) if hour < chosen[-1])})
 
 
 def _bends(model: DisplayModel) -> list[float]:
