@@ -134,6 +134,7 @@ def test_a_cohort_is_its_slides_each_by_itself_and_their_medians(tmp_path: Path)
     assert point["mean_plus_2_sd"]["high"] == bands["max"].high[2]
 
 
+@pytest.mark.slow
 def test_a_slide_is_read_back_to_the_last_bit(tmp_path: Path) -> None:
     (file,) = make_slides(tmp_path, 1)
     uncertain = replace(deadly_model(tmp_path, order=False), fit={"noise_relative": 0.002, "noise_floor_cd_m2": 0.0})

@@ -102,6 +102,7 @@ def test_tissue_says_its_threshold(run: Callable[..., Done], tmp_path: Path) -> 
     assert "no bare glass was found, nothing was left out." in words(run("d.png", "--tissue", "--hours", "0,9000").out)
 
 
+@pytest.mark.slow
 def test_a_model_with_standard_errors_gets_intervals_and_says_how_it_is_seen(
     run: Callable[..., Done], tmp_path: Path
 ) -> None:

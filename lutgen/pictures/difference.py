@@ -206,6 +206,9 @@ def quantile(values: Array, counts: Counts, percent: int) -> float:
 #: Number of drawn models, and how many are left out at each end: 76 of 80 are 95 %.
 DRAWS, OUTSIDE = 80, 2
 
+#: Most hours at which the curve of a drawn model is computed.
+HOURS_OF_DRAWS = 12
+
 #: Statistics that get an interval: the statistics of the paper's Table 1.
 OF = ("mean", "max")
 
@@ -231,7 +234,10 @@ def intervals(
     if not models:
         return None
     few = coarse(colours)
-    modes, hours = list(curves), [float(hour) for hour in next(iter(curves.values())).hours]
+    modes, span = list(curves), next(iter(curves.values())).hours
+    # Some of the hours are enough for the width of an interval; its place is that of the whole curve.
+    places = np.unique(np.linspace(0, span.size - 1, HOURS_OF_DRAWS).round().astype(int))
+    hours = [float(hour) for hour in span[places]]
     own = curves_of(few, model, modes, hours)
     drawn_curves = []
     for done, each in enumerate(models):
