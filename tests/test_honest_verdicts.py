@@ -21,7 +21,7 @@ from lutgen.criticism.noise.session_errors import _sd_by_median, with_shared_err
 from lutgen.criticism.refine import refine
 from lutgen.criticism.search import explanation as searched
 from lutgen.criticism.search.candidates import HALF, STRONG, contenders, family
-from lutgen.criticism.search.explanation import together
+from lutgen.criticism.search.explanation import Explanation, together
 from lutgen.criticism.search.influence import Suspicion, wrong_sessions
 from lutgen.criticism.search.separate import separation
 from lutgen.criticism.search.stepwise import admissible, explain, refined
@@ -450,6 +450,7 @@ def test_an_effect_that_only_fits_what_the_main_formula_misses_does_not_hide_the
     assert [step.name for step in found.explanation.steps] == ["edge-falloff"]
     assert (found.verdict.name, found.verdict.effects) == ("one-of", ("edge-falloff",))
     assert "What remains could also be crosstalk, or something that the catalogue lacks." in found.verdict.sentence
+    assert found.verdict.shares_delta_e.keys() == {"edge-falloff"}
 
 
 @pytest.mark.slow
@@ -480,6 +481,28 @@ def test_three_effects_that_leave_something_or_do_not_show_are_no_finding(
     monkeypatch.setattr("lutgen.criticism.verdict.pronounce._imitations", lambda *_: [])
     monkeypatch.setattr("lutgen.criticism.search.explanation.Explanation.of", lambda self, _: replace(self, steps=kept))
     assert pronounce(explanation, error, (), Suspicion((), (), "")).name == said
+
+
+def test_effects_that_leave_noise_without_an_imitation_are_named_without_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    explanation = diagnose(readings("curve")).explanation
+    (step,) = explanation.steps
+    names = ("black-level", "edge-falloff", "eotf-drift")
+    kept = tuple(_stub(name=name, effect=step.effect, chosen=step.chosen, rivals=()) for name in names)
+    error = PureError.of(explanation.base.problem)
+    weighed = replace(
+        Weighed.of(explanation, error), kept=kept, minor=(), shares=dict.fromkeys(names, 0.3),
+        seen=dict.fromkeys(names, 0.3), clean=True, explains=True, sound=True,
+    )  # fmt: skip
+    for name, result in {
+        "Weighed.of": weighed, "overlap": False, "_imitations": ["eotf-drift"], "is_noise": True,
+        "free_term": _stub(names=()), "shares_of_delta_e": dict.fromkeys(names[:2], 0.5),
+    }.items():  # fmt: skip
+        monkeypatch.setattr(f"lutgen.criticism.verdict.pronounce.{name}", lambda *_, result=result: result)
+    monkeypatch.setattr(Explanation, "of", lambda self, _: replace(self, steps=kept[:2]))
+    found = pronounce(explanation, error, (), Suspicion((), (), ""))
+    assert (found.name, found.effects) == ("several", names[:2])
+    assert found.sentence.endswith("; what remains could also be eotf-drift, or something that the catalogue lacks.")
+    assert found.shares_delta_e.keys() == {*names[:2]}
 
 
 def test_a_gain_counts_in_units_of_the_noise_that_replicates_show() -> None:

@@ -160,14 +160,14 @@ def command(
 
 def _report(built: Built, plan: Plan, output: str, *, verbose: bool) -> None:
     from lutgen.bake.figures import coarse, summarise, worst_error
+    from lutgen.numerals import counted
 
     if built.unfinished:
         missing, planned = built.unfinished
         say(f"The last build into this folder was interrupted; {missing} of its {planned} files were missing.")
     luts = [record for record in built.manifest.files if record.kind == "lut"]
     configs = len(built.manifest.files) - len(luts)
-    counts = (f"{count} {name}{'s' if count != 1 else ''}" for count, name in ((len(luts), "LUT"), (configs, "config")))
-    say(f"{' and '.join(counts)} in {output}")
+    say(f"{counted(len(luts), 'LUT')} and {counted(configs, 'config')} in {output}")
     rows = summarise(luts)
     if rows:
         say(worst_error(luts, verbose=verbose))

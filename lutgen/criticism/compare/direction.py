@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.colorimetry import xyz_to_lab
-from lutgen.criticism.compare.standing_out import informative, standing_out
+from lutgen.criticism.compare.standing_out import informative, prominence, standing_out
 from lutgen.criticism.fit.families import dimension, slices
 from lutgen.readings.conditions import CONDITIONS
 
@@ -68,10 +68,7 @@ def direction(problem: Problem, predicted: Array, judged: NDArray[np.bool_], whe
     """Find the slice with the largest excess error, weighted by the root of its size, and the mean direction there."""
     if not where:
         return Direction("", (0.0, 0.0, 0.0), "")
-    worst = max(
-        standing_out(where) or informative(where) or where,
-        key=lambda each: (each.rms_sigma**2 - each.floor_rms_sigma**2) * np.sqrt(each.n),
-    )
+    worst = max(standing_out(where) or informative(where) or where, key=prominence)
     here = judged & (slices(problem)[worst.by] == worst.slice)
     white = problem.measured_tips[0, 0]
     lab = (xyz_to_lab(problem.xyz[here], white) - xyz_to_lab(predicted[here], white)).mean(axis=0)

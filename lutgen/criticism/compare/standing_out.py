@@ -26,7 +26,12 @@ def standing_out(where: Sequence[Slice]) -> list[Slice]:
     prominent = [
         each for each in where if over_noise(each) > max(1.0 + NOTICED / (6 * each.n) ** 0.5, BEYOND * usual[each.by])
     ]
-    return sorted(prominent, key=lambda each: -(each.rms_sigma**2 - each.floor_rms_sigma**2) * each.n**0.5)
+    return sorted(prominent, key=prominence, reverse=True)
+
+
+def prominence(each: Slice) -> float:
+    """Return the excess error of a slice, weighted by the root of its number of readings."""
+    return float((each.rms_sigma**2 - each.floor_rms_sigma**2) * each.n**0.5)
 
 
 def informative(where: Sequence[Slice]) -> list[Slice]:

@@ -185,14 +185,12 @@ def refined(chosen: list[Candidate], base: Fit, *, alone: bool = False, limit: f
         # Where all parameters together gain less than the penalty of one, a longer form cannot improve BIC.
         is_settled = OPTIMISM * _gain_of_all_free(whole, each.effect) < np.log(base.readings)
         around = together(base, beside)
-        if is_settled and _needs_all(whole, each):
-            chosen = [*chosen[:index], replace(each, fit=whole, gain=around.chi2 - whole.chi2), *chosen[index + 1 :]]
-            continue
-        reach, longest = min(limit, whole.bic), len(each.form) if is_settled else None
-        again = family(around, each.effect, limit=reach, longest=longest).best
-        if whole.bic < bic(again):
+        again = replace(each, fit=whole, gain=around.chi2 - whole.chi2)
+        if not (is_settled and _needs_all(whole, each)):
+            reach, longest = min(limit, whole.bic), len(each.form) if is_settled else None
+            best = family(around, each.effect, limit=reach, longest=longest).best
             # Settings are proposed from the residuals of the others, and may miss the better setting of ``each``.
-            again = replace(each, fit=whole, gain=around.chi2 - whole.chi2)
+            again = again if whole.bic < bic(best) else best
         chosen, whole = [*chosen[:index], again, *chosen[index + 1 :]], again.fit
     return chosen
 

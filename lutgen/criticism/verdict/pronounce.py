@@ -157,7 +157,7 @@ def _with_steps(explanation: Explanation, error: PureError, remarks: tuple[str, 
     if curves and not (pair and overlap([step.chosen for step in weighed.kept], base)):
         return replace(_changed_curves(explanation, weighed), remarks=remarks)
     if not weighed.sound:
-        tied = _tied_with_free_term(explanation, weighed, error)
+        tied = _tied_with_free_term(explanation, weighed)
         return replace(tied, remarks=remarks) if tied else _unexplained(explanation, remarks, residual_term)
     return _sound(explanation, weighed, error, remarks) or _unexplained(explanation, remarks, residual_term)
 
@@ -186,9 +186,7 @@ def _sound(explanation: Explanation, weighed: Weighed, error: PureError, remarks
         verdict = like_both(kept)
     elif imitations := _imitations(kept, explanation, error):
         without = _without_imitations(explanation, weighed, imitations, error)
-        if without is None:
-            return None
-        verdict = without
+        return replace(without, remarks=remarks) if without else None
     # Where the catalogue lacks the true effect, a search fits three that leave a residual or that do not show.
     elif overlapping or (len(kept) > 2 and not (weighed.clean and any(seen.values()))):
         return None
@@ -220,15 +218,15 @@ def _without_imitations(
     sizes = {step.name: step.effect.in_words(step.chosen.term.values) for step in rest.steps}
     left = f"what remains could also be {' and '.join(imitations)}, or something that the catalogue lacks"
     if len(rest.steps) > 1:
-        return several(rest.steps, sizes, weighed.shares, seen, f"beside its formula, {left}.")
-    (step,) = rest.steps
-    size = f"{sizes[step.name]}: {excess(step, seen, weighed.shares)}"
-    objection = f"{left[0].upper()}{left[1:]}."
-    imitated = _imitated(step, rest, error)
-    return one(step, size, simplest=_share_of_simplest(step, explanation), imitated=imitated, objection=objection)
+        verdict = several(rest.steps, sizes, weighed.shares, seen, f"{left}.")
+    else:
+        (step,) = rest.steps
+        size = f"{sizes[step.name]}: {excess(step, seen, weighed.shares)}"
+        verdict = one(step, size, objection=f"{left[0].upper()}{left[1:]}.")
+    return replace(verdict, shares=weighed.shares, shares_delta_e=seen)
 
 
-def _tied_with_free_term(explanation: Explanation, weighed: Weighed, error: PureError) -> Verdict | None:
+def _tied_with_free_term(explanation: Explanation, weighed: Weighed) -> Verdict | None:
     """Name a single effect that leaves noise where a free term is as likely as this effect; else return None."""
     base, final = explanation.base, explanation.final
     is_tied = abs(base.bic - weighed.base_free_term.evidence - final.bic) < STRONG
@@ -238,8 +236,7 @@ def _tied_with_free_term(explanation: Explanation, weighed: Weighed, error: Pure
     seen = shares_of_delta_e(base, final, explanation.steps)
     size = f"{step.effect.in_words(step.chosen.term.values)}: {excess(step, seen, weighed.shares)}"
     objection = "A smooth change that no effect of the catalogue describes explains these readings as well."
-    verdict = one(step, size, imitated=_imitated(step, explanation, error), objection=objection)
-    return replace(verdict, shares=weighed.shares, shares_delta_e=seen)
+    return replace(one(step, size, objection=objection), shares=weighed.shares, shares_delta_e=seen)
 
 
 def _changed_curves(explanation: Explanation, weighed: Weighed) -> Verdict:

@@ -87,13 +87,19 @@ def excess(step: Step, seen: Mapping[str, float], shares: Mapping[str, float]) -
 
 
 def one(
-    step: Step, size: str, *, left: str = "", simplest: float = 1.0, imitated: Imitated | None, objection: str = ""
+    step: Step,
+    size: str,
+    *,
+    left: str = "",
+    simplest: float = 1.0,
+    imitated: Imitated | None = None,
+    objection: str = "",
 ) -> Verdict:
     """Name one effect.
 
     ``size`` describes how large the effect is, ``left`` the residual of its formula. ``simplest`` is the gain of the
     effect's simplest form as a share of its form's gain. ``imitated`` is the effect that its form follows best.
-    ``objection``: a reason of the caller why the effect is not proved.
+    ``objection``: a reason of the caller why the effect is not proved; then no other reason is looked for.
     """
     names = (step.name,)
     if step.rivals:

@@ -153,13 +153,12 @@ class CsvTable:
     def _check_times(self) -> None:
         """Raise LutgenError where an unknown column seems to divide the readings of one session by time."""
         for at, name in enumerate(self.header):
-            is_known = self.columns[at] in _KNOWN or name.lower() in _NAMES
-            is_time = not is_known and bool(_TIMES & {*re.split("[^a-z]+", name.casefold())})
+            is_time = _is_unknown(self.columns[at]) and bool(_TIMES & {*re.split("[^a-z]+", name.casefold())})
             times = {row[at] for row in self.cells}
             if is_time and 2 <= len(times) <= len(self.cells) / 2:
                 raise LutgenError(
-                    f"{self.source.file}: column {name[:40]!r} looks like times, and there is no column "
-                    f"hour. Call it hour if it holds operating hours; remove it if all readings are of one session."
+                    f"{self.source.file}: column {name[:40]!r} looks like times, and there is no column hour. "
+                    "Call it hour if it holds operating hours; remove it if all readings are of one session."
                 )
 
     def _session(self) -> Session:
@@ -353,7 +352,7 @@ def _checked_row(source: FileText, fields: list[str], width: int, at: int, separ
 def _check_header(header: tuple[str, ...], where: str) -> tuple[str, ...]:
     """Return remarks on unknown columns. Raises LutgenError: a column is missing, doubled or misspelt."""
     columns = [_plain(name) for name in header]
-    unknown = [name for name in columns if name not in _KNOWN and name.lower() not in _NAMES and name]
+    unknown = [name for name in columns if _is_unknown(name)]
     for name in unknown:
         if near := _known_name(name):
             raise LutgenError(
@@ -377,6 +376,11 @@ def _check_header(header: tuple[str, ...], where: str) -> tuple[str, ...]:
         return ()
     listed = ", ".join(name[:40] for name in unknown[:12])
     return (f"{'Columns' if len(unknown) > 1 else 'Column'} {listed}: not known to lutgen, and left alone.",)
+
+
+def _is_unknown(column: str) -> bool:
+    """Whether a column has a name, and lutgen does not know it."""
+    return bool(column) and column not in _KNOWN and column.lower() not in _NAMES
 
 
 def _known_name(name: str) -> str:
