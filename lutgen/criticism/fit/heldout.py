@@ -14,12 +14,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.criticism.fit.families import kind_of
-from lutgen.criticism.fit.linear import State
-from lutgen.criticism.fit.system import Block, System, bounded, local_columns
+from lutgen.criticism.fit.system import SINGULAR, bounded, limits
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
@@ -126,76 +123,65 @@ def held_out(fitted: Fit, *, by_cells: bool = False) -> HeldOut:
     A single later session has all information on the aging and could not be predicted from the rest: its cells are
     withheld instead. ``by_cells``: withhold cells in any case.
     """
-    problem = fitted.problem
-    state = State(fitted.terms, fitted.tips, fitted.gains)
-    system = System(problem, fitted.linear, state)
-    whole = [block.reduced for block in system.blocks]
-    block_of = np.empty(problem.rows.size, dtype=np.intp)
-    for index, here in enumerate(problem.blocks):
-        block_of[here] = index
-    limits = system.limits(fitted.terms)
-    later = [index for index, here in enumerate(problem.blocks) if problem.hour_of[here[0]] > 0]
+    problem, projection = fitted.problem, fitted.projection
+    rest = _Rest(fitted)
+    # The sessions of hour 0 are never withheld: every prediction starts from them.
+    later = [part for part in projection.parts if problem.hour_of[part.here[0]] > 0]
     if problem.from_first_hour and len(later) > 1 and not by_cells:
-        return _sessions_held_out(problem, system, limits, later)
-    withheld = cells(problem)
-    squares = []
-    whole_information = _information(np.concatenate([*whole, system.rest]), system.effect_count)
+        squares = [rest.error(part.rows, part.basis[:0]) for part in later]
+        return HeldOut(np.array(squares), np.array([3 * part.here.size for part in later], dtype=np.intp))
+    squares, withheld = [], cells(problem)
     for cell in withheld:
-        index = int(block_of[cell[0]])
-        block = Block.without(problem, system.corrected, state, problem.blocks[index], cell)
-        others = [*whole[:index], block.reduced, *whole[index + 1 :], system.rest]
-        rows = np.concatenate(others)
-        is_needed = _information(rows, system.effect_count) < (1.0 - NEARLY_ALL) * whole_information
-        step = None if is_needed.any() else _step(rows, limits)
-        squares.append(np.nan if step is None else _error(system, block, problem.blocks[index], cell, step))
+        part = next(each for each in projection.parts if cell[0] in each.here)
+        places = (3 * np.searchsorted(part.here, cell)[:, np.newaxis] + np.arange(3)).ravel()
+        squares.append(rest.error(part.rows.start + places, part.basis[places]))
     numbers = np.array([3 * cell.size for cell in withheld], dtype=np.intp)
     return HeldOut(np.array(squares), numbers, of_one_session=problem.from_first_hour and len(later) < 2)
 
 
-def _information(reduced: Array, count: int) -> Array:
-    """Information of reduced rows on each of the first ``count`` unknowns, 1/σ², the others marginalised: (count,)."""
-    if not count:
-        return np.zeros(0)
-    upper = np.linalg.qr(reduced[:, :-1], mode="r")
-    size = np.linalg.norm(upper, axis=0)
-    size = np.where(size > 0, size, 1.0)
-    _, s, vt = np.linalg.svd(upper / size, full_matrices=False)
-    if not s.any():
-        return np.zeros(count)
-    variance = ((vt.T / np.maximum(s, 1e-9 * s.max())) ** 2).sum(axis=1)[:count]
-    return np.asarray(size[:count] ** 2 / variance)
+class _Rest:
+    """All rows of a fit, from which some rows at a time are withheld.
 
-
-def _sessions_held_out(problem: Problem, system: System, limits: tuple[Array, Array], later: Sequence[int]) -> HeldOut:
-    """Withhold each of the ``later`` sessions and predict it from the others; its gain is free, with its prior.
-
-    The sessions of hour 0 are never withheld: every prediction starts from them.
+    The global unknowns have orthonormal columns here, so that their information without some rows is 1 less the
+    information of these rows (a downdate: Golub & Van Loan, Matrix Computations, 4th ed., 6.5.4).
     """
-    squares = []
-    whole = [block.reduced for block in system.blocks]
-    whole_information = _information(np.concatenate([*whole, system.rest]), system.effect_count)
-    for index in later:
-        rows = np.concatenate([*whole[:index], *whole[index + 1 :], system.rest])
-        if (_information(rows, system.effect_count) < (1.0 - NEARLY_ALL) * whole_information).any():
-            squares.append(np.nan)
-            continue
-        step, block = _step(rows, limits), system.blocks[index]
-        squares.append(float(((block.reduced[:, -1] - block.reduced[:, :-1] @ step) ** 2).sum()))
-    numbers = np.array([3 * problem.blocks[index].size for index in later], dtype=np.intp)
-    return HeldOut(np.array(squares), numbers)
 
+    def __init__(self, fitted: Fit) -> None:
+        self.residual = fitted.projection.residual
+        self.limits = limits(fitted.terms, len(fitted.projection.free))
+        q, r = np.linalg.qr(fitted.projection.free.T)
+        size = np.linalg.norm(r, axis=0)
+        size = np.where(size > 0, size, 1.0)
+        u, s, vt = np.linalg.svd(r / size)
+        kept = s > SINGULAR * s.max(initial=0.0)
+        self.columns = q @ u[:, kept]
+        self.right = self.columns.T @ self.residual
+        #: Coordinates of the columns by the global unknowns, (k, p), and effects by these coordinates, (e, k).
+        self.of_unknowns = (s[kept, np.newaxis] * vt[kept]) * size
+        count = sum(len(term.free) for term in fitted.terms)
+        self.effects = (vt[kept].T / s[kept] / size[:, np.newaxis])[:count]
 
-def _step(reduced: Array, limits: tuple[Array, Array]) -> Array:
-    return bounded(reduced[:, :-1], reduced[:, -1], *limits).parameters
+    def error(self, rows: NDArray[np.intp] | slice, basis: Array) -> float:
+        """Squared error of rows (m) that are predicted from all others; NaN where the others cannot predict them.
 
-
-def _error(system: System, block: Block, whole: NDArray[np.intp], cell: NDArray[np.intp], step: Array) -> float:
-    """Squared whitened error of the readings of a cell after a step of all unknowns."""
-    linear = system.corrected
-    columns, _ = local_columns(system.problem, linear.local, whole, cell)
-    residual = linear.residual[cell].ravel()
-    if len(columns):
-        residual = residual - block.local_step(step) @ columns.reshape(len(columns), -1)
-    if step.size:
-        residual = residual - step @ linear.free[:, cell].reshape(step.size, -1)
-    return float(residual @ residual)
+        ``basis``: the part of the local unknowns' basis in these rows, (m, l); (0, l) where a whole block is withheld.
+        """
+        withheld = np.column_stack([self.columns[rows], self.residual[rows]])
+        without = withheld
+        if len(basis):
+            # A direction of the local unknowns that these rows alone determine stays as the fit has it.
+            left, directions = np.linalg.eigh(np.eye(basis.shape[1]) - basis.T @ basis)
+            known = left > SINGULAR
+            turned = basis @ directions[:, known]
+            without = withheld + (turned / left[known]) @ (turned.T @ withheld)
+        lost = withheld[:, :-1].T @ without
+        information, directions = np.linalg.eigh(np.eye(len(lost)) - lost[:, :-1])
+        information = np.maximum(information, SINGULAR**2)
+        turned = self.effects @ directions
+        if ((turned**2).sum(axis=1) < (1.0 - NEARLY_ALL) * (turned**2 / information).sum(axis=1)).any():
+            return np.nan
+        root = np.sqrt(information)
+        right = directions.T @ (self.right - lost[:, -1]) / root
+        step = bounded(root[:, np.newaxis] * (directions.T @ self.of_unknowns), right, *self.limits).parameters
+        residual = without[:, -1] - without[:, :-1] @ (self.of_unknowns @ step)
+        return float(residual @ residual)

@@ -16,6 +16,7 @@ import numpy as np
 
 from lutgen.criticism.fit.heldout import HeldOut, held_out
 from lutgen.criticism.fit.linear import Linear, State, Term, linearise, predict, whiten
+from lutgen.criticism.fit.projection import Projection
 from lutgen.criticism.fit.score import Score
 from lutgen.criticism.fit.system import System, without_first_errors
 
@@ -99,6 +100,11 @@ class Fit:
     def modes(self) -> Array:
         """Estimated sizes of the curve modes of a native display, (q,)."""
         return self._system.mode_step[self._system.global_count - self._system.mode_count :]
+
+    @cached_property
+    def projection(self) -> Projection:
+        """Changes of the readings without what tips, gains and shared errors absorb."""
+        return Projection(self)
 
     @cached_property
     def score(self) -> Score:

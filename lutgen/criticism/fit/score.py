@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -10,12 +10,9 @@ import numpy as np
 
 from lutgen.criticism.fit.code_shifts import CodeShifts
 from lutgen.criticism.fit.linear import BEHIND_PANEL, STEP, State, Term, whiten
-from lutgen.criticism.fit.system import local_basis, prior_rows, readings_at
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
     from lutgen.criticism.fit.least_squares import Fit
@@ -34,33 +31,15 @@ class Score:
         self.base, self.problem, self.state = base, base.problem, State(base.terms, base.tips, base.gains)
         self.before = self.problem.panel(base.terms)
         self.predicted = self.problem.predict(base.terms, self.before, base.tips)
-        self.parts = [_Part.of(base, self.state, here) for here in self.problem.blocks]
-        self.rows = sum(len(part.basis) for part in self.parts)
-        free = self._outside(base.linear.free)
+        self.projection = base.projection
+        free = self.projection.free
         self.free = np.linalg.qr(free.T)[0] if len(free) else None
-        self.residual = self._without_free(self._outside(base.linear.residual, priors=True))
+        self.residual = self._without_free(self.projection.residual)
         self._proposed: dict[str, tuple[list[dict[str, float]], int]] = {}
         self._last_effect = ""
         self._last_signatures: dict[tuple[object, ...], tuple[Array, Array]] = {}
         #: Cache of a search: predicted gain and starting values of forms.
         self.starts: dict[tuple[object, ...], tuple[float, Term]] = {}
-
-    def _outside(self, columns: Array, *, priors: bool = False) -> Array:
-        """Part of columns (..., n, 3) that local unknowns cannot absorb; ``priors``: with the right sides of priors."""
-        sizes, shared = np.zeros((*columns.shape[:-2], 0)), self.problem.first_errors
-        if shared:
-            columns, sizes = shared.subtracted_from(columns)
-        rows, start = np.empty((*columns.shape[:-2], self.rows + sizes.shape[-1])), 0
-        for part in self.parts:
-            end = start + len(part.basis)
-            place = rows[..., start:end]
-            readings = end - part.off.size - start
-            place[..., :readings] = columns[..., part.here, :].reshape(*columns.shape[:-2], readings)
-            place[..., readings:] = part.off if priors else 0.0
-            place -= (place @ part.basis) @ part.basis.T
-            start = end
-        rows[..., start:] = -sizes
-        return rows
 
     def _without_free(self, rows: Array) -> Array:
         """Part of rows that the global unknowns of the base fit cannot absorb."""
@@ -68,7 +47,7 @@ class Score:
 
     def project(self, columns: Array) -> Array:
         """Part of signatures (..., n, 3) that the base fit's unknowns cannot absorb, with k priors: (..., 3n + k)."""
-        return self._without_free(self._outside(columns))
+        return self._without_free(self.projection.of(columns))
 
     def signature(self, term: Term, name: str) -> Array:
         """Whitened change of the readings per unit of a parameter, tips fixed: (n, 3)."""
@@ -151,19 +130,3 @@ class Score:
         """Whitened norm of the change by an effect at given values, and of the part that cannot be absorbed."""
         changed = self.switched_on(term)
         return float(np.linalg.norm(changed)), float(np.linalg.norm(self.project(changed)))
-
-
-@dataclass(frozen=True)
-class _Part:
-    """A block's readings ``here``, an orthonormal basis of its local unknowns' changes, and the priors' right sides."""
-
-    here: NDArray[np.intp] | slice
-    basis: Array
-    off: Array
-
-    @classmethod
-    def of(cls, base: Fit, state: State, here: NDArray[np.intp]) -> _Part:
-        """Make the part of one block of the base fit's problem."""
-        problem, shared = base.problem, len(base.problem.shared[int(here[0])])
-        off = prior_rows(problem, state, int(problem.hour_of[here[0]]), problem.gains_of[int(here[0])], shared)[1]
-        return cls(readings_at(here), local_basis(problem, base.linear.local, state, here), off)

@@ -64,17 +64,7 @@ class System:
 
     def step(self, terms: Sequence[Term], damping: float = 0.0) -> Move:
         """Best step of the global unknowns within the parameters' bounds."""
-        return bounded(self.A, self.z, *self.limits(terms), damping)
-
-    def limits(self, terms: Sequence[Term]) -> tuple[Array, Array]:
-        """Largest allowed steps of each global unknown down and up, (p,) each."""
-        low = np.full(self.global_count, -np.inf)
-        high = np.full(self.global_count, np.inf)
-        if self.effect_count:
-            bounds = np.concatenate([term.bounds for term in terms if term.free])
-            values = np.array([term.values[name] for term in terms for name in term.free])
-            low[: self.effect_count], high[: self.effect_count] = (bounds - values[:, np.newaxis]).T
-        return low, high
+        return bounded(self.A, self.z, *limits(terms, self.global_count), damping)
 
     def moved(self, state: State, parameters: Array) -> State:
         """Return a state after a step of the global unknowns and the local step that it implies."""
@@ -127,6 +117,17 @@ class System:
         return vt[determined].T / s[determined] * scale[:, np.newaxis], np.asarray(undetermined)
 
 
+def limits(terms: Sequence[Term], count: int) -> tuple[Array, Array]:
+    """Largest allowed steps of each of ``count`` global unknowns down and up, (p,) each: effects come first."""
+    low, high = np.full(count, -np.inf), np.full(count, np.inf)
+    free = [term for term in terms if term.free]
+    if free:
+        bounds = np.concatenate([term.bounds for term in free])
+        values = np.array([term.values[name] for term in free for name in term.free])
+        low[: values.size], high[: values.size] = (bounds - values[:, np.newaxis]).T
+    return low, high
+
+
 @dataclass(frozen=True)
 class Block:
     """Readings that share local unknowns, reduced by QR: of one hour, or of one session under ``from_first_hour``.
@@ -150,19 +151,6 @@ class Block:
         return cls._reduced(
             rows, prior_rows(problem, state, int(problem.hour_of[whole[0]]), gains, 0), gains, problem, whole
         )
-
-    @classmethod
-    def without(
-        cls, problem: Problem, linear: Linear, state: State, whole: NDArray[np.intp], cell: NDArray[np.intp]
-    ) -> Block:
-        """Reduce the readings of a block without those of ``cell``; here the shared errors of sessions are unknowns."""
-        here = np.setdiff1d(whole, cell)
-        columns, gains = local_columns(problem, linear.local, whole, here)
-        at = readings_at(here)
-        parts = np.concatenate([columns, linear.free[:, at], linear.residual[np.newaxis, at]])
-        shared = len(problem.shared[int(whole[0])])
-        prior = prior_rows(problem, state, int(problem.hour_of[whole[0]]), gains, shared)
-        return cls._reduced(parts.reshape(len(parts), -1), prior, gains, problem, whole)
 
     @classmethod
     def _reduced(

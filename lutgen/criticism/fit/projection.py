@@ -1,0 +1,74 @@
+"""The part of changes of the readings that the local unknowns of a fit cannot absorb: tips, gains, shared errors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.criticism.fit.linear import State
+from lutgen.criticism.fit.system import local_basis, prior_rows, readings_at
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
+    from lutgen.criticism.fit.least_squares import Fit
+
+
+@dataclass(frozen=True)
+class Part:
+    """The rows of one block: three for each of its readings ``here``, then one for each prior of its local unknowns.
+
+    ``basis`` (rows, l): orthonormal basis of the changes by local unknowns. ``off``: right sides of the priors.
+    ``rows``: the place of the block's rows among the rows of all blocks.
+    """
+
+    here: NDArray[np.intp]
+    basis: Array
+    off: Array
+    rows: slice
+
+
+class Projection:
+    """Projects whitened changes of all readings to rows without what the local unknowns absorb.
+
+    Attributes
+    ----------
+    parts
+        One part for each block of the problem.
+    free, residual
+        Rows of the global unknowns, (p, rows), and of the residual, (rows,).
+
+    """
+
+    def __init__(self, fitted: Fit) -> None:
+        """Project the derivatives and the residual of a fit."""
+        problem, linear = fitted.problem, fitted.linear
+        state = State(fitted.terms, fitted.tips, fitted.gains)
+        self._first_errors, start = problem.first_errors, 0
+        self.parts = []
+        for here in problem.blocks:
+            first = int(here[0])
+            basis = local_basis(problem, linear.local, state, here)
+            hour, shared = int(problem.hour_of[first]), len(problem.shared[first])
+            off = prior_rows(problem, state, hour, problem.gains_of[first], shared)[1]
+            self.parts.append(Part(here, basis, off, slice(start, start + len(basis))))
+            start += len(basis)
+        self._count = start
+        self.free, self.residual = self.of(linear.free), self.of(linear.residual, priors=True)
+
+    def of(self, columns: Array, *, priors: bool = False) -> Array:
+        """Project columns (..., n, 3) to rows (..., rows); ``priors``: with the right sides of the priors."""
+        sizes = np.zeros((*columns.shape[:-2], 0))
+        if self._first_errors:
+            columns, sizes = self._first_errors.subtracted_from(columns)
+        rows = np.empty((*columns.shape[:-2], self._count + sizes.shape[-1]))
+        for part in self.parts:
+            place, readings = rows[..., part.rows], 3 * part.here.size
+            place[..., :readings] = columns[..., readings_at(part.here), :].reshape(*columns.shape[:-2], readings)
+            place[..., readings:] = part.off if priors else 0.0
+            place -= (place @ part.basis) @ part.basis.T
+        rows[..., self._count :] = -sizes
+        return rows
