@@ -9,7 +9,7 @@ import numpy as np
 from lutgen.criticism.compare.comparison import CLEAR, Comparison
 from lutgen.criticism.compare.direction import CALLED
 from lutgen.criticism.compare.panels import ResidualPanel, panels
-from lutgen.criticism.compare.standing_out import OF_EVERY_READING, over_noise, standing_out
+from lutgen.criticism.compare.slices import OF_EVERY_READING, over_noise, standing_out
 from lutgen.criticism.fit.families import dimension
 from lutgen.numerals import spaced, times
 from lutgen.readings.conditions import CONDITIONS

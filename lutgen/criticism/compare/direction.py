@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.colorimetry import xyz_to_lab
-from lutgen.criticism.compare.standing_out import informative, prominence, standing_out
+from lutgen.criticism.compare.slices import informative, prominence, standing_out
 from lutgen.criticism.fit.families import dimension, slices
 from lutgen.readings.conditions import CONDITIONS
 

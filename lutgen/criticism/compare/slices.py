@@ -1,8 +1,22 @@
-"""Size of the errors of all readings, of the readings that belong together, and of one reading."""
+"""Size of the errors of all readings, of one reading, and of readings that belong together; which stand out."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+#: A slice stands out when its error over noise exceeds 1 by this many standard deviations of that ratio ...
+NOTICED = 4.0
+
+#: ... and when it exceeds the ratio of all slices of the same dimension by this factor. Slices of a condition are
+#: compared with each other only, because they hold the same patches.
+BEYOND = 1.1
+
+#: Dimensions to which every reading belongs; other dimensions are conditions.
+OF_EVERY_READING = ("hour", "level", "family")
 
 
 @dataclass(frozen=True)
@@ -41,3 +55,40 @@ class Reading:
     code: tuple[float, float, float]
     delta_e: float
     sigma: float
+
+
+def standing_out(where: Sequence[Slice]) -> list[Slice]:
+    """Return the slices with errors above the noise and above those of other slices, the most prominent first."""
+    usual = _usual(where)
+    prominent = [
+        each for each in where if over_noise(each) > max(1.0 + NOTICED / (6 * each.n) ** 0.5, BEYOND * usual[each.by])
+    ]
+    return sorted(prominent, key=prominence, reverse=True)
+
+
+def prominence(each: Slice) -> float:
+    """Return the excess error of a slice, weighted by the root of its number of readings."""
+    return float((each.rms_sigma**2 - each.floor_rms_sigma**2) * each.n**0.5)
+
+
+def informative(where: Sequence[Slice]) -> list[Slice]:
+    """Return the slices that can locate the error: a slice of a condition only where its error exceeds the usual."""
+    usual = _usual(where)
+    return [each for each in where if each.by in OF_EVERY_READING or over_noise(each) > BEYOND * usual[each.by]]
+
+
+def _usual(where: Sequence[Slice]) -> dict[str, float]:
+    """Return the error over noise of each dimension."""
+    return {by: _together([each for each in where if each.by == by]) for by in {each.by for each in where}}
+
+
+def _together(slices: Sequence[Slice]) -> float:
+    """Return the error over noise of all slices of one dimension together."""
+    error = sum(each.n * each.rms_sigma**2 for each in slices)
+    floor = sum(each.n * each.floor_rms_sigma**2 for each in slices)
+    return float((error / floor) ** 0.5) if floor else 0.0
+
+
+def over_noise(each: Slice) -> float:
+    """Return the error of a slice over that of noise alone, by root mean square."""
+    return each.rms_sigma / each.floor_rms_sigma if each.floor_rms_sigma else 0.0

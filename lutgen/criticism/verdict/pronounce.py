@@ -14,11 +14,10 @@ from lutgen.criticism.search.free_term import FreeTerm, free_term, probe
 from lutgen.criticism.search.stepwise import MOST_OF_IT
 from lutgen.criticism.verdict.imitation import Imitated, nearest, overlap
 from lutgen.criticism.verdict.remarks import lines_of, remarks_of
-from lutgen.criticism.verdict.session_light import more_light
 from lutgen.criticism.verdict.shares import shares_of_delta_e
 from lutgen.criticism.verdict.verdict import Verdict
 from lutgen.criticism.verdict.weighing import Weighed, bends_curves, is_of_curves
-from lutgen.criticism.verdict.words import NO_FREE_TERM, excess, like_both, one, several, structure
+from lutgen.criticism.verdict.words import NO_FREE_TERM, excess, like_both, more_light, one, several, structure
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

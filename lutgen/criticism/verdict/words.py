@@ -1,4 +1,4 @@
-"""Sentences of verdicts that name effects, and a description of where the residual is largest."""
+"""Sentences of verdicts: effects that are named, where the residual is largest, and light of whole sessions."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from lutgen.numerals import percent
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from lutgen.criticism.fit.least_squares import Fit
     from lutgen.criticism.search.explanation import Explanation, Step
     from lutgen.criticism.verdict.imitation import Imitated
 
@@ -22,6 +23,9 @@ NO_FREE_TERM = FreeTerm()
 
 #: Added to a share of χ² where the mean ΔE2000 is not above that of noise.
 NOT_SEEN = ", too little to show in the mean ΔE2000"
+
+#: Two sessions differ in light where the difference exceeds so many of its standard deviations.
+CLEARLY = 3.0
 
 
 def structure(explanation: Explanation, residual_term: FreeTerm = NO_FREE_TERM) -> str:
@@ -144,3 +148,21 @@ def _at_bounds(step: Step) -> list[str]:
     term = step.chosen.term
     shapes = [name for name in term.free if name not in term.effect.neutral]
     return [name for name in shapes if term.effect.parameters[name].is_at_bound(term.values[name])]
+
+
+def more_light(current: Fit) -> str:
+    """Say which session has how much more light than another; "" where a usual meter's gain explains this.
+
+    No effect is named for it: the meter's gain and the display's brightness cannot be distinguished. A comparison has
+    no gains, so it may fail where a diagnosis finds nothing.
+    """
+    keys, gains = current.problem.gain_keys, current.gains
+    if len(keys) < 2:
+        return ""
+    least, most = int(np.argmin(gains)), int(np.argmax(gains))
+    more = float((1.0 + gains[most]) / (1.0 + gains[least]) - 1.0)
+    if more < CLEARLY * np.sqrt(2.0) * current.problem.noise.session:
+        return ""
+    (hour, name), (other_hour, other) = keys[most], keys[least]
+    at, than = (name, other) if hour == other_hour else (f"{hour:g} h", f"{other_hour:g} h")
+    return f"at {at} it is {more:.1%} more than predicted from {than}, equally in all colours"
