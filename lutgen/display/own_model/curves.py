@@ -85,7 +85,14 @@ class Curves:
 
     def __call__(self, code: Array) -> Array:
         """See the class."""
-        return np.asarray(columns(code, self.drive, products=len(self.coefficients) > COLUMNS) @ self.coefficients)
+        driven = np.clip(self.drive(code), 0.0, 1.0)
+        light, shares = code_to_linear(driven), np.tile(self.coefficients[0], (len(code), 1))
+        for channel, curve in enumerate(self.coefficients[1:COLUMNS].reshape(3, SPLINES, 3)):
+            spline = scipy.interpolate.BSpline(_KNOTS, curve, 3)
+            shares += light[:, [channel]] * spline(driven[:, channel])
+        if len(self.coefficients) > COLUMNS:
+            shares += _products(code) @ self.coefficients[COLUMNS:]
+        return shares
 
 
 def columns(code: Array, drive: Drive, *, products: bool = False) -> Array:
@@ -93,9 +100,14 @@ def columns(code: Array, drive: Drive, *, products: bool = False) -> Array:
     driven = drive(code)
     parts = [np.ones((len(code), 1)), *(lit(driven[:, channel]) for channel in range(3))]
     if products:
-        red, green, blue = code.T
-        parts.append(np.stack([red * green, red * blue, green * blue], axis=1))
+        parts.append(_products(code))
     return np.hstack(parts)
+
+
+def _products(code: Array) -> Array:
+    """Return the products of each two code values, (m, 3)."""
+    red, green, blue = code.T
+    return np.stack([red * green, red * blue, green * blue], axis=1)
 
 
 def stiffening(count: int, stiffness: float) -> Array:
