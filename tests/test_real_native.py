@@ -90,16 +90,18 @@ def test_black_blues_curve_and_the_recalibration_of_2020_bring_the_error_down() 
 def test_what_the_cells_do_with_the_drive_brings_it_to_the_null_pairs() -> None:
     """Each session has its own curves, leaks between channels, and channels whose colour changes with the drive."""
     course = Course.of(sessions(*AGED), baseline="native")
-    found = course.refinement(["black-level", "channel-gamma", "primary-shift", "crosstalk", "recalibration"])
+    found = course.refinement(["black-level", "recalibration", "channel-gamma", "primary-shift", "crosstalk"])
     assert found.improves
     assert found.after.error.delta_e_mean < 1.2 * compared(NULL, "native").error.delta_e_mean
 
 
+@pytest.mark.parametrize(("later", "named"), [(AGED[1], "phosphor-wear"), (NULL[0], "yellowing")])
 @pytest.mark.rare(instead="test_the_calibration_of_2020_is_known_and_no_aging")
-def test_the_light_source_has_worn_by_2020_and_the_error_falls_to_the_null_pairs() -> None:
-    found = diagnose(sessions(*AGED), baseline="native-first-hour")
-    assert found.verdict.effects == ("phosphor-wear",)
-    assert found.comparison.error.delta_e_mean > 1.6
+def test_the_light_source_has_worn_by_2020_and_the_error_falls_to_the_null_pairs(later: str, named: str) -> None:
+    """No spectrum was read, so that either effect may be the rival of the other."""
+    found = diagnose(sessions(AGED[0], later), baseline="native-first-hour")
+    assert found.verdict.effects == (named,)
+    assert found.comparison.error.delta_e_mean > 1.4
     assert found.after.error.delta_e_mean < 1.2 * compared(NULL, "native-first-hour").error.delta_e_mean
 
 

@@ -64,12 +64,14 @@ def test_local_unknowns_follow_from_a_triangle_though_it_be_singular(
     np.testing.assert_allclose(block.local_step(np.array([1.0])), wanted, rtol=1e-12)
 
 
-def test_local_unknowns_are_drawn_to_rest_and_to_their_neighbours() -> None:
+@pytest.mark.parametrize("correlated", [1.0, 9.0])
+def test_local_unknowns_are_drawn_to_rest_and_to_their_neighbours(correlated: float) -> None:
     every = [each for hour in HOURS for name in "ab" for each in session(hour, name)]
     patches = [each for each in every if each.hour != HOURS[1] or each.code not in TIPS]
     readings = noisy(patches, display(), FAULTS["crosstalk"], {"new": 0.0, "grown": 0.0}, seed=5)
     problem = Problem.of(table(readings), instrument="0.002,0.003")
     problem = replace(problem, noise=replace(problem.noise, session=0.004))
+    problem.__dict__["correlated"] = correlated
     rng = np.random.default_rng(6)
     tips = problem.measured_tips * (1.0 + 0.01 * rng.standard_normal(problem.measured_tips.shape))
     state = State((), tips, rng.standard_normal(len(problem.gain_keys)))
@@ -79,7 +81,7 @@ def test_local_unknowns_are_drawn_to_rest_and_to_their_neighbours() -> None:
         gains = tuple(range(len(state.gains)))
         rows, off = prior_rows(problem, state, hour, gains, 1)
         back = np.concatenate([np.zeros(12), -state.gains, [0.0]])
-        scale = np.concatenate([np.zeros(12), np.full(len(gains), 0.004), [1.0]])
+        scale = np.concatenate([np.zeros(12), np.full(len(gains), 0.004 / correlated**0.5), [1.0]])
         if not knot:
             back[:12] = ((interpolated(problem, tips)[hour] - tips[hour]) / tip_scale(problem)).ravel()
             scale[:12] = (problem.interpolation_sigma[hour] / tip_scale(problem)).ravel()

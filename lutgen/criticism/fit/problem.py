@@ -21,7 +21,7 @@ import numpy as np
 
 from lutgen.criticism.first_session.curve_errors import curve_deviations, drawn_displays, mode_weights
 from lutgen.criticism.first_session.errors import FirstErrors
-from lutgen.criticism.first_session.model import FirstSessionModel, is_held
+from lutgen.criticism.first_session.model import COLOURS, FirstSessionModel, is_held
 from lutgen.criticism.fit.measured_tips import interpolation_sigma, measured_tips
 from lutgen.criticism.fit.prediction import Prediction
 from lutgen.criticism.noise.discrepancy import NONE, Discrepancy, discrepancy_of_native
@@ -137,8 +137,7 @@ class Problem:
         if baseline not in BASELINES:
             raise pick_one("baseline", baseline, BASELINES)
         noise = estimate_noise(readings, instrument)
-        outliers = list(noise.outliers)
-        rows = np.setdiff1d(np.arange(readings.hours.size), outliers)
+        rows = np.setdiff1d(np.arange(readings.hours.size), outliers := list(noise.outliers))
         native = NativeDisplay.of(readings, outliers) if baseline in NATIVE_BASELINES else None
         drawn = drawn_displays(readings, noise, outliers, native.source) if native and not native.own else ()
         return cls(
@@ -148,9 +147,9 @@ class Problem:
 
     def unlogged(self, columns: Sequence[str]) -> Problem | None:
         """Return the problem with assumed values of unlogged conditions ``columns``; None if any of them was logged."""
-        if not columns or any(name in self.readings.conditions for name in columns):
-            return None
-        return replace(self, assumed=tuple((name, COLUMNS[name].unlogged) for name in columns))
+        is_logged = any(name in self.readings.conditions for name in columns)
+        assumed = tuple((name, COLUMNS[name].unlogged) for name in columns)
+        return replace(self, assumed=assumed) if assumed and not is_logged else None
 
     def without(self, rows: Sequence[int]) -> Problem:
         """Return the problem without some readings, by their indices in the file."""
@@ -158,8 +157,8 @@ class Problem:
 
     def with_outliers(self) -> Problem:
         """Return the problem with the readings that replicates show to be outliers."""
-        outliers = np.array(self.noise.outliers, dtype=np.intp)
-        return replace(self, rows=np.union1d(self.rows, outliers), noise=replace(self.noise, outliers=()))
+        rows = np.union1d(self.rows, np.array(self.noise.outliers, dtype=np.intp))
+        return replace(self, rows=rows, noise=replace(self.noise, outliers=()))
 
     @cached_property
     def xyz(self) -> Array:
@@ -184,15 +183,20 @@ class Problem:
     @cached_property
     def curve_points(self) -> NDArray[np.bool_]:
         """Whether a native display is made from each reading, so that it predicts the reading exactly, (n,)."""
-        if self.native is None:
-            return np.zeros(self.rows.size, dtype=bool)
-        points = self.native.made_from(self.readings)[self.rows]
+        points = self.native.made_from(self.readings)[self.rows] if self.native else np.zeros(self.rows.size, bool)
         return points | self.first_readings.exact if self.first_readings else points
 
     @cached_property
     def counts(self) -> Array:
         """Effective number of readings that each reading counts as, (n,)."""
         return self.first_readings.counts if self.first_readings else np.ones(self.rows.size)
+
+    @cached_property
+    def correlated(self) -> float:
+        """Number of readings that count as one: the discrepancies of neighbouring colours are correlated."""
+        sessions = self.hours.size if self.native and self.native.own else 1
+        are_correlated = self.discrepancy and not self.first_readings
+        return max(1.0, self.rows.size / sessions / COLOURS) if are_correlated else 1.0
 
     @cached_property
     def is_tip_anchor(self) -> NDArray[np.bool_]:
@@ -354,8 +358,8 @@ class Problem:
     @property
     def first_readings(self) -> FirstReadings | None:
         """The first session's readings of single colours; None where curves, or an own model, predict these well."""
-        curves_alone = self.uses_first_readings and self.native is not None and not self.native.own
-        return self.first_session_model.first_readings if curves_alone and self.discrepancy else None
+        curves_alone = self.native is not None and not self.native.own and self.discrepancy
+        return self.first_session_model.first_readings if self.uses_first_readings and curves_alone else None
 
     @property
     def as_baked(self) -> Problem:

@@ -249,7 +249,8 @@ def prior_rows(problem: Problem, state: State, hour: int, gains: tuple[int, ...]
     tips = 0 if problem.from_first_hour else 12
     if not gains and not shared and (not tips or problem.is_knot[hour]):
         return np.zeros((0, tips)), np.zeros(0)
-    sigma = max(problem.noise.session, 1e-6)
+    # Correlated readings count too often in χ²; a gain's prior must count as often.
+    sigma = max(problem.noise.session / problem.correlated**0.5, 1e-6)
     rows = np.column_stack([np.zeros((len(gains) + shared, tips)), np.eye(len(gains) + shared)])
     rows[: len(gains)] /= sigma
     off = np.concatenate([-state.gains[list(gains)] / sigma, np.zeros(shared)])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.special import chdtrc, chdtri, fdtrc, fdtri  # what scipy.stats computes with, without its 0.2 s of import
 
-from lutgen.criticism.first_session.model import ALLOWANCE, COLOURS
+from lutgen.criticism.first_session.model import ALLOWANCE
 from lutgen.criticism.noise.replicates import Replicates
 
 if TYPE_CHECKING:
@@ -35,11 +35,8 @@ class PureError:
     @classmethod
     def of(cls, problem: Problem) -> PureError:
         """Compute the scatter of the readings of a problem; if these have too few replicates, use the stated noise."""
-        # Curves or an own model predict each colour: the discrepancy of neighbouring colours is correlated.
-        if problem.discrepancy and not problem.first_readings:
-            sessions = problem.hours.size if problem.native and problem.native.own else 1
-            correlated = max(1.0, problem.rows.size / sessions / COLOURS)
-            return cls(0.0, 0, ALLOWANCE * correlated, correlated=correlated)
+        if problem.discrepancy and not problem.first_readings:  # curves or an own model predict each colour
+            return cls(0.0, 0, ALLOWANCE * problem.correlated, correlated=problem.correlated)
         if problem.noise.source == "assumed":
             return cls(0.0, 0, ALLOWANCE)
         counted = problem.counts > 0
