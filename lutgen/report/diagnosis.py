@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from itertools import groupby
 from math import ceil
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +19,6 @@ from lutgen.report.parts import Headline, Part, Table
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from lutgen.criticism.compare.comparison import Comparison
     from lutgen.criticism.plan import MeasurementPlan
     from lutgen.criticism.refine import Refinement
     from lutgen.criticism.search.separate import Patch, Separation
@@ -37,9 +38,16 @@ def diagnose_page(
     """Yield what ``lutgen diagnose`` prints; ``again``: DATA and options as the next command repeats them."""
     verdict = diagnosis.verdict
     yield Headline(f"{verdict.name}: {verdict.sentence}")
-    yield from _error_lines(diagnosis)
+    before = diagnosis.comparison
+    yield before.sentence()
+    if verdict.effects:
+        after = diagnosis.after
+        yield (
+            f"With {' and '.join(each.name for each in diagnosis.explanation.steps)}: mean ΔE2000 "
+            f"{after.error.delta_e_mean:.2f}, from {times(before.ratio)} to {times(after.ratio)} the noise."
+        )
     yield from _next(diagnosis, again, stub)
-    own = from_own_model(diagnosis.comparison, again)
+    own = from_own_model(before, again)
     if own and verdict.name != "consistent":
         yield f"This display differs from sRGB in its first session already. For its aging:  lutgen diagnose {own}"
     if verdict.effects:
@@ -51,9 +59,8 @@ def diagnose_page(
             yield from part
     yield ""
     yield data_line(diagnosis.problem)
-    first = diagnosis.comparison.first_session
-    if first and first.is_another:
-        yield from fresh_lines(diagnosis.comparison)
+    if before.first_session and before.first_session.is_another:
+        yield from fresh_lines(before)
     yield ""
     yield "What these data can see (an effect of the size given is found in nine of ten campaigns like this):"
     yield visibility_table(diagnosis.visibility, effects, verbose=verbose)
@@ -66,33 +73,18 @@ def diagnose_page(
         yield "How each effect does alone: --verbose."
 
 
-def _error_lines(diagnosis: Diagnosis) -> Iterator[str]:
-    before = diagnosis.comparison
-    yield before.sentence()
-    if diagnosis.verdict.effects:
-        after = diagnosis.after
-        yield (
-            f"With {' and '.join(each.name for each in diagnosis.explanation.steps)}: mean ΔE2000 "
-            f"{after.error.delta_e_mean:.2f}, from {times(before.ratio)} to {times(after.ratio)} the noise."
-        )
-
-
 def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect], *, verbose: bool = True) -> Table:
     """Return a table of each effect's smallest detectable size, the most visible effect first."""
     rows = []
     ordered = sorted(seen, key=lambda each: (not each.visible, relative_size(each, effects) or 0.0))
     for each in ordered:
-        parameter = effects[each.effect].parameters.get(each.parameter)
         unit = f" {each.unit}" if each.unit not in {"1", ""} else ""
         size = f"{readable(each.smallest_detectable, 3)}{unit}" if each.smallest_detectable is not None else "any"
-        row = (
-            each.effect,
-            size if each.visible else "cannot be seen",
-            f"{readable(typical_size(effects[each.effect], each.parameter), 3)}{unit}" if parameter else "–",
-            each.parameter,
-            percent(each.absorbed),
-        )
-        rows.append(row)
+        typical = "–"
+        if each.parameter in effects[each.effect].parameters:
+            typical = f"{readable(typical_size(effects[each.effect], each.parameter), 3)}{unit}"
+        seen_from = size if each.visible else "cannot be seen"
+        rows.append((each.effect, seen_from, typical, each.parameter, percent(each.absorbed)))
     headings = ("effect", "seen from", "typical", "parameter", "hidden by re-measured white and primaries")
     faint = [n for n, each in enumerate(ordered) if not each.visible]
     count = len(headings) if verbose else 3
@@ -129,7 +121,7 @@ def _ranking_table(ranking: tuple[Ranked, ...], effects: Mapping[str, Effect]) -
             each.effect,
             f"{each.delta_bic:.0f}",
             f"{each.rms_sigma:.2f}",
-            "–" if each.held_out_rms_sigma is None else _sigma(each.held_out_rms_sigma),
+            "–" if (held := each.held_out_rms_sigma) is None else f"{held:.2f}" if held < 1000 else readable(held, 3),
             percent(each.explained),
             _in_short(each, effects[each.effect]),
         )
@@ -154,15 +146,10 @@ def _held_out_lines(ranking: tuple[Ranked, ...]) -> Iterator[str]:
         yield "Every group was held out: no parameter is determined by only one group."
 
 
-def _sigma(value: float) -> str:
-    return f"{value:.2f}" if value < 1000 else readable(value, 3)
-
-
 def noise_rms(diagnosis: Diagnosis) -> float:
     """Return the root mean square in σ of a fit's residuals from noise alone: below 1, as free parameters fit noise."""
-    base, error = diagnosis.explanation.base, diagnosis.error
-    scatter = error.variance
-    return float((base.freedom * scatter / base.readings) ** 0.5)
+    base = diagnosis.explanation.base
+    return float((base.freedom * diagnosis.error.variance / base.readings) ** 0.5)
 
 
 def _in_short(each: Ranked, effect: Effect) -> str:
@@ -212,13 +199,17 @@ def _refutation(diagnosis: Diagnosis, effects: Mapping[str, Effect]) -> list[str
         lines += [f"  to rule out {other}{of}: {how}" for other, how in others]
     if verdict.effects:
         lines.append("  a new session that the refined model misses by more than the noise (compare NEW.csv --model …)")
-    if verdict.name == "consistent":
-        lines.append("  readings of a kind that these are not: effects that cannot be seen above are not excluded")
-    if verdict.name == "unexplained":
-        lines.append("  an effect of your own, with which nothing but noise is left")
-    if verdict.name == "measurement-problem":
-        lines.append("  the same readings again, with the same result")
+    if verdict.name in _REFUTES:
+        lines.append(f"  {_REFUTES[verdict.name]}")
     return ["What would refute this:", *lines] if lines else []
+
+
+#: Verdict → the observation that would refute it.
+_REFUTES = {
+    "consistent": "readings of a kind that these are not: effects that cannot be seen above are not excluded",
+    "unexplained": "an effect of your own, with which nothing but noise is left",
+    "measurement-problem": "the same readings again, with the same result",
+}
 
 
 def _next(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[str]:
@@ -281,13 +272,11 @@ def _steps_table(refinement: Refinement) -> Table:
         f"the model with {terms}" if terms else bare: refinement.before,
         **{f"+ {step.effect}": step.comparison for step in refinement.steps},
     }
-    headings = ("model", "mean ΔE2000", "noise alone", "× the noise")
-    return Table(headings, [_errors(name, comparison) for name, comparison in stages.items()])
-
-
-def _errors(name: str, comparison: Comparison) -> tuple[str, ...]:
-    error, floor = comparison.error, comparison.floor
-    return (name, f"{error.delta_e_mean:.3f}", f"{floor.delta_e_mean:.3f}", times(comparison.ratio))
+    rows = [
+        (name, f"{each.error.delta_e_mean:.3f}", f"{each.floor.delta_e_mean:.3f}", times(each.ratio))
+        for name, each in stages.items()
+    ]
+    return Table(("model", "mean ΔE2000", "noise alone", "× the noise"), rows)
 
 
 #: Purpose of a plan → headings of each set's two numbers: with the present readings, and with the set added.
@@ -315,31 +304,17 @@ def plan_page(plan: MeasurementPlan, kind: str, written: Sequence[str]) -> Itera
 
 def _patch_table(patches: Sequence[Patch]) -> Table:
     """Return a table of the patches. Neighbours that differ in at most one condition share a row."""
+    # Patches under the same conditions: the first of them, and how often each code is read.
+    runs = (list(run) for _, run in groupby(patches, _row_key))
+    groups = [(run[0], Counter(patch.code for patch in run)) for run in runs]
     rows = []
-    for group in _joined(list(_grouped(patches))):
-        codes = group[0][1]
-        first = group[0][0]
-        conditions = [*_conditions([patch for patch, _ in group]), *([first.note] if first.note else [])]
-        count = len(group) * sum(codes.values())
+    # Neighbouring groups share a row if they have the same code values under other values of the same conditions.
+    for (codes, _, note), row in groupby(groups, lambda group: (group[1], [*group[0].conditions], group[0].note)):
+        firsts = [first for first, _ in row]
+        conditions = [*_conditions(firsts), *([note] if note else [])]
+        count = len(firsts) * codes.total()
         rows.append((str(count), ", ".join(conditions), "  ".join(_coded(code, n) for code, n in codes.items())))
     return Table(("readings", "conditions", "R, G, B"), rows, words=range(3))
-
-
-#: Patches under the same conditions: the first of them, and how often each code is read.
-_Group = tuple["Patch", dict[tuple[float, float, float], int]]
-
-
-def _grouped(patches: Sequence[Patch]) -> Iterator[_Group]:
-    first: Patch | None = None
-    codes: dict[tuple[float, float, float], int] = {}
-    for patch in patches:
-        if first is not None and _row_key(patch) != _row_key(first):
-            yield first, codes
-            first, codes = None, {}
-        first = first or patch
-        codes[patch.code] = codes.get(patch.code, 0) + 1
-    if first is not None:
-        yield first, codes
 
 
 def _row_key(patch: Patch) -> tuple[object, ...]:
@@ -350,31 +325,13 @@ def _row_key(patch: Patch) -> tuple[object, ...]:
     return tuple(patch.conditions.items()), patch.note, "" if patch.conditions else kind
 
 
-def _joined(groups: Sequence[_Group]) -> Iterator[list[_Group]]:
-    """Join neighbouring groups that have the same code values under different values of the same conditions."""
-    run: list[_Group] = []
-    for group in groups:
-        if run and (group[1], [*group[0].conditions], group[0].note) != (
-            run[0][1],
-            [*run[0][0].conditions],
-            run[0][0].note,
-        ):
-            yield run
-            run = []
-        run.append(group)
-    yield run
-
-
 def _conditions(patches: Sequence[Patch]) -> list[str]:
     values = [patch.conditions for patch in patches]
     if len(values) > 1 and [*values[0]] == ["u", "v"]:
         return ["u,v = " + " ".join(f"{each['u']:g},{each['v']:g}" for each in values)]
     listed = {name: ", ".join(dict.fromkeys(f"{each[name]:g}" for each in values)) for name in values[0]}
-    return [" ".join(filter(None, (_before(name), text, COLUMNS[name].unit))) for name, text in listed.items()]
-
-
-def _before(name: str) -> str:
-    return "" if COLUMNS[name].unit else name
+    units = {name: COLUMNS[name].unit for name in listed}
+    return [f"{text} {units[name]}" if units[name] else f"{name} {text}" for name, text in listed.items()]
 
 
 def _coded(code: tuple[float, float, float], times: int) -> str:
