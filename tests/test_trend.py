@@ -17,10 +17,9 @@ from lutgen.history.transfer import contrast_response, index_of, luminance_of
 from lutgen.history.trend import ENOUGH, FEWEST, Trend, shortest, trend
 from lutgen.names import LIMIT_SETS
 from lutgen.readings import read_campaign, read_session
-from lutgen.report.campaign import trend_headline, trend_page
+from lutgen.report.campaign import plot_trend, trend_headline, trend_page
 from lutgen.report.drawing import DPI
 from lutgen.report.parts import Table
-from lutgen.report.campaign import plot_trend
 from tests import trend_coverage
 from tests.quick import mostly_slow
 from tests.virtual_sessions.campaigns import life, write

@@ -53,7 +53,9 @@ def diagnose_page(
     if verdict.effects:
         yield ""
         yield parameter_table(parameters_of(diagnosis.explanation.final), effects)
-    for part in (_rivals(diagnosis, again), verdict.remarks, _refutation(diagnosis, effects)):
+    rivals = [f"These data cannot tell apart: {' and '.join(each)}." for each in verdict.rivals]
+    rivals += [_separation(each, again) for each in diagnosis.measure_next]
+    for part in (rivals, verdict.remarks, _refutation(diagnosis, effects)):
         if part:
             yield ""
             yield from part
@@ -66,7 +68,10 @@ def diagnose_page(
     yield visibility_table(diagnosis.visibility, effects, verbose=verbose)
     if verbose and diagnosis.ranking:
         yield ""
-        yield f"Each effect alone, fitted with white and primaries, best first (noise: {noise_rms(diagnosis):.2f} σ):"
+        base = diagnosis.explanation.base
+        # The root mean square of a fit's residuals from noise alone: below 1, as free parameters fit noise.
+        rms = (base.freedom * diagnosis.error.variance / base.readings) ** 0.5
+        yield f"Each effect alone, fitted with white and primaries, best first (noise: {rms:.2f} σ):"
         yield _ranking_table(diagnosis.ranking, effects)
         yield from _held_out_lines(diagnosis.ranking)
     if not verbose:
@@ -146,12 +151,6 @@ def _held_out_lines(ranking: tuple[Ranked, ...]) -> Iterator[str]:
         yield "Every group was held out: no parameter is determined by only one group."
 
 
-def noise_rms(diagnosis: Diagnosis) -> float:
-    """Return the root mean square in σ of a fit's residuals from noise alone: below 1, as free parameters fit noise."""
-    base = diagnosis.explanation.base
-    return float((base.freedom * diagnosis.error.variance / base.readings) ** 0.5)
-
-
 def _in_short(each: Ranked, effect: Effect) -> str:
     """Return the first free parameters as text; all knots of a level curve count as one parameter."""
     plain = [name for name in each.form if not is_knot(name)]
@@ -162,25 +161,18 @@ def _in_short(each: Ranked, effect: Effect) -> str:
     return ", ".join([*words, *([f"a curve of {knots} levels"] if knots else [])]) or "on"
 
 
-def _rivals(diagnosis: Diagnosis, again: str) -> list[str]:
-    lines = [f"These data cannot tell apart: {' and '.join(each)}." for each in diagnosis.verdict.rivals]
-    lines += [line for each in diagnosis.measure_next for line in _separation(each, again)]
-    return lines
-
-
-def _separation(each: Separation, again: str) -> Iterator[str]:
-    """Yield which readings, repeated how often, separate two rivals; or that no readings of one session do."""
+def _separation(each: Separation, again: str) -> str:
+    """Return which readings, repeated how often, separate two rivals; or that no readings of one session do."""
     first, second = each.separates
     gain = each.after - each.before
     times = ceil(max(CLEARLY - each.before, 1.0) / gain) if gain > 0 else TOO_OFTEN + 1
     if times > TOO_OFTEN:
-        yield (
+        return (
             f"Nothing in one more session would tell {first} from {second}: within the range of these readings both "
             f"give the same LUTs."
         )
-        return
     often = f", read {times} times," if times > 1 else ""
-    yield (
+    return (
         f"To tell {first} from {second}: {each.name}. {len(each.patches)} readings{often} raise the χ² between them "
         f"from {each.before:.3g} to {each.before + times * gain:.3g} ({CLEARLY:g} is clear).\n"
         f"  lutgen plan {again} --between {first},{second} -o plan.csv"
@@ -215,7 +207,15 @@ _REFUTES = {
 def _next(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[str]:
     verdict = diagnosis.verdict
     if verdict.name == "unexplained":
-        yield from _own_effect(diagnosis, again, stub_file)
+        file = stub_file or STUB_FILE
+        if stub_file:
+            yield f"An effect of your own to start from: {stub_file}"
+        else:
+            yield f"An effect of your own to start from (--stub {STUB_FILE} writes it):"
+            yield ""
+            yield sketch(diagnosis)
+            yield f"Next, write the file and edit it:  lutgen diagnose {again} --stub {file}"
+        yield f"{'Next' if stub_file else 'Then'}:  lutgen refine {again} --effects {file} --add {STUB_NAME}"
     elif verdict.name == "measurement-problem":
         yield "Next: measure again, or correct the file. Do not add an effect to the model yet."
     elif verdict.name == "consistent":
@@ -225,18 +225,6 @@ def _next(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[s
         yield f"Next, measure what separates them; or go on with the likeliest:  {likeliest}"
     else:
         yield f"Next:  lutgen refine {again} --add {','.join(verdict.effects)} -o my-display.toml"
-
-
-def _own_effect(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[str]:
-    file = stub_file or STUB_FILE
-    if stub_file:
-        yield f"An effect of your own to start from: {stub_file}"
-    else:
-        yield f"An effect of your own to start from (--stub {STUB_FILE} writes it):"
-        yield ""
-        yield sketch(diagnosis)
-        yield f"Next, write the file and edit it:  lutgen diagnose {again} --stub {file}"
-    yield f"{'Next' if stub_file else 'Then'}:  lutgen refine {again} --effects {file} --add {STUB_NAME}"
 
 
 def refine_page(refinement: Refinement, effects: Mapping[str, Effect], data: str, model: str | None) -> Iterator[Part]:
@@ -312,8 +300,11 @@ def _patch_table(patches: Sequence[Patch]) -> Table:
     for (codes, _, note), row in groupby(groups, lambda group: (group[1], [*group[0].conditions], group[0].note)):
         firsts = [first for first, _ in row]
         conditions = [*_conditions(firsts), *([note] if note else [])]
-        count = len(firsts) * codes.total()
-        rows.append((str(count), ", ".join(conditions), "  ".join(_coded(code, n) for code, n in codes.items())))
+        listed = []
+        for code, count in codes.items():
+            text = f"{code[0]:g}" if len(set(code)) == 1 else ",".join(f"{value:g}" for value in code)
+            listed.append(f"{text} ×{count}" if count > 1 else text)
+        rows.append((str(len(firsts) * codes.total()), ", ".join(conditions), "  ".join(listed)))
     return Table(("readings", "conditions", "R, G, B"), rows, words=range(3))
 
 
@@ -332,11 +323,6 @@ def _conditions(patches: Sequence[Patch]) -> list[str]:
     listed = {name: ", ".join(dict.fromkeys(f"{each[name]:g}" for each in values)) for name in values[0]}
     units = {name: COLUMNS[name].unit for name in listed}
     return [f"{text} {units[name]}" if units[name] else f"{name} {text}" for name, text in listed.items()]
-
-
-def _coded(code: tuple[float, float, float], times: int) -> str:
-    text = f"{code[0]:g}" if code[0] == code[1] == code[2] else ",".join(f"{value:g}" for value in code)
-    return f"{text} ×{times}" if times > 1 else text
 
 
 def _gain_table(plan: MeasurementPlan, kind: str) -> Table:
