@@ -24,8 +24,7 @@ from lutgen.pictures.lifetime import ImageLifetime
 from lutgen.version import __version__
 
 if TYPE_CHECKING:
-    import os
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
     from lutgen.display import DisplayModel
 
@@ -118,23 +117,15 @@ def _in_list(file: Path) -> list[Path]:
 
 def _slide(path: Path) -> CohortSlide:
     absolute = path.resolve()
-    parts = list(_parts(absolute))
-    return CohortSlide(
-        str(path),
-        str(absolute),
-        sum(part.st_size for part in parts),
-        max((part.st_mtime_ns for part in parts), default=0),
-    )
-
-
-def _parts(path: Path) -> Iterator[os.stat_result]:
-    files = [path]
+    files, parts = [absolute], []
     # A .mrxs file is an index; a folder of the same name beside it holds the pixels.
-    if path.suffix.lower() == ".mrxs":
-        files += sorted(part for part in path.with_suffix("").rglob("*") if part.is_file())
+    if absolute.suffix.lower() == ".mrxs":
+        files += sorted(part for part in absolute.with_suffix("").rglob("*") if part.is_file())
     for file in files:
         with suppress(OSError):
-            yield file.stat()
+            parts.append(file.stat())
+    changed = max((part.st_mtime_ns for part in parts), default=0)
+    return CohortSlide(str(path), str(absolute), sum(part.st_size for part in parts), changed)
 
 
 SCHEMA = 1

@@ -24,6 +24,7 @@ from lutgen.numerals import spaced
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
+    from contextlib import AbstractContextManager
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -45,11 +46,9 @@ def check_new_png(path: str | Path, *, force: bool) -> Path:
     return check_new_file(path, force=force)
 
 
-@contextmanager
-def new_png(path: str | Path, *, force: bool) -> Iterator[Path]:
-    """Yield a temporary path that is renamed to ``path`` on success; errors as in :func:`check_new_png`."""
-    with replacing(check_new_png(path, force=force)) as partial:
-        yield partial
+def new_png(path: str | Path, *, force: bool) -> AbstractContextManager[Path]:
+    """Return the context of a temporary path that becomes ``path`` on success; errors as in :func:`check_new_png`."""
+    return replacing(check_new_png(path, force=force))
 
 
 def data_address(image: bytes) -> str:

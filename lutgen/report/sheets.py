@@ -199,12 +199,11 @@ def _checked(images: Mapping[str, Pixels]) -> Layout:
         raise LutgenError(f"a contact sheet has {len(PLACES)} images ({', '.join(PLACES)}), not {len(images)}.")
     first = next(iter(images.values()))
     for caption, pixels in images.items():
+        what = f"image {caption!r}"
         if pixels.dtype != np.uint8 or pixels.ndim != 3 or pixels.shape[2] != 3 or 0 in pixels.shape:
-            message = f"image {caption!r} is {pixels.dtype} of shape {pixels.shape}; give uint8 of shape (h, w, 3)."
-            raise LutgenError(message)
+            raise LutgenError(f"{what} is {pixels.dtype} of shape {pixels.shape}; give uint8 of shape (h, w, 3).")
         if pixels.shape != first.shape:
-            message = f"image {caption!r} has shape {pixels.shape}, the first {first.shape}; all must be of one size."
-            raise LutgenError(message)
+            raise LutgenError(f"{what} has shape {pixels.shape}, the first {first.shape}; all must be of one size.")
     return Layout(*first.shape[:2])
 
 
