@@ -23,8 +23,7 @@ from lutgen.bindings import oiio
 from lutgen.pictures import cohort_workers
 from lutgen.pictures.blocks import few_threads, threads
 from lutgen.pictures.cohort import bands_of, coverage, left_out, lives_of
-from lutgen.pictures.cohort_slides import RunFolder, find_slides, image_from_json
-from lutgen.pictures.cohort_task import CohortTask
+from lutgen.pictures.cohort_slides import CohortTask, RunFolder, find_slides, image_from_json
 from lutgen.pictures.cohort_workers import Outcome
 from lutgen.pictures.difference import STATISTICS
 from tests.cohort_slides import HOURS, break_slide, deadly_model, make_slides, model, seven_colours

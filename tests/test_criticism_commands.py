@@ -404,7 +404,7 @@ def test_force_replaces_what_is_there(run: Callable[..., Done], tmp_path: Path) 
 )
 def test_what_separates_rivals_is_told_with_how_often_to_read_it(before: float, after: float, says: str) -> None:
     each = Separation(("black-level", "meter-offset"), "lens cap", POOL["lens cap"], before, after)
-    (told,) = list(diagnosis_page._separation(each, "data.csv"))
+    told = diagnosis_page._separation(each, "data.csv")
     assert says in told
     assert ("lutgen plan data.csv --between black-level,meter-offset" in told) == ("Nothing" not in says)
 

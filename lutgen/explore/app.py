@@ -22,7 +22,7 @@ from lutgen.explore.exchange import CODE, IMAGE, LIMITS, MOST_FILES, READINGS, k
 from lutgen.server import HEADERS, RefusedError, application, json_body, page_file
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+    from collections.abc import AsyncIterator, Awaitable, Callable
 
     from starlette.requests import Request
     from starlette.types import ASGIApp
@@ -66,8 +66,7 @@ def explore_application(windows: Windows) -> ASGIApp:
         return Route(f"/api/{path}", endpoint, methods=list(methods))
 
     async def opened(_request: Request) -> Response:
-        window = await windows.open()
-        return _overview(window)
+        return _overview(await windows.open())
 
     async def begun(_request: Request) -> Response:
         return _page_with(windows)
@@ -108,7 +107,12 @@ def _page_with(windows: Windows) -> Response:
         except LutgenError as error:
             yield _begins({"refused": str(error)})
         else:
-            yield _begins(_overview_of(window), *_first_picture(window))
+            # The data that the page draws first, in the form that picture.js requests.
+            first = window.overview["first"]
+            table = {"mode": first["mode"], "hours": f"{first['hours']:.15g}", "size": first["size"], "kind": "aged"}
+            fetched = {"image": {"window": window.name}, "table": {"window": window.name, **table}}
+            addresses = (f"api/{topic}?{urlencode(query)}" for topic, query in fetched.items())
+            yield _begins(_overview_of(window), *addresses)
         yield rest
 
     return StreamingResponse(parts(), media_type=kind, headers=PICTURES)
@@ -122,14 +126,6 @@ def _begins(content: dict[str, Any], *addresses: str) -> bytes:
     return "\n".join([*fetched, f'<script type="application/json" id="begins">{text}</script>']).encode()
 
 
-def _first_picture(window: Window) -> Iterator[str]:
-    """Yield the addresses of the data that the page draws first, in the form that picture.js requests."""
-    first = window.overview["first"]
-    table = {"mode": first["mode"], "hours": f"{first['hours']:.15g}", "size": first["size"], "kind": "aged"}
-    for topic, query in (("image", {}), ("table", table)):
-        yield f"api/{topic}?{urlencode({'window': window.name, **query})}"
-
-
 async def _page(request: Request) -> Response:
     name = request.path_params["path"]
     data, kind = page_file(VIEWER if name in VIEWER_FILES else PAGE, name)
@@ -141,16 +137,15 @@ def _overview(window: Window) -> Response:
 
 
 def _overview_of(window: Window) -> dict[str, Any]:
-    error = window.news.get("error")
-    more = {
+    return {
+        **window.overview,
         "window": window.name,
         "image": window.image or None,
-        "error": json.loads(error) if error else None,
+        "error": json.loads(window.news.get("error", b"null")),
         "on": list(window.state.on),
         "written": window.state.written,
         "limits": LIMITS,
     }
-    return {**window.overview, **more}
 
 
 async def _get_overview(window: Window, _request: Request) -> Response:
@@ -192,11 +187,6 @@ def _seen(request: Request) -> dict[str, Any]:
     return {"mode": request.query_params.get("mode", "chroma"), "hours": hours}
 
 
-def _seen_with(request: Request) -> dict[str, Any]:
-    """Return mode and hours of a request, and whether the effects that are switched on are left out."""
-    return {**_seen(request), "without": request.query_params.get("without") == "yes"}
-
-
 def _kind(request: Request) -> str:
     kind = request.query_params.get("kind", "aged")
     refuse_unknown("kind", kind, KINDS)
@@ -207,7 +197,8 @@ async def _table(window: Window, request: Request) -> Response:
     size = request.query_params.get("size", "33")
     table = await window.shows(
         _kind(request),
-        **_seen_with(request),
+        **_seen(request),
+        without=request.query_params.get("without") == "yes",
         size=int(size) if size.isdecimal() and len(size) < 4 else 0,
         differences=request.query_params.get("map") == "yes",
     )
@@ -215,7 +206,8 @@ async def _table(window: Window, request: Request) -> Response:
 
 
 async def _difference(window: Window, request: Request) -> Response:
-    return Response(await window.shows("difference", **_seen_with(request)), media_type=JSON)
+    without = request.query_params.get("without") == "yes"
+    return Response(await window.shows("difference", **_seen(request), without=without), media_type=JSON)
 
 
 async def _effects(window: Window, _request: Request) -> Response:
@@ -294,9 +286,7 @@ async def _take(window: Window, request: Request) -> Response:
     topic = request.query_params.get("what", "")
     making = window.making(taken(window, topic, **_seen(request), kind=_kind(request)))
     name, data = await _while_wanted(request, making)
-    ascii_name = "".join(
-        letter if letter.isascii() and letter.isprintable() and letter not in '"\\' else "_" for letter in name
-    )
+    ascii_name = re.sub(r'[^ -~]|["\\]', "_", name)
     headers = {"Content-Disposition": f'attachment; filename="{ascii_name}"'}
     return Response(data, media_type="application/octet-stream", headers=headers)
 

@@ -70,18 +70,17 @@ def _fitted(comparison: Comparison, opened: Opened, refinement: Refinement | Non
             known = estimates.get(name, {}).get(key, {})
             if known and not known["free"]:
                 continue
-            value = float(term.values[key])
-            stderr = known.get("stderr")
-            low, high = _interval(value, stderr, parameter.bounds)
+            value, stderr, (least, most) = float(term.values[key]), known.get("stderr"), parameter.bounds
             parameters.append(
                 {
                     "name": key,
                     "words": parameter.meaning,
                     "value": value,
                     "fit": with_error(value, stderr, parameter.unit),
-                    "low": low,
-                    "high": high,
-                    "bounds": list(map(float, parameter.bounds)),
+                    # Ends of the 95 % interval within the bounds.
+                    "low": None if stderr is None else max(value - INTERVAL * stderr, least),
+                    "high": None if stderr is None else min(value + INTERVAL * stderr, most),
+                    "bounds": [float(least), float(most)],
                     "unit": parameter.unit,
                 }
             )
@@ -89,13 +88,6 @@ def _fitted(comparison: Comparison, opened: Opened, refinement: Refinement | Non
         given = name in opened.given
         lines.append({"name": name, "given": given, "parameters": parameters, "supported": supported, "said": why})
     return lines
-
-
-def _interval(value: float, stderr: float | None, bounds: tuple[float, float]) -> tuple[float | None, float | None]:
-    """Return the ends of the 95 % interval within the bounds; None without a standard error."""
-    if stderr is None:
-        return None, None
-    return max(value - INTERVAL * stderr, bounds[0]), min(value + INTERVAL * stderr, bounds[1])
 
 
 def _support(opened: Opened, refinement: Refinement) -> dict[str, tuple[bool, str]]:
@@ -200,14 +192,11 @@ def _drift(comparison: Comparison) -> list[dict[str, Any]]:
         for place, hour in enumerate(problem.hours):
             of_tip = rest & (problem.hour_of == place) & (drive == tip).all(axis=1)
             if of_tip.any():
-                uv = [_uv(xyz[of_tip].mean(axis=0)) for xyz in (problem.xyz, comparison.predicted)]
-                points.append([float(hour), *uv[0], *uv[1]])
+                means = np.array([xyz[of_tip].mean(axis=0) for xyz in (problem.xyz, comparison.predicted)])
+                uv = (xy_to_uv(xyz_to_xyY(mean)[:2]) for mean in means)
+                points.append([float(hour), *(round(float(value), 6) for each in uv for value in each)])
         tips.append({"name": name, "points": points})
     return tips
-
-
-def _uv(xyz: Array) -> list[float]:
-    return [round(float(value), 6) for value in xy_to_uv(xyz_to_xyY(xyz)[:2])]
 
 
 def effects_json(opened: Opened, alone: Mapping[str, float | None], on: Sequence[str]) -> list[dict[str, Any]]:

@@ -37,7 +37,7 @@ async def taken(window: Window, item: str, *, mode: str, hours: float, kind: str
     place = window.new_folder()
     stem = Path(window.overview["name"]).stem
     if item == "patches":
-        return f"{stem}-next.csv", await window.patches()
+        return f"{stem}-next.csv", await window.fits("patches", between=window.between)
     if item == "readings":
         return window.overview["name"], await asyncio.to_thread(Path(window.state.data).read_bytes)
     model = place / MODEL
@@ -46,10 +46,10 @@ async def taken(window: Window, item: str, *, mode: str, hours: float, kind: str
         return MODEL, await window.fits("model_text")
     state, shown = replace(window.state, dropped=frozenset()), ["--model", str(model)]
     if item in LUTS:
-        await _run(
-            build_words(shown, *lut_options(mode, hours, item, kind), "--no-certificates", to=str(place / "lut"))
-        )
-        return f"{stem}-{mode}-{hours:.0f}h-{kind}.{item}", _only(place, item)
+        options = lut_options(mode, hours, item, kind)
+        await _run(build_words(shown, *options, "--no-certificates", to=str(place / "lut")))
+        (file,) = place.rglob(f"*.{item}")
+        return f"{stem}-{mode}-{hours:.0f}h-{kind}.{item}", file.read_bytes()
     if item == "build":
         await _run(build_words(shown, "--hours", f"0..{window.overview['max_hours']:g}", to=str(place / "aged")))
         return f"{stem}-aged.zip", zipped(place / "aged")
@@ -76,12 +76,6 @@ async def _run(words: Sequence[str]) -> None:
             process.kill()
     if process.returncode:
         raise LutgenError(error.decode(errors="replace").strip().removeprefix("lutgen: error: ") or "it was ended.")
-
-
-def _only(folder: Path, suffix: str) -> bytes:
-    """Return the bytes of a build's only LUT."""
-    (file,) = folder.rglob(f"*.{suffix}")
-    return file.read_bytes()
 
 
 def zipped(folder: Path) -> bytes:
@@ -122,9 +116,8 @@ async def kept(request: Request, folder: Path, most: int, what: str) -> Path:
 def gathered(paths: Sequence[str], hours: Sequence[float] | None, *, same: bool = False) -> dict[str, Any]:
     """Return ``data``, the file to read; or ``needs_hours``, the sessions whose hours the user must give.
 
-    ``same``: the sessions are of one display although they look like several displays.
-
-    Raises LutgenError: as ``lutgen sessions init``, or the number of hours differs from the number of sessions.
+    ``same``: the sessions are of one display although they look like several displays. Raises LutgenError: as
+    ``lutgen sessions init``, or the number of hours differs from the number of sessions.
     """
     # The server only receives files: it starts faster without the modules that read them.
     from lutgen.history.draft import check_one_display

@@ -72,7 +72,10 @@ class Fitting:
         if not self._settled:
             self._settle()
         elif not self._judged:
-            self._judge()
+            # Readings withheld from the fit tell whether ``lutgen refine`` requires ``--keep``.
+            self._judged = True
+            refinement = self._now.refinement(self._on)
+            self._tell("support", {"keep": not refinement.improves, "sentence": refinement.sentence()})
         else:
             return self._try_one_alone()
         return True
@@ -93,12 +96,6 @@ class Fitting:
         self._tell("model", pickle.dumps(refinement.model if self._on else self._now.fresh))
         self._tell("error", error_json(refinement.after, self._now, refinement) | {"switch": self._switch})
         self._tell("effects", self.effects())
-
-    def _judge(self) -> None:
-        """Predict readings withheld from the fit, and send whether ``lutgen refine`` requires ``--keep``."""
-        self._judged = True
-        refinement = self._now.refinement(self._on)
-        self._tell("support", {"keep": not refinement.improves, "sentence": refinement.sentence()})
 
     def _try_one_alone(self) -> bool:
         # Effects that these readings cannot detect come last.

@@ -133,10 +133,7 @@ class Opened:
             refuse_unknown("effect", name, self.course.effects)
         new = [name for name in names if name not in self.given]
         expressed = {name for name, each in self.effects.items() if each.origin in self.expressions}
-        return (
-            *(each for each in new if each not in expressed),
-            *(each for each in new if each in expressed),
-        )
+        return tuple(sorted(new, key=expressed.__contains__))
 
     def known(self, names: tuple[str, ...]) -> bool:
         """Return whether these effects were fitted already."""

@@ -72,7 +72,14 @@ class Process:
         try:
             while stream and (line := await stream.readline()):
                 head = json.loads(line)
-                self._hear(head, await stream.readexactly(head["size"]))
+                body = await stream.readexactly(head["size"])
+                waiting = self._waiting.get(head["id"])
+                if not head["id"]:
+                    self._on_news(head["what"], body)
+                elif waiting and not waiting.done() and head["what"] == DONE:
+                    waiting.set_result(body)
+                elif waiting and not waiting.done():
+                    waiting.set_exception(LutgenError(body.decode()))
         except asyncio.IncompleteReadError:
             pass
         self._on_news(DIED, ENDED.encode())
@@ -84,18 +91,6 @@ class Process:
             with suppress(ConnectionError):
                 await self._child.stdin.wait_closed()
             await self._child.wait()
-
-    def _hear(self, head: dict[str, Any], body: bytes) -> None:
-        if not head["id"]:
-            self._on_news(head["what"], body)
-            return
-        waiting = self._waiting.get(head["id"])
-        if waiting is None or waiting.done():
-            return
-        if head["what"] == DONE:
-            waiting.set_result(body)
-        else:
-            waiting.set_exception(LutgenError(body.decode()))
 
     def end(self) -> None:
         """End the process, and ignore its events from now on."""

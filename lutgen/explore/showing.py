@@ -81,13 +81,12 @@ class Showing:
         from lutgen.pictures.viewer import viewer_table
 
         of = self._shown(without=without)
-        model, sampler = of.model, of.sampler
-        display = model.at(mode, hours)
-        shown = _baked(sampler, display, size)
-        if not differences:
-            return viewer_table(shown, None).tobytes()
-        fresh = _baked(sampler, model.at("stable", hours), size, whole=True)
-        return viewer_table(shown, (fresh, _baked(sampler, display, size, whole=True))).tobytes()
+        display, pair = of.model.at(mode, hours), None
+        shown = _baked(of.sampler, display, size)
+        if differences:
+            fresh = _baked(of.sampler, of.model.at("stable", hours), size, whole=True)
+            pair = (fresh, _baked(of.sampler, display, size, whole=True))
+        return viewer_table(shown, pair).tobytes()
 
     def compensated(
         self, mode: str, hours: float, size: int, *, differences: bool = False, without: bool = False
@@ -96,11 +95,11 @@ class Showing:
         from lutgen.pictures.viewer import viewer_table
 
         of = self._shown(without=without)
-        model, sampler = of.model, of.corrections
-        drive = _baked(sampler, display_to_bake(model, mode, hours, direction="compensate"), size)
-        shown = model.at(mode, hours).code_to_code(drive)
-        fresh = _baked(sampler, model.at("stable", hours), size, whole=True) if differences else None
-        return viewer_table(shown, None if fresh is None else (fresh, shown)).tobytes()
+        drive = _baked(of.corrections, display_to_bake(of.model, mode, hours, direction="compensate"), size)
+        shown, pair = of.model.at(mode, hours).code_to_code(drive), None
+        if differences:
+            pair = (_baked(of.corrections, of.model.at("stable", hours), size, whole=True), shown)
+        return viewer_table(shown, pair).tobytes()
 
     def colours(self, path: str) -> dict[str, Any]:
         """Load the colours of another image, which the imaging process has counted."""

@@ -62,16 +62,15 @@ class Window:
     async def start(self) -> None:
         """Start the showing process, and open the command's files. Raises LutgenError if a file cannot be shown."""
         self._showing = await self._begun(SHOWING, self._hear_showing)
+        works: list[Coroutine[Any, Any, Any]] = [self._show_first()]
         if self.state.image == str(tissue()):
             # Every browser can show this file without conversion. Its colours are counted after the first error.
-            self.picture = tissue()
-            self._waiting_image = self.state.image
-            await self._show_first()
+            self.picture, self._waiting_image = tissue(), self.state.image
         else:
-            works = self._show_first(), self.take_image(self.state.image)
-            for refused in await asyncio.gather(*works, return_exceptions=True):
-                if isinstance(refused, BaseException):
-                    raise refused
+            works.append(self.take_image(self.state.image))
+        for refused in await asyncio.gather(*works, return_exceptions=True):
+            if isinstance(refused, BaseException):
+                raise refused
 
     async def _show_first(self) -> None:
         state = self.state
@@ -90,12 +89,11 @@ class Window:
 
     async def gone(self) -> None:
         """Wait until all processes have ended."""
-        while tasks := [
-            each
-            for each in (*self._tasks, *self._made, self._finding, *self._mending.values())
-            if each and not each.done()
-        ]:
-            await asyncio.wait(tasks)
+        while True:
+            tasks = (*self._tasks, *self._made, self._finding, *self._mending.values())
+            if not (running := [each for each in tasks if each and not each.done()]):
+                break
+            await asyncio.wait(running)
         await asyncio.gather(*(process.gone() for process in self._processes))
 
     async def _begun(self, home: str, hear: Callable[[str, bytes], None]) -> Process:
@@ -245,10 +243,7 @@ class Window:
             self.news.pop(each, None)
 
     async def drop(self, hours: Sequence[float] | None, *, same: bool) -> dict[str, Any]:
-        """Open the dropped files, as :func:`lutgen.explore.exchange.gathered`.
-
-        If the sessions' hours are missing, ask for the hours and keep the files.
-        """
+        """Open the dropped files, as :func:`lutgen.explore.exchange.gathered`; keep them to ask for missing hours."""
         await self.cancel()
         paths = [str(path) for path in self.dropping]
         if not paths:
@@ -349,10 +344,6 @@ class Window:
         """The two effects that the next readings should distinguish; empty if the diagnosis named no rivals."""
         rivals: list[list[str]] = self._verdict.get("rivals", [])
         return rivals[0][:2] if rivals else []
-
-    async def patches(self) -> bytes:
-        """Return the patch list of the next session."""
-        return await self.fits("patches", between=self.between)
 
 
 def _failure(sentence: str) -> bytes:

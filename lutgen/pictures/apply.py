@@ -25,7 +25,7 @@ from lutgen.files import check_name, free_bytes, replacing
 from lutgen.names import SOURCES
 from lutgen.pictures.blocks import threads
 from lutgen.pictures.encoding import NotFiniteError, Storage, Stored, not_finite
-from lutgen.pictures.engines import Engine, PlacedEngine, Shader, TableShader, Unaged, engine_for, shader_for
+from lutgen.pictures.engines import ChainEngine, Engine, Shader, TableShader, Unaged, engine_for, shader_for
 from lutgen.pictures.images import (
     DTYPES,
     FORMATS,
@@ -34,6 +34,7 @@ from lutgen.pictures.images import (
     ImageSource,
     format_of_suffix,
     is_whole,
+    new_by_oiio,
     open_source,
 )
 from lutgen.progress import Progress, unseen
@@ -157,7 +158,7 @@ def apply_to_images(
         _check_output(image, output, force=force)
         with open_source(image, source) as opened:
             Target(opened, format_of_suffix(output), wide=side_by_side)
-            if side_by_side and opened.sideways:
+            if side_by_side and opened.orientation > 4:
                 raise LutgenError(
                     f"{image}: is stored on its side (Orientation): its rows have no left and right. Turn it first."
                 )
@@ -190,19 +191,17 @@ def _new_folders(folders: Collection[Path]) -> Iterator[None]:
         raise
 
 
-def _placed(aging: AgedDisplay | str | Path, on_screen: OnScreen, source: ImageSource) -> PlacedEngine:
+def _placed(aging: AgedDisplay | str | Path, on_screen: OnScreen, source: ImageSource) -> Engine:
     if isinstance(aging, (str, Path)):
         raise LutgenError(f"{aging}: a LUT does not know where on the screen a pixel lies. Give a display instead.")
-    turned = int(source.spec.get_int_attribute("Orientation", 1))
-    return PlacedEngine(aging, on_screen, (source.height, source.width), turned)
+    shape, turned = (source.height, source.width), source.orientation
+    return ChainEngine(aging, lambda first, count: on_screen.places(first, count, shape, turned))
 
 
 class _ImageWork:
     """Reads one image band by band, ages each band and writes it."""
 
-    def __init__(
-        self, source: ImageSource, target: Target, engine: Engine | PlacedEngine, *, side_by_side: bool
-    ) -> None:
+    def __init__(self, source: ImageSource, target: Target, engine: Engine, *, side_by_side: bool) -> None:
         self._source, self._target = source, target
         self._shader = shader_for(source.storage, target.storage, engine)
         self._unaged = Shader(source.storage, target.storage, Unaged(target.storage.encoding)) if side_by_side else None
@@ -249,11 +248,11 @@ class _ImageWork:
         if self._unaged is None:
             return aged
         plain = pixels
-        if self._unaged.changes:
+        if self._unaged.source != self._unaged.target:
             plain = np.empty(pixels.shape, self._target.storage.dtype)
             self._shade(self._unaged, pixels, plain.reshape(-1, channels), first_row, workers)
-        halves = (aged, plain) if self._source.mirrored else (plain, aged)
-        return np.concatenate(halves, axis=1)
+        mirrored = self._source.orientation in (2, 3)
+        return np.concatenate((aged, plain) if mirrored else (plain, aged), axis=1)
 
     def _shade(
         self, shader: Shader | TableShader, pixels: Stored, out: Stored, first_row: int, workers: ThreadPoolExecutor
@@ -317,19 +316,10 @@ class Target:
     @contextmanager
     def open(self, partial: Path) -> Iterator[None]:
         """Create the file ``partial``, with any suffix. Raises OSError when the file cannot be created."""
-        # Python's OSError says why a file cannot be created; OpenImageIO's message does not.
-        partial.touch()
         self._folder = partial.parent
         self._check_room(0)
-        self._image = self._lib.ImageOutput.create(self.format.name)
-        self._check(self._image.open(str(partial), self.spec))
-        try:
+        with new_by_oiio(partial, self.format.name, self.spec, self._check) as self._image:
             yield
-        except BaseException:
-            self._image.close()
-            self._image.geterror()
-            raise
-        self._check(self._image.close())
         # libpng reports no error when the disk is full.
         self._check(self.format.name != "png" or is_whole(partial))
 
@@ -346,7 +336,6 @@ class Target:
 
     def _check(self, done: bool) -> None:
         if not done:
-            self._image.geterror()
             if free_bytes(self._folder) < _SPARE:
                 raise OSError(ENOSPC, os.strerror(ENOSPC))
             raise OSError(f"the {self.format.suffixes[0]} file cannot be finished")

@@ -92,10 +92,7 @@ class Slide:
 
 @contextmanager
 def open_slide(path: Path) -> Iterator[Slide]:
-    """Open a slide.
-
-    Raises LutgenError: OpenSlide is not installed, the file is missing, or OpenSlide cannot read it.
-    """
+    """Open a slide. Raises LutgenError: no OpenSlide is installed, no such file, or OpenSlide cannot read it."""
     library = _openslide()
     if not path.is_file():
         raise LutgenError(f"{path}: there is no such slide.")
@@ -187,7 +184,7 @@ def open_blocks(path: Path, source: str = "auto") -> Iterator[Blocks]:
             height=image.height,
             width=image.width,
             tile=(int(spec.tile_height), int(spec.tile_width)) if spec.tile_width else None,
-            orientation=int(spec.get_int_attribute("Orientation", 1)),
+            orientation=image.orientation,
             places=tuple(Place(*block) for block in image.blocks()),
             _read=lambda place: image.read(*place),
         )
@@ -232,17 +229,18 @@ def code_of(keys: NDArray[np.uint64]) -> Array:
 
 
 def read_field(file: str | Path, source: str = "auto") -> Field:
-    """Read a field of view of at most ``FIELD_PIXELS`` pixels.
-
-    Raises LutgenError: unreadable, or of only one colour.
-    """
+    """Read a field of view of at most ``FIELD_PIXELS`` pixels. Raises LutgenError: unreadable, or only one colour."""
     path = Path(file)
     if path.suffix.lower() in SUFFIXES:
         raise LutgenError(
             f"{file}: is a slide. Give a field of it, at most {FIELD_PIXELS:,} pixels, exported as TIFF or PNG."
         )
     with open_source(path, source) as image:
-        check_size(file, image.height, image.width)
+        if image.height * image.width > FIELD_PIXELS:
+            raise LutgenError(
+                f"{file}: {image.width} × {image.height} pixels are more than the {FIELD_PIXELS:,} in which nuclei are "
+                "looked for. Crop a field of view, such as 4096 × 4096 pixels."
+            )
         decoder = Decoder(image.storage, SIGNAL)
         keys = np.empty((image.height, image.width), np.uint64)
         visible = np.ones(keys.shape, np.bool_)
@@ -251,29 +249,15 @@ def read_field(file: str | Path, source: str = "auto") -> Field:
             if image.storage.alpha:
                 visible[first:last] = stored[..., 3] != 0
                 stored = np.where(visible[first:last, :, np.newaxis], stored, np.zeros((), stored.dtype))
-            keys[first:last] = _keys(file, decoder, stored, first)
+            try:
+                planes, _ = decoder(stored.reshape(-1, image.storage.channels))
+            except NotFiniteError as error:
+                row, column = divmod(error.index, image.width)
+                raise not_finite(file, column, first + row) from None
+            keys[first:last] = joined(np.rint(planes * 65535.0), 16).reshape(last - first, image.width)
     if not visible.any():
         raise LutgenError(f"{file}: every pixel is transparent (alpha 0): there is nothing to see.")
     seen = keys[visible]
     if (seen == seen[0]).all():
         raise LutgenError(f"{file}: all pixels have one colour, so that nothing stands out. Give an image of tissue.")
     return Field(str(file), keys, visible)
-
-
-def check_size(file: str | Path, rows: int, columns: int) -> None:
-    """Raise LutgenError for a picture of more than ``FIELD_PIXELS`` pixels."""
-    if rows * columns > FIELD_PIXELS:
-        raise LutgenError(
-            f"{file}: {columns} × {rows} pixels are more than the {FIELD_PIXELS:,} in which nuclei are looked for. "
-            "Crop a field of view, such as 4096 × 4096 pixels."
-        )
-
-
-def _keys(file: str | Path, decoder: Decoder, stored: NDArray[Any], first: int) -> NDArray[np.uint64]:
-    rows, columns, channels = stored.shape
-    try:
-        planes, _ = decoder(stored.reshape(-1, channels))
-    except NotFiniteError as error:
-        row, column = divmod(error.index, columns)
-        raise not_finite(file, column, first + row) from None
-    return joined(np.rint(planes * 65535.0), 16).reshape(rows, columns)

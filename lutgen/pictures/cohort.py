@@ -21,10 +21,9 @@ from lutgen.cells import csv_text
 from lutgen.errors import LutgenError
 from lutgen.names import AGING_MODES
 from lutgen.pictures.blocks import threads
-from lutgen.pictures.cohort_slides import CohortSlide, RunFolder, claim, find_slides, image_from_json
-from lutgen.pictures.cohort_task import CohortTask
+from lutgen.pictures.cohort_slides import CohortSlide, CohortTask, RunFolder, claim, find_slides, image_from_json
 from lutgen.pictures.cohort_workers import on_cluster, on_this_machine
-from lutgen.pictures.difference import STATISTICS, DifferenceCurve
+from lutgen.pictures.difference import IN_JSON, STATISTICS, DifferenceCurve
 from lutgen.pictures.lifetime import TOLERANCES, ImageLifetime, Lifetimes, check_asked, csv_hours
 from lutgen.progress import Progress, unseen
 
@@ -77,14 +76,10 @@ def lives_of(lives: Sequence[float | None]) -> Lives:
 
 def left_out(size: int) -> int | None:
     """Return how many of ``size`` ordered values lie beyond each end of the median's 95 % interval; None: none."""
-    below, outside = 0, None
-    for k in range(size // 2):
-        below += comb(size, k)
-        # In integers, since for a few thousand slides 2**size is too large for a float.
-        if 2 * below * 1000 > round((1.0 - CONFIDENCE) * 1000) * 2**size:
-            break
-        outside = k
-    return outside
+    from scipy.stats import binom
+
+    outside = int(binom.ppf((1.0 - CONFIDENCE) / 2.0, size, 0.5)) - 1
+    return outside if outside >= 0 else None
 
 
 def coverage(size: int) -> float | None:
@@ -106,10 +101,6 @@ def bands_of(curves: Sequence[DifferenceCurve]) -> dict[str, Band]:
 
 def _finite(hours: float) -> float | None:
     return None if hours == inf else hours
-
-
-#: Statistic → its name in the curves of ``--json``, as in `lifetime --json`.
-_POINTS = {"mean": "mean", "max": "mean_plus_2_sd", "p95": "p95", "p99": "p99", "largest": "max"}
 
 
 @dataclass(frozen=True)
@@ -167,22 +158,17 @@ class Cohort:
     def _over_all(self, mode: str) -> dict[str, Any]:
         curves = [image.curves[mode] for image in self.slides.images]
         bands = bands_of(curves)
-        return {
-            "lifetimes": {
-                f"{tolerance:g}": {name: asdict(lives) for name, lives in of.items()}
-                for tolerance, of in self.lives[mode].items()
-            },
-            "curve": [
-                {
-                    "hours": float(hours),
-                    **{
-                        _POINTS[name]: {key: float(values[place]) for key, values in vars(band).items()}
-                        for name, band in bands.items()
-                    },
-                }
-                for place, hours in enumerate(curves[0].hours)
-            ],
+        points = []
+        for place, hours in enumerate(curves[0].hours):
+            at = {
+                name: {key: float(values[place]) for key, values in vars(band).items()} for name, band in bands.items()
+            }
+            points.append({"hours": float(hours), **{IN_JSON[name]: each for name, each in at.items()}})
+        lifetimes = {
+            f"{tolerance:g}": {name: asdict(lives) for name, lives in of.items()}
+            for tolerance, of in self.lives[mode].items()
         }
+        return {"lifetimes": lifetimes, "curve": points}
 
     def as_csv(self) -> str:
         """Return what ``--csv`` writes: a line for each slide and mode, then each mode's median and interval ends."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,16 +17,16 @@ from lutgen.documents import from_json
 from lutgen.errors import LutgenError
 from lutgen.files import PARTIAL, bytes_at_most, files_below, read_at_most, write_atomically
 from lutgen.pictures import blocks
-from lutgen.pictures.difference import DifferenceCurve, Intervals
+from lutgen.pictures.difference import IN_JSON, DifferenceCurve, Intervals
 from lutgen.pictures.distinct import Tissue
 from lutgen.pictures.images import FORMATS
 from lutgen.pictures.lifetime import ImageLifetime
+from lutgen.version import __version__
 
 if TYPE_CHECKING:
-    import os
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Iterable, Mapping, Sequence
 
-    from lutgen.pictures.cohort_task import CohortTask
+    from lutgen.display import DisplayModel
 
 #: Suffixes of the files in a folder that count as slides.
 SUFFIXES = tuple(suffix for kind in FORMATS for suffix in kind.suffixes) + blocks.SUFFIXES
@@ -51,10 +51,33 @@ class CohortSlide:
     changed_ns: int
 
 
-def find_slides(given: Sequence[str | Path]) -> tuple[CohortSlide, ...]:
-    """Return the slides that files, folders and lists (.txt) name, in order.
+@dataclass(frozen=True)
+class CohortTask:
+    """Arguments for each slide's call of :func:`lutgen.pictures.lifetime.lifetime`."""
 
-    Raises LutgenError: none, a path that does not exist (in a list it is a slide that cannot be read), unreadable list.
+    model: DisplayModel
+    tolerances: tuple[float, ...]
+    modes: tuple[str, ...]
+    hours: tuple[float, ...]
+    tissue: bool
+    source: str
+    version: str = __version__
+
+    def anywhere(self) -> CohortTask:
+        """Return the same task with absolute paths of the user's own effects, for processes in other folders."""
+        effects = tuple(
+            replace(each, effect=replace(each.effect, origin=str(Path(each.effect.origin).resolve())))
+            if each.effect.origin.endswith(".py")
+            else each
+            for each in self.model.effects
+        )
+        return replace(self, model=replace(self.model, effects=effects))
+
+
+def find_slides(given: Sequence[str | Path]) -> tuple[CohortSlide, ...]:
+    """Return the slides that files, folders and lists (.txt) name, in order. Raises LutgenError: none, or no such path.
+
+    In a list a path that does not exist is a slide that cannot be read.
     """
     if not given:
         raise LutgenError("no slide was given. Give slides, a folder of them, or a list (.txt) of a path a line.")
@@ -94,23 +117,15 @@ def _in_list(file: Path) -> list[Path]:
 
 def _slide(path: Path) -> CohortSlide:
     absolute = path.resolve()
-    parts = list(_parts(absolute))
-    return CohortSlide(
-        str(path),
-        str(absolute),
-        sum(part.st_size for part in parts),
-        max((part.st_mtime_ns for part in parts), default=0),
-    )
-
-
-def _parts(path: Path) -> Iterator[os.stat_result]:
-    files = [path]
+    files, parts = [absolute], []
     # A .mrxs file is an index; a folder of the same name beside it holds the pixels.
-    if path.suffix.lower() == ".mrxs":
-        files += sorted(part for part in path.with_suffix("").rglob("*") if part.is_file())
+    if absolute.suffix.lower() == ".mrxs":
+        files += sorted(part for part in absolute.with_suffix("").rglob("*") if part.is_file())
     for file in files:
         with suppress(OSError):
-            yield file.stat()
+            parts.append(file.stat())
+    changed = max((part.st_mtime_ns for part in parts), default=0)
+    return CohortSlide(str(path), str(absolute), sum(part.st_size for part in parts), changed)
 
 
 SCHEMA = 1
@@ -165,10 +180,7 @@ class RunFolder:
 
 
 def claim(path: Path, task: CohortTask, *, force: bool) -> RunFolder:
-    """Check that a run may use ``path``.
-
-    Raises LutgenError: no folder, foreign files or, without ``force``, another run.
-    """
+    """Check that a run may use ``path``. Raises LutgenError: no folder, foreign files, or another run unless forced."""
     in_the_way = next((place for place in (path, *path.parents) if place.exists()), path)
     if in_the_way.exists() and not in_the_way.is_dir():
         raise LutgenError(f"{in_the_way}: is a file, and a run is a folder. Choose another with -o.")
@@ -225,10 +237,6 @@ def _text(content: Mapping[str, Any]) -> bytes:
     return (json.dumps(content, indent=1, allow_nan=False) + "\n").encode()
 
 
-#: Attribute of a curve → its name in JSON.
-_COLUMNS = {"hours": "hours", "mean": "mean", "sd": "sd", "p95": "p95", "p99": "p99", "largest": "max"}
-
-
 def image_from_json(content: Mapping[str, Any], file: str, tolerances: Sequence[float]) -> ImageLifetime:
     """Return the result that ``lifetime --json`` wrote. Raises KeyError, TypeError or ValueError for other content."""
     tissue, modes = content["tissue"], content["modes"]
@@ -245,9 +253,8 @@ def image_from_json(content: Mapping[str, Any], file: str, tolerances: Sequence[
 
 
 def _curve(points: Sequence[Mapping[str, float]]) -> DifferenceCurve:
-    return DifferenceCurve(
-        **{name: np.array([float(point[key]) for point in points]) for name, key in _COLUMNS.items()}
-    )
+    names = [each.name for each in fields(DifferenceCurve)]
+    return DifferenceCurve(**{name: np.array([float(point[IN_JSON[name]]) for point in points]) for name in names})
 
 
 def _intervals(modes: Mapping[str, Any], tolerances: Sequence[float]) -> Intervals | None:

@@ -39,8 +39,7 @@ from lutgen.version import __version__
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterator, Sequence
 
-    from lutgen.pictures.cohort_slides import CohortSlide
-    from lutgen.pictures.cohort_task import CohortTask
+    from lutgen.pictures.cohort_slides import CohortSlide, CohortTask
 
     Outcomes = Generator[tuple[CohortSlide, "Outcome"], None, None]
 
@@ -80,10 +79,7 @@ def outcomes(
     slides: Sequence[CohortSlide],
     deadly: str,
 ) -> Outcomes:
-    """Yield each slide with its outcome.
-
-    Compute again, one by one, the slides whose process died (None of ``done``).
-    """
+    """Yield each slide with its outcome. Slides whose process died (None of ``done``) are done again, one by one."""
     suspects = []
     for slide, outcome in done(slides):
         if outcome:
@@ -216,11 +212,9 @@ _DEADLY_WORKERS = "the Dask workers that took it died, one after the other (out 
 
 @contextmanager
 def on_cluster(address: str) -> Iterator[Callable[[CohortTask, Sequence[CohortSlide]], Outcomes]]:
-    """Connect to a scheduler; yield the function that computes slides on its workers.
-
-    Raises LutgenError: no Dask, scheduler or worker.
-    """
-    dask = _distributed()
+    """Connect to a scheduler; yield the function for slides on its workers. Raises LutgenError: no Dask, no worker."""
+    otherwise = "leave --scheduler out to use this machine's cores"
+    dask = optional("distributed", "--scheduler needs Dask", extra="cluster", otherwise=otherwise)
     if not _ADDRESS.fullmatch(address):
         raise LutgenError(f"--scheduler {address}: is no address of a Dask scheduler. Write it as tcp://host:8786.")
     try:
@@ -312,8 +306,3 @@ def _look_there(task: CohortTask, slide: CohortSlide) -> Outcome:
             "under the same path.",
         )
     return look_at(task, slide, 1)
-
-
-def _distributed() -> Any:
-    otherwise = "leave --scheduler out to use this machine's cores"
-    return optional("distributed", "--scheduler needs Dask", extra="cluster", otherwise=otherwise)

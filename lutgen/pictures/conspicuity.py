@@ -132,7 +132,8 @@ class Contrast:
         columns = {"hours": hours, **named, "change": self.change, "lost_share": self.lost}
         points = []
         for place in range(len(hours)):
-            point: dict[str, Any] = {name: _number(values[place]) for name, values in columns.items()}
+            at = {name: float(values[place]) for name, values in columns.items()}
+            point: dict[str, Any] = {name: value if isfinite(value) else None for name, value in at.items()}
             for number, name in enumerate(("median", "change", "lost_share")):
                 ends = None if self.intervals is None else self.intervals[place, number]
                 point[f"{name}_interval"] = None if ends is None or np.isnan(ends).any() else list(map(float, ends))
@@ -144,14 +145,9 @@ def contrast_of(unaged: Array, aged: Array, loss: float) -> Contrast:
     """Return the statistics of n nuclei from their ΔE2000 ``unaged`` (n,) and ``aged`` (h, n); ``loss`` in per cent."""
     losing = aged < (1.0 - loss / 100.0) * unaged
     percentiles = np.percentile(aged, PERCENT, axis=1).T
-    return Contrast(
-        unaged,
-        aged,
-        percentiles,
-        _change(np.median(aged, axis=1), np.median(unaged)),
-        losing.mean(axis=1),
-        _intervals(unaged, aged, losing) if unaged.size >= FEWEST else None,
-    )
+    change = _change(np.median(aged, axis=1), np.median(unaged))
+    intervals = _intervals(unaged, aged, losing) if unaged.size >= FEWEST else None
+    return Contrast(unaged, aged, percentiles, change, losing.mean(axis=1), intervals)
 
 
 def _intervals(unaged: Array, aged: Array, losing: NDArray[np.bool_]) -> Array:
@@ -175,10 +171,6 @@ def _change(after: Array, before: Array | np.float64) -> Array:
     with np.errstate(divide="ignore", invalid="ignore"):
         change = np.asarray(after / before - 1.0)
     return np.where(np.isfinite(change), change, np.nan)
-
-
-def _number(value: float) -> float | None:
-    return float(value) if isfinite(value) else None
 
 
 #: Default loss of ΔE2000 in per cent: a report gives the share of nuclei that lose more.

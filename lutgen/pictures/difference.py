@@ -44,7 +44,6 @@ if TYPE_CHECKING:
     from lutgen.display.chain import Link
     from lutgen.display.fitted import FitCovariance
     from lutgen.display.on_screen import OnScreen
-    from lutgen.readings import Measurements
 
 
 def differences(
@@ -56,10 +55,7 @@ def differences(
     *,
     places: Callable[[slice], Array] | None = None,
 ) -> Array:
-    """Return ΔE2000 of ``size`` colours at ``places`` on each aged display: (len(aged), size).
-
-    Threads call ``code``.
-    """
+    """Return ΔE2000 of ``size`` colours at ``places`` on each aged display, (len(aged), size), in threads."""
     result = np.empty((len(aged), size))
 
     def fill(start: int) -> int:
@@ -78,10 +74,9 @@ def _fill(result: Array, code: Array, unaged: AgedDisplay, aged: Sequence[AgedDi
     heads: dict[tuple[Link, ...], Array] = {}
 
     def seen(display: AgedDisplay) -> Array:
-        signal = heads.get(display.head)
-        if signal is None:
-            signal = heads[display.head] = display.head_signal(code)
-        return shown_lab(display.xyz(signal))
+        if display.head not in heads:
+            heads[display.head] = display.head_signal(code)
+        return shown_lab(display.xyz(heads[display.head]))
 
     before = seen(unaged)
     for row, display in zip(result, aged, strict=True):
@@ -101,6 +96,17 @@ STATISTICS = {
     "p95": "95 % of the pixels are at most this different",
     "p99": "99 % of the pixels are at most this different",
     "largest": "the largest of all pixels",
+}
+
+#: Attribute of a curve → its name in JSON.
+IN_JSON = {
+    "hours": "hours",
+    "mean": "mean",
+    "sd": "sd",
+    "max": "mean_plus_2_sd",
+    "p95": "p95",
+    "p99": "p99",
+    "largest": "max",
 }
 
 #: Differences in memory at a time (128 MB): this number / the number of colours is the number of displays in a group.
@@ -144,11 +150,7 @@ class DifferenceCurve:
 
 
 def curves_of(
-    colours: Colours,
-    model: DisplayModel,
-    modes: Sequence[str],
-    hours: Sequence[float],
-    progress: Progress = unseen,
+    colours: Colours, model: DisplayModel, modes: Sequence[str], hours: Sequence[float], progress: Progress = unseen
 ) -> dict[str, DifferenceCurve]:
     """Return the curve of each mode, at increasing ``hours``; errors as :meth:`DisplayModel.at`."""
     unaged = model.at("stable", 0.0)
@@ -187,17 +189,13 @@ def quantile(values: Array, counts: Counts, percent: int) -> float:
         return largest
     scale = (_BINS - 1) / largest
     histogram = np.zeros(_BINS)
-    for start in range(0, len(values), CHUNK):
-        part = slice(start, start + CHUNK)
+    parts = [slice(start, start + CHUNK) for start in range(0, len(values), CHUNK)]
+    for part in parts:
         histogram += np.bincount((values[part] * scale).astype(np.intp), counts[part], _BINS)
     below = np.concatenate([[0.0], np.cumsum(histogram)])
     place = int(np.argmax(below[1:] * 100.0 >= total * float(percent)))
-    inside = np.concatenate(
-        [
-            start + np.flatnonzero((values[start : start + CHUNK] * scale).astype(np.intp) == place)
-            for start in range(0, len(values), CHUNK)
-        ]
-    )
+    in_bin = (part.start + np.flatnonzero((values[part] * scale).astype(np.intp) == place) for part in parts)
+    inside = np.concatenate(list(in_bin))
     inside = inside[np.argsort(values[inside], kind="stable")]
     reached = (below[place] + np.cumsum(counts[inside])) * 100.0 >= total * float(percent)
     return float(values[inside[int(np.argmax(reached))]])
@@ -245,10 +243,12 @@ def intervals(
         progress(done + 1, len(models))
 
     def interval(mode: str, tolerance: float, statistic: str) -> Interval:
-        lives = [each[mode].hours_until(statistic, tolerance) for each in drawn_curves]
         exact, coarse_life = (each[mode].hours_until(statistic, tolerance) for each in (curves, own))
         shift = exact - coarse_life if exact is not None and coarse_life is not None else 0.0
-        return _ends(lives, shift, hours[-1])
+        lives = (each[mode].hours_until(statistic, tolerance) for each in drawn_curves)
+        ordered = sorted(np.inf if life is None else life + shift for life in lives)
+        low, high = (max(end, 0.0) if end <= hours[-1] else None for end in (ordered[OUTSIDE], ordered[-1 - OUTSIDE]))
+        return low, high
 
     return {
         mode: {
@@ -258,23 +258,12 @@ def intervals(
     }
 
 
-def _ends(lives: Sequence[float | None], shift: float, last: float) -> Interval:
-    ordered = sorted(np.inf if life is None else life + shift for life in lives)
-    low, high = ordered[OUTSIDE], ordered[-1 - OUTSIDE]
-    return _within(low, last), _within(high, last)
-
-
-def _within(hours: float, last: float) -> float | None:
-    return max(hours, 0.0) if hours <= last else None
-
-
 def drawn(model: DisplayModel, draws: int = DRAWS) -> list[DisplayModel]:
     """Return models drawn from the uncertainty that a model states; none if the model states no uncertainty."""
-    if model.covariance is not None:
-        random = np.random.default_rng(0)
-        known = model.covariance.among(model.fitted)
-        return [_joint_draw(model, known, random) for _ in range(draws)]
-    return _independent_draws(model, draws)
+    if model.covariance is None:
+        return _independent_draws(model, draws)
+    random, known = np.random.default_rng(0), model.covariance.among(model.fitted)
+    return [_joint_draw(model, known, random) for _ in range(draws)]
 
 
 def _joint_draw(model: DisplayModel, known: FitCovariance, random: np.random.Generator) -> DisplayModel:
@@ -283,18 +272,15 @@ def _joint_draw(model: DisplayModel, known: FitCovariance, random: np.random.Gen
     values = np.array([of[effect].values[name] for effect, name in known.of])
     bounds = np.array([of[effect].effect.parameters[name].bounds for effect, name in known.of]).reshape(-1, 2)
     off, tips = known.drawn(random, *(bounds.T - values))
-    moved = dict(zip(known.of, (values + off).tolist(), strict=True))
-    effects = []
-    for each in model.effects:
-        drawn_here = {
-            name: replace(estimate, value=moved.get((each.effect.name, name), estimate.value))
-            for name, estimate in each.estimates.items()
-        }
-        effects.append(replace(each, estimates=drawn_here))
+    effects = dict(of)
+    for (effect, name), value in zip(known.of, (values + off).tolist(), strict=True):
+        estimates = effects[effect].estimates
+        moved = {**estimates, name: replace(estimates[name], value=value)}
+        effects[effect] = replace(effects[effect], estimates=moved)
     latent = model.latent
     if latent is not None and known.hours:
         latent = LatentTips(latent.hours, latent.xyz_cd_m2 + tips)
-    return replace(model, effects=tuple(effects), latent=latent)
+    return replace(model, effects=tuple(effects.values()), latent=latent)
 
 
 def _independent_draws(model: DisplayModel, draws: int) -> list[DisplayModel]:
@@ -307,9 +293,12 @@ def _independent_draws(model: DisplayModel, draws: int) -> list[DisplayModel]:
     for _ in range(draws):
         other = replace(model, effects=tuple(_moved(each, random) for each in model.effects))
         if model.latent is not None:
-            hours, tips = model.latent.hours, model.latent.xyz_cd_m2
+            hours, tips, readings = model.latent.hours, model.latent.xyz_cd_m2, model.measurements
             tips = tips + _seen(model, hours) - _seen(other, hours)
-            sigma = np.hypot(relative * tips, floor) / _times_read(model.measurements, hours)[..., np.newaxis] ** 0.5
+            # Number of readings of white and primaries at each hour, at least 1: (N, 4).
+            read = (readings.drive[:, np.newaxis] == TIP_DRIVES).all(axis=-1) & readings.at_rest()[:, np.newaxis]
+            times = np.array([np.maximum(read[readings.hours == hour].sum(axis=0), 1) for hour in hours])
+            sigma = np.hypot(relative * tips, floor) / times[..., np.newaxis] ** 0.5
             other = replace(other, latent=LatentTips(hours, tips + sigma * random.standard_normal(tips.shape)))
         models.append(other)
     return models
@@ -329,12 +318,6 @@ def _seen(model: DisplayModel, hours: Array) -> Array:
     """Return XYZ in cd/m² of white and primaries under the conditions of the readings, shape (N, 4, 3)."""
     model = replace(model, conditions=REFERENCE)
     return np.array([xyY_to_xyz(model.shown_tips(float(hour))) for hour in hours])
-
-
-def _times_read(readings: Measurements, hours: Array) -> Array:
-    """Return the number of readings of white and primaries at each hour, at least 1: (N, 4)."""
-    tips = (readings.drive[:, np.newaxis] == TIP_DRIVES).all(axis=-1) & readings.at_rest()[:, np.newaxis]
-    return np.array([np.maximum(tips[readings.hours == hour].sum(axis=0), 1) for hour in hours])
 
 
 def coarse(colours: Colours) -> Colours:

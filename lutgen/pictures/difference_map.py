@@ -25,9 +25,10 @@ from lutgen.files import check_name, check_new_file, replacing
 from lutgen.names import AGING_MODES, MAP_SUFFIXES, SIGNAL, SOURCES
 from lutgen.pictures.blocks import Blocks, Place, open_blocks
 from lutgen.pictures.difference import differences, statistics
-from lutgen.pictures.distinct import Colours, Counts, count_colours
+from lutgen.pictures.distinct import Counts, count_colours
 from lutgen.pictures.encoding import Decoder, Storage, Stored, joined
 from lutgen.pictures.frame import AreaMeans, Grid, whole_factor
+from lutgen.pictures.images import new_by_oiio
 from lutgen.pictures.lifetime import binning_error
 from lutgen.progress import Progress, part_of, unseen
 
@@ -145,7 +146,10 @@ def difference_map(
             check_placed(str(image), blocks.height, blocks.width)
         find: Callable[[Stored, Array | None], Singles] = partial(_computed, unaged, aged, blocks.storage)
         if not on_screen and blocks.storage.dtype == np.uint8 and not blocks.storage.associated:
-            find = partial(_looked_up, _table_of(colours, values))
+            # ΔE2000 of all 8-bit colours: 64 MB; 0 for a colour that does not occur.
+            table = np.zeros(1 << 24, np.float32)
+            table[colours.keys] = values
+            find = partial(_looked_up, table)
         factor = whole_factor(blocks.height, blocks.width, LONGEST)
         means = AreaMeans(Grid.squares(blocks.height, blocks.width, factor), 1)
         with ExitStack() as stack:
@@ -195,12 +199,9 @@ def _places(on_screen: OnScreen | None, blocks: Blocks, block: Place) -> Array |
     """Return where on the screen the pixels of a block lie, (n, 2); None: all at one place."""
     if on_screen is None:
         return None
-    shape = blocks.height, blocks.width
-    rows = [
-        on_screen.places(row * blocks.width + block.left, block.right - block.left, shape, blocks.orientation)
-        for row in range(block.top, block.bottom)
-    ]
-    return np.concatenate(rows)
+    shape, count = (blocks.height, blocks.width), block.right - block.left
+    starts = (row * blocks.width + block.left for row in range(block.top, block.bottom))
+    return np.concatenate([on_screen.places(start, count, shape, blocks.orientation) for start in starts])
 
 
 def _computed(
@@ -214,13 +215,6 @@ def _computed(
     return np.asarray(values, np.float32)
 
 
-def _table_of(colours: Colours, values: Array) -> Singles:
-    """Return ΔE2000 of all 8-bit colours, (2**24,): 64 MB; 0 for a colour that does not occur."""
-    table = np.zeros(1 << 24, np.float32)
-    table[colours.keys] = values
-    return table
-
-
 def _looked_up(table: Singles, stored: Stored, _places: None) -> Singles:
     """Look ΔE2000 of 8-bit pixels up in the table, (n, channels) → (n,)."""
     return np.asarray(table.take(joined(stored[:, :3].T, 8, np.uint32)))
@@ -231,12 +225,9 @@ def _of_block(
 ) -> Singles:
     """Return ΔE2000 of a block, (rows, columns); NaN where alpha is 0."""
     flat = stored.reshape(-1, storage.channels)
-    if not storage.alpha or (flat[:, 3] != 0).all():
-        return find(flat, places).reshape(stored.shape[:2])
-    seen = flat[:, 3] != 0
+    seen: Any = flat[:, 3] != 0 if storage.alpha else slice(None)
     values = np.full(len(flat), np.nan, np.float32)
-    if seen.any():
-        values[seen] = find(flat[seen], None if places is None else places[seen])
+    values[seen] = find(flat[seen], None if places is None else places[seen])
     return values.reshape(stored.shape[:2])
 
 
@@ -252,15 +243,13 @@ def _check_floats(path: Path, image: Path, *, force: bool) -> Path:
 @contextmanager
 def _floats(path: Path, blocks: Blocks) -> Iterator[Callable[[Place, Singles], None]]:
     """Open a map in numbers for writing; yield the function that writes a block of the map."""
-    with replacing(path) as partial:
-        # Python's OSError says why a file cannot be created; OpenImageIO's message does not.
-        partial.touch()
-        file = oiio().ImageOutput.create(MAP_SUFFIXES[path.suffix.lower()])
 
-        def check(done: bool) -> None:
-            if not done:
-                file.geterror()
-                raise OSError(f"OpenImageIO cannot finish the {path.suffix} file")
+    def check(done: bool) -> None:
+        if not done:
+            raise OSError(f"OpenImageIO cannot finish the {path.suffix} file")
+
+    kind = MAP_SUFFIXES[path.suffix.lower()]
+    with replacing(path) as partial, new_by_oiio(partial, kind, _spec(blocks), check) as file:
 
         def write(place: Place, block: Singles) -> None:
             rows, values = (place.top, place.bottom), np.ascontiguousarray(block[..., np.newaxis])
@@ -269,14 +258,7 @@ def _floats(path: Path, blocks: Blocks) -> Iterator[Callable[[Place, Singles], N
             else:
                 check(file.write_scanlines(*rows, 0, values))
 
-        check(file.open(str(partial), _spec(blocks)))
-        try:
-            yield write
-        except BaseException:
-            file.close()
-            file.geterror()
-            raise
-        check(file.close())
+        yield write
 
 
 def _spec(blocks: Blocks) -> Any:

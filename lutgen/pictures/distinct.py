@@ -27,17 +27,8 @@ from numpy.typing import NDArray
 from lutgen.colorimetry import CHUNK, Array, code_to_linear, linear_to_lab
 from lutgen.errors import LutgenError
 from lutgen.names import SIGNAL
-from lutgen.pictures.blocks import Place, open_blocks
-from lutgen.pictures.encoding import (
-    Decoder,
-    Keys,
-    NotFiniteError,
-    Storage,
-    Stored,
-    joined,
-    levels_of,
-    not_finite,
-)
+from lutgen.pictures.blocks import open_blocks
+from lutgen.pictures.encoding import Decoder, Keys, NotFiniteError, Storage, Stored, joined, levels_of, not_finite
 from lutgen.progress import Progress, unseen
 
 if TYPE_CHECKING:
@@ -93,30 +84,18 @@ def count_colours(path: Path, source: str = "auto", progress: Progress = unseen)
         pixels = blocks.height * blocks.width
         counter: _Exact | _Binned = _Exact(storage, pixels) if exact else _Binned(storage)
         for place, stored in blocks.read(progress):
+            flat = stored.reshape(-1, storage.channels)
+            visible = flat[:, 3] != 0 if storage.alpha else np.ones(len(flat), np.bool_)
             try:
-                counter.add(_visible(stored.reshape(-1, storage.channels)))
+                counter.add(flat if visible.all() else flat[visible])
             except NotFiniteError:
-                raise _not_finite(path, place, stored) from None
+                bad = ~np.isfinite(flat).all(axis=1) & visible
+                row, column = divmod(int(bad.argmax()), stored.shape[1])
+                raise not_finite(path, place.left + column, place.top + row) from None
     colours = counter.colours()
     if not len(colours):
         raise LutgenError(f"{path}: every pixel is transparent (alpha 0): there is nothing to see.")
     return colours
-
-
-def _visible(stored: Stored) -> Stored:
-    """Return the pixels without those of alpha 0: (n, channels) → (m, channels)."""
-    if stored.shape[1] == 3:
-        return stored
-    visible = stored[:, 3] != 0
-    return stored if visible.all() else stored[visible]
-
-
-def _not_finite(path: Path, place: Place, stored: Stored) -> LutgenError:
-    bad = ~np.isfinite(stored).all(axis=2)
-    if stored.shape[2] == 4:
-        bad &= stored[..., 3] != 0
-    row, column = np.argwhere(bad)[0]
-    return not_finite(path, place.left + int(column), place.top + int(row))
 
 
 class _Exact:
@@ -135,7 +114,11 @@ class _Exact:
         keys, counts = _squeezed(self._table)
         # Released before the keys are concatenated: table and keys together exceed the memory limit.
         del self._table
-        return Colours(np.concatenate(keys), counts, partial(_code_of_bytes, self._decoder), 8)
+        return Colours(np.concatenate(keys), counts, self._code, 8)
+
+    def _code(self, keys: Keys) -> Array:
+        stored, channels = levels_of(keys, 8).T.astype(np.uint8), self._decoder.storage.channels
+        return self._decoder(np.pad(stored, ((0, 0), (0, channels - 3)), constant_values=255))[0].T
 
 
 def _squeezed(table: Counts) -> tuple[list[Keys], Counts]:
@@ -149,12 +132,6 @@ def _squeezed(table: Counts) -> tuple[list[Keys], Counts]:
         size += len(places)
     few = table[:size].max(initial=0) < 1 << 32
     return keys, table[:size].astype(np.uint32 if few else np.int64)
-
-
-def _code_of_bytes(decoder: Decoder, keys: Keys) -> Array:
-    stored = levels_of(keys, 8).T.astype(np.uint8)
-    planes, _ = decoder(np.pad(stored, ((0, 0), (0, decoder.storage.channels - 3)), constant_values=255))
-    return planes.T
 
 
 class _Binned:
@@ -247,15 +224,14 @@ def tissue_only(colours: Colours, path: Path) -> tuple[Colours, Tissue]:
     bins, sums = _histogram(colours)
     first = otsu(sums[:, 3])
     whole, rest, glass = (_mean(part) for part in (sums, sums[:first], sums[first:]))
-    # `not >=` is true for NaN too: the mean of a class without pixels is NaN, and then there is no contrast.
-    if not glass[0] - rest[0] >= CONTRAST:
-        if _like_glass(whole):
-            raise LutgenError(
-                f"{path}: no tissue was found: all of it is bright and without colour, like bare glass (L* "
-                f"{whole[0]:.0f}). Leave --tissue out to take the image whole."
-            )
-        return colours, Tissue(None, 0.0)
-    if not _like_glass(glass):
+    # The mean of a class without pixels is NaN, and then there is no contrast.
+    contrast = bool(glass[0] - rest[0] >= CONTRAST)
+    if not contrast and _like_glass(whole):
+        raise LutgenError(
+            f"{path}: no tissue was found: all of it is bright and without colour, like bare glass (L* "
+            f"{whole[0]:.0f}). Leave --tissue out to take the image whole."
+        )
+    if not (contrast and _like_glass(glass)):
         return colours, Tissue(None, 0.0)
     tissue = bins < first
     remaining = replace(colours, keys=colours.keys[tissue], counts=colours.counts[tissue])

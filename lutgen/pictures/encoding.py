@@ -22,7 +22,6 @@ from lutgen.names import LINEAR
 #: Pixels as stored, shape (n, channels): RGB, or RGB and alpha.
 Stored = NDArray[Any]
 
-
 #: One number for each colour, shape (n,): the bits of red, green and blue side by side, blue lowest.
 Keys = NDArray[Any]
 
@@ -88,10 +87,7 @@ class Storage:
 
 @dataclass(frozen=True)
 class Decoder:
-    """Converts stored pixels to planes in ``encoding``.
-
-    8- and 16-bit numbers, also halves, by a table of all values.
-    """
+    """Converts stored pixels to planes in ``encoding``: 8- and 16-bit numbers and halves by a table of all values."""
 
     storage: Storage
     encoding: str
@@ -99,7 +95,9 @@ class Decoder:
     def __call__(self, stored: Stored) -> tuple[Array, int]:
         """Return planes (3, n) of pixels (n, channels), and how many pixels were clipped. Raises NotFiniteError."""
         if self.storage.associated and (stored[:, 3] != self.storage.white).any():
-            return self._clipped(self._unassociated(_finite(stored)))
+            values = _finite(stored).astype(np.float64) / self.storage.white
+            # Colours are not divided by an alpha of 0.
+            return self._clipped(values[:, :3] / np.where(values[:, 3:] > 0.0, values[:, 3:], 1.0))
         if self.storage.dtype.kind == "u":
             return self._looked_up(stored), 0
         single = _finite(stored)
@@ -118,20 +116,12 @@ class Decoder:
     def _table(self) -> Array:
         numbers = np.arange(2 ** (8 * self.storage.dtype.itemsize), dtype=f"u{self.storage.dtype.itemsize}")
         values = np.nan_to_num(numbers.view(self.storage.dtype).astype(np.float64)) / self.storage.white
-        return self._converted(np.clip(values, 0.0, 1.0))
-
-    def _unassociated(self, single: Stored) -> Array:
-        values = single.astype(np.float64) / self.storage.white
-        alpha = values[:, 3:]
-        # Colours are not divided by an alpha of 0.
-        return np.asarray(values[:, :3] / np.where(alpha > 0.0, alpha, 1.0))
+        return convert(np.clip(values, 0.0, 1.0), self.storage.encoding, self.encoding)
 
     def _clipped(self, values: Stored) -> tuple[Array, int]:
+        planes = np.clip(values.T.astype(np.float64, order="C"), 0.0, 1.0)
         outside = int(np.count_nonzero(outside_gamut(values)))
-        return self._converted(np.clip(values.T.astype(np.float64, order="C"), 0.0, 1.0)), outside
-
-    def _converted(self, values: Array) -> Array:
-        return convert(values, self.storage.encoding, self.encoding)
+        return convert(planes, self.storage.encoding, self.encoding), outside
 
 
 @dataclass(frozen=True)
@@ -144,20 +134,19 @@ class Encoder:
     def __call__(self, planes: Array, source: Stored, source_white: float, out: Stored) -> None:
         """Encode planes (3, n) into ``out`` (n, channels). Copy alpha from ``source``, whose 1 is ``source_white``."""
         values = convert(planes, self.encoding, self.storage.encoding)
-        white = self.storage.white
         if self.storage.alpha:
             alpha = source[:, 3] / np.float64(source_white)
             if self.storage.associated:
                 values = values * np.where(alpha > 0.0, alpha, 1.0)
-            out[:, 3] = source[:, 3] if source.dtype == out.dtype else self._stored(alpha, white)
+            out[:, 3] = source[:, 3] if source.dtype == out.dtype else self._stored(alpha)
         for channel, plane in enumerate(values):
-            out[:, channel] = self._stored(plane, white)
+            out[:, channel] = self._stored(plane)
 
-    def _stored(self, values: Array, white: float) -> Stored:
+    def _stored(self, values: Array) -> Stored:
         # Assignment to the array casts. Cast to single precision first: numpy's cast from double to half is slow.
         if self.storage.dtype.kind == "f":
             return values.astype(np.float32)
-        return np.rint(np.clip(values, 0.0, 1.0) * white)
+        return np.rint(np.clip(values, 0.0, 1.0) * self.storage.white)
 
 
 def convert(values: Array, source: str, target: str) -> Array:

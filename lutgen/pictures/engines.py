@@ -10,7 +10,7 @@ import re
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,10 +27,9 @@ from lutgen.names import LINEAR, SIGNAL
 from lutgen.pictures.encoding import Decoder, Encoder, Storage, Stored
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from lutgen.display import AgedDisplay
-    from lutgen.display.on_screen import OnScreen
 
 #: Whether each pixel's aged colour lies outside the viewer's gamut, shape (n,); None: the engine does not know.
 Clipped = NDArray[np.bool_] | None
@@ -44,18 +43,16 @@ class Engine(Protocol):
         """``SIGNAL`` or ``LINEAR``: the encoding of input and output planes."""
         ...
 
-    def __call__(self, planes: Array) -> tuple[Array, Clipped]:
-        """Age planes (3, n) in 0..1."""
+    def __call__(self, planes: Array, first: int, /) -> tuple[Array, Clipped]:
+        """Age planes (3, n) in 0..1, of the n pixels from index ``first`` on, row by row."""
         ...
 
 
 def engine_for(aging: AgedDisplay | str | Path) -> Engine:
     """Return the engine for an aged display (the direct model) or for the path of a LUT file."""
     if isinstance(aging, (str, Path)):
-        return LutEngine(Path(aging))
-    if paper_links(aging):
-        return PaperEngine(aging)
-    return ChainEngine(aging)
+        return LutEngine(Path(aging), _processor(Path(aging)))
+    return PaperEngine(aging) if paper_links(aging) else ChainEngine(aging)
 
 
 @dataclass(frozen=True)
@@ -64,7 +61,7 @@ class Unaged:
 
     works_in: str
 
-    def __call__(self, planes: Array) -> tuple[Array, Clipped]:
+    def __call__(self, planes: Array, _first: int = 0) -> tuple[Array, Clipped]:
         """Return the planes."""
         return planes, None
 
@@ -74,28 +71,16 @@ class ChainEngine:
     """Evaluates any chain of links, as ``AgedDisplay`` does."""
 
     aged: AgedDisplay
-    works_in: str = SIGNAL
-
-    def __call__(self, planes: Array) -> tuple[Array, Clipped]:
-        """Age code values (3, n)."""
-        linear = self.aged.code_to_linear(planes.T)
-        return linear_to_code(np.clip(linear, 0.0, 1.0)).T, outside_gamut(linear)
-
-
-@dataclass(frozen=True)
-class PlacedEngine:
-    """Ages each pixel at its own place on the screen, for a picture of ``shape`` and ``orientation``."""
-
-    aged: AgedDisplay
-    on_screen: OnScreen
-    shape: tuple[int, int]
-    orientation: int
+    #: Places on the screen, (n, 2), of n pixels from an index on: called with both. None: all pixels lie at one place.
+    places: Callable[[int, int], Array] | None = None
     works_in: str = SIGNAL
 
     def __call__(self, planes: Array, first: int = 0) -> tuple[Array, Clipped]:
-        """Age code values (3, n) of the n pixels from index ``first`` on, row by row."""
-        place = self.on_screen.places(first, planes.shape[1], self.shape, self.orientation)
-        linear = linear_at(self.aged, planes.T, place)
+        """Age code values (3, n)."""
+        if self.places:
+            linear = linear_at(self.aged, planes.T, self.places(first, planes.shape[1]))
+        else:
+            linear = self.aged.code_to_linear(planes.T)
         return linear_to_code(np.clip(linear, 0.0, 1.0)).T, outside_gamut(linear)
 
 
@@ -107,10 +92,6 @@ class PaperEngine:
     works_in: str = LINEAR
 
     @cached_property
-    def _nearest(self) -> bool:
-        return self.aged.head[1] == Selection("nearest")
-
-    @cached_property
     def _matrices(self) -> Array:
         """Mean of XYZ_TO_LINEAR · T over each subset of w, r, g, b, coded as bits 1, 2, 4, 8: shape (16, 3, 3)."""
         (emission,) = (link for link in self.aged.tail if isinstance(link, Matrices))
@@ -119,18 +100,18 @@ class PaperEngine:
         mean = np.einsum("si,ijk->sjk", members / np.maximum(members.sum(axis=1, keepdims=True), 1), each)
         return np.asarray(mean)
 
-    def __call__(self, planes: Array) -> tuple[Array, Clipped]:
+    def __call__(self, planes: Array, _first: int = 0) -> tuple[Array, Clipped]:
         """Age linear light (3, n)."""
         chosen = self._chosen(planes)
         colours = np.bincount(chosen, minlength=16)
         # First transform all colours by the most frequent matrix, then the rest by their own: this copies fewest
         # pixels.
         usual = int(np.argmax(colours))
-        aged = _multiply(self._matrices[usual], planes)
+        aged = transform(self._matrices[usual], planes.T).T
         colours[usual] = 0
         for which in np.flatnonzero(colours):
             where = np.flatnonzero(chosen == which)
-            part = _multiply(self._matrices[which], planes.take(where, axis=1))
+            part = transform(self._matrices[which], planes.take(where, axis=1).T).T
             for plane, values in zip(aged, part, strict=True):
                 plane[where] = values
         clipped = outside_gamut(aged.T)
@@ -142,7 +123,7 @@ class PaperEngine:
         # ``TIE`` of the smallest is a score within ``TIE``·d of the largest; d is 0.7 to 1 where two colour points are
         # equally near.
         red, green, blue = linear
-        if not self._nearest:
+        if self.aged.head[1] != Selection("nearest"):
             limit = np.minimum(np.minimum(red, green), blue) + TIE
             return _bits([red <= limit, green <= limit, blue <= limit], first=1)
         white = red + green + blue - 1.0
@@ -155,23 +136,16 @@ class LutEngine:
     """Applies a LUT file of code values, interpolated tetrahedrally by OpenColorIO in single precision."""
 
     path: Path
+    processor: Any
     works_in: str = SIGNAL
 
-    def __post_init__(self) -> None:
-        """Read the LUT file."""
-        object.__setattr__(self, "_processor", _processor(self.path))
-
-    def __call__(self, planes: Array) -> tuple[Array, Clipped]:
+    def __call__(self, planes: Array, _first: int = 0) -> tuple[Array, Clipped]:
         """Age code values (3, n). A LUT holds no record of the colours that were clipped when it was built."""
         pixels = np.ascontiguousarray(planes.T, dtype=np.float32)
-        self.__dict__["_processor"].applyRGB(pixels)
+        self.processor.applyRGB(pixels)
         if not np.isfinite(pixels).all():
             raise LutgenError(f"{self.path}: gives NaN or infinity for colours of this image. Build the LUT again.")
         return np.clip(pixels.T.astype(np.float64, order="C"), 0.0, 1.0), None
-
-
-def _multiply(matrix: Array, planes: Array) -> Array:
-    return transform(matrix, planes.T).T
 
 
 def _bits(flags: Sequence[NDArray[np.bool_]], *, first: int) -> NDArray[np.uint8]:
@@ -210,20 +184,16 @@ def _processor(path: Path) -> Any:
 BLOCK = 16_384
 
 
-class PixelCounts(NamedTuple):
-    """Number of pixels with an aged colour outside the viewer's gamut (None: unknown), or a source outside 0..1."""
-
-    clipped: int | None
-    source_clipped: int
-
-
-def shader_for(source: Storage, target: Storage, engine: Engine | PlacedEngine) -> Shader | TableShader:
+def shader_for(source: Storage, target: Storage, engine: Engine) -> Shader | TableShader:
     """Return the fastest shader: a table for 8-bit pixels whose aged colour depends on neither alpha nor place."""
     shader = Shader(source, target, engine)
     eight_bits = source.dtype == target.dtype == np.uint8
-    if eight_bits and not source.associated and not target.associated and not isinstance(engine, PlacedEngine):
-        return TableShader(shader)
-    return shader
+    placed = isinstance(engine, ChainEngine) and engine.places
+    return TableShader(shader) if eight_bits and not (source.associated or target.associated or placed) else shader
+
+
+#: Number of pixels with an aged colour outside the viewer's gamut (None: unknown), and with a source outside 0..1.
+PixelCounts = tuple[int | None, int]
 
 
 @dataclass(frozen=True)
@@ -232,33 +202,23 @@ class Shader:
 
     source: Storage
     target: Storage
-    engine: Engine | PlacedEngine
+    engine: Engine
     chunk: int = BLOCK
 
     @cached_property
     def _decode(self) -> Decoder:
         return Decoder(self.source, self.engine.works_in)
 
-    @cached_property
-    def _encode(self) -> Encoder:
-        return Encoder(self.target, self.engine.works_in)
-
-    @property
-    def changes(self) -> bool:
-        """Whether source and target store pixels differently."""
-        return self.source != self.target
-
     def __call__(self, stored: Stored, out: Stored, first: int = 0) -> PixelCounts:
         """Age ``stored`` (n, channels) into ``out`` (n, channels); ``first`` is the index in the picture of row 0."""
         clipped, source_clipped = self.shade(stored, out, first)
-        return PixelCounts(None if clipped is None else int(np.count_nonzero(clipped)), source_clipped)
+        return None if clipped is None else int(np.count_nonzero(clipped)), source_clipped
 
     def shade(self, stored: Stored, out: Stored, first: int = 0) -> tuple[Clipped, int]:
         """As ``__call__``, but return which pixels are outside the viewer's gamut."""
         planes, source_clipped = self._decode(stored)
-        engine = self.engine
-        aged, clipped = engine(planes, first) if isinstance(engine, PlacedEngine) else engine(planes)
-        self._encode(aged, stored, self.source.white, out)
+        aged, clipped = self.engine(planes, first)
+        Encoder(self.target, self.engine.works_in)(aged, stored, self.source.white, out)
         return clipped, source_clipped
 
 
@@ -269,10 +229,7 @@ _COLOUR = np.uint32(0x00FF_FFFF)
 
 @dataclass(frozen=True)
 class TableShader:
-    """Ages every 8-bit colour once, and caches it in a table of 64 MB.
-
-    Threads need no lock: they write equal entries.
-    """
+    """Ages every 8-bit colour once, and caches it in a table of 64 MB. Threads write equal entries, so need no lock."""
 
     shader: Shader
     chunk: int = 8 * BLOCK
@@ -289,7 +246,7 @@ class TableShader:
         out[:, :3] = _bytes(shown)[:, :3]
         out[:, 3:] = stored[:, 3:]
         unknown = bool(shown[0] & _UNKNOWN)
-        return PixelCounts(None if unknown else int(np.count_nonzero(shown & _CLIPPED)), 0)
+        return None if unknown else int(np.count_nonzero(shown & _CLIPPED)), 0
 
     def _add(self, colours: NDArray[np.uint32]) -> None:
         channels = self.shader.source.channels

@@ -84,10 +84,7 @@ class AreaMeans:
         self._sums[tuple(cells)] += sums
 
     def means(self) -> Array:
-        """Return the reduced picture, (h, w, channels); NaN where no pixel counts.
-
-        Call :meth:`add` no more after this.
-        """
+        """Return the reduced picture, (h, w, channels); NaN where no pixel counts. Do not call :meth:`add` after it."""
         # The result overwrites the sums, which take most of the memory if there are many cells.
         sums, counted = self._sums[..., :-1], self._sums[..., -1:]
         np.divide(sums, counted, out=sums, where=counted > 0)
@@ -97,10 +94,7 @@ class AreaMeans:
 
 
 def light_means(blocks: Blocks, grid: Grid, progress: Progress = unseen) -> Array:
-    """Return the mean linear light of each cell, (h, w, 3); NaN: all transparent.
-
-    A NaN in the file is read as black.
-    """
+    """Return the mean linear light of each cell, (h, w, 3); NaN: all transparent. NaN in the file is read as black."""
     decoder, means = Decoder(blocks.storage, LINEAR), AreaMeans(grid, 3)
     for place, stored in blocks.read(progress):
         # A whole block in double precision takes many times the memory of the stored block.
@@ -123,9 +117,7 @@ def _light(stored: Stored, storage: Storage, decoder: Decoder) -> tuple[Array, A
         return decoder(flat)[0].T.reshape(*stored.shape[:2], 3), np.ones(stored.shape[:2])
     seen = flat[:, 3] != 0
     light = np.zeros((len(flat), 3))
-    if seen.any():
-        planes, _ = decoder(flat[seen])
-        light[seen] = planes.T
+    light[seen] = decoder(flat[seen])[0].T
     return light.reshape(*stored.shape[:2], 3), seen.astype(np.float64).reshape(stored.shape[:2])
 
 
@@ -183,14 +175,7 @@ class Frame:
         return differences(code.__getitem__, len(code), unaged, aged)[:, self.places]
 
 
-def read_frame(
-    path: Path,
-    *,
-    pixels: int,
-    width: int,
-    source: str = "auto",
-    progress: Progress = unseen,
-) -> Frame:
+def read_frame(path: Path, *, pixels: int, width: int, source: str = "auto", progress: Progress = unseen) -> Frame:
     """Read a picture, reduced to at most ``pixels`` pixels and ``width`` in a row; NaN is black. Raises LutgenError."""
     code, visible, size = read_pixels(path, pixels=pixels, width=width, source=source, progress=progress)
     colours, places = np.unique(code.reshape(-1, 3), axis=0, return_inverse=True)
@@ -198,12 +183,7 @@ def read_frame(
 
 
 def read_pixels(
-    path: Path,
-    *,
-    pixels: int,
-    width: int,
-    source: str = "auto",
-    progress: Progress = unseen,
+    path: Path, *, pixels: int, width: int, source: str = "auto", progress: Progress = unseen
 ) -> tuple[Pixels, NDArray[np.bool_], tuple[int, int]]:
     """Return, as :func:`read_frame`, code values (h, w, 3), visible pixels (h, w), and the image's width and height."""
     with open_blocks(path, source) as opened:
@@ -315,16 +295,9 @@ def aged_series(
     if on_screen:
         curves = placed_curves(code, seen[..., 0], model, on_screen, modes=modes, hours=chosen)
         pixels = int(seen[..., 0].sum())
-        return AgedSeries(str(image), model, code, factor, pixels, len(colours), curves, on_screen)
-    return AgedSeries(
-        file=str(image),
-        model=model,
-        source=code,
-        factor=factor,
-        pixels=colours.pixels,
-        colours=len(colours),
-        curves=curves_of(colours, model, modes, chosen, part_of(progress, 800, 200)),
-    )
+    else:
+        curves, pixels = curves_of(colours, model, modes, chosen, part_of(progress, 800, 200)), colours.pixels
+    return AgedSeries(str(image), model, code, factor, pixels, len(colours), curves, on_screen)
 
 
 def plain_png(pixels: Pixels) -> bytes:

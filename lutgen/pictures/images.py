@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 import zlib
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, BinaryIO
 
@@ -22,7 +22,7 @@ from lutgen.names import LINEAR, SIGNAL
 from lutgen.pictures.encoding import Storage, Stored
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping
     from pathlib import Path
 
 
@@ -87,7 +87,7 @@ _SRGB_PRIMARIES = tuple(float(number) for number in SRGB_XY[[1, 2, 3, 0]].ravel(
 
 
 class ImageSource:
-    """An open image: its storage and its bands of rows."""
+    """An open image: its size in pixels, its storage and its bands of rows."""
 
     def __init__(self, path: Path, image: Any, kind: ImageFormat, encoding: str) -> None:
         """Take an image that OpenImageIO has opened. Raises LutgenError for pixels that cannot be aged."""
@@ -96,27 +96,14 @@ class ImageSource:
         alpha = _check_channels(path, self.spec)
         associated = alpha and not self.spec.get_int_attribute("oiio:UnassociatedAlpha")
         encoding = encoding or _encoding(path, self.spec, kind)
-        self.storage = Storage(_dtype(path, self.spec.format), encoding, alpha, associated)
-
-    @property
-    def width(self) -> int:
-        """Pixels in a row."""
-        return int(self.spec.width)
-
-    @property
-    def height(self) -> int:
-        """Rows of pixels."""
-        return int(self.spec.height)
-
-    @property
-    def sideways(self) -> bool:
-        """Whether the file tells viewers to turn the picture by 90°."""
-        return int(self.spec.get_int_attribute("Orientation", 1)) > 4
-
-    @property
-    def mirrored(self) -> bool:
-        """Whether the file tells viewers to show its left side on the right."""
-        return int(self.spec.get_int_attribute("Orientation", 1)) in (2, 3)
+        number = str(self.spec.format)
+        if number not in DTYPES:
+            known = ", ".join(DTYPES)
+            raise LutgenError(f"{path}: stores {number} numbers. lutgen reads {known}; convert the image first.")
+        self.storage = Storage(np.dtype(DTYPES[number]), encoding, alpha, associated)
+        self.width, self.height = int(self.spec.width), int(self.spec.height)
+        #: TIFF's Orientation, 1 to 8: how viewers turn or mirror the picture; 1: as stored.
+        self.orientation = int(self.spec.get_int_attribute("Orientation", 1))
 
     @property
     def unit(self) -> int:
@@ -161,28 +148,46 @@ def open_source(path: Path, source: str = "auto") -> Iterator[ImageSource]:
     if kind.name in ("png", "tiff") and not is_whole(path):
         raise _damaged(path)
     # OpenImageIO chooses the reader by the suffix, reads options after a question mark, and accepts only UTF-8 paths.
-    if path.suffix.lower() in kind.suffixes and "?" not in str(path) and is_unicode(path):
-        with _opened(path, path, kind, source) as opened:
-            yield opened
-    else:
-        with under_its_name(path, kind.suffixes[0]) as link, _opened(path, link, kind, source) as opened:
-            yield opened
+    named = path.suffix.lower() in kind.suffixes and "?" not in str(path) and is_unicode(path)
+    with nullcontext(path) if named else under_its_name(path, kind.suffixes[0]) as link:
+        image = opened_by_oiio(link)
+        if image is None:
+            raise _damaged(path)
+        try:
+            yield ImageSource(path, image, kind, "" if source == "auto" else source)
+        finally:
+            image.close()
 
 
-@contextmanager
-def _opened(path: Path, link: Path, kind: ImageFormat, source: str) -> Iterator[ImageSource]:
+def opened_by_oiio(path: Path) -> Any | None:
+    """Open an image whose colours are not multiplied by alpha; None: OpenImageIO cannot read it."""
     lib = oiio()
     hint = lib.ImageSpec()
     hint.attribute("oiio:UnassociatedAlpha", 1)
-    image = lib.ImageInput.open(str(link), hint)
+    image = lib.ImageInput.open(str(path), hint)
     if image is None or image.has_error:
         # OpenImageIO prints unread messages when it is unloaded.
         (image or lib).geterror()
-        raise _damaged(path)
+        return None
+    return image
+
+
+@contextmanager
+def new_by_oiio(path: Path, kind: str, spec: Any, check: Callable[[bool], None]) -> Iterator[Any]:
+    """Yield a new image file; ``check`` raises when it gets False. Raises OSError: the file cannot be created."""
+    # Python's OSError says why a file cannot be created; OpenImageIO's message does not.
+    path.touch()
+    image = oiio().ImageOutput.create(kind)
     try:
-        yield ImageSource(path, image, kind, "" if source == "auto" else source)
-    finally:
+        check(image.open(str(path), spec))
+        yield image
+    except BaseException:
         image.close()
+        image.geterror()
+        raise
+    closed = image.close()
+    image.geterror()
+    check(closed)
 
 
 def format_of_suffix(path: Path) -> ImageFormat:
@@ -241,13 +246,6 @@ def _check_channels(path: Path, spec: Any) -> bool:
 
 _TIFF_INKS, _TIFF_LAB = 5, (8, 9, 10)
 TIFF = next(kind for kind in FORMATS if kind.name == "tiff")
-
-
-def _dtype(path: Path, oiio_format: Any) -> np.dtype[Any]:
-    name = str(oiio_format)
-    if name not in DTYPES:
-        raise LutgenError(f"{path}: stores {name} numbers. lutgen reads {', '.join(DTYPES)}; convert the image first.")
-    return np.dtype(DTYPES[name])
 
 
 def _encoding(path: Path, spec: Any, kind: ImageFormat) -> str:

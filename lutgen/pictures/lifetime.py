@@ -21,7 +21,15 @@ from lutgen.display import DisplayModel, seen_on, what_pictures_carry
 from lutgen.display.tips import MAX_HOURS
 from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.names import AGING_MODES, SOURCES
-from lutgen.pictures.difference import STATISTICS, DifferenceCurve, Intervals, curves_of, differences, intervals
+from lutgen.pictures.difference import (
+    IN_JSON,
+    STATISTICS,
+    DifferenceCurve,
+    Intervals,
+    curves_of,
+    differences,
+    intervals,
+)
 from lutgen.pictures.distinct import Colours, Tissue, count_colours, tissue_only
 from lutgen.progress import Progress, part_of, unseen
 
@@ -110,27 +118,18 @@ class Lifetimes:
         return rows
 
     def _image(self, image: ImageLifetime) -> dict[str, Any]:
-        return {
-            "file": image.file,
-            "pixels": image.pixels,
-            "colours": image.colours,
-            "bits": image.bits,
-            "binning_error": image.binning_error,
-            "tissue": None
-            if image.tissue is None
-            else {"threshold_L": image.tissue.threshold, "left_out_share": image.tissue.left_out_share},
-            "modes": {
-                mode: {
-                    "lifetimes": {f"{each:g}": self._lives(image, mode, each) for each in self.tolerances},
-                    "curve": _points(curve),
-                }
-                for mode, curve in image.curves.items()
-            },
-        }
-
-    def _lives(self, image: ImageLifetime, mode: str, tolerance: float) -> dict[str, Any]:
-        lives = {name: image.curves[mode].hours_until(name, tolerance) for name in STATISTICS}
-        return {**lives, "interval": image.intervals and image.intervals[mode][tolerance]}
+        tissue, modes = None, {}
+        if image.tissue is not None:
+            tissue = {"threshold_L": image.tissue.threshold, "left_out_share": image.tissue.left_out_share}
+        for mode, curve in image.curves.items():
+            lifetimes = {}
+            for tolerance in self.tolerances:
+                lives = {name: curve.hours_until(name, tolerance) for name in STATISTICS}
+                interval = image.intervals and image.intervals[mode][tolerance]
+                lifetimes[f"{tolerance:g}"] = {**lives, "interval": interval}
+            modes[mode] = {"lifetimes": lifetimes, "curve": _points(curve)}
+        counted = {name: getattr(image, name) for name in ("file", "pixels", "colours", "bits", "binning_error")}
+        return {**counted, "tissue": tissue, "modes": modes}
 
 
 def csv_hours(hours: float | None) -> str:
@@ -139,15 +138,7 @@ def csv_hours(hours: float | None) -> str:
 
 
 def _points(curve: DifferenceCurve) -> list[dict[str, float]]:
-    columns = {
-        "hours": curve.hours,
-        "mean": curve.mean,
-        "sd": curve.sd,
-        "mean_plus_2_sd": curve.max,
-        "p95": curve.p95,
-        "p99": curve.p99,
-        "max": curve.largest,
-    }
+    columns = {key: getattr(curve, name) for name, key in IN_JSON.items()}
     return [dict(zip(columns, map(float, values), strict=True)) for values in zip(*columns.values(), strict=True)]
 
 
@@ -264,8 +255,9 @@ def check_tolerances(tolerances: Sequence[float]) -> tuple[float, ...]:
         raise LutgenError("no tolerance was given. Give colour differences above 0, such as 3,5.")
     for tolerance in tolerances:
         if not (isfinite(tolerance) and tolerance > 0):
-            message = f"tolerance {tolerance:g}: a tolerated ΔE2000 is a finite number above 0, such as 3 or 5."
-            raise LutgenError(message)
+            raise LutgenError(
+                f"tolerance {tolerance:g}: a tolerated ΔE2000 is a finite number above 0, such as 3 or 5."
+            )
     return tuple(dict.fromkeys(map(float, tolerances)))
 
 

@@ -22,9 +22,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lutgen.bindings import oiio, optional
+from lutgen.bindings import optional
 from lutgen.errors import LutgenError, reason_of, refuse_unknown
 from lutgen.names import STAINS
+from lutgen.pictures.images import opened_by_oiio
 
 if TYPE_CHECKING:
     from lutgen.pictures.blocks import Field, Mask
@@ -90,12 +91,8 @@ def segment(field: Field, *, stain: str = "auto", min_area: int | None = None) -
     how = f"found by haematoxylin ({STAINS[kind][0]}{', by its colours' if stain == 'auto' else ''})"
     labelled = sized(_parted(nuclear, width), width, least, LARGEST * width**2, how)
     if not labelled.count:
-        why = (
-            f"{labelled.small} spots are smaller than {least:.0f} pixels"
-            if labelled.small
-            else "nothing has their size"
-        )
-        raise _none(field, why)
+        small = f"{labelled.small} spots are smaller than {least:.0f} pixels"
+        raise _none(field, small if labelled.small else "nothing has their size")
     return labelled
 
 
@@ -275,13 +272,9 @@ def _read(file: str | Path, field: Field) -> NDArray[Any]:
         raise LutgenError(f"{file}: cannot read the mask: {reason_of(error)}.") from None
     if not start.startswith(_LOSSLESS):
         raise LutgenError(f"{file}: the mask is neither PNG nor TIFF; others lose or change numbers. {_ALLOWED}")
-    lib = oiio()
-    hint = lib.ImageSpec()
     # Labels must not be multiplied by alpha.
-    hint.attribute("oiio:UnassociatedAlpha", 1)
-    image = lib.ImageInput.open(str(path), hint)
+    image = opened_by_oiio(path)
     if image is None:
-        lib.geterror()
         raise LutgenError(f"{file}: the mask is damaged and cannot be read. Get a whole copy.")
     spec = image.spec()
     if (spec.height, spec.width) != field.shape:
@@ -303,11 +296,7 @@ def _read(file: str | Path, field: Field) -> NDArray[Any]:
 
 
 def _whole(file: str | Path, values: NDArray[Any]) -> NDArray[Any]:
-    if values.dtype.kind == "f":
-        wrong = ~np.isfinite(values) | (values != np.rint(values))
-    else:
-        wrong = np.zeros(values.shape, np.bool_)
-    wrong |= (values < 0) | (values > _LARGEST)
+    wrong = ~np.isfinite(values) | (values != np.rint(values)) | (values < 0) | (values > _LARGEST)
     if wrong.any():
         row, column = np.argwhere(wrong)[0]
         raise LutgenError(

@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
     from matplotlib.cm import ScalarMappable
-    from matplotlib.figure import Figure
 
     from lutgen.display import DisplayModel
 
@@ -41,32 +40,31 @@ _KELVINS = (3000, 4000, 5000, 6500, 9300, 15000)
 
 def plot_display(model: DisplayModel, path: str | Path, *, force: bool = False) -> None:
     """Write the page of a display, over all its measured hours, as a PNG; errors as :func:`new_figure`."""
-    with new_figure(path, PAGE, force=force) as figure:
-        _draw_page(figure, show(model), model)
-
-
-def _draw_page(figure: Figure, shown: Shown, model: DisplayModel) -> None:
     ratios = {"width_ratios": (1.35, 1), "height_ratios": (1.7, 1)}
-    grid = figure.add_gridspec(2, 2, left=0.05, right=0.97, top=0.86, bottom=0.1, wspace=0.14, hspace=0.3, **ratios)
-    chromaticity(figure.add_subplot(grid[:, 0]), shown)
-    luminance(figure.add_subplot(grid[0, 1]), shown, model)
-    non_additivity(figure.add_subplot(grid[1, 1]), shown)
-    first, _, rest = shown.sentence().partition("; ")
-    figure.text(0.05, 0.955, first, fontsize=17, weight="bold", va="center")
-    figure.text(0.05, 0.915, rest[:1].upper() + rest[1:], fontsize=13, va="center")
-    source = textwrap.shorten(shown.provenance, 2 * FOOTER, placeholder=" …")
-    figure.text(0.05, 0.012, textwrap.fill(source, FOOTER), fontsize=10, va="bottom", color="#444444")
+    with new_figure(path, PAGE, force=force) as figure:
+        shown = show(model)
+        grid = figure.add_gridspec(2, 2, left=0.05, right=0.97, top=0.86, bottom=0.1, wspace=0.14, hspace=0.3, **ratios)
+        chromaticity(figure.add_subplot(grid[:, 0]), shown)
+        luminance(figure.add_subplot(grid[0, 1]), shown, model)
+        non_additivity(figure.add_subplot(grid[1, 1]), shown)
+        first, _, rest = shown.sentence().partition("; ")
+        figure.text(0.05, 0.955, first, fontsize=17, weight="bold", va="center")
+        figure.text(0.05, 0.915, rest[:1].upper() + rest[1:], fontsize=13, va="center")
+        source = textwrap.shorten(shown.provenance, 2 * FOOTER, placeholder=" …")
+        figure.text(0.05, 0.012, textwrap.fill(source, FOOTER), fontsize=10, va="bottom", color="#444444")
 
 
 def chromaticity(axes: Axes, shown: Shown) -> None:
     """Draw the CIE 1976 UCS diagram with the gamut and the drift of all tips, and an inset near white."""
-    locus = _spectral_locus()
-    _draw_diagram(axes, locus)
+    chromaticity_diagram(axes)
     for row, line in ((0, "-"), (-1, "--")):
         corners = np.vstack([shown.uv[row, 1:], shown.uv[row, 1:2]])
         axes.plot(*corners.T, line, color="#333333", linewidth=1.2, label=f"gamut at {spaced(shown.hours[row])} h")
     shade = _draw_drift(axes, shown, size=16)
-    _label_tips(axes, shown)
+    places = (("left", 12, -12), ("right", -16, -10), ("left", 6, -20), ("left", 12, 2))
+    for i, (name, (align, right, up)) in enumerate(zip(TIP_NAMES, places, strict=True)):
+        text, weight = f"{name}: {shown.shift[-1, i]:.3f}", "bold" if i == np.argmax(shown.shift[-1]) else "normal"
+        beside(axes, text, shown.uv[-1, i], (right, up), ha=align, va="center", fontsize=10, weight=weight)
     axes.set(xlim=(-0.02, 0.66), ylim=(-0.02, 0.63), xlabel="u'", ylabel="v'")
     axes.set_title("CIE 1976 chromaticity; the numbers are Δu'v' since hour 0")
     axes.set_aspect("equal")
@@ -111,8 +109,18 @@ def non_additivity(axes: Axes, shown: Shown) -> None:
 
 
 def chromaticity_diagram(axes: Axes) -> None:
-    """Draw the CIE 1976 diagram in pale colours inside the spectral locus."""
-    _draw_diagram(axes, _spectral_locus())
+    """Draw the CIE 1976 diagram: the spectral locus, filled with pale sRGB colours of about its chromaticities."""
+    from matplotlib.patches import Polygon
+
+    locus, extent, points = _spectral_locus(), (0.0, 0.64, 0.0, 0.6), 400
+    # At v' = 0, y is 0 and XYZ is infinite; the locus stays above 0.01.
+    u, v = np.meshgrid(np.linspace(*extent[:2], points), np.linspace(0.002, extent[3], points))
+    xy = np.stack([9 * u, 4 * v], axis=-1) / (6 * u - 16 * v + 12)[..., np.newaxis]
+    linear = np.maximum(xyz_to_linear(xyY_to_xyz(np.dstack([xy, np.ones_like(u)]))), 0.0)
+    code = linear_to_code(linear / linear.max(axis=-1, keepdims=True))
+    image = axes.imshow(0.55 + 0.45 * code, extent=extent, origin="lower", interpolation="bilinear", zorder=0)
+    image.set_clip_path(Polygon(locus, transform=axes.transData))
+    axes.plot(*np.vstack([locus, locus[:1]]).T, color="#555555", linewidth=1.0)
 
 
 def _spectral_locus() -> Array:
@@ -125,34 +133,12 @@ def _spectral_locus() -> Array:
     return xy_to_uv(xyz[:, :2] / xyz.sum(axis=1, keepdims=True))
 
 
-def _draw_diagram(axes: Axes, locus: Array) -> None:
-    """Fill the spectral locus with pale sRGB colours of about its chromaticities."""
-    from matplotlib.patches import Polygon
-
-    extent, points = (0.0, 0.64, 0.0, 0.6), 400
-    # At v' = 0, y is 0 and XYZ is infinite; the locus stays above 0.01.
-    u, v = np.meshgrid(np.linspace(*extent[:2], points), np.linspace(0.002, extent[3], points))
-    xy = np.stack([9 * u, 4 * v], axis=-1) / (6 * u - 16 * v + 12)[..., np.newaxis]
-    linear = np.maximum(xyz_to_linear(xyY_to_xyz(np.dstack([xy, np.ones_like(u)]))), 0.0)
-    code = linear_to_code(linear / linear.max(axis=-1, keepdims=True))
-    image = axes.imshow(0.55 + 0.45 * code, extent=extent, origin="lower", interpolation="bilinear", zorder=0)
-    image.set_clip_path(Polygon(locus, transform=axes.transData))
-    axes.plot(*np.vstack([locus, locus[:1]]).T, color="#555555", linewidth=1.0)
-
-
 def _draw_drift(axes: Axes, shown: Shown, size: float) -> ScalarMappable:
     """Draw every tip at every hour in greys, darker with time: a hue could be mistaken for a chromaticity."""
     hours = np.repeat(shown.hours[:, np.newaxis], len(TIP_NAMES), axis=1)
     return axes.scatter(
         shown.uv[..., 0], shown.uv[..., 1], c=hours, s=size, cmap="Greys", zorder=4, edgecolor="black", linewidth=0.4
     )
-
-
-def _label_tips(axes: Axes, shown: Shown) -> None:
-    places = (("left", 12, -12), ("right", -16, -10), ("left", 6, -20), ("left", 12, 2))
-    for i, (name, (align, right, up)) in enumerate(zip(TIP_NAMES, places, strict=True)):
-        text, weight = f"{name}: {shown.shift[-1, i]:.3f}", "bold" if i == np.argmax(shown.shift[-1]) else "normal"
-        beside(axes, text, shown.uv[-1, i], (right, up), ha=align, va="center", fontsize=10, weight=weight)
 
 
 def _draw_inset(axes: Axes, shown: Shown) -> None:
@@ -183,7 +169,8 @@ def _label_ends(axes: Axes, shown: Shown) -> None:
 
 def _draw_rings(axes: Axes, centre: Array, reach: float) -> None:
     """Draw circles of equal Δu'v' around ``centre``, two or more in a view of ``reach`` to each side."""
-    step = _round_step(reach / 2.0)
+    power = 10.0 ** np.floor(np.log10(reach / 2.0))
+    step = float(max(factor * power for factor in (1, 2, 5) if factor * power <= reach / 2.0 * (1 + 1e-9)))
     turn = np.linspace(0.0, 2.0 * np.pi, 181)
     for radius in step * np.arange(1, 4):
         axes.plot(centre[0] + radius * np.cos(turn), centre[1] + radius * np.sin(turn), color="#aaaaaa", linewidth=0.8)
@@ -196,12 +183,6 @@ def _inside(axes: Axes, place: Array, margin_x: float, margin_y: float) -> bool:
     """Return whether a point lies inside the axes, at least the margins (shares of the axes) from their edges."""
     across, up = axes.transAxes.inverted().transform(axes.transData.transform(place))
     return bool(margin_x < across < 1.0 - margin_x and margin_y < up < 1.0 - margin_y)
-
-
-def _round_step(rough: float) -> float:
-    """Return the largest number of the form 1, 2 or 5 × 10ⁿ that is not above ``rough``."""
-    power = 10.0 ** np.floor(np.log10(rough))
-    return float(max(factor * power for factor in (1, 2, 5) if factor * power <= rough * (1 + 1e-9)))
 
 
 def _draw_planck(axes: Axes, white: Array) -> None:

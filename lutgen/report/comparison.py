@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -90,8 +90,7 @@ def from_own_model(comparison: Comparison, again: str) -> str:
 
 def data_line(problem: Problem) -> str:
     """Return the number of readings, their hours, their noise and their source."""
-    readings, noise = problem.readings, problem.noise
-    hours = problem.hours
+    readings, noise, hours = problem.readings, problem.noise, problem.hours
     known = {
         "replicates": "as replicates show",
         "instrument": f"that of {noise.instrument}" if noise.instrument else "as stated",
@@ -109,49 +108,32 @@ def data_line(problem: Problem) -> str:
 
 def error_table(comparison: Comparison) -> Table:
     """Return a table of the errors, the errors from noise alone, and the ratio of their root mean squares."""
-    quantities = {
-        "mean ΔE2000": "delta_e_mean",
-        "95 % of readings below": "delta_e_p95",
-        "largest": "delta_e_max",
-        "root mean square in σ": "rms_sigma",
-    }
-    rows = []
-    for name, key in quantities.items():
-        error, floor = getattr(comparison.error, key), getattr(comparison.floor, key)
-        ratio = times(comparison.ratio) if key == "rms_sigma" else ""
-        rows.append((name, f"{error:.3f}", f"{floor:.3f}", ratio))
+    error, floor, ratio = comparison.error, comparison.floor, times(comparison.ratio)
+    rows = [
+        ("mean ΔE2000", f"{error.delta_e_mean:.3f}", f"{floor.delta_e_mean:.3f}", ""),
+        ("95 % of readings below", f"{error.delta_e_p95:.3f}", f"{floor.delta_e_p95:.3f}", ""),
+        ("largest", f"{error.delta_e_max:.3f}", f"{floor.delta_e_max:.3f}", ""),
+        ("root mean square in σ", f"{error.rms_sigma:.3f}", f"{floor.rms_sigma:.3f}", ratio),
+    ]
     return Table(("", "error", "noise alone", "× the noise"), rows)
 
 
 def _slice_table(slices: list[Slice]) -> Table:
-    rows = [
-        (
-            NAMES[each.by],
-            each.slice,
-            str(each.n),
-            f"{each.delta_e_mean:.2f}",
-            f"{each.floor_delta_e_mean:.2f}",
-            times(over_noise(each)),
-        )
-        for each in slices
-    ]
+    rows = []
+    for each in slices:
+        errors = (f"{each.delta_e_mean:.2f}", f"{each.floor_delta_e_mean:.2f}", times(over_noise(each)))
+        rows.append((NAMES[each.by], each.slice, str(each.n), *errors))
     clear = [number for number, each in enumerate(slices) if over_noise(each) > CLEAR]
     headings = ("by", "where", "readings", "mean ΔE2000", "noise alone", "× the noise")
     return Table(headings, rows, words=range(2), strong=clear)
 
 
 def _worst_table(comparison: Comparison) -> Table:
-    rows = [
-        (
-            str(each.line),
-            spaced(each.hour),
-            ", ".join(f"{value:g}" for value in each.code),
-            _conditions(comparison.problem, each.line),
-            f"{each.delta_e:.2f}",
-            f"{each.sigma:.1f}",
-        )
-        for each in comparison.worst[:READINGS]
-    ]
+    rows = []
+    for each in comparison.worst[:READINGS]:
+        code = ", ".join(f"{value:g}" for value in each.code)
+        where = (str(each.line), spaced(each.hour), code, _conditions(comparison.problem, each.line))
+        rows.append((*where, f"{each.delta_e:.2f}", f"{each.sigma:.1f}"))
     return Table(("line", "hour", "R, G, B", "conditions", "ΔE2000", "σ"), rows, words=range(4))
 
 
@@ -159,11 +141,11 @@ def _conditions(problem: Problem, line: int) -> str:
     """Return the conditions of a reading that differ from rest: position, room light, window, minutes, note."""
     readings = problem.readings
     row = int((readings.lines == line).argmax())
-    unusual = []
-    for condition in CONDITIONS:
-        away = readings.rest.away.get(condition.cell)
-        if away is not None and away[row]:
-            unusual.append(condition.short.format(*(readings.column(each.name)[row] for each in condition.columns)))
+    unusual = [
+        condition.short.format(*(readings.column(each.name)[row] for each in condition.columns))
+        for condition in CONDITIONS
+        if condition.cell in readings.rest.away and readings.rest.away[condition.cell][row]
+    ]
     note = readings.note[row] if readings.note else ""
     return ", ".join([*unusual, *([note] if note else [])])
 
@@ -174,15 +156,14 @@ ACROSS, LOGARITHMIC, LEAST_LAB = 4, 6.0, 0.3
 #: Axes of L*a*b*: name, colour and mark.
 AXES = (("ΔL*", BLACK, "o"), ("Δa*", RED, "s"), ("Δb*", BLUE, "^"))
 
-
 #: Errors of a condition's slices that differ by less than this factor count as equal.
 SAME = 1.25
 
 
 def makes_no_difference(panel: ResidualPanel) -> bool:
     """Return whether the error is large but equal under all values of a condition: then its cause is another."""
-    condition = panel.by not in OF_EVERY_READING
-    return condition and panel.worst >= CLEAR and bool(panel.ratio.max() < SAME * panel.ratio.min())
+    equal = bool(panel.ratio.max() < SAME * panel.ratio.min())
+    return panel.by not in OF_EVERY_READING and panel.worst >= CLEAR and equal
 
 
 def title_of(panel: ResidualPanel) -> str:
@@ -211,17 +192,14 @@ def plot_residuals(
     )
     rows = max(-(-len(drawn) // ACROSS), 1)
     height = 5.6 if rows == 1 else 10.4
+    # The dimension that the sentence names as the worst; "" if it names none.
+    called = {CALLED[each.by].format(each.slice): each.by for each in reversed(comparison.where)}
+    telling = called.get(comparison.direction.where, "") if drawn else ""
     with picture(path, first.rstrip("."), second=rest, foot=foot, height=height, force=force) as (figure, low, high):
         if drawn:
-            _draw(figure, drawn, earlier, _most_telling(comparison), (low + 0.75 / height, high - 0.35 / height))
+            _draw(figure, drawn, earlier, telling, (low + 0.75 / height, high - 0.35 / height))
         else:
             figure.text(0.5, 0.5, "There is nothing to compare.", ha="center", fontsize=14)
-
-
-def _most_telling(comparison: Comparison) -> str:
-    """Return the dimension that the comparison's sentence names as the worst; "" if it names none."""
-    where = comparison.direction.where
-    return next((each.by for each in comparison.where if CALLED[each.by].format(each.slice) == where), "")
 
 
 def _draw(
@@ -252,14 +230,14 @@ def _draw(
 
 
 def _sizes(axes: Axes, panel: ResidualPanel, earlier: ResidualPanel | None, most: float) -> None:
-    _band(axes, panel, *_widened(panel.band).T)
+    # The range of eight simulated campaigns, widened to the expected range of twenty by a factor of 1.3.
+    middle = panel.band.mean(axis=1, keepdims=True)
+    _band(axes, panel, *(middle + 1.3 * (panel.band - middle)).T)
     axes.axhline(1.0, color=GREY, linewidth=1.0)
     joined = "-" if panel.by == "hour" else ""
     if earlier is not None:
-        axes.plot(
-            *(earlier.places, earlier.ratio, f"o{joined}"), color=GREY, markerfacecolor="white", markersize=5,
-            linewidth=1.0,
-        )  # fmt: skip
+        look: dict[str, Any] = {"color": GREY, "markerfacecolor": "white", "markersize": 5, "linewidth": 1.0}
+        axes.plot(earlier.places, earlier.ratio, f"o{joined}", **look)
     if joined:
         axes.plot(panel.places, panel.ratio, joined, color=BLACK, linewidth=1.0, alpha=0.5)
     else:
@@ -282,12 +260,6 @@ def _band(axes: Axes, panel: ResidualPanel, low: Array, high: Array) -> None:
         axes.fill_between(panel.places, low, high, color=BAND, linewidth=0)
     else:
         axes.bar(panel.places, high - low, 0.8, bottom=low, color=BAND, linewidth=0)
-
-
-def _widened(band: Array) -> Array:
-    """Widen the range of eight simulated campaigns to the expected range of twenty, by a factor of 1.3."""
-    middle = band.mean(axis=1, keepdims=True)
-    return np.asarray(middle + 1.3 * (band - middle))
 
 
 def _directions(axes: Axes, panel: ResidualPanel, widest: float, *, legend: bool) -> None:

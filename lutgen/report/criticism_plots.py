@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -63,9 +63,9 @@ def plot_diagnosis(
     # If the verdict names no effect, the steps of the search were rejected.
     steps = explanation.steps if diagnosis.verdict.effects else ()
     pictures = plot_comparison(diagnosis.comparison, folder, force=force)
-    added = zip(steps, explanation.trail, strict=False)
-    further = [Stage(f"+ {step.name}", compare_problem(problem, trail.terms)) for step, trail in added]
-    stages = [Stage(FIRST, diagnosis.comparison), *further]
+    stages = {FIRST: diagnosis.comparison}
+    for step, trail in zip(steps, explanation.trail, strict=False):
+        stages[f"+ {step.name}"] = compare_problem(problem, trail.terms)
     plot_steps(stages, diagnosis, place / STEPS, foot=foot, force=force)
     plot_visibility(diagnosis.visibility, effects, place / VISIBILITY, foot=foot, force=force)
     pictures += [place / STEPS, place / VISIBILITY]
@@ -87,18 +87,15 @@ def plot_refinement(
     refinement: Refinement, effects: Mapping[str, Effect], folder: str | Path, *, force: bool = False
 ) -> list[Path]:
     """Draw a refinement; errors as in :func:`plot_comparison`."""
-    place, foot = Path(folder), refinement.found.problem.readings.provenance
-    added = ", ".join(step.effect for step in refinement.steps)
-    before = refinement.before if refinement.steps else None
+    place, foot, steps = Path(folder), refinement.found.problem.readings.provenance, refinement.steps
+    added, before = ", ".join(step.effect for step in steps), refinement.before if steps else None
     plot_residuals(refinement.after, place / RESIDUALS, force=force, added=added, before=before)
-    further = [Stage(f"+ {step.effect}", step.comparison) for step in refinement.steps]
-    stages = [Stage(FIRST, refinement.before), *further]
+    stages = {FIRST: refinement.before, **{f"+ {step.effect}": step.comparison for step in steps}}
     plot_steps(stages, None, place / STEPS, foot=foot, force=force)
     pictures = [place / RESIDUALS, place / STEPS]
-    new = [effects[step.effect] for step in refinement.steps]
-    if not new:
+    if not steps:
         return pictures
-    views = [View.of(refinement.found.problem, refinement.found.terms, effect) for effect in new]
+    views = [View.of(refinement.found.problem, refinement.found.terms, effects[step.effect]) for step in steps]
     plot_fit(views, place / FIT, title=refinement.sentence().rstrip("."), foot=foot, force=force)
     return [*pictures, place / FIT]
 
@@ -110,34 +107,19 @@ ALONE = 12
 NEAR = 0.1
 
 
-class Stage(NamedTuple):
-    """A model with some effects added: its name, and its comparison with the readings."""
-
-    name: str
-    comparison: Comparison
-
-
-class Alone(NamedTuple):
-    """The model with a single effect: residual error / noise, and whether the verdict names the effect."""
-
-    name: str
-    ratio: float
-    named: bool
-
-
-def alone(diagnosis: Diagnosis) -> list[Alone]:
-    """Return the single effects that lower the error / noise of a comparison, best first."""
-    named, problem = diagnosis.verdict.effects, diagnosis.problem
+def alone(diagnosis: Diagnosis) -> list[tuple[str, float]]:
+    """Return the single effects that lower the error / noise of a comparison, and this ratio, best first."""
     families = diagnosis.explanation.first[:ALONE]
-    ratios = {each.name: compare_problem(problem, each.best.fit.terms).ratio for each in families}
-    effects = [Alone(name, ratio, name in named) for name, ratio in ratios.items()]
+    ratios = {each.name: compare_problem(diagnosis.problem, each.best.fit.terms).ratio for each in families}
     # An effect that lowers the error by less than 1 % is not drawn.
-    lowering = [each for each in effects if each.ratio < 0.99 * diagnosis.comparison.ratio]
-    return sorted(lowering, key=lambda each: each.ratio)
+    lowering = [(name, ratio) for name, ratio in ratios.items() if ratio < 0.99 * diagnosis.comparison.ratio]
+    return sorted(lowering, key=lambda each: each[1])
 
 
-def plot_steps(stages: Sequence[Stage], diagnosis: Diagnosis | None, path: Path, *, foot: str, force: bool) -> None:
-    """Draw the error after each step, and single effects or the errors in ΔE2000. Raises as :func:`picture`."""
+def plot_steps(
+    stages: Mapping[str, Comparison], diagnosis: Diagnosis | None, path: Path, *, foot: str, force: bool
+) -> None:
+    """Draw the error of each model (by name), and single effects or the errors in ΔE2000. Raises as :func:`picture`."""
     legend = (
         "× the noise: root mean square error in σ / error of noise alone, of the readings that are predicted from "
         "white and primaries; at 1 × the error is only noise. "
@@ -146,27 +128,26 @@ def plot_steps(stages: Sequence[Stage], diagnosis: Diagnosis | None, path: Path,
     with picture(path, _steps_title(stages), foot=legend + foot, height=height, force=force) as (figure, low, high):
         bottom, top = low + 0.85 / height, high - 0.4 / height
         way = figure.add_axes((0.115, bottom, 0.325, top - bottom))
-        rows = [(stage.name, stage.comparison.ratio, stage.comparison.agrees) for stage in stages]
+        rows = [(name, each.ratio, BLUE if each.agrees else RED) for name, each in stages.items()]
         most = max(ratio for _, ratio, _ in rows)
-        _ratios(way, [(name, ratio, BLUE if agrees else RED) for name, ratio, agrees in rows], most)
+        _ratios(way, rows, most)
         way.set_title("Effect by effect", loc="left", fontsize=12)
         if diagnosis:
             by_itself = figure.add_axes((0.60, bottom, 0.36, top - bottom))
-            effects = alone(diagnosis)
-            bars = [(FIRST, stages[0].comparison.ratio, RED)]
-            bars += [(each.name, each.ratio, "#7fb8dc" if each.named else "#bbbbbb") for each in effects]
-            _ratios(by_itself, bars, most)
+            effects, named = alone(diagnosis), diagnosis.verdict.effects
+            bars = [(name, ratio, "#7fb8dc" if name in named else "#bbbbbb") for name, ratio in effects]
+            _ratios(by_itself, [(FIRST, stages[FIRST].ratio, RED), *bars], most)
             title = "With one effect alone (blue: named)" if effects else "No effect alone lowers the error"
             by_itself.set_title(title, loc="left", fontsize=12)
         else:
             _colours(figure.add_axes((0.55, bottom, 0.42, top - bottom)), stages)
 
 
-def _steps_title(stages: Sequence[Stage]) -> str:
-    first, last = stages[0].comparison, stages[-1].comparison
+def _steps_title(stages: Mapping[str, Comparison]) -> str:
+    first, last = stages[FIRST], [*stages.values()][-1]
     if len(stages) == 1:
         return f"The error is {times(first.ratio)} the noise, and no effect is added"
-    added = ", ".join(stage.name.removeprefix("+ ") for stage in stages[1:])
+    added = ", ".join(name.removeprefix("+ ") for name in [*stages][1:])
     end = "" if last.agrees else ": an error remains"
     return f"With {added} the error falls from {times(first.ratio)} to {times(last.ratio)} the noise{end}"
 
@@ -190,15 +171,15 @@ def _ratios(axes: Axes, rows: Sequence[tuple[str, float, str]], most: float) -> 
     tidy(axes, grid="x")
 
 
-def _colours(axes: Axes, stages: Sequence[Stage]) -> None:
+def _colours(axes: Axes, stages: Mapping[str, Comparison]) -> None:
     keys = {"mean": "delta_e_mean", "95 % below": "delta_e_p95", "largest": "delta_e_max"}
-    floor = stages[-1].comparison.floor
     shades = [RED, *["#bbbbbb"] * max(len(stages) - 2, 0), BLUE][: len(stages)]
-    columns = [*((stage.name, stage.comparison.error, shade) for stage, shade in zip(stages, shades, strict=True))]
-    width = 0.8 / (len(columns) + 1)
-    for index, (name, errors, colour) in enumerate([*columns, ("noise alone", floor, BAND)]):
+    columns = [(name, each.error, shade) for (name, each), shade in zip(stages.items(), shades, strict=True)]
+    columns.append(("noise alone", [*stages.values()][-1].floor, BAND))
+    width = 0.8 / len(columns)
+    for index, (name, errors, colour) in enumerate(columns):
         values = [getattr(errors, key) for key in keys.values()]
-        places = np.arange(len(keys)) + (index - len(columns) / 2) * width
+        places = np.arange(len(keys)) + (index - (len(columns) - 1) / 2) * width
         axes.bar(places, values, 0.9 * width, color=colour, label=name)
         for place, value in zip(places, values, strict=True):
             axes.text(place, value, f"{value:.2f}", ha="center", va="bottom", fontsize=9)
@@ -309,8 +290,8 @@ def plot_fit(views: Sequence[View], path: Path, *, title: str, foot: str, force:
     with picture(path, title, foot=legend + foot, height=height, force=force) as (figure, low, high):
         bottom, top = low + 0.25 / height, high
         row = (top - bottom) / len(shown)
-        for index, view in enumerate(shown):
-            base = top - (index + 1) * row
+        for index, view in enumerate(shown, 1):
+            base = top - index * row
             inner, tall = base + 0.75 / height, row - 1.45 / height
             figure.text(0.04, base + row - 0.2 / height, view.sentence(), fontsize=12, va="center")
             left = figure.add_axes((0.055, inner, 0.275, tall))
@@ -323,7 +304,6 @@ def plot_fit(views: Sequence[View], path: Path, *, title: str, foot: str, force:
 
 
 def _curves(axes: Axes, view: View) -> None:
-    logarithmic = "warmup_min" in view.way.columns
     # Colours and marks of the curves.
     for curve, (colour, mark) in zip(view.curves, ((BLUE, "o"), (RED, "s"), (GREEN, "^")), strict=False):
         places = np.where(np.isinf(curve.places), _warm(curve.places), curve.places)
@@ -332,7 +312,7 @@ def _curves(axes: Axes, view: View) -> None:
         )
         axes.plot(places, curve.with_it, "-", color=colour, linewidth=1.6)
     axes.axhline(0.0, color=BLACK, linewidth=1.4, linestyle="--")
-    if logarithmic:
+    if "warmup_min" in view.way.columns:
         axes.set_xscale("log")
         finite = np.unique([place for curve in view.curves for place in curve.places if np.isfinite(place)])
         axes.set_xticks([*finite, _warm(np.append(finite, np.inf))], [*(f"{value:g}" for value in finite), "warm"])
@@ -340,11 +320,15 @@ def _curves(axes: Axes, view: View) -> None:
     if view.way.columns == ("hour",):
         hour_axis(axes)
         axes.locator_params(axis="x", nbins=4)
-    _limit(axes, view)
+    # The axis fits the curves. Readings with three times the median noise do not widen it.
+    values = np.concatenate([np.append(curve.with_it, 0.0) for curve in view.curves])
+    measured = np.concatenate([curve.measured[curve.sigma < 3 * np.median(curve.sigma)] for curve in view.curves])
+    low, high = float(min(values.min(), measured.min())), float(max(values.max(), measured.max()))
+    margin = 0.18 * max(high - low, 1e-9)
+    axes.set_ylim(low - margin, high + margin)
     axes.set_xlabel(view.way.name)
-    axes.set_title(
-        f"{view.component}, measured − model without {view.effect.name}, {view.unit}", loc="left", fontsize=10.5
-    )
+    title = f"{view.component}, measured − model without {view.effect.name}, {view.unit}"
+    axes.set_title(title, loc="left", fontsize=10.5)
     axes.legend(fontsize=9, frameon=False, loc="best")
     tidy(axes)
 
@@ -353,15 +337,6 @@ def _warm(places: np.ndarray) -> float:
     """Return the place of readings of a warm display on the axis of minutes: to the right of all other readings."""
     finite = places[np.isfinite(places)]
     return 2.2 * float(finite.max()) if finite.size else 100.0
-
-
-def _limit(axes: Axes, view: View) -> None:
-    """Fit the axis to the curves. Readings with three times the median noise do not widen the axis."""
-    values = np.concatenate([np.append(curve.with_it, 0.0) for curve in view.curves])
-    measured = np.concatenate([curve.measured[curve.sigma < 3 * np.median(curve.sigma)] for curve in view.curves])
-    low, high = float(min(values.min(), measured.min())), float(max(values.max(), measured.max()))
-    margin = 0.18 * max(high - low, 1e-9)
-    axes.set_ylim(low - margin, high + margin)
 
 
 def _patches(axes: Axes, view: View) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from itertools import groupby
 from math import ceil
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +19,6 @@ from lutgen.report.parts import Headline, Part, Table
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from lutgen.criticism.compare.comparison import Comparison
     from lutgen.criticism.plan import MeasurementPlan
     from lutgen.criticism.refine import Refinement
     from lutgen.criticism.search.separate import Patch, Separation
@@ -37,44 +38,44 @@ def diagnose_page(
     """Yield what ``lutgen diagnose`` prints; ``again``: DATA and options as the next command repeats them."""
     verdict = diagnosis.verdict
     yield Headline(f"{verdict.name}: {verdict.sentence}")
-    yield from _error_lines(diagnosis)
-    yield from _next(diagnosis, again, stub)
-    own = from_own_model(diagnosis.comparison, again)
-    if own and verdict.name != "consistent":
-        yield f"This display differs from sRGB in its first session already. For its aging:  lutgen diagnose {own}"
-    if verdict.effects:
-        yield ""
-        yield parameter_table(parameters_of(diagnosis.explanation.final), effects)
-    for part in (_rivals(diagnosis, again), verdict.remarks, _refutation(diagnosis, effects)):
-        if part:
-            yield ""
-            yield from part
-    yield ""
-    yield data_line(diagnosis.problem)
-    first = diagnosis.comparison.first_session
-    if first and first.is_another:
-        yield from fresh_lines(diagnosis.comparison)
-    yield ""
-    yield "What these data can see (an effect of the size given is found in nine of ten campaigns like this):"
-    yield visibility_table(diagnosis.visibility, effects, verbose=verbose)
-    if verbose and diagnosis.ranking:
-        yield ""
-        yield f"Each effect alone, fitted with white and primaries, best first (noise: {noise_rms(diagnosis):.2f} σ):"
-        yield _ranking_table(diagnosis.ranking, effects)
-        yield from _held_out_lines(diagnosis.ranking)
-    if not verbose:
-        yield "How each effect does alone: --verbose."
-
-
-def _error_lines(diagnosis: Diagnosis) -> Iterator[str]:
     before = diagnosis.comparison
     yield before.sentence()
-    if diagnosis.verdict.effects:
+    if verdict.effects:
         after = diagnosis.after
         yield (
             f"With {' and '.join(each.name for each in diagnosis.explanation.steps)}: mean ΔE2000 "
             f"{after.error.delta_e_mean:.2f}, from {times(before.ratio)} to {times(after.ratio)} the noise."
         )
+    yield from _next(diagnosis, again, stub)
+    own = from_own_model(before, again)
+    if own and verdict.name != "consistent":
+        yield f"This display differs from sRGB in its first session already. For its aging:  lutgen diagnose {own}"
+    if verdict.effects:
+        yield ""
+        yield parameter_table(parameters_of(diagnosis.explanation.final), effects)
+    rivals = [f"These data cannot tell apart: {' and '.join(each)}." for each in verdict.rivals]
+    rivals += [_separation(each, again) for each in diagnosis.measure_next]
+    for part in (rivals, verdict.remarks, _refutation(diagnosis, effects)):
+        if part:
+            yield ""
+            yield from part
+    yield ""
+    yield data_line(diagnosis.problem)
+    if before.first_session and before.first_session.is_another:
+        yield from fresh_lines(before)
+    yield ""
+    yield "What these data can see (an effect of the size given is found in nine of ten campaigns like this):"
+    yield visibility_table(diagnosis.visibility, effects, verbose=verbose)
+    if verbose and diagnosis.ranking:
+        yield ""
+        base = diagnosis.explanation.base
+        # The root mean square of a fit's residuals from noise alone: below 1, as free parameters fit noise.
+        rms = (base.freedom * diagnosis.error.variance / base.readings) ** 0.5
+        yield f"Each effect alone, fitted with white and primaries, best first (noise: {rms:.2f} σ):"
+        yield _ranking_table(diagnosis.ranking, effects)
+        yield from _held_out_lines(diagnosis.ranking)
+    if not verbose:
+        yield "How each effect does alone: --verbose."
 
 
 def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect], *, verbose: bool = True) -> Table:
@@ -82,17 +83,13 @@ def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect]
     rows = []
     ordered = sorted(seen, key=lambda each: (not each.visible, relative_size(each, effects) or 0.0))
     for each in ordered:
-        parameter = effects[each.effect].parameters.get(each.parameter)
         unit = f" {each.unit}" if each.unit not in {"1", ""} else ""
         size = f"{readable(each.smallest_detectable, 3)}{unit}" if each.smallest_detectable is not None else "any"
-        row = (
-            each.effect,
-            size if each.visible else "cannot be seen",
-            f"{readable(typical_size(effects[each.effect], each.parameter), 3)}{unit}" if parameter else "–",
-            each.parameter,
-            percent(each.absorbed),
-        )
-        rows.append(row)
+        typical = "–"
+        if each.parameter in effects[each.effect].parameters:
+            typical = f"{readable(typical_size(effects[each.effect], each.parameter), 3)}{unit}"
+        seen_from = size if each.visible else "cannot be seen"
+        rows.append((each.effect, seen_from, typical, each.parameter, percent(each.absorbed)))
     headings = ("effect", "seen from", "typical", "parameter", "hidden by re-measured white and primaries")
     faint = [n for n, each in enumerate(ordered) if not each.visible]
     count = len(headings) if verbose else 3
@@ -129,7 +126,7 @@ def _ranking_table(ranking: tuple[Ranked, ...], effects: Mapping[str, Effect]) -
             each.effect,
             f"{each.delta_bic:.0f}",
             f"{each.rms_sigma:.2f}",
-            "–" if each.held_out_rms_sigma is None else _sigma(each.held_out_rms_sigma),
+            "–" if (held := each.held_out_rms_sigma) is None else f"{held:.2f}" if held < 1000 else readable(held, 3),
             percent(each.explained),
             _in_short(each, effects[each.effect]),
         )
@@ -154,17 +151,6 @@ def _held_out_lines(ranking: tuple[Ranked, ...]) -> Iterator[str]:
         yield "Every group was held out: no parameter is determined by only one group."
 
 
-def _sigma(value: float) -> str:
-    return f"{value:.2f}" if value < 1000 else readable(value, 3)
-
-
-def noise_rms(diagnosis: Diagnosis) -> float:
-    """Return the root mean square in σ of a fit's residuals from noise alone: below 1, as free parameters fit noise."""
-    base, error = diagnosis.explanation.base, diagnosis.error
-    scatter = error.variance
-    return float((base.freedom * scatter / base.readings) ** 0.5)
-
-
 def _in_short(each: Ranked, effect: Effect) -> str:
     """Return the first free parameters as text; all knots of a level curve count as one parameter."""
     plain = [name for name in each.form if not is_knot(name)]
@@ -175,25 +161,18 @@ def _in_short(each: Ranked, effect: Effect) -> str:
     return ", ".join([*words, *([f"a curve of {knots} levels"] if knots else [])]) or "on"
 
 
-def _rivals(diagnosis: Diagnosis, again: str) -> list[str]:
-    lines = [f"These data cannot tell apart: {' and '.join(each)}." for each in diagnosis.verdict.rivals]
-    lines += [line for each in diagnosis.measure_next for line in _separation(each, again)]
-    return lines
-
-
-def _separation(each: Separation, again: str) -> Iterator[str]:
-    """Yield which readings, repeated how often, separate two rivals; or that no readings of one session do."""
+def _separation(each: Separation, again: str) -> str:
+    """Return which readings, repeated how often, separate two rivals; or that no readings of one session do."""
     first, second = each.separates
     gain = each.after - each.before
     times = ceil(max(CLEARLY - each.before, 1.0) / gain) if gain > 0 else TOO_OFTEN + 1
     if times > TOO_OFTEN:
-        yield (
+        return (
             f"Nothing in one more session would tell {first} from {second}: within the range of these readings both "
             f"give the same LUTs."
         )
-        return
     often = f", read {times} times," if times > 1 else ""
-    yield (
+    return (
         f"To tell {first} from {second}: {each.name}. {len(each.patches)} readings{often} raise the χ² between them "
         f"from {each.before:.3g} to {each.before + times * gain:.3g} ({CLEARLY:g} is clear).\n"
         f"  lutgen plan {again} --between {first},{second} -o plan.csv"
@@ -212,19 +191,31 @@ def _refutation(diagnosis: Diagnosis, effects: Mapping[str, Effect]) -> list[str
         lines += [f"  to rule out {other}{of}: {how}" for other, how in others]
     if verdict.effects:
         lines.append("  a new session that the refined model misses by more than the noise (compare NEW.csv --model …)")
-    if verdict.name == "consistent":
-        lines.append("  readings of a kind that these are not: effects that cannot be seen above are not excluded")
-    if verdict.name == "unexplained":
-        lines.append("  an effect of your own, with which nothing but noise is left")
-    if verdict.name == "measurement-problem":
-        lines.append("  the same readings again, with the same result")
+    if verdict.name in _REFUTES:
+        lines.append(f"  {_REFUTES[verdict.name]}")
     return ["What would refute this:", *lines] if lines else []
+
+
+#: Verdict → the observation that would refute it.
+_REFUTES = {
+    "consistent": "readings of a kind that these are not: effects that cannot be seen above are not excluded",
+    "unexplained": "an effect of your own, with which nothing but noise is left",
+    "measurement-problem": "the same readings again, with the same result",
+}
 
 
 def _next(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[str]:
     verdict = diagnosis.verdict
     if verdict.name == "unexplained":
-        yield from _own_effect(diagnosis, again, stub_file)
+        file = stub_file or STUB_FILE
+        if stub_file:
+            yield f"An effect of your own to start from: {stub_file}"
+        else:
+            yield f"An effect of your own to start from (--stub {STUB_FILE} writes it):"
+            yield ""
+            yield sketch(diagnosis)
+            yield f"Next, write the file and edit it:  lutgen diagnose {again} --stub {file}"
+        yield f"{'Next' if stub_file else 'Then'}:  lutgen refine {again} --effects {file} --add {STUB_NAME}"
     elif verdict.name == "measurement-problem":
         yield "Next: measure again, or correct the file. Do not add an effect to the model yet."
     elif verdict.name == "consistent":
@@ -234,18 +225,6 @@ def _next(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[s
         yield f"Next, measure what separates them; or go on with the likeliest:  {likeliest}"
     else:
         yield f"Next:  lutgen refine {again} --add {','.join(verdict.effects)} -o my-display.toml"
-
-
-def _own_effect(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[str]:
-    file = stub_file or STUB_FILE
-    if stub_file:
-        yield f"An effect of your own to start from: {stub_file}"
-    else:
-        yield f"An effect of your own to start from (--stub {STUB_FILE} writes it):"
-        yield ""
-        yield sketch(diagnosis)
-        yield f"Next, write the file and edit it:  lutgen diagnose {again} --stub {file}"
-    yield f"{'Next' if stub_file else 'Then'}:  lutgen refine {again} --effects {file} --add {STUB_NAME}"
 
 
 def refine_page(refinement: Refinement, effects: Mapping[str, Effect], data: str, model: str | None) -> Iterator[Part]:
@@ -281,13 +260,11 @@ def _steps_table(refinement: Refinement) -> Table:
         f"the model with {terms}" if terms else bare: refinement.before,
         **{f"+ {step.effect}": step.comparison for step in refinement.steps},
     }
-    headings = ("model", "mean ΔE2000", "noise alone", "× the noise")
-    return Table(headings, [_errors(name, comparison) for name, comparison in stages.items()])
-
-
-def _errors(name: str, comparison: Comparison) -> tuple[str, ...]:
-    error, floor = comparison.error, comparison.floor
-    return (name, f"{error.delta_e_mean:.3f}", f"{floor.delta_e_mean:.3f}", times(comparison.ratio))
+    rows = [
+        (name, f"{each.error.delta_e_mean:.3f}", f"{each.floor.delta_e_mean:.3f}", times(each.ratio))
+        for name, each in stages.items()
+    ]
+    return Table(("model", "mean ΔE2000", "noise alone", "× the noise"), rows)
 
 
 #: Purpose of a plan → headings of each set's two numbers: with the present readings, and with the set added.
@@ -315,31 +292,20 @@ def plan_page(plan: MeasurementPlan, kind: str, written: Sequence[str]) -> Itera
 
 def _patch_table(patches: Sequence[Patch]) -> Table:
     """Return a table of the patches. Neighbours that differ in at most one condition share a row."""
+    # Patches under the same conditions: the first of them, and how often each code is read.
+    runs = (list(run) for _, run in groupby(patches, _row_key))
+    groups = [(run[0], Counter(patch.code for patch in run)) for run in runs]
     rows = []
-    for group in _joined(list(_grouped(patches))):
-        codes = group[0][1]
-        first = group[0][0]
-        conditions = [*_conditions([patch for patch, _ in group]), *([first.note] if first.note else [])]
-        count = len(group) * sum(codes.values())
-        rows.append((str(count), ", ".join(conditions), "  ".join(_coded(code, n) for code, n in codes.items())))
+    # Neighbouring groups share a row if they have the same code values under other values of the same conditions.
+    for (codes, _, note), row in groupby(groups, lambda group: (group[1], [*group[0].conditions], group[0].note)):
+        firsts = [first for first, _ in row]
+        conditions = [*_conditions(firsts), *([note] if note else [])]
+        listed = []
+        for code, count in codes.items():
+            text = f"{code[0]:g}" if len(set(code)) == 1 else ",".join(f"{value:g}" for value in code)
+            listed.append(f"{text} ×{count}" if count > 1 else text)
+        rows.append((str(len(firsts) * codes.total()), ", ".join(conditions), "  ".join(listed)))
     return Table(("readings", "conditions", "R, G, B"), rows, words=range(3))
-
-
-#: Patches under the same conditions: the first of them, and how often each code is read.
-_Group = tuple["Patch", dict[tuple[float, float, float], int]]
-
-
-def _grouped(patches: Sequence[Patch]) -> Iterator[_Group]:
-    first: Patch | None = None
-    codes: dict[tuple[float, float, float], int] = {}
-    for patch in patches:
-        if first is not None and _row_key(patch) != _row_key(first):
-            yield first, codes
-            first, codes = None, {}
-        first = first or patch
-        codes[patch.code] = codes.get(patch.code, 0) + 1
-    if first is not None:
-        yield first, codes
 
 
 def _row_key(patch: Patch) -> tuple[object, ...]:
@@ -350,36 +316,13 @@ def _row_key(patch: Patch) -> tuple[object, ...]:
     return tuple(patch.conditions.items()), patch.note, "" if patch.conditions else kind
 
 
-def _joined(groups: Sequence[_Group]) -> Iterator[list[_Group]]:
-    """Join neighbouring groups that have the same code values under different values of the same conditions."""
-    run: list[_Group] = []
-    for group in groups:
-        if run and (group[1], [*group[0].conditions], group[0].note) != (
-            run[0][1],
-            [*run[0][0].conditions],
-            run[0][0].note,
-        ):
-            yield run
-            run = []
-        run.append(group)
-    yield run
-
-
 def _conditions(patches: Sequence[Patch]) -> list[str]:
     values = [patch.conditions for patch in patches]
     if len(values) > 1 and [*values[0]] == ["u", "v"]:
         return ["u,v = " + " ".join(f"{each['u']:g},{each['v']:g}" for each in values)]
     listed = {name: ", ".join(dict.fromkeys(f"{each[name]:g}" for each in values)) for name in values[0]}
-    return [" ".join(filter(None, (_before(name), text, COLUMNS[name].unit))) for name, text in listed.items()]
-
-
-def _before(name: str) -> str:
-    return "" if COLUMNS[name].unit else name
-
-
-def _coded(code: tuple[float, float, float], times: int) -> str:
-    text = f"{code[0]:g}" if code[0] == code[1] == code[2] else ",".join(f"{value:g}" for value in code)
-    return f"{text} ×{times}" if times > 1 else text
+    units = {name: COLUMNS[name].unit for name in listed}
+    return [f"{text} {units[name]}" if units[name] else f"{name} {text}" for name, text in listed.items()]
 
 
 def _gain_table(plan: MeasurementPlan, kind: str) -> Table:

@@ -53,8 +53,9 @@ def check_range(low: float, high: float) -> tuple[float, float]:
     if not (np.isfinite([low, high]).all() and low >= 0.0):
         raise LutgenError(f"range {low:g},{high:g}: a scale runs between finite ΔE2000 from 0 on, such as 0,12.")
     if low >= high:
-        message = f"range {low:g},{high:g}: the scale runs backwards, or nowhere. Give the smaller number first."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"range {low:g},{high:g}: the scale runs backwards, or nowhere. Give the smaller number first."
+        )
     return float(low), float(high)
 
 
@@ -62,16 +63,14 @@ def plot_map(
     difference: DifferenceMap, path: str | Path, *, ends: tuple[float, float] = RANGE, force: bool = False
 ) -> Path:
     """Draw a map as a PNG. Raises LutgenError: ``ends`` is no scale, or ``path`` cannot be written."""
-    _draw([difference], Path(path), title_of(difference), check_range(*ends), force=force)
-    return Path(path)
+    return _draw([difference], Path(path), title_of(difference), check_range(*ends), force=force)
 
 
 def plot_figure_6(difference: Sequence[DifferenceMap], path: str | Path, *, force: bool = False) -> Path:
     """Draw maps below one another on the scale of the paper's Figure 6, 1 to 8."""
     parts = [f"{each.mode} at {spaced(each.hours)} h by {each.mean:.1f}" for each in difference]
     title = f"Mean change of a pixel, ΔE2000: {', '.join(parts)} (Figure 6)"
-    _draw(difference, Path(path), title, MAP_RANGE, force=force)
-    return Path(path)
+    return _draw(difference, Path(path), title, MAP_RANGE, force=force)
 
 
 def title_of(difference: DifferenceMap) -> str:
@@ -92,24 +91,24 @@ def counted(difference: DifferenceMap) -> str:
     return f"{sentence}."
 
 
-def _draw(maps: Sequence[DifferenceMap], path: Path, title: str, ends: tuple[float, float], *, force: bool) -> None:
+def _draw(maps: Sequence[DifferenceMap], path: Path, title: str, ends: tuple[float, float], *, force: bool) -> Path:
     first = maps[0]
     high, wide = first.shown.shape
     inches = min(_WIDE / wide, _TALL / len(maps) / high)
+    across, up = wide * inches, high * inches
     where = first.on_screen.sentences() if first.on_screen else []
     foot = " ".join([scale_of(ends), *where, first.model.measurements.provenance])
-    each = max(high * inches, _LEAST)
+    each = max(up, _LEAST)
     height = len(maps) * (each + 0.75) + 1.6
     with picture(path, title, second=counted(first), foot=foot, height=height, force=force) as (figure, low, top):
         bottom = low * height + 0.6
         row_height = (top * height - bottom) / len(maps)
         for row, difference in enumerate(reversed(maps)):
-            base, across, up = bottom + row * row_height, wide * inches, high * inches
+            base = bottom + row * row_height
             drawn = draw_map(_axes(figure, (_LEFT, base + (each - up) / 2.0, across, up), height), difference, ends)
             if len(maps) > 1:
-                drawn.axes.set_title(
-                    f"{difference.mode}, {spaced(difference.hours)} h", fontsize=13, weight="bold", loc="left"
-                )
+                name = f"{difference.mode}, {spaced(difference.hours)} h"
+                drawn.axes.set_title(name, fontsize=13, weight="bold", loc="left")
             left = _LEFT + across + _GAP
             below = _POINT * each if ends[0] > 0 else 0.0
             scale = _axes(figure, (left, base - below, _SCALE, (1.0 + _POINT) * each + below), height)
@@ -122,6 +121,7 @@ def _draw(maps: Sequence[DifferenceMap], path: Path, title: str, ends: tuple[flo
                 beside.set_title(share_above(difference, ends), fontsize=11, loc="left", color=MAGENTA, weight="bold")
             if row == 0:
                 beside.set_xlabel(f"% of the pixels in a bin of {BIN:g}", fontsize=11)
+    return path
 
 
 def scale_of(ends: tuple[float, float]) -> str:
@@ -143,9 +143,8 @@ def share_above(difference: DifferenceMap, ends: tuple[float, float]) -> str:
     """Return the share of pixels above the scale; for a large share also a scale that holds all pixels."""
     share = difference.share(ends[1])
     # Another scale is suggested if more than 1 % of the pixels are above the scale.
-    more = (
-        f"; --range {ends[0]:g},{np.ceil(difference.largest):g} holds all" if share > 0.01 and ends != MAP_RANGE else ""
-    )
+    suggested = share > 0.01 and ends != MAP_RANGE
+    more = f"; --range {ends[0]:g},{np.ceil(difference.largest):g} holds all" if suggested else ""
     return f"{f'{share:.1%}' if share > 0.0005 else '< 0.1%'} above{more}"
 
 
@@ -156,8 +155,7 @@ def draw_map(axes: Axes, difference: DifferenceMap, ends: tuple[float, float]) -
     colours = colormaps["viridis"].with_extremes(over=MAGENTA, under=BLACK, bad="white")
     # interpolation="auto" averages the points of a map that is larger than its area on the page.
     drawn = axes.imshow(difference.shown, cmap=colours, vmin=ends[0], vmax=ends[1], interpolation="auto", aspect="auto")
-    axes.set_xticks([])
-    axes.set_yticks([])
+    axes.set(xticks=[], yticks=[])
     return drawn
 
 

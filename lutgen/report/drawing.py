@@ -24,6 +24,7 @@ from lutgen.numerals import spaced
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
+    from contextlib import AbstractContextManager
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -45,11 +46,9 @@ def check_new_png(path: str | Path, *, force: bool) -> Path:
     return check_new_file(path, force=force)
 
 
-@contextmanager
-def new_png(path: str | Path, *, force: bool) -> Iterator[Path]:
-    """Yield a temporary path that is renamed to ``path`` on success; errors as in :func:`check_new_png`."""
-    with replacing(check_new_png(path, force=force)) as partial:
-        yield partial
+def new_png(path: str | Path, *, force: bool) -> AbstractContextManager[Path]:
+    """Return the context of a temporary path that becomes ``path`` on success; errors as in :func:`check_new_png`."""
+    return replacing(check_new_png(path, force=force))
 
 
 def data_address(image: bytes) -> str:
@@ -94,12 +93,10 @@ _LINES = {"title": 0.30, "second": 0.22, "foot": 0.19}
 def new_figure(path: str | Path, size: tuple[float, float], *, force: bool) -> Iterator[Figure]:
     """Yield an empty figure of ``size`` inches, which is then written as PNG; errors as in :func:`check_new_png`."""
     from matplotlib import style
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     with style.context("default"), new_png(path, force=force) as partial:
         figure = Figure(figsize=size, dpi=DPI)
-        FigureCanvasAgg(figure)
         yield figure
         figure.savefig(partial, format="png", metadata=METADATA)
 
@@ -132,10 +129,10 @@ def picture(
 
 def named_once(names: list[str], what: str) -> list[str]:
     """Return the names of pictures of several ``what``. Raises LutgenError if two names are equal."""
-    twice = first_doubled(names)
-    if twice:
-        message = f"{twice}: two {what} would be drawn into this file. Draw them one after the other, or rename one."
-        raise LutgenError(message)
+    if twice := first_doubled(names):
+        raise LutgenError(
+            f"{twice}: two {what} would be drawn into this file. Draw them one after the other, or rename one."
+        )
     return names
 
 
@@ -197,17 +194,9 @@ def grey_page(height: int, width: int, texts: Iterable[Text]) -> Pixels:
         figure = Figure(figsize=((width + 0.1) / 72, (height + 0.1) / 72), dpi=72, facecolor=(SURROUND / 255,) * 3)
         canvas: Any = FigureCanvasAgg(figure)
         for text in texts:
-            figure.text(
-                text.column / width,
-                1.0 - text.top / height,
-                text.letters,
-                fontsize=text.size,
-                color="white",
-                ha=text.side,
-                va="top",
-                linespacing=1.3,
-                parse_math=False,
-            )
+            place = (text.column / width, 1.0 - text.top / height)
+            look: dict[str, Any] = {"color": "white", "va": "top", "linespacing": 1.3, "parse_math": False}
+            figure.text(*place, text.letters, fontsize=text.size, ha=text.side, **look)
         canvas.draw()
         return np.array(canvas.buffer_rgba())[..., :3]
 

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
     from lutgen.colorimetry import Array
     from lutgen.effects import Effect
@@ -66,27 +65,25 @@ FOLLOWED = {1.0: "#111111", 0.5: "#2b8a8a", 0.1: "#c07a20"}
 
 def plot_effect(effect: Effect, path: str | Path, *, force: bool = False) -> None:
     """Write the page of an effect at its typical size as a PNG; errors as :func:`new_figure`."""
-    with new_figure(path, PAGE, force=force) as figure:
-        _draw_page(figure, Signature.of(effect))
-
-
-def _draw_page(figure: Figure, signature: Signature) -> None:
-    grid = figure.add_gridspec(2, 3, left=0.05, right=0.975, top=0.815, bottom=0.125, wspace=0.16, hspace=0.38)
-    grey_ramp([figure.add_subplot(grid[0, column]) for column in range(3)], signature)
-    channel_ramps(figure.add_subplot(grid[1, 0]), signature)
-    patches(figure.add_subplot(grid[1, 1]), signature)
-    followed(figure.add_subplot(grid[1, 2]), signature)
-    effect = signature.effect
-    title = textwrap.shorten(f"{effect.name}: {effect.summary}".replace("``", ""), 122, placeholder=" …")
-    figure.text(0.05, 0.957, title, fontsize=14, weight="bold", va="center")
-    figure.text(0.05, 0.917, signature.sentence(), fontsize=12, va="center")
     small: dict[str, Any] = {"fontsize": 10, "color": "#444444"}
-    figure.text(0.05, 0.897, textwrap.fill(_values(signature), LINE, max_lines=2, placeholder=" …"), va="top", **small)
-    legend = (
-        "Thick: the whole effect, against the un-aged default display without the effect. Thin with dots, and framed "
-        "bars: the effect against the paper's model, whose white and primaries are measured again at that hour."
-    )
-    figure.text(0.05, 0.02, textwrap.fill(legend, LINE), va="bottom", **small)
+    with new_figure(path, PAGE, force=force) as figure:
+        signature = Signature.of(effect)
+        grid = figure.add_gridspec(2, 3, left=0.05, right=0.975, top=0.815, bottom=0.125, wspace=0.16, hspace=0.38)
+        grey_ramp([figure.add_subplot(grid[0, column]) for column in range(3)], signature)
+        channel_ramps(figure.add_subplot(grid[1, 0]), signature)
+        patches(figure.add_subplot(grid[1, 1]), signature)
+        followed(figure.add_subplot(grid[1, 2]), signature)
+        title = textwrap.shorten(f"{effect.name}: {effect.summary}".replace("``", ""), 122, placeholder=" …")
+        figure.text(0.05, 0.957, title, fontsize=14, weight="bold", va="center")
+        figure.text(0.05, 0.917, signature.sentence(), fontsize=12, va="center")
+        values = textwrap.fill(_values(signature), LINE, max_lines=2, placeholder=" …")
+        figure.text(0.05, 0.897, values, va="top", **small)
+        legend = (
+            "Thick: the whole effect, against the un-aged default display without the effect. Thin with dots, and "
+            "framed bars: the effect against the paper's model, whose white and primaries are measured again at that "
+            "hour."
+        )
+        figure.text(0.05, 0.02, textwrap.fill(legend, LINE), va="bottom", **small)
 
 
 def _values(signature: Signature) -> str:
@@ -142,7 +139,6 @@ def channel_ramps(axes: Axes, signature: Signature) -> None:
     axes.set(title=f"ΔE2000 along the primaries' ramps, {spaced(LIFE_H)} h", xlabel=label)
     _from_zero(axes)
     axes.legend(loc="best", frameon=False, fontsize=9)
-    _frame(axes)
 
 
 def patches(axes: Axes, signature: Signature) -> None:
@@ -154,7 +150,6 @@ def patches(axes: Axes, signature: Signature) -> None:
     axes.set_xticks(place, list(PATCHES), fontsize=9)
     axes.set(title=f"ΔE2000 of single colours, {spaced(LIFE_H)} h")
     _from_zero(axes)
-    _frame(axes)
 
 
 def followed(axes: Axes, signature: Signature) -> None:
@@ -168,7 +163,6 @@ def followed(axes: Axes, signature: Signature) -> None:
         axes.set_xticks(HOURS_MARKED, [spaced(hours) for hours in HOURS_MARKED])
     _from_zero(axes)
     axes.legend(loc="best", frameon=False, fontsize=9)
-    _frame(axes)
 
 
 def _axis(signature: Signature) -> tuple[str, str, Array, Array, dict[str, Array]]:
@@ -198,6 +192,7 @@ def _pair(axes: Axes, place: Array, values: tuple[Array, Array], colour: str, la
 
 def _from_zero(axes: Axes) -> None:
     axes.set_ylim(0.0, max(LEAST_DELTA_E, 1.05 * axes.get_ylim()[1]))
+    _frame(axes)
 
 
 def _frame(axes: Axes) -> None:

@@ -136,7 +136,7 @@ def sketched(name: str, *, misfit: str) -> str:
     formula = pattern_of.formula.format(size=size)
     signal = formula.partition(" ")[0]
     imports = "import numpy as np\n\n" if "np." in formula else ""
-    needs = f"    needs={_tuple(pattern_of.needs)},\n" if pattern_of.needs else ""
+    needs = "    needs={},\n".format(str(pattern_of.needs).replace("'", '"')) if pattern_of.needs else ""
     return (
         f'"""What happens, in one sentence; then the mechanism and where it is described.\n\n'
         f"Misfit to be explained: {misfit}.\n"
@@ -151,7 +151,3 @@ def sketched(name: str, *, misfit: str) -> str:
         f"def {STUB_NAME.replace('-', '_')}({signal}, scene, *, size):\n"
         f"    return {formula}\n"
     )
-
-
-def _tuple(names: tuple[str, ...]) -> str:
-    return f"({', '.join(f'{chr(34)}{name}{chr(34)}' for name in names)}{',' if len(names) == 1 else ''})"

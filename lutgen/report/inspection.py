@@ -25,14 +25,15 @@ if TYPE_CHECKING:
 
 def inspect_page(inspections: Sequence[Inspection]) -> Iterator[Part]:
     """Yield what ``lutgen inspect`` prints."""
-    if len(inspections) > 1:
+    several = len(inspections) > 1
+    if several:
         yield overview(inspections)
     for number, each in enumerate(inspections, start=1):
-        if number > 1 or len(inspections) > 1:
+        if several:
             yield ""
-        yield Headline(f"{f'{number}  ' if len(inspections) > 1 else ''}{Path(each.session.file).name}")
+        yield Headline(f"{f'{number}  ' if several else ''}{Path(each.session.file).name}")
         yield origin(each)
-        if len(inspections) == 1:
+        if not several:
             yield overview(inspections)
         if each.primaries or each.calibration:
             yield channels(each)
@@ -62,12 +63,10 @@ def overview(inspections: Sequence[Inspection]) -> Table:
 
 
 def _figures(each: Inspection) -> list[str]:
-    dash = "–"
     grey, steady = each.curves.get("grey"), each.steadiness
     x, y, white = xyz_to_xyY(each.white).tolist() if each.white is not None else (None, None, None)
-    off = grey.lightness[grey.worst] if grey else None
     return [
-        dash if value is None else f"{value:{form}}"
+        "–" if value is None else f"{value:{form}}"
         for value, form in (
             (x, ".4f"),
             (y, ".4f"),
@@ -75,7 +74,7 @@ def _figures(each: Inspection) -> list[str]:
             (each.black[1] if each.black is not None else None, ".3g"),
             (each.contrast, ".0f"),
             (each.gamma, ".2f"),
-            (off, "+.1f"),
+            (grey.lightness[grey.worst] if grey else None, "+.1f"),
             (each.additivity, ".3f"),
             (each.greys.delta_e.max() if each.greys else None, ".1f"),
             (steady.noise if steady else None, ".2%"),
@@ -90,16 +89,13 @@ def channels(inspection: Inspection) -> Table:
     gamuts = list(tips.shift) if tips else []
     rows = []
     for place, name in enumerate(CHANNELS):
-        known = tips is not None and name in tips.xyz
-        x, y, luminance = (
-            (f"{v:{f}}" for v, f in zip(xyz_to_xyY(tips.xyz[name]), (".4f", ".4f", ".4g"), strict=True))
-            if tips and known
-            else ("–",) * 3
-        )
-        shifts = [f"{tips.shift[gamut][name]:.3f}" if tips and known else "–" for gamut in gamuts]
+        light = ["–"] * (3 + len(gamuts))
+        if tips and name in tips.xyz:
+            x, y, luminance = xyz_to_xyY(tips.xyz[name])
+            light = [f"{x:.4f}", f"{y:.4f}", f"{luminance:.4g}", *(f"{tips.shift[each][name]:.3f}" for each in gamuts)]
         curve = inspection.curves.get(name)
         gamma = f"{curve.gamma:.2f}" if curve and curve.gamma is not None else "–"
-        rows.append((name, x, y, luminance, *shifts, gamma, f"{loop.ends[place]:.3f}" if loop else "–"))
+        rows.append((name, *light, gamma, f"{loop.ends[place]:.3f}" if loop else "–"))
     headings = ("channel", "x", "y", "Y", *(f"Δu'v' {gamut}" for gamut in gamuts), "γ", "calibration ends")
     return Table(headings, rows)
 

@@ -16,7 +16,7 @@ from lutgen.report.drawing import BLACK, BLUE, GREY, RED, hour_axis, named_once,
 from lutgen.report.parts import Headline, Part, Table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Sequence
 
     from matplotlib.axes import Axes
 
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 #: The columns of Table 1 for each tolerance: statistic and its name in the paper.
 COLUMNS = {"max": "Max", "mean": "Avg"}
-
 
 #: Days of a mean month.
 MONTH = 365.25 / 12.0
@@ -37,17 +36,35 @@ def lifetime_page(lifetimes: Lifetimes, hours_per_day: float | None = None) -> I
         yield Headline(counted(image))
         yield life_table(lifetimes, image, hours_per_day)
         yield ""
-    never = f" –: not within the {spaced(lifetimes.last)} h looked at." if _any_never(lifetimes) else ""
+    columns, curves = _columns(lifetimes.tolerances), [image.curves.values() for image in lifetimes.images]
+    some_never = any(None in _lives(curve, columns) for each in curves for curve in each)
+    never = f" –: not within the {spaced(lifetimes.last)} h looked at." if some_never else ""
     known = lifetimes.images[0].intervals is not None
     within = " Below: 95 % intervals from the model's own uncertainty." if known else ""
-    yield (
-        "Hours until the ΔE2000 between the un-aged and the aged display reaches a tolerance. Avg: mean over all "
-        f"pixels; Max: mean + 2 SD, as in the paper.{never}{within}"
-    )
+    yield f"{_UNTIL}{never}{within}"
     if hours_per_day:
         yield f"Months: of {MONTH:.1f} days with {hours_per_day:g} h each."
     yield lifetimes.model.measurements.provenance
     yield from lifetimes.remarks()
+
+
+#: Meaning of the figures in tables of hours.
+_UNTIL = (
+    "Hours until the ΔE2000 between the un-aged and the aged display reaches a tolerance. Avg: mean over all pixels; "
+    "Max: mean + 2 SD, as in the paper."
+)
+
+
+def _columns(tolerances: Sequence[float]) -> list[tuple[float, str]]:
+    return [(tolerance, statistic) for tolerance in tolerances for statistic in COLUMNS]
+
+
+def _heads(columns: Iterable[tuple[float, str]]) -> list[str]:
+    return [f"{COLUMNS[statistic]} ΔE2000 {tolerance:g}" for tolerance, statistic in columns]
+
+
+def _lives(curve: DifferenceCurve, columns: Iterable[tuple[float, str]]) -> list[float | None]:
+    return [curve.hours_until(statistic, tolerance) for tolerance, statistic in columns]
 
 
 def counted(image: ImageLifetime) -> str:
@@ -65,13 +82,10 @@ def counted(image: ImageLifetime) -> str:
 
 def life_table(lifetimes: Lifetimes, image: ImageLifetime, hours_per_day: float | None = None) -> Table:
     """Return Table 1: for each mode the hours, and months of use, until Max and Avg reach each tolerance."""
-    columns = [(tolerance, statistic) for tolerance in lifetimes.tolerances for statistic in COLUMNS]
-    heads = (f"{COLUMNS[statistic]} ΔE2000 {tolerance:g}" for tolerance, statistic in columns)
-    rows = []
+    columns, rows = _columns(lifetimes.tolerances), []
     for mode, curve in image.curves.items():
         cells = []
-        for tolerance, statistic in columns:
-            life = curve.hours_until(statistic, tolerance)
+        for (tolerance, statistic), life in zip(columns, _lives(curve, columns), strict=True):
             cell = hours_or_never(life)
             if hours_per_day and life is not None:
                 cell += f"\n{life / (hours_per_day * MONTH):.1f} months"
@@ -80,22 +94,12 @@ def life_table(lifetimes: Lifetimes, image: ImageLifetime, hours_per_day: float 
                 cell += f"\n{low} to {high}" if (low, high) != ("–", "–") else ""
             cells.append(cell)
         rows.append((mode, *cells))
-    return Table(("hours until", *heads), rows, unbroken=True)
+    return Table(("hours until", *_heads(columns)), rows, unbroken=True)
 
 
 def hours_or_never(hours: float | None) -> str:
     """Return hours as text, rounded to an hour; a dash for never."""
     return "–" if hours is None else spaced(round(hours))
-
-
-def _any_never(lifetimes: Lifetimes) -> bool:
-    return any(
-        curve.hours_until(statistic, tolerance) is None
-        for image in lifetimes.images
-        for curve in image.curves.values()
-        for tolerance in lifetimes.tolerances
-        for statistic in COLUMNS
-    )
 
 
 #: Colour of each statistic of Table 1: mean, and mean + 2 SD.
@@ -112,8 +116,7 @@ def picture_names(images: Sequence[str]) -> list[str]:
 
 def plot_lifetimes(lifetimes: Lifetimes, folder: str | Path, *, force: bool = False) -> list[Path]:
     """Draw a picture for each image into a folder, the same bytes on every run. Errors as :func:`picture_names`."""
-    names = picture_names([image.file for image in lifetimes.images])
-    paths = [Path(folder) / name for name in names]
+    paths = [Path(folder) / name for name in picture_names([image.file for image in lifetimes.images])]
     for image, path in zip(lifetimes.images, paths, strict=True):
         plot_lifetime(lifetimes, image, path, force=force)
     return paths
@@ -148,13 +151,9 @@ def plot_lifetime(lifetimes: Lifetimes, image: ImageLifetime, path: Path, *, for
 
 def title_of(lifetimes: Lifetimes, image: ImageLifetime) -> str:
     """Return the title: when the mean reaches the first tolerance in each mode."""
-    tolerance = min(lifetimes.tolerances)
-    parts = []
-    for mode, curve in image.curves.items():
-        hours = curve.hours_until("mean", tolerance)
-        parts.append(
-            f"{mode} at {spaced(round(hours))} h" if hours is not None else f"{mode} not by {spaced(lifetimes.last)} h"
-        )
+    tolerance, never = min(lifetimes.tolerances), f"not by {spaced(lifetimes.last)} h"
+    lives = {mode: curve.hours_until("mean", tolerance) for mode, curve in image.curves.items()}
+    parts = [f"{mode} {never if life is None else f'at {spaced(round(life))} h'}" for mode, life in lives.items()]
     return f"The mean ΔE2000 reaches {tolerance:g}: {', '.join(parts)}"
 
 
@@ -171,9 +170,7 @@ def draw_curve(axes: Axes, curve: DifferenceCurve, tolerances: Sequence[float], 
     axes.set_ylim(0.0, top)
     axes.tick_params(labelbottom=False)
     tidy(axes)
-    for tolerance in tolerances:
-        if tolerance >= top:
-            continue
+    for tolerance in (each for each in tolerances if each < top):
         axes.axhline(tolerance, color=BLACK, linewidth=1.0, linestyle="--", zorder=1)
         axes.text(0.01, tolerance + 0.004 * top, f"ΔE2000 {tolerance:g}", ha="left", va="bottom", fontsize=10,
                   transform=axes.get_yaxis_transform())  # fmt: skip
@@ -189,7 +186,7 @@ def draw_curve(axes: Axes, curve: DifferenceCurve, tolerances: Sequence[float], 
 def draw_lives(axes: Axes, lifetimes: Lifetimes, image: ImageLifetime, mode: str) -> None:
     """Draw one mode's row of Table 1: a bar from hour 0 until each tolerance is reached."""
     curve, last = image.curves[mode], lifetimes.last
-    rows = [(tolerance, statistic) for tolerance in lifetimes.tolerances for statistic in COLUMNS]
+    rows = _columns(lifetimes.tolerances)
     axes.set(xlim=(-0.02 * last, 1.02 * last), ylim=(len(rows) - 0.4, -0.6))
     for row, (tolerance, statistic) in enumerate(rows):
         when, colour = curve.hours_until(statistic, tolerance), COLOURS[statistic]
@@ -199,9 +196,8 @@ def draw_lives(axes: Axes, lifetimes: Lifetimes, image: ImageLifetime, mode: str
             low, high = (last if each is None else each for each in image.intervals[mode][tolerance][statistic])
             axes.hlines(row, low, high, color=BLACK, linewidth=2.5)
             end = max(end, high) if when is not None else end
-        inside = end > 0.8 * last
-        place, side, shade = (0.005 * last, "left", BLACK) if when is None else (end + 0.01 * last, "left", BLACK)
-        if inside:
+        place, side, shade = 0.005 * last if when is None else end + 0.01 * last, "left", BLACK
+        if end > 0.8 * last:
             place, side, shade = min(when or end, end) - 0.02 * last, "right", "white"
         axes.text(place, row, text, ha=side, va="center", fontsize=10, color=shade)
     axes.set_yticks(range(len(rows)), [f"{COLUMNS[name]} {tolerance:g}" for tolerance, name in rows], fontsize=10)
@@ -266,7 +262,6 @@ def difference(hours: float | None, paper: float) -> float | None:
 
 
 def _comparison_with_paper(image: ImageLifetime) -> Table:
-    heads = (f"{COLUMNS[statistic]} ΔE2000 {tolerance:g}" for tolerance, statistic in TABLE_1_COLUMNS)
     rows = []
     for mode, published in TABLE_1.items():
         rows.append([f"{mode}, the paper", *map(spaced, published)])
@@ -275,14 +270,12 @@ def _comparison_with_paper(image: ImageLifetime) -> Table:
             off = difference(hours, paper)
             cells.append(hours_or_never(hours) + ("" if off is None else f"\n{100.0 * off:+.1f} %"))
         rows.append([f"{mode}, {Path(image.file).name}", *cells])
-    return Table(("hours until", *heads), rows, unbroken=True)
+    return Table(("hours until", *_heads(TABLE_1_COLUMNS)), rows, unbroken=True)
 
 
 def _cells(image: ImageLifetime, mode: str) -> Iterator[tuple[tuple[float, str], float | None, int]]:
     """Yield for each column the hours until its tolerance is reached, and the paper's hours."""
-    curve = image.curves[mode]
-    for (tolerance, statistic), paper in zip(TABLE_1_COLUMNS, TABLE_1[mode], strict=True):
-        yield (tolerance, statistic), curve.hours_until(statistic, tolerance), paper
+    yield from zip(TABLE_1_COLUMNS, _lives(image.curves[mode], TABLE_1_COLUMNS), TABLE_1[mode], strict=True)
 
 
 def cohort_page(cohort: Cohort) -> Iterator[Part]:
@@ -315,18 +308,12 @@ def slides_counted(cohort: Cohort) -> str:
 
 def mode_table(cohort: Cohort, mode: str) -> Table:
     """Return a table of the hours until Max and Avg reach each tolerance, by slide, with median and its interval."""
-    columns = [(tolerance, statistic) for tolerance in cohort.slides.tolerances for statistic in COLUMNS]
-    heads = (f"{COLUMNS[statistic]} ΔE2000 {tolerance:g}" for tolerance, statistic in columns)
-    rows = []
-    for image in cohort.slides.images:
-        curve = image.curves[mode]
-        lives = (curve.hours_until(statistic, tolerance) for tolerance, statistic in columns)
-        rows.append((image.file, *map(hours_or_never, lives)))
+    columns, images = _columns(cohort.slides.tolerances), cohort.slides.images
+    rows = [(image.file, *map(hours_or_never, _lives(image.curves[mode], columns))) for image in images]
     over_all = [cohort.lives[mode][tolerance][statistic] for tolerance, statistic in columns]
-    medians = (hours_or_never(lives.median) for lives in over_all)
-    rows.append((f"median of {_slides(len(cohort.slides.images))}", *medians))
+    rows.append((f"median of {_slides(len(images))}", *(hours_or_never(lives.median) for lives in over_all)))
     rows.append(("95 % interval" if over_all[0].interval else "range", *map(ends, over_all)))
-    return Table((f"{mode}: hours until", *heads), rows, strong=[len(rows) - 2])
+    return Table((f"{mode}: hours until", *_heads(columns)), rows, strong=[len(rows) - 2])
 
 
 def ends(lives: Lives) -> str:
@@ -337,11 +324,7 @@ def ends(lives: Lives) -> str:
 
 def explained(cohort: Cohort) -> str:
     """Return sentences on the meaning of the tables' figures, and on what the interval does not include."""
-    size = len(cohort.slides.images)
-    sentence = (
-        "Hours until the ΔE2000 between the un-aged and the aged display reaches a tolerance. Avg: mean over all "
-        "pixels; Max: mean + 2 SD, as in the paper."
-    )
+    size, sentence = len(cohort.slides.images), _UNTIL
     if any(lives.reached < size for of in cohort.lives.values() for by in of.values() for lives in by.values()):
         sentence += (
             f" –: not within the {spaced(cohort.slides.last)} h looked at; in medians such a slide is the longest."

@@ -23,15 +23,11 @@ _UNREACHABLE = {
 def certificates(rows: list[SummaryRow]) -> Iterator[Part]:
     """Yield a table of the worst figures of each mode, format and group of colours."""
     headings = ("mode", "format", "files", "largest ΔE2000", "mean", "99 %", "max")
-    cells = [
-        (*(row.mode, row.format, str(row.files), row.group.replace("_", " ")), *_figures(row.mean, row.p99, row.max))
-        for row in rows
-    ]
+    cells = []
+    for row in rows:
+        figures = (f"{value:.4f}" for value in (row.mean, row.p99, row.max))
+        cells.append((row.mode, row.format, str(row.files), row.group.replace("_", " "), *figures))
     yield Table(headings, cells, words=range(len(headings)))
-
-
-def _figures(*values: float) -> list[str]:
-    return [f"{value:.4f}" for value in values]
 
 
 def simulation(luts: list[FileRecord]) -> Iterator[Part]:
@@ -92,14 +88,15 @@ def lint_page(linted: Linted) -> Iterator[Part]:
 def lint_headline(linted: Linted) -> str:
     """Return a sentence on which readers show the file as its author intends."""
     good = [reader for reader in linted.readers if linted.fate(reader)[0].outcome == READS]
-    if len(good) == len(linted.readers):
-        failed = [trial.reader for trial in linted.trials if trial.outcome not in {READS, ""}]
-        if failed:
-            return f"{linted.path}: should be read by all, but {', '.join(failed)} did otherwise."
-        return f"{linted.path}: every reader does what is meant."
-    if not good:
-        return f"{linted.path}: no reader does what is meant."
-    return f"{linted.path}: {len(good)} of {len(linted.readers)} readers do what is meant: {', '.join(good)}."
+    failed = [trial.reader for trial in linted.trials if trial.outcome not in {READS, ""}]
+    if len(good) < len(linted.readers):
+        some = f"{len(good)} of {len(linted.readers)} readers do what is meant: {', '.join(good)}"
+        what = some if good else "no reader does what is meant"
+    elif failed:
+        what = f"should be read by all, but {', '.join(failed)} did otherwise"
+    else:
+        what = "every reader does what is meant"
+    return f"{linted.path}: {what}."
 
 
 def readers_table(linted: Linted) -> Table:

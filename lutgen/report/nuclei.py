@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -78,16 +78,10 @@ def table_of(conspicuity: Conspicuity) -> Table:
         for place in shown_hours(len(conspicuity.hours)):
             low, first, median, third, high = contrast.percentiles[place]
             ends = None if contrast.intervals is None else contrast.intervals[place]
-            row = (
-                mode,
-                spaced(conspicuity.hours[place]),
-                f"{median:.1f}",
-                f"{first:.1f}–{third:.1f}",
-                f"{low:.1f}–{high:.1f}",
-                f"{percent(contrast.change[place])}{_between(ends, 1)}",
-                f"{contrast.lost[place]:.0%}{_between(ends, 2)}",
-            )
-            rows.append(row)
+            spread = (f"{median:.1f}", f"{first:.1f}–{third:.1f}", f"{low:.1f}–{high:.1f}")
+            change = f"{percent(contrast.change[place])}{_between(ends, 1)}"
+            lost = f"{contrast.lost[place]:.0%}{_between(ends, 2)}"
+            rows.append((mode, spaced(conspicuity.hours[place]), *spread, change, lost))
     return Table(("mode", "hours", *heads), rows, unbroken=True)
 
 
@@ -111,8 +105,6 @@ def _between(ends: Sequence[Sequence[float]] | None, number: int) -> str:
     return "" if low == high else f" ({low} to {high})"
 
 
-_Kind = TypeVar("_Kind", bound=np.generic)
-
 #: Code values of outlines: nuclei in a green that no stain has, rings in black.
 NUCLEUS, RING = (0, 255, 60), (20, 20, 20)
 
@@ -130,10 +122,7 @@ def picture_names(image: str) -> list[str]:
 
 
 def plot_nuclei(conspicuity: Conspicuity, folder: str | Path, *, force: bool = False) -> list[Path]:
-    """Draw both pictures into a folder.
-
-    Raises LutgenError: a picture exists without ``force``, or cannot be written.
-    """
+    """Draw both pictures into a folder. Raises LutgenError: one exists without ``force``, or cannot be written."""
     page, outlines_path = (Path(folder) / name for name in picture_names(conspicuity.field.file))
     _page(conspicuity, page, force=force)
     with new_png(outlines_path, force=force) as partial:
@@ -145,20 +134,17 @@ def _page(conspicuity: Conspicuity, path: Path, *, force: bool) -> None:
     foot = (
         "Line: median over nuclei of the ΔE2000 between the mean colours of a nucleus and of its ring; bands: "
         "middle half, and 5 to 95 %; dashed: un-aged median. Right: the part of the image with most nuclei, which are "
-        "outlined in green, rings in black. "
+        f"outlined in green, rings in black. {conspicuity.model.measurements.provenance}"
     )
-    full_foot = foot + conspicuity.model.measurements.provenance
-    second = f"{conspicuity.field.file}: {counted(conspicuity)}"
-    title = headline(conspicuity)
-    with picture(path, title, second=second, foot=full_foot, height=6.4, force=force) as (figure, low, high):
+    second, title = f"{conspicuity.field.file}: {counted(conspicuity)}", headline(conspicuity)
+    with picture(path, title, second=second, foot=foot, height=6.4, force=force) as (figure, low, high):
         top = 1.1 * max(float(each.percentiles.max()) for each in conspicuity.contrasts.values())
         width, bottom = 0.6 / len(conspicuity.contrasts), low + 0.6 / 6.4
         for number, (mode, contrast) in enumerate(conspicuity.contrasts.items()):
             axes = figure.add_axes((0.05 + number * width, bottom, width - 0.03, high - bottom - 0.4 / 6.4))
             draw_contrast(axes, conspicuity, mode)
             axes.set_ylim(0.0, max(top, 1.0))
-            change = percent(contrast.change[-1])
-            axes.set_title(f"{mode}: {change}", fontsize=13, weight="bold", loc="left")
+            axes.set_title(f"{mode}: {percent(contrast.change[-1])}", fontsize=13, weight="bold", loc="left")
             if number == 0:
                 axes.set_ylabel("ΔE2000, nucleus against ring", fontsize=11)
         axes = figure.add_axes((0.655, bottom - 0.3 / 6.4, 0.325, high - bottom + 0.2 / 6.4))
@@ -197,11 +183,11 @@ def outlined(conspicuity: Conspicuity, rows: tuple[int, int], columns: tuple[int
     """Return a part of the image, enlarged, with the outlines of nuclei and rings, (height, width, 3)."""
     part = np.s_[rows[0] : rows[1], columns[0] : columns[1]]
     zoom = min(max(-(-WIDE // (columns[1] - columns[0])), 1), ZOOM)
-    enlarged = _grown(conspicuity.field.rgb()[part], zoom)
+
+    def grown(values: NDArray[Any]) -> NDArray[Any]:
+        return values[part].repeat(zoom, axis=0).repeat(zoom, axis=1)
+
+    enlarged = grown(conspicuity.field.rgb())
     for labels, colour in ((conspicuity.rings.labels, RING), (conspicuity.nuclei.labels, NUCLEUS)):
-        enlarged[outlines(_grown(labels[part], zoom))] = colour
+        enlarged[outlines(grown(labels))] = colour
     return enlarged
-
-
-def _grown(values: NDArray[_Kind], zoom: int) -> NDArray[_Kind]:
-    return values.repeat(zoom, axis=0).repeat(zoom, axis=1)

@@ -91,13 +91,11 @@ def evidence_section(evidence: Evidence) -> PageSection:
         "diagnosis": _without_repetition(which, [Headline(verdict), *comparison]),
         "effects": _plots(pictures, STEPS, FIT, VISIBILITY),
         "refinement": [],
-        "refined": [],
     }
     if refinement.steps:
         page = refine_page(refinement, evidence.effects, shlex.quote(readings.file), None)
-        refined = _pictures(partial(plot_refinement, refinement, evidence.effects))
         values["refinement"] = _without_repetition(page, [*comparison, *which])
-        values["refined"] = _plots(refined, RESIDUALS)
+        values["refined"] = _plots(_pictures(partial(plot_refinement, refinement, evidence.effects)), RESIDUALS)
     return PageSection("readings", "Does the model hold?", "readings.html", values)
 
 
@@ -120,43 +118,28 @@ def _plots(pictures: Mapping[str, bytes], *names: str) -> list[dict[str, str]]:
 
 def finding(lifetimes: Lifetimes) -> str:
     """Return a sentence on when the mean ΔE2000 reaches the first tolerance."""
-    tolerance = min(lifetimes.tolerances)
+    tolerance, words = min(lifetimes.tolerances), page_scenes.MODES_IN_WORDS
     parts = []
     for mode, curve in lifetimes.images[0].curves.items():
         hours = curve.hours_until("mean", tolerance)
         when = f"after {spaced(round(hours))} h" if hours is not None else f"not within {spaced(lifetimes.last)} h"
-        how = (
-            f"{page_scenes.MODES_IN_WORDS[mode]} ({mode})" if mode in page_scenes.MODES_IN_WORDS else f"in mode {mode}"
-        )
-        parts.append(f"{when} {how}")
+        parts.append(f"{when} {f'{words[mode]} ({mode})' if mode in words else f'in mode {mode}'}")
     return f"This picture has changed by a mean ΔE2000 of {tolerance:g} {', and '.join(parts)}."
-
-
-def picture_caption(lifetimes: Lifetimes, scenes: page_scenes.Scenes) -> str:
-    """Return a sentence on the image, and on the size at which the frames show it."""
-    frame, name = scenes.frame, Path(lifetimes.images[0].file).name
-    size = f"{spaced(frame.source_width)} × {spaced(frame.source_height)} pixels"
-    if frame.whole:
-        return f"{name}, {size}, shown whole."
-    return f"{name}, {size}, shown at {frame.width} × {frame.height}; numbers are those of all pixels."
 
 
 def lifetimes_section(lifetimes: Lifetimes, scenes: page_scenes.Scenes) -> PageSection:
     """Return the section with the curves, Table 1 and the numbers of every frame."""
     # The section on provenance names the source of the readings; the page's first lines name the luminance law.
-    model = lifetimes.model
-    elsewhere = (model.measurements.provenance, model.luminance.sentence())
-    values = {
-        "chart": chart(lifetimes),
-        "page": [part for part in lifetime_page(lifetimes) if part not in elsewhere],
-        "tables": [_numbers(mode, of_mode) for mode, of_mode in scenes.modes.items()],
-    }
+    elsewhere = (lifetimes.model.measurements.provenance, lifetimes.model.luminance.sentence())
+    tables = []
+    for mode, of_mode in scenes.modes.items():
+        numbers = (each.numbers for each in of_mode)
+        rows = [(spaced(each.hours), *page_scenes.numbers_in_words(each).values()) for each in numbers]
+        headings = ("hours", *page_scenes.TILES.values())
+        tables.append(Table(headings, rows, words=(), caption=f"{mode}, at the hours shown"))
+    page = [part for part in lifetime_page(lifetimes) if part not in elsewhere]
+    values = {"chart": chart(lifetimes), "page": page, "tables": tables}
     return PageSection("lifetimes", "How long pictures stay true", "lifetimes.html", values)
-
-
-def _numbers(mode: str, scenes: tuple[page_scenes.PageScene, ...]) -> Table:
-    rows = [(spaced(each.numbers.hours), *page_scenes.numbers_in_words(each.numbers).values()) for each in scenes]
-    return Table(("hours", *page_scenes.TILES.values()), rows, words=(), caption=f"{mode}, at the hours shown")
 
 
 #: Group of a certificate → its colours.
@@ -214,29 +197,18 @@ def certificates_section(built: BuildFolder, model: DisplayModel) -> PageSection
         for row in summarise(luts)
     ]
     headings = ("mode", "format", "colours", "files", "mean", "99 %", "max")
+    try:
+        same = same_model(built.manifest.recipe.get("model", {}), model_as_json(model, Path(built.folder)))
+    except (KeyError, TypeError, AttributeError):
+        same = False
     values = {
         "folder": built.folder,
         "count": len(luts),
         "span": f", {spaced(hours[0])} to {spaced(hours[-1])} h" if hours else "",
         "table": Table(headings, rows, words=range(3)) if rows else None,
-        "same": _is_of(built, model),
+        "same": same,
     }
     return PageSection("certificates", "How true the LUTs are", "certificates.html", values)
-
-
-def _is_of(built: BuildFolder, model: DisplayModel) -> bool:
-    """Return whether a build's manifest names this display and model."""
-    try:
-        return same_model(built.manifest.recipe.get("model", {}), model_as_json(model, Path(built.folder)))
-    except (KeyError, TypeError, AttributeError):
-        return False
-
-
-def effects_section(model: DisplayModel) -> PageSection:
-    """Return the section with the effects that are added to the paper's model."""
-    aging = show(model)
-    values = {"effects": aging.effects_in_words(), "remarks": aging.remarks, "verdict": model.verdict}
-    return PageSection("effects", "Effects of the model", "effects.html", values)
 
 
 def label(model: DisplayModel) -> str:
@@ -305,7 +277,11 @@ def write_report(run: Run, path: str | Path) -> None:
 
 def html(run: Run) -> str:
     """Return the page as HTML."""
-    model, image = run.lifetimes.model, Path(run.lifetimes.images[0].file)
+    model, image, frame = run.lifetimes.model, Path(run.lifetimes.images[0].file), run.scenes.frame
+    size = f"{spaced(frame.source_width)} × {spaced(frame.source_height)} pixels"
+    shown = (
+        "shown whole" if frame.whole else f"shown at {frame.width} × {frame.height}; numbers are those of all pixels"
+    )
     kind = model.measurements.metadata.get("display") or Path(model.measurements.file).name
     return render(
         "page.html",
@@ -314,7 +290,7 @@ def html(run: Run) -> str:
         display=f"Display: {kind.rstrip('.')}. {show(model).sentence()} {model.luminance.sentence()}",
         label=label(model),
         answer=answer(run.evidence) if run.evidence else None,
-        caption=picture_caption(run.lifetimes, run.scenes),
+        caption=f"{image.name}, {size}, {shown}.",
         sections=list(_sections(run)),
         data=page_scenes.script_data(run.scenes),
         **style_and_script(),
@@ -331,7 +307,9 @@ def _sections(run: Run) -> Iterator[PageSection]:
     if run.evidence:
         yield evidence_section(run.evidence)
     if model.effects:
-        yield effects_section(model)
+        aging = show(model)
+        values = {"effects": aging.effects_in_words(), "remarks": aging.remarks, "verdict": model.verdict}
+        yield PageSection("effects", "Effects of the model", "effects.html", values)
     if run.built:
         yield certificates_section(run.built, model)
     yield provenance_section(image, model, run.built, run.evidence)

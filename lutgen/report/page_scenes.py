@@ -18,7 +18,7 @@ import numpy as np
 
 from lutgen.bake.lut import Lut, Sampler
 from lutgen.bake.spaces import tetrahedra
-from lutgen.colorimetry import Array, code_to_linear, delta_e_2000, linear_to_lab, xyz_to_xyY
+from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab, xyz_to_xyY
 from lutgen.display.tips import parse_hours
 from lutgen.errors import LutgenError
 from lutgen.numerals import spaced
@@ -29,7 +29,7 @@ from lutgen.report.drawing import data_address, page_png
 from lutgen.report.page_template import PageSection, ticks
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
@@ -88,15 +88,6 @@ class Still:
 
 
 @dataclass(frozen=True)
-class Blending:
-    """ΔE2000 of the slider's picture against the model, over the picture's pixels, at hours and half way between."""
-
-    mean: float
-    p95: float
-    max: float
-
-
-@dataclass(frozen=True)
 class Scenes:
     """All that the page shows of one image, by mode and hour."""
 
@@ -114,8 +105,9 @@ class Scenes:
     stills: dict[str, Still]
     #: ΔE2000 at the end of the colours of all maps; larger values have the last colour.
     reach: float
-    #: Error of the slider's pictures against the model.
-    blending: Blending
+    #: ΔE2000 of the slider's pictures against the model, over the picture's pixels, at hours and half way between:
+    #: mean, 95th percentile and largest.
+    blending: tuple[float, float, float]
 
 
 def hours_of(text: str | None, model: DisplayModel) -> tuple[list[float], list[float]]:
@@ -137,11 +129,7 @@ def hours_of(text: str | None, model: DisplayModel) -> tuple[list[float], list[f
 
 
 def scenes_of(
-    frame: Frame,
-    model: DisplayModel,
-    lifetimes: Lifetimes,
-    hours: Sequence[float],
-    progress: Progress = unseen,
+    frame: Frame, model: DisplayModel, lifetimes: Lifetimes, hours: Sequence[float], progress: Progress = unseen
 ) -> Scenes:
     """Compute tables, numbers and stills of every mode at ``hours``; ``lifetimes`` has the whole image's ΔE there."""
     reach = reach_of(lifetimes, hours)
@@ -154,8 +142,11 @@ def scenes_of(
             scenes.append(_scene(sampler, unaged, model.at(mode, hour), curve))
             progress(len(modes) * len(hours) + len(scenes), len(curves) * len(hours))
         modes[mode] = tuple(scenes)
-    lasts = {mode: model.at(mode, hours[-1]) for mode in modes}
-    stills = {mode: _still(frame, unaged, aged, reach) for mode, aged in lasts.items()}
+    stills = {}
+    for mode in modes:
+        aged = model.at(mode, hours[-1])
+        (difference,) = frame.differences(unaged, [aged])
+        stills[mode] = Still(picture_address(frame, frame.shown(aged)), map_address(frame, difference, reach))
     seen, source = (picture_address(frame, shown) for shown in (frame.shown(unaged), frame.colours[frame.places]))
     return Scenes(frame, seen, source, tuple(hours), modes, stills, reach, _blending(frame, model, modes))
 
@@ -170,32 +161,22 @@ def _scene(sampler: Sampler, unaged: AgedDisplay, aged: AgedDisplay, curve: Diff
     return PageScene(numbers, viewer_table(sampler.lut(aged, SIZE, "code", clip=True).table, (before, after)))
 
 
-def _blending(frame: Frame, model: DisplayModel, modes: dict[str, tuple[PageScene, ...]]) -> Blending:
+def _blending(frame: Frame, model: DisplayModel, modes: dict[str, tuple[PageScene, ...]]) -> tuple[float, float, float]:
     places = frame.places[frame.visible]
     # About 20 000 pixels are compared with the model.
     code = frame.colours[places[:: max(1, len(places) // 20_000)]] / 255.0
     nodes, weights = tetrahedra(code, "code", SIZE)
     differences = []
     for mode, scenes in modes.items():
-        for hours, table in _blended(scenes):
+        # The hours of the tables and the hours half way between, each with the table that the viewer applies.
+        tables = [(each.numbers.hours, each.table[..., :3] / WHITE) for each in scenes]
+        tables += [((one + two) / 2.0, (first + second) / 2.0) for (one, first), (two, second) in pairwise(tables)]
+        for hours, table in tables:
             drawn = Lut("code", table).mix(nodes, weights)
             both = (linear_to_lab(code_to_linear(each)) for each in (drawn, model.at(mode, hours).code_to_code(code)))
             differences.append(delta_e_2000(*both))
     away = np.concatenate(differences)
-    return Blending(float(away.mean()), float(np.quantile(away, 0.95)), float(away.max()))
-
-
-def _blended(scenes: Sequence[PageScene]) -> Iterator[tuple[float, Array]]:
-    """Yield the hours of the tables and the hours half way between, each with the table that the viewer applies."""
-    tables = [(each.numbers.hours, each.table[..., :3] / WHITE) for each in scenes]
-    yield from tables
-    for (before, first), (after, second) in pairwise(tables):
-        yield (before + after) / 2.0, (first + second) / 2.0
-
-
-def _still(frame: Frame, unaged: AgedDisplay, aged: AgedDisplay, reach: float) -> Still:
-    (difference,) = frame.differences(unaged, [aged])
-    return Still(picture_address(frame, frame.shown(aged)), map_address(frame, difference, reach))
+    return float(away.mean()), float(np.quantile(away, 0.95)), float(away.max())
 
 
 def picture_address(frame: Frame, shown: NDArray[np.uint8]) -> str:
@@ -224,8 +205,7 @@ def map_colours() -> NDArray[np.uint8]:
     """Return the colours of a map from 0 to its end, (STEPS, 3): viridis, which is perceptually uniform."""
     from matplotlib import colormaps
 
-    colours = colormaps["viridis"](np.linspace(0.0, 1.0, STEPS))[:, :3]
-    return np.rint(colours * 255.0).astype(np.uint8)
+    return np.rint(colormaps["viridis"](np.linspace(0.0, 1.0, STEPS))[:, :3] * 255.0).astype(np.uint8)
 
 
 #: Mode → clause on the display in this mode.
@@ -244,20 +224,20 @@ TILES = {
 
 def colour_bar(reach: float) -> dict[str, Any]:
     """Return the colour bar of all maps with the end ``reach``: picture, and marks in percent of its length."""
-    colours = map_colours()
     marks = [(f"{100 * value / reach:g}", f"{value:g}") for value in ticks(reach) if value <= 0.9 * reach]
-    last = f"≥\N{NARROW NO-BREAK SPACE}{reach:g}"
-    address, marks = data_address(page_png(colours[None])), [*marks, ("100", last)]
-    return {"address": address, "steps": len(colours), "reach": f"{reach:g}", "marks": marks}
+    marks.append(("100", f"≥\N{NARROW NO-BREAK SPACE}{reach:g}"))
+    return {
+        "address": data_address(page_png(map_colours()[None])),
+        "steps": STEPS,
+        "reach": f"{reach:g}",
+        "marks": marks,
+    }
 
 
 def numbers_in_words(numbers: Numbers) -> dict[str, str]:
     """Return the numbers as text."""
     return {
-        "mean": f"{numbers.mean:.2f}",
-        "sd": f"{numbers.sd:.2f}",
-        "p95": f"{numbers.p95:.2f}",
-        "max": f"{numbers.max:.2f}",
+        **{name: f"{getattr(numbers, name):.2f}" for name in ("mean", "sd", "p95", "max")},
         "white": f"{numbers.white_x:.4f}, {numbers.white_y:.4f}",
         "luminance": f"{100 * numbers.luminance:.1f} %",
     }
@@ -265,33 +245,24 @@ def numbers_in_words(numbers: Numbers) -> dict[str, str]:
 
 def viewer_section(scenes: Scenes) -> PageSection:
     """Return the section with the slider, the wiper and the map."""
-    return PageSection(
-        "viewer",
-        "The picture as the display ages",
-        "viewer.html",
-        {
-            "modes": list(scenes.modes),
-            "hours": scenes.hours,
-            "tiles": TILES,
-            "source": scenes.source,
-            "width": scenes.frame.width,
-            "height": scenes.frame.height,
-            "bar": colour_bar(scenes.reach),
-            "blending": blending_in_words(scenes),
-        },
-        kind="live",
-        label="The picture on the aged display",
-    )
-
-
-def blending_in_words(scenes: Scenes) -> str:
-    """Return a sentence on the error of the slider's picture against the model."""
-    away, hours = scenes.blending, len(scenes.hours)
+    (mean, p95, largest), hours = scenes.blending, len(scenes.hours)
     between = "a table an hour, blended between hours" if hours > 1 else "one table"
-    return (
-        f"The slider draws through {hours} × {SIZE}³ colours a mode, {between}: ΔE2000 {away.mean:.2f} from the model "
-        f"in mean, {away.p95:.2f} at 95 % and {away.max:.1f} at most, over this picture's pixels."
+    blending = (
+        f"The slider draws through {hours} × {SIZE}³ colours a mode, {between}: ΔE2000 {mean:.2f} from the model "
+        f"in mean, {p95:.2f} at 95 % and {largest:.1f} at most, over this picture's pixels."
     )
+    values = {
+        "modes": list(scenes.modes),
+        "hours": scenes.hours,
+        "tiles": TILES,
+        "source": scenes.source,
+        "width": scenes.frame.width,
+        "height": scenes.frame.height,
+        "bar": colour_bar(scenes.reach),
+        "blending": blending,
+    }
+    title, label = "The picture as the display ages", "The picture on the aged display"
+    return PageSection("viewer", title, "viewer.html", values, kind="live", label=label)
 
 
 def frames_section(scenes: Scenes) -> PageSection:
@@ -301,8 +272,7 @@ def frames_section(scenes: Scenes) -> PageSection:
         for mode, still in scenes.stills.items()
     ]
     values = {"unaged": scenes.unaged, "bar": colour_bar(scenes.reach), "modes": modes}
-    title = f"The picture at {spaced(scenes.hours[-1])} h"
-    return PageSection("frames", title, "frames.html", values, kind="still")
+    return PageSection("frames", f"The picture at {spaced(scenes.hours[-1])} h", "frames.html", values, kind="still")
 
 
 def script_data(scenes: Scenes) -> dict[str, Any]:
@@ -357,14 +327,8 @@ def placed_stills(scenes: Scenes, model: DisplayModel, on_screen: OnScreen) -> P
 
 def on_screen_section(stills: PlacedStills) -> PageSection:
     """Return the section with the stills and their sentences."""
-    modes = [
-        (mode, MODES_IN_WORDS.get(mode, mode), still, f"{mean:.1f}") for mode, (still, mean) in stills.modes.items()
-    ]
-    values = {
-        "sentences": stills.on_screen.sentences(),
-        "unaged": stills.unaged,
-        "hours": spaced(stills.hours),
-        "bar": colour_bar(stills.reach),
-        "modes": modes,
-    }
-    return PageSection("on-screen", f"On the screen at {spaced(stills.hours)} h", "on_screen.html", values)
+    hours, titles = spaced(stills.hours), MODES_IN_WORDS
+    modes = [(mode, titles.get(mode, mode), still, f"{mean:.1f}") for mode, (still, mean) in stills.modes.items()]
+    sentences, bar = stills.on_screen.sentences(), colour_bar(stills.reach)
+    values = {"sentences": sentences, "unaged": stills.unaged, "hours": hours, "bar": bar, "modes": modes}
+    return PageSection("on-screen", f"On the screen at {hours} h", "on_screen.html", values)

@@ -27,9 +27,6 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.pictures.lifetime import Lifetimes
 
-#: Script that marks the page, before it is drawn, as a page whose scripts run.
-_CLASS_SCRIPT = 'document.documentElement.className = "script";'
-
 
 @dataclass(frozen=True)
 class PageSection:
@@ -71,8 +68,10 @@ def style_and_script() -> dict[str, Any]:
     own = templates.joinpath("page.js").read_text("utf-8").splitlines(keepends=True)
     script = (FOLDER / "viewer.js").read_text("utf-8") + "".join(each for each in own if not each.startswith("import "))
     style = (FOLDER / "viewer.css").read_text("utf-8") + templates.joinpath("page.css").read_text("utf-8")
-    parts = {"style": style, "script": script, "class_script": _CLASS_SCRIPT}
-    hashes = {"script_hash": _hash(script), "class_hash": _hash(_CLASS_SCRIPT)}
+    # Marks the page, before it is drawn, as a page whose scripts run.
+    first = 'document.documentElement.className = "script";'
+    parts = {"style": style, "script": script, "class_script": first}
+    hashes = {"script_hash": _hash(script), "class_hash": _hash(first)}
     return {name: Markup(text) for name, text in parts.items()} | hashes  # noqa: S704 - files of this package
 
 
@@ -114,17 +113,11 @@ def chart(lifetimes: Lifetimes) -> dict[str, Any]:
         return [(x(hour), y(value)) for hour, value in zip(hours, values, strict=True)]
 
     labels = _apart([y(float(curve.mean[-1])) for curve in curves.values()])
-    lines = [
-        {
-            "mode": mode,
-            "colour": colour,
-            "mean": _points(dots := corners(curve.hours, curve.mean)),
-            "most": _points(corners(curve.hours, curve.max)),
-            "dots": dots,
-            "label": round(label, 1),
-        }
-        for (mode, curve), colour, label in zip(curves.items(), COLOURS, labels, strict=False)
-    ]
+    lines = []
+    for (mode, curve), colour, label in zip(curves.items(), COLOURS, labels, strict=False):
+        dots, most = corners(curve.hours, curve.mean), corners(curve.hours, curve.max)
+        points = {name: " ".join(f"{x},{y}" for x, y in each) for name, each in (("mean", dots), ("most", most))}
+        lines.append({"mode": mode, "colour": colour, **points, "dots": dots, "label": round(label, 1)})
     return {
         "last": last,
         "levels": [(y(level), f"{level:g}") for level in ticks(top)],
@@ -138,10 +131,6 @@ def chart(lifetimes: Lifetimes) -> dict[str, Any]:
         "top": TOP,
         "bottom": HEIGHT - BOTTOM,
     }
-
-
-def _points(corners: list[tuple[float, float]]) -> str:
-    return " ".join(f"{x},{y}" for x, y in corners)
 
 
 def _apart(places: list[float]) -> list[float]:

@@ -42,7 +42,6 @@ MOST, LEAST = 1000, 160
 #: Most columns of a sheet: pictures in more columns would be too small to compare.
 COLUMNS = 20
 
-
 #: Places of the images of a contact sheet, in the order given: (column, row) of a 3 × 3 grid.
 PLACES = {"centre": (1, 1), "top": (1, 0), "right": (2, 1), "bottom": (1, 2), "left": (0, 1)}
 
@@ -100,10 +99,6 @@ class Layout:
         column, row = PLACES[place]
         return self.top(row), self.left(column)
 
-    def caption_below(self, top: int, left: int, text: str) -> Text:
-        """Return the caption of the picture whose upper left pixel is at (top, left)."""
-        return Text(left + self.width // 2, top + self.height + self.text // 2, text, self.text, "center")
-
 
 def check_hours(hours: Sequence[float]) -> list[float]:
     """Return the distinct hours, increasing. Raises LutgenError for more hours than ``COLUMNS``."""
@@ -126,7 +121,10 @@ def age_sheet(series: AgedSeries, hours: Sequence[float], path: str | Path, *, f
     chosen, modes = check_hours(hours), list(series.curves)
     high, wide = series.source.shape[:2]
     layout = Layout(high, wide, columns=len(chosen), narrowest=LEAST, smallest=12, gap_lines=1)
-    heading = wrapped(sheet_title(series, chosen), layout.sheet_width - 2 * layout.gap, round(1.5 * layout.text))
+    last = chosen[-1]
+    parts = ", ".join(f"{series.mean_in_words(mode, last)} in {mode}" for mode in modes)
+    title = f"{Path(series.file).name} by {spaced(last)} h: {parts}"
+    heading = wrapped(title, layout.sheet_width - 2 * layout.gap, round(1.5 * layout.text))
     above = round(2.0 * layout.text * len(heading)) + 2 * layout.gap
     pictures = [
         (layout.top(row, above), layout.left(column), _caption(series, mode, hour), series.seen(mode, hour))
@@ -150,7 +148,10 @@ def _write(
     """Write pictures with top, left and caption, the heading at the upper left, and the foot at row ``below``."""
     texts = [
         Text(layout.gap, layout.gap, "\n".join(heading), round(1.5 * layout.text)),
-        *(layout.caption_below(top, left, caption) for top, left, caption, _ in pictures),
+        *(
+            Text(left + layout.width // 2, top + layout.height + layout.text // 2, caption, layout.text, "center")
+            for top, left, caption, _ in pictures
+        ),
         Text(layout.gap, below, "\n".join(foot), layout.text),
     ]
     with new_png(path, force=force) as partial:
@@ -164,12 +165,6 @@ def _write(
 
 def _caption(series: AgedSeries, mode: str, hour: float) -> str:
     return f"{mode}, {spaced(hour)} h\n{series.mean_in_words(mode, hour)}"
-
-
-def sheet_title(series: AgedSeries, hours: Sequence[float]) -> str:
-    """Return the title: the mean ΔE2000 at the last hour."""
-    parts = [f"{series.mean_in_words(mode, hours[-1])} in {mode}" for mode in series.curves]
-    return f"{Path(series.file).name} by {spaced(hours[-1])} h: {', '.join(parts)}"
 
 
 def footer(series: AgedSeries) -> str:
@@ -204,12 +199,11 @@ def _checked(images: Mapping[str, Pixels]) -> Layout:
         raise LutgenError(f"a contact sheet has {len(PLACES)} images ({', '.join(PLACES)}), not {len(images)}.")
     first = next(iter(images.values()))
     for caption, pixels in images.items():
+        what = f"image {caption!r}"
         if pixels.dtype != np.uint8 or pixels.ndim != 3 or pixels.shape[2] != 3 or 0 in pixels.shape:
-            message = f"image {caption!r} is {pixels.dtype} of shape {pixels.shape}; give uint8 of shape (h, w, 3)."
-            raise LutgenError(message)
+            raise LutgenError(f"{what} is {pixels.dtype} of shape {pixels.shape}; give uint8 of shape (h, w, 3).")
         if pixels.shape != first.shape:
-            message = f"image {caption!r} has shape {pixels.shape}, the first {first.shape}; all must be of one size."
-            raise LutgenError(message)
+            raise LutgenError(f"{what} has shape {pixels.shape}, the first {first.shape}; all must be of one size.")
     return Layout(*first.shape[:2])
 
 

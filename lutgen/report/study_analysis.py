@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from math import ceil, floor, isfinite
+from math import ceil, floor, isfinite, isnan
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,13 +20,9 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.study.analysis import Analysis
-    from lutgen.study.mixed import MixedModel
 
 #: Measure → decimals of its mean, as in the paper's Table 2.
 _DIGITS = {"time": 1, "ease": 1}
-
-#: Sentence on why there is no McNemar test.
-_UNPAIRED = "No McNemar test: it needs readings of the same image by the same reader under both conditions."
 
 
 def study_page(analysis: Analysis) -> Iterator[Part]:
@@ -49,62 +45,50 @@ def _paper(analysis: Analysis) -> Iterator[Part]:
         yield _table_2(analysis)
         yield ""
     if analysis.table2.tests:
-        yield _table_2_tests(analysis)
+        rows = [
+            (
+                *(test.measure, f"{test.first} → {test.second}", signed(test.difference, _DIGITS[test.measure])),
+                *(signed(test.t, 2), f"{test.df:.0f}", p_value(test.p), _yes(test.p)),
+            )
+            for test in analysis.table2.tests
+        ]
+        yield Table(("", "conditions", "difference", "t", "df", "p", "below 0.05"), rows, words=range(2))
         yield ""
     if analysis.table3:
         yield "Table 3: agreement with the un-aged reading, positive or negative; 95 % by Wilson."
-        yield Table(
-            ("condition", "agreed", "disagreed", "percent", "95 % interval"),
-            [
-                (row.condition, str(row.agreed), str(row.disagreed), f"{row.percent:.2f}", between(row.ci95, 1))
-                for row in analysis.table3
-            ],
-        )
+        agreed = [
+            (row.condition, str(row.agreed), str(row.disagreed), f"{row.percent:.2f}", between(row.ci95, 1))
+            for row in analysis.table3
+        ]
+        yield Table(("condition", "agreed", "disagreed", "percent", "95 % interval"), agreed)
         yield ""
     if analysis.table4:
         yield "Table 4: does agreement fall? One-tailed t-tests, equal variances; F-tests of equal variances."
-        yield Table(
-            ("null hypothesis", "p", "below 0.05", "F-test p"),
-            [
-                (f"{test.greater} ≤ {test.less}", p_value(test.p), _yes(test.p), p_value(test.variances_p))
-                for test in analysis.table4
-            ],
-        )
+        falls = [
+            (f"{test.greater} ≤ {test.less}", p_value(test.p), _yes(test.p), p_value(test.variances_p))
+            for test in analysis.table4
+        ]
+        yield Table(("null hypothesis", "p", "below 0.05", "F-test p"), falls)
         yield ""
 
 
 def _table_2(analysis: Analysis) -> Table:
-    measures = [measure for measure in MEASURES if any(mean.measure == measure for mean in analysis.table2.means)]
+    means = {(mean.measure, mean.condition): mean for mean in analysis.table2.means}
+    measures = _measured(analysis)
     rows = []
     for condition in dict.fromkeys(mean.condition for mean in analysis.table2.means):
         cells = []
         for measure in measures:
-            here = [mean for mean in analysis.table2.means if (mean.measure, mean.condition) == (measure, condition)]
-            digits = _DIGITS[measure]
-            cells += [
-                cell
-                for mean in here
-                for cell in (str(mean.n), f"{mean.mean:.{digits}f} ± {figure(mean.ci95[1] - mean.mean, digits)}")
-            ] or ["–", "–"]
+            mean, digits = means.get((measure, condition)), _DIGITS[measure]
+            spread = mean and f"{mean.mean:.{digits}f} ± {figure(mean.ci95[1] - mean.mean, digits)}"
+            cells += [str(mean.n), str(spread)] if mean else ["–", "–"]
         rows.append((condition, *cells))
     headings = (heading for measure in measures for heading in ("n", MEASURES[measure]))
     return Table(("condition", *headings), rows)
 
 
-def _table_2_tests(analysis: Analysis) -> Table:
-    rows = [
-        (
-            test.measure,
-            f"{test.first} → {test.second}",
-            signed(test.difference, _DIGITS[test.measure]),
-            signed(test.t, 2),
-            f"{test.df:.0f}",
-            p_value(test.p),
-            _yes(test.p),
-        )
-        for test in analysis.table2.tests
-    ]
-    return Table(("", "conditions", "difference", "t", "df", "p", "below 0.05"), rows, words=range(2))
+def _measured(analysis: Analysis) -> list[str]:
+    return [measure for measure in MEASURES if any(mean.measure == measure for mean in analysis.table2.means)]
 
 
 def _beyond(analysis: Analysis) -> Iterator[Part]:
@@ -144,18 +128,16 @@ def _agreement(analysis: Analysis) -> Iterator[Part]:
 
 def _means_table(analysis: Analysis) -> Table:
     ranked = any(isfinite(each.rank_p) for each in analysis.means)
-    rows = []
-    for each in analysis.means:
-        digits = _DIGITS[each.measure]
-        row = (
-            each.measure,
-            f"{each.first} → {each.second}",
+    rows = [
+        (
+            *(each.measure, f"{each.first} → {each.second}"),
             f"{signed(each.difference, digits)} {between(each.difference_ci95, digits)}",
-            p_value(each.welch_p),
-            *([p_value(each.rank_p)] if ranked else []),
+            *(p_value(each.welch_p), *([p_value(each.rank_p)] if ranked else [])),
             f"{signed(each.hedges_g, 2)} {between(each.hedges_g_ci95, 2)}",
         )
-        rows.append(row)
+        for each in analysis.means
+        for digits in (_DIGITS[each.measure],)
+    ]
     ranks = ["Mann–Whitney p"] if ranked else []
     headings = ("", "conditions", "difference [95 %]", "Welch p", *ranks, "Hedges' g [95 %]")
     return Table(headings, rows, words=range(2))
@@ -170,30 +152,26 @@ def _agreement_table(analysis: Analysis) -> Table:
             f"{each.first} → {each.second}",
             f"{signed(each.difference, 1)} {between(each.difference_ci95, 1)}",
             f"{figure(each.odds_ratio, 2)} {between(each.odds_ratio_ci95, 2)}",
-            p_value(each.fisher_one_tailed),
-            p_value(each.fisher),
+            *(p_value(each.fisher_one_tailed), p_value(each.fisher)),
             *([f"{p_value(tested.p)} ({tested.pairs})" if tested else "–"] if paired else []),
         )
         rows.append(row)
-    pairs = ["McNemar p (pairs)"] if paired else []
-    return Table(
-        ("conditions", "change, points [95 %]", "odds ratio [95 %]", "Fisher one-tailed", "two-tailed", *pairs),
-        rows,
-        notes=() if paired else (_UNPAIRED,),
-    )
+    headings = ("conditions", "change, points [95 %]", "odds ratio [95 %]", "Fisher one-tailed", "two-tailed")
+    unpaired = "No McNemar test: it needs readings of the same image by the same reader under both conditions."
+    return Table((*headings, "McNemar p (pairs)"), rows) if paired else Table(headings, rows, notes=(unpaired,))
 
 
 def _mixed_table(analysis: Analysis) -> Table:
     rows = []
     for model in analysis.mixed:
+        names = ("readers", "readers_by_condition", "images", "rest")
+        spreads = ", ".join(f"{model.sd[name]:.2f}" if name in model.sd else "–" for name in names) if model.sd else ""
         for place, each in enumerate(model.effects):
             row = (
                 "" if place else model.measure,
-                f"{model.against} → {each.condition}",
-                model.effect,
-                f"{figure(each.estimate, 2)} {between(each.ci95, 2)}",
-                p_value(each.p),
-                "" if place else _spreads(model),
+                *(f"{model.against} → {each.condition}", model.effect),
+                *(f"{figure(each.estimate, 2)} {between(each.ci95, 2)}", p_value(each.p)),
+                "" if place else spreads,
             )
             rows.append(row)
         if not model.effects:
@@ -204,13 +182,6 @@ def _mixed_table(analysis: Analysis) -> Table:
         words=range(3),
         notes=[f"{model.measure}: {'; '.join(model.notes)}." for model in analysis.mixed if model.notes],
     )
-
-
-def _spreads(model: MixedModel) -> str:
-    if not model.sd:
-        return ""
-    names = ("readers", "readers_by_condition", "images", "rest")
-    return ", ".join(f"{model.sd[name]:.2f}" if name in model.sd else "–" for name in names)
 
 
 def p_value(p: float) -> str:
@@ -224,14 +195,7 @@ def p_value(p: float) -> str:
 
 def figure(value: float, digits: int) -> str:
     """Return a number as text, with a minus sign (−), ∞ for infinity, and a dash for NaN."""
-    if value != value:  # noqa: PLR0124 - NaN
-        return "–"
-    if not isfinite(value):
-        return "∞" if value > 0 else "−∞"
-    text = f"{value:.{digits}f}"
-    if float(text) == 0:
-        return text.removeprefix("-")
-    return f"−{text[1:]}" if text.startswith("-") else text
+    return "–" if isnan(value) else f"{value:z.{digits}f}".replace("-", "−").replace("inf", "∞")
 
 
 def signed(value: float, digits: int) -> str:
@@ -265,8 +229,7 @@ _COLOURS = (BLUE, RED, GREEN, BLACK)
 def plot_study(analysis: Analysis, folder: str | Path, *, force: bool = False) -> Path:
     """Draw ``study.png`` into a folder; the same bytes on every run. Raises LutgenError when it cannot be written."""
     path = Path(folder) / PICTURE
-    measured = [measure for measure in MEASURES if any(mean.measure == measure for mean in analysis.table2.means)]
-    panels = [*measured, *(["agreement"] if analysis.table3 else [])]
+    panels = [*_measured(analysis), *(["agreement"] if analysis.table3 else [])]
     several = f"; not corrected for {len(analysis.holm)} tests" if len(analysis.holm) > 1 else ""
     foot = (
         f"{'Small dots: single answers. ' if any(each.values for each in analysis.samples) else ''}"

@@ -48,7 +48,12 @@ def power_page(power: Power) -> Iterator[Part]:
     yield "Power to find differences as large as the paper saw, if they are true:"
     yield seen_table(power)
     yield ""
-    yield in_the_paper(power)
+    yield (
+        f"The paper's own numbers find such a fall of agreement {percent(_agreement(power).paper)} of the time. So its "
+        "p for chroma (0.066, not significant) is weak evidence against a fall, and its p for chroma-luma (0.042, "
+        "significant) is partly chance. The power is computed for the measured difference, and is as uncertain as this "
+        "difference."
+    )
     yield ASSUMED
     if power.readers > 1:
         yield SEVERAL
@@ -65,16 +70,6 @@ def power_headline(power: Power) -> str:
     )
 
 
-def in_the_paper(power: Power) -> str:
-    """Return sentences on the paper's own power for the fall of agreement that it measured."""
-    seen = _agreement(power)
-    return (
-        f"The paper's own numbers find such a fall of agreement {percent(seen.paper)} of the time. So its p for chroma "
-        "(0.066, not significant) is weak evidence against a fall, and its p for chroma-luma (0.042, significant) is "
-        "partly chance. The power is computed for the measured difference, and is as uncertain as this difference."
-    )
-
-
 def detectable_part(power: Power, *, agreement: bool = True) -> Iterator[Part]:
     """Yield the smallest detectable differences, or why there are none; ``agreement``: include agreement."""
     if power.answers < LEAST:
@@ -83,15 +78,14 @@ def detectable_part(power: Power, *, agreement: bool = True) -> Iterator[Part]:
     yield f"Found {percent(TARGET)} of the time at a level of {percent(ALPHA)}, per comparison:"
     rows = []
     for each in power.detectable:
-        if each.base is not None and not agreement:
-            continue
         if each.smallest is None:
             smallest = "none"
         elif each.base is not None:
             smallest = f"{100 * each.base:.1f} % falls to {100 * (each.base - each.smallest):.1f} %"
         else:
-            smallest = amount(each.measure, each.smallest)
-        rows.append((each.measure, TESTS[each.test], smallest))
+            smallest = f"{each.smallest:.1f} s" if each.measure == "time" else f"{each.smallest:.2f} steps"
+        if agreement or each.base is None:
+            rows.append((each.measure, TESTS[each.test], smallest))
     yield Table(("measure", "test", "smallest difference"), rows, words=range(2))
 
 
@@ -100,22 +94,12 @@ def seen_table(power: Power) -> Table:
     heads = ("between", "the paper saw", "test", "in the paper", f"with {power.answers}", f"{percent(TARGET)} takes")
     rows = [
         (
-            each.measure,
-            " – ".join(each.between),
-            seen_values(each),
-            TESTS[each.test],
-            percent(each.paper),
-            percent(each.yours),
-            f"> {MOST}" if each.needed is None else str(each.needed),
+            *(each.measure, " – ".join(each.between), seen_values(each), TESTS[each.test]),
+            *(percent(each.paper), percent(each.yours), f"> {MOST}" if each.needed is None else str(each.needed)),
         )
         for each in power.seen
     ]
     return Table(("measure", *heads), rows, words=range(4))
-
-
-def amount(measure: str, value: float) -> str:
-    """Return a difference as text with its unit."""
-    return f"{value:.1f} s" if measure == "time" else f"{value:.2f} steps"
 
 
 def seen_values(each: Seen) -> str:
@@ -162,7 +146,8 @@ def _draw_power(axes: Axes, power: Power) -> None:
     widest = max(WIDE, round(1.2 * power.answers))
     answers = np.unique(np.linspace(LEAST, widest, WIDE).round().astype(int))
     ends = []
-    for each in drawn(power):
+    # From un-aged to each aging mode, by the paper's tests.
+    for each in (each for each in power.seen if each.between[0] == "none" and each.test != FISHER):
         curve = [power_of(each.test, each.values, each.sd, (int(n), int(n))) for n in answers]
         colour, line = COLOURS[each.measure], LINES[each.between[1]]
         axes.plot(answers, curve, line, color=colour, linewidth=2.2)
@@ -185,11 +170,6 @@ def _draw_power(axes: Axes, power: Power) -> None:
     axes.set_xlabel("answers per condition (images × readers)", fontsize=12)
     axes.set_ylabel("power", fontsize=12)
     tidy(axes)
-
-
-def drawn(power: Power) -> list[Seen]:
-    """Return the drawn differences: from un-aged to each aging mode, by the paper's tests."""
-    return [each for each in power.seen if each.between[0] == "none" and each.test != FISHER]
 
 
 def _label(axes: Axes, ends: list[tuple[float, Seen]]) -> None:
@@ -237,32 +217,22 @@ def plan_page(planned: Planned) -> Iterator[Part]:
 def plan_headline(planned: Planned) -> str:
     """Return the number of images, readers, sessions and pictures of the plan."""
     protocol = planned.protocol
-    counts = (
-        counted(len(protocol.images), "image"),
-        counted(protocol.readers, "reader"),
-        counted(protocol.sessions, "session"),
-        f"{counted(len(protocol.renders), 'picture')} rendered",
-    )
-    return f"{planned.study}: {', '.join(counts)}."
+    counts = {"image": len(protocol.images), "reader": protocol.readers, "session": protocol.sessions}
+    listing = ", ".join(counted(count, noun) for noun, count in counts.items())
+    return f"{planned.study}: {listing}, {counted(len(protocol.renders), 'picture')} rendered."
 
 
 def condition_table(planned: Planned) -> Table:
     """Return a table of the conditions: number of images in session 1, and the largest error of the LUT."""
     rows = []
     for each in planned.protocol.conditions:
-        lut = planned.protocol.model["luts"].get(each.name)
-        count = planned.per_condition.get(each.name)
+        lut, count = planned.protocol.model["luts"].get(each.name), planned.per_condition.get(each.name)
         error = "no LUT: pixels as they are"
         if lut is not None:
             smooth, worst = lut["worst_smooth_delta_e_2000"], lut["worst_delta_e_2000"]
             error = f"{smooth:.4f} ({worst:.2f} where the model jumps)"
-        row = (
-            each.name,
-            "–" if each == UNAGED else spaced(each.hours),
-            "later sessions" if count is None else str(count),
-            error,
-        )
-        rows.append(row)
+        hours = "–" if each == UNAGED else spaced(each.hours)
+        rows.append((each.name, hours, "later sessions" if count is None else str(count), error))
     return Table(("condition", "hours", "images a reader", "ΔE2000 of the LUT, worst"), rows)
 
 
@@ -272,11 +242,9 @@ def _sessions(planned: Planned) -> Iterator[str]:
         trials = [trial for trial in protocol.trials if trial.session == number]
         images = sorted(Counter(trial.reader for trial in trials).values())
         count = counted(images[-1], "image") if images[0] == images[-1] else f"{images[0]} to {images[-1]} images"
-        shown = ", ".join(dict.fromkeys(each.name for each in protocol.conditions
-                                        if each.name in {trial.condition for trial in trials}))  # fmt: skip
-        begins = (
-            "" if number == 1 else f", from {protocol.washout_days:g} days after a reader's session {number - 1} on"
-        )
+        used = {trial.condition for trial in trials}
+        shown = ", ".join(dict.fromkeys(each.name for each in protocol.conditions if each.name in used))
+        begins = f", from {protocol.washout_days:g} days after a reader's session {number - 1} on" if number > 1 else ""
         yield f"Session {number}: {count} under {shown}{begins}."
 
 
@@ -289,12 +257,8 @@ def study_status_page(status: StudyStatus) -> Iterator[Part]:
     headings = ("reader", "session", "state", "images", "began", "ended", "remarks")
     rows = [
         (
-            reader.reader or f"place {reader.place}, free",
-            str(session.session),
-            session.state,
-            f"{session.read} of {session.images}",
-            _when(session.started),
-            _when(session.ended),
+            *(reader.reader or f"place {reader.place}, free", str(session.session), session.state),
+            *(f"{session.read} of {session.images}", _when(session.started), _when(session.ended)),
             _remarks(session, begin),
         )
         for reader in status.readers
