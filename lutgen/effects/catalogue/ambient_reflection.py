@@ -14,18 +14,11 @@ Sources: definition: Samei et al. (AAPM TG18), Med. Phys. 32, 1205 (2005), doi:1
 Assumption: R_d is as small as 0.002 1/sr on flat panels, at 4 to 150 lx.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from lutgen.colorimetry import D65
+from lutgen.colorimetry import D65, Array
 from lutgen.effects.declare import Parameter, effect
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
+from lutgen.effects.scene import Scene
 
 #: Illuminance in lx at which ``exponent`` changes nothing.
 USUAL_LX = 100.0

@@ -10,19 +10,14 @@ Valid for smooth drifts. A curve with steps is ``quantization``; a curve that ch
 Assumption: the mechanism and the size.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from lutgen.colorimetry import linear_to_code
+from lutgen.colorimetry import Array, linear_to_code
 from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import Scene
 from lutgen.effects.shapes import GROWING, POWER, SATURATION, bent, growth, level_curve, share_of_final
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
 
 CODES = {"00": "0", "25": "0.25", "50": "0.5", "75": "0.75", "100": "1"}
 RED, GREEN, BLUE = (tuple(f"{channel}_{code}" for code in CODES) for channel in ("red", "green", "blue"))

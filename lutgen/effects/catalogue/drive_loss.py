@@ -12,18 +12,12 @@ Valid for analogue drive. A digital link passes a code value exactly or fails.
 Assumption: the mechanism, and losses of 0.5 to 10 %.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import Scene
 from lutgen.effects.shapes import LASTING, POWER, SATURATION, growth, share_of_final
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
 
 
 @effect(

@@ -9,17 +9,10 @@ Valid for smooth drifts that are equal in all channels. The drift of one channel
 Assumption: the mechanism, and changes of the gamma of 0.02 to 0.2.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from lutgen.colorimetry import linear_to_code
+from lutgen.colorimetry import Array, linear_to_code
 from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import Scene
 from lutgen.effects.shapes import GROWING, POWER, SATURATION, bent, growth, level_curve, share_of_final
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
 
 LEVELS = ("level_00", "level_25", "level_50", "level_75", "level_100")
 

@@ -13,18 +13,12 @@ Source: the luminance of an OLED monitor falls when many pixels are lit, most fo
 Assumption: up to 26 % on an OLED with a white surround; that LCDs have the effect too, and its size there.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import Scene
 from lutgen.effects.shapes import POWER, SATURATION, growth
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
 
 
 @effect(

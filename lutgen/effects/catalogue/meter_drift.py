@@ -12,17 +12,11 @@ Source: luminance meters built into displays do not stay constant: Silosky & Mar
 Assumption: 0.2 to 1 % a year, so 0.4 to 2 % at 18 000 h.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
+from lutgen.effects.scene import Scene
 
 
 @effect(

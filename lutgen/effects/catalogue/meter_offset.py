@@ -10,19 +10,11 @@ Valid for the dark signal of one meter over the whole campaign. Never baked: a m
 Assumption: from about 0.003 cd/m² on.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from lutgen.colorimetry import D65
+from lutgen.colorimetry import D65, Array
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.scene import REFERENCE_C
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
+from lutgen.effects.scene import REFERENCE_C, Scene
 
 
 @effect(

@@ -15,18 +15,14 @@ Sources: primary shift and crosstalk as the two departures of an LCD from additi
 Assumption: the form and the size.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import Scene
 from lutgen.effects.shapes import LASTING, POWER, SATURATION, share_of_final
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
 
 SHIFTS = ("red_x", "red_z", "green_x", "green_z", "blue_x", "blue_z")
 

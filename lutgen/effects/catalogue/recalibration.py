@@ -11,18 +11,14 @@ Valid for one event in a campaign. Two events need two recalibrations.
 Assumption: the form and the size.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import Scene
 from lutgen.effects.shapes import bent, level_curve
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
 
 LEVELS: dict[str, Any] = {
     f"level_{name}": Parameter(0.0, (-0.6, 2.0), "1", f"change of the exponent near code value {code}")

@@ -10,19 +10,12 @@ the room lags behind the lamp.
 Assumption: −0.1 to −0.6 % per kelvin.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.scene import REFERENCE_C
+from lutgen.effects.scene import REFERENCE_C, Scene
 from lutgen.effects.shapes import scaled
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
 
 
 @effect(

@@ -12,19 +12,12 @@ doi:10.1007/BF03168843.
 Assumption: the size on flat panels.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from lutgen.colorimetry import code_to_linear
+from lutgen.colorimetry import Array, code_to_linear
 from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import Scene
 from lutgen.effects.shapes import POWER, growth
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
 
 
 @effect(
