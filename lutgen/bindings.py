@@ -3,21 +3,17 @@
 The code supports OpenColorIO 2.1. It tests whether a newer feature exists before it uses the feature.
 """
 
-from __future__ import annotations
-
 import os
 import re
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from lutgen.errors import LutgenError, in_one_line, reason_of
 from lutgen.files import is_unicode
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 _SOURCES = {
     "PyOpenColorIO": ("OpenColorIO", "python3-pyopencolorio"),

@@ -16,16 +16,12 @@ Sources: IEC 61966-2-1:1999 (sRGB); CIE 15:2018 (Lab); CIE 142-2001 and Sharma, 
 doi:10.1002/col.20070 (CIEDE2000).
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from math import factorial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 Array = NDArray[np.float64]
 

@@ -4,19 +4,17 @@ Writing is atomic: a reader sees the old file or the complete new file, never a 
 temporary folder behind. The next run removes that folder.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import shutil
 import stat
 import tempfile
 import time
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext, suppress
 from functools import cache
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from lutgen.errors import LutgenError, reason_of
 
@@ -24,9 +22,6 @@ try:
     import fcntl
 except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
 
 #: Suffix of a file that is being written. The next build removes the partial files that a killed build left.
 PARTIAL = ".lutgen-partial"

@@ -1,14 +1,10 @@
 """Reading the tag table of an ICC profile (ICC.1:2022, 7.3), with bounds on the counts and sizes that it states."""
 
-from __future__ import annotations
-
 import struct
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator
+from typing import NamedTuple
 
 from lutgen.errors import LutgenError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 HEADER = 128
 

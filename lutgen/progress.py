@@ -1,7 +1,5 @@
 """Progress of long work. The caller passes a function, which is called with the number of pieces done and in total."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 #: A function of the number of pieces done and the number of all pieces.

@@ -4,14 +4,9 @@ The display model uses this law for white and primaries at any hour. The critici
 and primaries.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
+from lutgen.colorimetry import Array
 
 #: Error of a straight line halfway between two points of a parabola, as a share of the second difference at the spacing
 #: of the two points.

@@ -1,20 +1,16 @@
 """What LUTs and pictures carry of a model: sentences on fixed conditions and on effects that are left out."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lutgen.display.conditions import PLACE, REFERENCE, in_words
+from lutgen.display.model import DisplayModel
+from lutgen.display.on_screen import OnScreen
 from lutgen.effects.probe import reacts_to
 from lutgen.readings.conditions import CONDITIONS
-
-if TYPE_CHECKING:
-    from lutgen.display.model import DisplayModel
-    from lutgen.display.on_screen import OnScreen
 
 #: Column → words for effects that need the column.
 _DEPENDS = {column.name: condition.depends for condition in CONDITIONS for column in condition.columns}

@@ -9,23 +9,16 @@ Links that are the same at every hour come first and form the *head* of the chai
 colours is computed once and used for every hour and mode.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import reduce
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen import effects
-from lutgen.colorimetry import code_to_linear, in_chunks, linear_to_code, transform, xyz_to_linear
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
+from lutgen.colorimetry import Array, code_to_linear, in_chunks, linear_to_code, transform, xyz_to_linear
 
 #: Stages of the chain, with the names that effects use, in order.
 STAGES = tuple(stage for stage in effects.STAGES if stage != "selection")

@@ -1,17 +1,13 @@
 """The conditions of a bake or a picture (``--at``)."""
 
-from __future__ import annotations
-
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, make_dataclass, replace
 from math import inf, isfinite
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from lutgen.cells import BLANKS, number
 from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.readings.conditions import COLUMNS, CONDITIONS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
 
 #: Text for infinite minutes since power-on.
 WARM = "warm"

@@ -8,29 +8,23 @@ In a mode that holds white's luminance, the held luminance is the luminance unde
 display's sensor is calibrated. So a corner stays darker than the centre, and a cold display dimmer than a warm display.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.display import trace
 from lutgen.display.chain import AgedDisplay
-from lutgen.display.conditions import REFERENCE
+from lutgen.display.conditions import REFERENCE, Conditions
+from lutgen.display.native import NativeDisplay
+from lutgen.display.trace import Applied
 from lutgen.effects import Scene
 from lutgen.effects.spectra import SpectralDisplay, class_of
 from lutgen.errors import LutgenError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from lutgen.colorimetry import Array
-    from lutgen.display.conditions import Conditions
-    from lutgen.display.native import NativeDisplay
-    from lutgen.display.trace import Applied
 
 #: Stages before the emission, whose effects do not depend on the tips.
 PANEL_STAGES = ("drive", "transfer", "mixing")

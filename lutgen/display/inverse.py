@@ -18,16 +18,15 @@ A drive outside 0..1 is returned unclipped. Clipping each channel gives the driv
 within reach stay exact, and other colours lose only the light of the clipped channels.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.colorimetry import (
+    Array,
     code_to_linear,
     delta_e_2000,
     inverse,
@@ -39,16 +38,10 @@ from lutgen.colorimetry import (
 )
 from lutgen.display.chain import AgedDisplay
 from lutgen.display.effect_chain import jumps, without_steps
-from lutgen.display.paper import paper_links
+from lutgen.display.paper import Matrices, paper_links
 from lutgen.display.search import Start, searched
 from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.names import UNREACHABLE
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
-    from lutgen.display.paper import Matrices
 
 #: Tolerance for a drive on the border between white and the primaries: the resolution of float32.
 ON_BORDER = 1e-5
@@ -228,7 +221,7 @@ class _Split:
     extra: Array
 
     @classmethod
-    def of(cls, emission: Matrices, selection: str) -> _Split:
+    def of(cls, emission: Matrices, selection: str) -> "_Split":
         """Compute the tips from the matrices: T_i reproduces tip i, T'_i every tip except i."""
         t_w, t_r, t_g, t_b = emission.array
         if selection == "nearest":

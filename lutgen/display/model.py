@@ -1,35 +1,25 @@
 """``DisplayModel``: a measured display and the model of its aging, with an ``AgedDisplay`` for each mode and hour."""
 
-from __future__ import annotations
-
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lutgen.cells import first_doubled
-from lutgen.colorimetry import xyY_to_xyz, xyz_to_xyY
-from lutgen.display.chain import AgedDisplay, SrgbTransfer
+from lutgen.colorimetry import Array, xyY_to_xyz, xyz_to_xyY
+from lutgen.display.chain import AgedDisplay, Link, SrgbTransfer
 from lutgen.display.conditions import REFERENCE, Conditions
 from lutgen.display.effect_chain import EffectChain, Fresh, Surroundings, four_tips, makes_steps
-from lutgen.display.fitted import AppliedEffect, LatentTips, constant_tips
+from lutgen.display.fitted import AppliedEffect, FitCovariance, LatentTips, constant_tips
 from lutgen.display.loaded import LoadedCalibrations
 from lutgen.display.native import NativeDisplay
 from lutgen.display.paper import Matrices, Selection, matrices_of
 from lutgen.display.tips import UNSTATED, LuminanceLaw, Tips, law_of, luminance_law, scale_luminance
-from lutgen.display.trace import SELECTION_STAGE, in_chain_order, is_soft
+from lutgen.display.trace import SELECTION_STAGE, Applied, in_chain_order, is_soft
 from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.names import BASELINES, FORETELLING_BASELINES, MODES, NATIVE_BASELINES, REFERENCES, SELECTIONS
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from lutgen.colorimetry import Array
-    from lutgen.display.chain import Link
-    from lutgen.display.fitted import FitCovariance
-    from lutgen.display.trace import Applied
-    from lutgen.readings import Measurements
+from lutgen.readings import Measurements
 
 #: Name of the default display: reconstructed; see the first line of its file.
 DEFAULT_DISPLAY = "reconstructed-ccfl"

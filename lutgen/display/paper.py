@@ -13,19 +13,12 @@ and the light of the primaries whose matrices the colour uses, and does not age.
 that age.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import XYZ_TO_LINEAR, transform, xyY_to_xyz
-from lutgen.display.chain import MatrixLink, SrgbTransfer
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.display.chain import AgedDisplay
+from lutgen.colorimetry import XYZ_TO_LINEAR, Array, transform, xyY_to_xyz
+from lutgen.display.chain import AgedDisplay, MatrixLink, SrgbTransfer
 
 #: Tolerance for equal distances to colour points (model.md, step 6).
 TIE = 1e-9

@@ -9,20 +9,14 @@ Slopes cost three times as much as a step, so they are reused while steps conver
 search of a colour ends when its residual is small enough, not after a fixed number of steps.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from lutgen.colorimetry import CHUNK, inverse, linear_to_code, transform
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
-    from lutgen.display.chain import AgedDisplay
+from lutgen.colorimetry import CHUNK, Array, inverse, linear_to_code, transform
+from lutgen.display.chain import AgedDisplay
 
 #: Red, green, blue and black as code values.
 _TIPS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
@@ -99,7 +93,7 @@ class _Problem:
     black: Array
 
     @classmethod
-    def of(cls, aged: AgedDisplay) -> _Problem:
+    def of(cls, aged: AgedDisplay) -> "_Problem":
         xyz = aged.code_to_xyz(_TIPS)
         return cls(aged, inverse((xyz[:3] - xyz[3]).T), xyz[3])
 

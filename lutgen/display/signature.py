@@ -6,29 +6,22 @@ every hour. A change of white and primaries alone therefore has no ``rest``, and
 baseline that measures white and primaries again.
 """
 
-from __future__ import annotations
-
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from lutgen.colorimetry import D65, delta_e_2000, linear_to_lab, xyY_to_xyz, xyz_to_linear
+from lutgen.colorimetry import D65, Array, delta_e_2000, linear_to_lab, xyY_to_xyz, xyz_to_linear
 from lutgen.display import Tips, default_display
 from lutgen.display.trace import SELECTION_STAGE, panel, reported
-from lutgen.effects import Scene
+from lutgen.effects import Effect, Scene
 from lutgen.effects.scene import LIFE_H
 from lutgen.effects.spectra import SpectralDisplay, class_of
 from lutgen.numerals import spaced
 from lutgen.readings import read_measurements
 from lutgen.readings.conditions import COLUMNS
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from lutgen.colorimetry import Array
-    from lutgen.effects import Effect
 
 #: Code values for the size of an effect: greys, primaries, secondaries, pale and dark mixtures.
 CODES = np.array(
@@ -79,7 +72,7 @@ class Signature:
     conditions: Mapping[str, float]
 
     @classmethod
-    def of(cls, effect: Effect) -> Signature:
+    def of(cls, effect: Effect) -> "Signature":
         """Return the signature under conditions that show the effect: off the centre, in a lit room, cold, …."""
         shown = {name: COLUMNS[name].shown for name in effect.needs}
         if "window" in shown or "surround" in shown:

@@ -3,28 +3,21 @@
 The module also holds the luminance laws: white's luminance if no sensor holds it (section 2.1 of the paper).
 """
 
-from __future__ import annotations
-
 import csv
 from dataclasses import dataclass
 from decimal import Decimal
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lutgen.cells import BLANKS, is_comment, number
-from lutgen.colorimetry import LINEAR_TO_XYZ, SRGB_XY, xyY_to_xyz
+from lutgen.colorimetry import LINEAR_TO_XYZ, SRGB_XY, Array, xyY_to_xyz
 from lutgen.errors import LutgenError, pick_one, refuse_unknown
 from lutgen.files import read_at_most
 from lutgen.names import REFERENCES
-from lutgen.readings import TIP_NAMES
+from lutgen.readings import TIP_NAMES, Measurements
 from lutgen.time_law import between
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.readings import Measurements
 
 #: Largest condition number of a matrix of colour points. Above it the points lie on a line within the noise of a meter.
 MAX_CONDITION = 1e5
@@ -41,7 +34,7 @@ class Tips:
     source: str = "<memory>"
 
     @classmethod
-    def of(cls, measurements: Measurements) -> Tips:
+    def of(cls, measurements: Measurements) -> "Tips":
         """Return the tips of ``measurements``. Raises LutgenError: the primaries lie on a line."""
         return cls(*measurements.tips(), source=measurements.file)
 

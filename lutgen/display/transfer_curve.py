@@ -9,21 +9,14 @@ Between its points a curve is a piecewise cubic without overshoot (Fritsch & Car
 nearly straight: few points reproduce an sRGB display exactly, and errors near black have perceptual weight.
 """
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import code_to_linear, linear_to_code
+from lutgen.colorimetry import Array, code_to_linear, linear_to_code
 from lutgen.errors import LutgenError
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from lutgen.colorimetry import Array
 
 
 @dataclass(frozen=True)
@@ -59,7 +52,7 @@ class TransferCurve:
         object.__setattr__(self, "light", tuple(light.tolist()))
 
     @classmethod
-    def through(cls, channel: str, codes: Sequence[float] | Array, light: Sequence[float] | Array) -> TransferCurve:
+    def through(cls, channel: str, codes: Sequence[float] | Array, light: Sequence[float] | Array) -> "TransferCurve":
         """Return the curve through points between the ends; the ends (0, 0) and (1, 1) are added."""
         inner = [(code, each) for code, each in zip(codes, light, strict=True) if 0.0 < code < 1.0]
         return cls(channel, (0.0, *(code for code, _ in inner), 1.0), (0.0, *(each for _, each in inner), 1.0))

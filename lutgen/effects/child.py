@@ -5,8 +5,6 @@ a temporary file: first the names of the effects, or the reason why the file is 
 If the child is stopped or dies, the remaining lines are missing.
 """
 
-from __future__ import annotations
-
 import json
 import signal
 import subprocess

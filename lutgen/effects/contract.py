@@ -5,28 +5,23 @@ or raises :class:`Broken` with a sentence that says with which values the effect
 :mod:`lutgen.effects.child` checks a file under limits of time and memory, for ``lutgen effects --check``.
 """
 
-from __future__ import annotations
-
 import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import redirect_stdout
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects import probe
+from lutgen.effects.declare import Effect
 from lutgen.effects.own import what_was_raised
+from lutgen.effects.probe import ProbeReading
 from lutgen.effects.scene import Scene
 from lutgen.errors import LutgenError
 from lutgen.readings.conditions import COLUMNS
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
-    from pathlib import Path
-
-    from lutgen.colorimetry import Array
-    from lutgen.effects.declare import Effect
-    from lutgen.effects.probe import ProbeReading
 
 
 @dataclass(frozen=True)

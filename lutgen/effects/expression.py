@@ -9,25 +9,19 @@ after semicolons. The name of the effect may precede the formula, with a colon::
 The amplitudes are the smallest set of parameters that leave the signal unchanged when they are 0.
 """
 
-from __future__ import annotations
-
 import re
+from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lutgen.cells import NUMBER
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Effect, Parameter, check_declaration
 from lutgen.effects.formula import FUNCTIONS, QUANTITIES, SIGNALS, Formula, number_of, read_formula, refuse
 from lutgen.effects.probe import parameter_draws, readings
 from lutgen.errors import LutgenError
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from lutgen.colorimetry import Array
 
 #: Largest length and largest number of parameters of a one-line effect; a larger effect belongs in a file.
 MAX_LETTERS, MAX_PARAMETERS = 500, 8

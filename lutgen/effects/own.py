@@ -11,28 +11,23 @@ A package lists modules, or single effects, as entry points of the group ``lutge
 :mod:`lutgen.effects.expression`.
 """
 
-from __future__ import annotations
-
 import ast
 import hashlib
 import sys
+from collections.abc import Iterable
 from contextlib import redirect_stdout
 from dataclasses import replace
 from importlib.machinery import ModuleSpec, SourceFileLoader
-from importlib.metadata import entry_points
+from importlib.metadata import EntryPoint, entry_points
 from importlib.util import module_from_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import ModuleType
+from typing import Any
 
 from lutgen.effects import catalogue
 from lutgen.effects.declare import BUILT_IN, CODE, Effect, chain_order
 from lutgen.errors import LutgenError, in_one_line, pick_one
 from lutgen.files import read_at_most
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-    from importlib.metadata import EntryPoint
-    from types import ModuleType
 
 #: Group of the entry points. Each entry point is a module that declares effects, or an effect.
 GROUP = "lutgen.effects"

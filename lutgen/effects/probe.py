@@ -5,28 +5,22 @@ and in the corners, in dark and lit rooms, with a cold and a warm display (infin
 bright surrounds.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cache
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from lutgen.colorimetry import LINEAR_TO_XYZ, code_to_linear, transform
+from lutgen.colorimetry import LINEAR_TO_XYZ, Array, code_to_linear, transform
+from lutgen.effects.declare import Effect
 from lutgen.effects.scene import LIFE_H, Scene
 from lutgen.effects.spectra import SpectralDisplay
 from lutgen.readings.conditions import COLUMNS
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from lutgen.colorimetry import Array
-    from lutgen.effects.declare import Effect
-
-    #: Function that applies an effect, with values of its parameters, to a reading.
-    Applied = Callable[[Effect, "ProbeReading", Mapping[str, float]], Array]
+#: Function that applies an effect, with values of its parameters, to a reading.
+Applied = Callable[[Effect, "ProbeReading", Mapping[str, float]], Array]
 
 #: Number of readings of a probe. Not 1, 3 or 4, because a wrong formula could broadcast with 1, 3 or 4 unnoticed.
 READINGS = 48

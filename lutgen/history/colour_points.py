@@ -13,20 +13,14 @@ Learning Algorithms, ch. 27). The evidence contains a penalty for every number t
 numbers does not win over one factor only because the matrix can fit more.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.history.patches import CHANNELS, mean_xyz, tip
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from lutgen.colorimetry import Array
-    from lutgen.readings.session import Session
+from lutgen.readings.session import Session
 
 #: The order of the colour points, including black.
 COLOURS = (*CHANNELS, "white", "black")
@@ -74,7 +68,7 @@ class ColourPoints:
         """Return XYZ, as read, of red, green, blue, white and black, (5, 3)."""
         return _points(self.channels, self.extra, self.leak)
 
-    def with_gains(self, gains: Array) -> ColourPoints:
+    def with_gains(self, gains: Array) -> "ColourPoints":
         """Return the colours with each channel's light multiplied by its gain; the leak does not change."""
         return replace(self, channels=self.channels * gains[..., np.newaxis], extra=self.extra * self.share_of(gains))
 

@@ -6,20 +6,15 @@ averaging, doi:10.1214/ss/1009212519). Each draw of the future draws law, shape,
 draws include the uncertainty of all four.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+from lutgen.colorimetry import Array
 
-    from lutgen.colorimetry import Array
-
-    #: An axis of a grid: values of equal ratio, centre and spread (natural logarithm) of a log-normal prior.
-    Axis = tuple[Array, float, float]
+#: An axis of a grid: values of equal ratio, centre and spread (natural logarithm) of a log-normal prior.
+Axis = tuple[Array, float, float]
 
 #: Number of sampled points of shapes and scatter for each law.
 _POINTS_A_LAW = 1000

@@ -1,11 +1,9 @@
 """Draft a campaign file from session files; lines that only a person can complete stay open."""
 
-from __future__ import annotations
-
 import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,11 +13,7 @@ from lutgen.errors import LutgenError
 from lutgen.history.pair import UNKNOWN
 from lutgen.history.patches import CHANNELS, mean_xyz, primaries
 from lutgen.history.transfer import calibration
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from lutgen.readings.session import Session
+from lutgen.readings.session import Session
 
 #: Δu'v' of a primary between two sessions that is too large for aging: another panel, mode or correction of the meter.
 #: In 18 000 hours each primary of the paper's display moves by less than half of this value.

@@ -6,11 +6,9 @@ weighed by the evidence of white, primaries and black. A verdict names one cause
 well and the measurements that would separate them.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from itertools import combinations, product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -22,11 +20,9 @@ from lutgen.history.pair import SessionPair
 from lutgen.history.patches import CHANNELS
 from lutgen.history.steadiness import left_out, steadiness
 from lutgen.history.verdicts import SessionVerdict, in_succession, pronounce
+from lutgen.progress import Progress
+from lutgen.readings.campaign import Campaign, CampaignEntry
 from lutgen.readings.steadiness import drift_by_repeats
-
-if TYPE_CHECKING:
-    from lutgen.progress import Progress
-    from lutgen.readings.campaign import Campaign, CampaignEntry
 
 #: Prior odds of one cause against two causes at once, as a natural logarithm: two changes at once are rarer. A recorded
 #: cause does not count.

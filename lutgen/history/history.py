@@ -1,10 +1,7 @@
 """The history of a display: white, black, contrast, colours and γ over its sessions, and limits for them."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,11 +11,9 @@ from lutgen.colorimetry import Array, xyz_to_uv
 from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.history.colour_points import ALIKE, BLACK, FLOOR_CD_M2
 from lutgen.history.inspect import inspect_session
+from lutgen.history.inspection import Inspection
 from lutgen.history.transfer import ContrastResponse, contrast_response
-
-if TYPE_CHECKING:
-    from lutgen.history.inspection import Inspection
-    from lutgen.readings.campaign import Campaign
+from lutgen.readings.campaign import Campaign
 
 #: Quantity → description with its unit.
 QUANTITIES = {

@@ -1,12 +1,8 @@
 """One answer to the question why two sessions differ: a set of causes, and its evidence."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from lutgen.history.colour_points import ColourFit
+from lutgen.history.colour_points import ColourFit
 
 
 @dataclass(frozen=True)

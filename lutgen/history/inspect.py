@@ -1,9 +1,5 @@
 """Inspect one session without a model."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from lutgen.history import transfer
@@ -11,9 +7,7 @@ from lutgen.history.inspection import Inspection
 from lutgen.history.patches import CHANNELS, additivity, mean_xyz, primaries, ramp
 from lutgen.history.steadiness import left_out, steadiness
 from lutgen.history.transfer import calibration
-
-if TYPE_CHECKING:
-    from lutgen.readings.session import Session
+from lutgen.readings.session import Session
 
 
 def inspect_session(session: Session) -> Inspection:

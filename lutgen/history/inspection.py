@@ -1,10 +1,8 @@
 """Figures, remarks and missing patches of one session, as ``lutgen inspect`` shows them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -12,10 +10,8 @@ from lutgen.colorimetry import Array, xyz_to_xyY
 from lutgen.history import transfer
 from lutgen.history.patches import CHANNELS, Primaries
 from lutgen.history.remarks import missing_patches, remarks
-
-if TYPE_CHECKING:
-    from lutgen.readings.session import Session
-    from lutgen.readings.steadiness import Steadiness
+from lutgen.readings.session import Session
+from lutgen.readings.steadiness import Steadiness
 
 
 @dataclass(frozen=True)

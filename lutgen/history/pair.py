@@ -1,10 +1,7 @@
 """A pair of sessions of one display: differences of their readings, and the records of how they were taken."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,11 +11,9 @@ from lutgen.history.colour_points import ColourPoints, colour_points
 from lutgen.history.patches import CHANNELS, black_xyz, mean_xyz, ramp, tip_rows
 from lutgen.history.steadiness import FEWEST_SHARED, drift_by_order, shared, steadiness
 from lutgen.history.transfer import NEAR, Transfer, bend, clipping, full_light_ratio, transfer
+from lutgen.readings.campaign import CampaignEntry
+from lutgen.readings.session import Session
 from lutgen.readings.steadiness import SessionDrift, drift_by_repeats
-
-if TYPE_CHECKING:
-    from lutgen.readings.campaign import CampaignEntry
-    from lutgen.readings.session import Session
 
 #: Names that systems write for an unknown instrument or display.
 UNKNOWN = ("", "unknown", "color lcd", "generic pnp monitor", "default monitor", "display")

@@ -1,18 +1,12 @@
 """Patches of a session by kind: white, black, primaries, and ramps of grey and of each channel."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.colorimetry import SRGB_XY, Array, xy_to_uv, xyz_to_uv, xyz_to_xyY
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from lutgen.readings.session import Session
+from lutgen.readings.session import Session
 
 #: Channel → its index in drive; ramps have the same names.
 CHANNELS = {"red": 0, "green": 1, "blue": 2}

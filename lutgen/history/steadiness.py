@@ -6,22 +6,14 @@ was repeated and the order of reading is known, lutgen compares the patches that
 of their light has terms for the colour of the patches and for the order of reading; a slope over the order is a drift.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
+from lutgen.colorimetry import Array
 from lutgen.history.patches import CHANNELS, black_xyz, ramp, repeats
 from lutgen.history.transfer import lightness
-from lutgen.readings.steadiness import CLEAR, SessionDrift, steadiness_of
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
-    from lutgen.readings.session import Session
-    from lutgen.readings.steadiness import Steadiness
+from lutgen.readings.session import Session
+from lutgen.readings.steadiness import CLEAR, SessionDrift, Steadiness, steadiness_of
 
 #: A reading is misread if its L* differs by ``FAR`` from the value of its neighbours or repeats, and by ``CLEARLY``
 #: times the largest difference of this kind among the other readings.

@@ -14,21 +14,16 @@ share of the channel's drive that the calibration uses for white. If the calibra
 compares the native curves.
 """
 
-from __future__ import annotations
-
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from lutgen.colorimetry import Array, code_to_linear, delta_e_2000, xyz_to_lab, xyz_to_uv
 from lutgen.history.patches import CHANNELS, Ramp, black_xyz, mean_xyz, ramp, tip
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from lutgen.readings.session import Session
+from lutgen.readings.session import Session
 
 #: γ is fitted between these code values: below, black and noise are too large a part of the light; above, all curves
 #: meet.

@@ -5,28 +5,21 @@ like aging. The trend is an average over all laws of ``decay``, weighted by evid
 laws.
 """
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError
 from lutgen.history.causes import causes
-from lutgen.history.decay import decay_of
+from lutgen.history.decay import Decay, decay_of
 from lutgen.history.explain import explain
-from lutgen.history.history import QUANTITIES, History, history
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from lutgen.colorimetry import Array
-    from lutgen.history.decay import Decay
-    from lutgen.history.history import Limit
-    from lutgen.progress import Progress
-    from lutgen.readings.campaign import Campaign
+from lutgen.history.history import QUANTITIES, History, Limit, history
+from lutgen.progress import Progress
+from lutgen.readings.campaign import Campaign
 
 #: Number of draws of the future, their seed, and the share of the draws that an interval holds.
 DRAWS, SEED, INTERVAL = 1000, 270, 0.9

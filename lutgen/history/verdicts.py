@@ -5,24 +5,18 @@ by the other sessions of the campaign: a loss of light is no aging if the light 
 sudden after a long time without loss; a steady loss over many sessions is no changed setting.
 """
 
-from __future__ import annotations
-
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.history.causes import causes
+from lutgen.history.hypothesis import Hypothesis
+from lutgen.history.pair import SessionPair
 from lutgen.history.patches import CHANNELS
 from lutgen.history.transfer import DARKEST
 from lutgen.numerals import spaced
-
-if TYPE_CHECKING:
-    from collections.abc import Container, Sequence
-
-    from lutgen.colorimetry import Array
-    from lutgen.history.hypothesis import Hypothesis
-    from lutgen.history.pair import SessionPair
 
 #: Verdict → what it means.
 KINDS = {

@@ -3,27 +3,20 @@
 Aging needs the operating hours of each session, or dates and the operating hours per day.
 """
 
-from __future__ import annotations
-
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError
 from lutgen.readings.conditions import CONDITIONS
 from lutgen.readings.session import Session
 from lutgen.readings.table import OPTIONAL, Measurements
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from datetime import date
-
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
 
 
 @dataclass(frozen=True)
@@ -133,7 +126,7 @@ class Campaign:
         day = f" of {sessions[0].created.date()}" if sessions[0].created else ""
         return sessions[0].metadata.get("source") or f"{simulated}one session{day}, {sessions[0].form}"
 
-    def campaign(self) -> Campaign:
+    def campaign(self) -> "Campaign":
         """Return the campaign itself; required by the interface ``Readable``."""
         return self
 

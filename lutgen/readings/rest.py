@@ -6,21 +6,14 @@ of a session were read. Each condition declares the span of values about rest th
 colour points under the same conditions takes the rest of the other sessions of its hour, or else the campaign's rest.
 """
 
-from __future__ import annotations
-
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from lutgen.colorimetry import Array
 from lutgen.readings.conditions import COLUMNS, CONDITIONS
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
 
 #: White and the primaries at full drive, in the order of the paper's index i.
 TIP_DRIVES = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])

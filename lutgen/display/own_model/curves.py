@@ -20,21 +20,16 @@ the second differences of its coefficients, the stiffness (P-splines: Eilers & M
 doi:10.1214/ss/1038425655).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy  # scipy loads its parts lazily; most displays need none
 
 from lutgen.colorimetry import Array, code_to_linear
+from lutgen.display.own_model.drive import Drive
 from lutgen.display.own_model.least_squares import solve, trust
+from lutgen.display.own_model.sample import Sample
 from lutgen.display.trace import tip_shares
-
-if TYPE_CHECKING:
-    from lutgen.display.own_model.drive import Drive
-    from lutgen.display.own_model.sample import Sample
 
 SRGB_NAME = "curves of sRGB with white and primaries as measured"
 SCALAR_NAME = "one curve of each channel"

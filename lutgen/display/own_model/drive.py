@@ -5,15 +5,11 @@ the output of the curves has 8 bits, so the ladder tries both on the readings. A
 range, or whose contrast is set too high, clips: above some code value its light is constant.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
+from lutgen.colorimetry import Array
 
 #: Names of the conversions from code values to the drive of the panel.
 WAYS = (

@@ -1,30 +1,23 @@
 """The ladder: rungs in order; each rung is taken only if it lowers the error of held-out readings."""
 
-from __future__ import annotations
-
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from lutgen.colorimetry import delta_e_2000, xyz_to_lab
+from lutgen.colorimetry import Array, delta_e_2000, xyz_to_lab
 from lutgen.display.own_model import curves, residual
 from lutgen.display.own_model.drive import WAYS, Drive
 from lutgen.display.own_model.least_squares import spread
 from lutgen.display.own_model.residual import SmoothResidual
-from lutgen.display.own_model.sample import FOLDS
+from lutgen.display.own_model.sample import FOLDS, Sample
 from lutgen.errors import LutgenError
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from lutgen.colorimetry import Array
-    from lutgen.display.own_model.sample import Sample
-
-    #: Model: code values (m, 3) → shares of white's X, Y and Z, (m, 3). Fit: sample → model.
-    Model = Callable[[Array], Array]
-    Fit = Callable[[Sample], Model]
+#: Model: code values (m, 3) → shares of white's X, Y and Z, (m, 3). Fit: sample → model.
+Model = Callable[[Array], Array]
+Fit = Callable[[Sample], Model]
 
 #: Smallest number of distinct mixtures for the ladder: four in every fold.
 LEAST_MIXTURES = 20

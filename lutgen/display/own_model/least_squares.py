@@ -1,14 +1,9 @@
 """Penalised least squares, in which a reading that contradicts all others has little weight."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 import scipy  # scipy loads its parts lazily; most displays need none
 
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
+from lutgen.colorimetry import Array
 
 #: Largest residual with full weight, in robust standard deviations; beyond, the weight is the fourth power of the
 #: ratio.

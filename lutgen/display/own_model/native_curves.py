@@ -5,25 +5,18 @@ each channel. Curves from single-channel ramps are wrong for mixtures, which are
 channels.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.display.own_model.curves import SPLINES, fit_scalar, lit
 from lutgen.display.own_model.drive import Drive
 from lutgen.display.own_model.ladder import STIFFNESS, clearly_better, mixtures_error
-from lutgen.display.own_model.sample import FOLDS
+from lutgen.display.own_model.sample import FOLDS, Sample
 from lutgen.display.trace import tip_shares
 from lutgen.display.transfer_curve import TransferCurve
 
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.display.own_model.sample import Sample
-
-    #: Curves of red, green and blue.
-    Curves3 = tuple[TransferCurve, TransferCurve, TransferCurve]
+#: Curves of red, green and blue.
+Curves3 = tuple[TransferCurve, TransferCurve, TransferCurve]
 
 #: Smallest number of distinct mixtures for curves that are fitted to all readings.
 LEAST_MIXTURES = 50

@@ -1,20 +1,14 @@
 """``Sample``: the readings of one session as shares of white, with patches, folds, and CIELAB slopes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError
 from lutgen.readings.rest import TIP_DRIVES, is_tip
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
 
 #: Number of folds of the cross-validation; each fold is predicted from the other folds.
 FOLDS = 5
@@ -65,7 +59,7 @@ class Sample:
         lines: NDArray[np.int64] | None = None,
         file: str = "<memory>",
         calibration: Array | None = None,
-    ) -> Sample:
+    ) -> "Sample":
         """Return a sample of code values (n, 3) and XYZ (n, 3) in any unit."""
         tips = is_tip(drive)
         names = ("white", "red", "green", "blue")
@@ -138,6 +132,6 @@ class Sample:
         codes = np.unique([0.0, *ends, 1.0])
         return np.column_stack([codes, *(np.minimum(codes / end, 1.0) for end in ends)])
 
-    def part(self, rows: NDArray[np.bool_]) -> Sample:
+    def part(self, rows: NDArray[np.bool_]) -> "Sample":
         """Return a sample of some of the readings, with the same white."""
         return Sample(self.drive[rows], self.share[rows], self.white, self.lines[rows], self.file, self.calibration)

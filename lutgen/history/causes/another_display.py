@@ -1,14 +1,7 @@
 """A session of another display in the campaign: its primaries differ, including red and green."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from lutgen.history.causes import Cause
-
-if TYPE_CHECKING:
-    from lutgen.history.causes import Values
-    from lutgen.history.pair import SessionPair
+from lutgen.history.causes import Cause, Values
+from lutgen.history.pair import SessionPair
 
 #: Smallest ΔL* between native curves that suggests two panels.
 _BEND = 2.0

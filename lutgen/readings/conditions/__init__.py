@@ -5,8 +5,6 @@ count as rest; its words in tables and sentences; and its variation in a measure
 tables, rest, tables of errors, ``--at``, plans, effects and plots use this registry.
 """
 
-from __future__ import annotations
-
 from importlib import import_module
 from pkgutil import iter_modules
 

@@ -1,7 +1,5 @@
 """The illuminance of the room's light on the screen."""
 
-from __future__ import annotations
-
 from lutgen.readings.conditions.declare import Array, Column, Condition, Values, greys, joined
 
 #: Tolerance for equal room light, in lux and as a share: about the repeatability of a lux meter.

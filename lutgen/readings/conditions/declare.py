@@ -1,7 +1,5 @@
 """The declaration of a condition of a reading: its columns, and the span of values that count as rest."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """Position of a patch on the screen."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 from lutgen.readings.conditions.declare import Array, Column, Condition, Values, greys, joined, within

@@ -1,16 +1,10 @@
 """Code value of the grey around a patch that does not fill the screen."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.readings.conditions.declare import Array, Column, Condition, Values, greys, joined, within
 from lutgen.readings.conditions.window import in_words
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 def _matters(values: Values) -> NDArray[np.bool_]:

@@ -1,7 +1,5 @@
 """Temperature of the panel, or of the room."""
 
-from __future__ import annotations
-
 from math import isnan, nan
 
 import numpy as np

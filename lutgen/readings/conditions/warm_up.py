@@ -1,7 +1,5 @@
 """Minutes since the display was switched on."""
 
-from __future__ import annotations
-
 from math import inf, isfinite, nan
 
 import numpy as np

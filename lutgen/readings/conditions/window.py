@@ -1,13 +1,8 @@
 """Share of the screen that a patch covers."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 from lutgen.readings.conditions.declare import Array, Column, Condition, Values, Variation, within
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 #: White, the primaries, and the secondaries at two levels.
 _COLOURS = (

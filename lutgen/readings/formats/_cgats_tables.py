@@ -6,21 +6,15 @@ The parser reads CGATS.5 and ArgyllCMS' own dialect (https://www.argyllcms.com/d
 compares the counts that the file states with its content.
 """
 
-from __future__ import annotations
-
 import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from io import StringIO
-from typing import TYPE_CHECKING
 
 from lutgen.cells import SPREADSHEET_ERROR, first_doubled, whole
 from lutgen.errors import LutgenError
+from lutgen.readings.formats._source import FileText
 from lutgen.readings.session import MOST_READINGS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from lutgen.readings.formats._source import FileText
 
 #: A quoted string with doubled quotes inside, a comment, or a bare word. A spreadsheet's error value counts as a word.
 _TOKEN = re.compile(rf'"([^"]*(?:""[^"]*)*)"|((?!{SPREADSHEET_ERROR}(?:\s|$))#.*)|([^\s"#]+|#\S+)')

@@ -1,26 +1,21 @@
 """Input and output of a reader, and the rules that all readers share: the range of drive, dates, and white."""
 
-from __future__ import annotations
-
 import csv
 import re
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen import cells
+from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError
+from lutgen.readings.campaign import Campaign
 from lutgen.readings.session import DRIVE_TOLERANCE
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
-    from lutgen.readings.campaign import Campaign
-    from lutgen.readings.table import Measurements
+from lutgen.readings.table import Measurements
 
 #: Value of full drive in files → name of the scale.
 FULL_DRIVE = {1.0: "0..1", 100.0: "percent", 255.0: "8-bit", 1023.0: "10-bit"}

@@ -16,14 +16,12 @@
     white_cd_m2 = 120.0             # for a session whose file is relative to white
 """
 
-from __future__ import annotations
-
 import hashlib
 import re
 from datetime import date, datetime
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from lutgen.documents import from_toml
 from lutgen.errors import LutgenError
@@ -31,10 +29,8 @@ from lutgen.readings.campaign import Campaign, CampaignEntry, check_once
 from lutgen.readings.conditions import COLUMNS
 from lutgen.readings.formats import open_source, reader_of
 from lutgen.readings.formats._source import WHITE_CD_M2, YEARS, FileText
+from lutgen.readings.session import Session
 from lutgen.readings.table import RANGES
-
-if TYPE_CHECKING:
-    from lutgen.readings.session import Session
 
 NAME = "campaign file"
 SUFFIXES = (".toml",)

@@ -6,14 +6,13 @@ are in the order of reading. A second table, CAL, holds the curves in the graphi
 the reader assumes nothing that the file does not state.
 """
 
-from __future__ import annotations
-
 import itertools
 import re
 import shlex
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.cells import number
 from lutgen.colorimetry import D65, Array, xyY_to_xyz
@@ -21,10 +20,6 @@ from lutgen.errors import LutgenError
 from lutgen.readings.formats._cgats_tables import CgatsTable, tables
 from lutgen.readings.formats._source import WHITE_CD_M2, FileText, date_of, full_drive, whites
 from lutgen.readings.session import Session
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
 
 NAME = "CGATS"
 SUFFIXES = (".ti3", ".cgats", ".cgt", ".txt")

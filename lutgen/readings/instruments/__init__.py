@@ -7,20 +7,16 @@ readings. A figure that nobody published is marked *Assumption*, or is left out;
 ordinary colorimeter.
 """
 
-from __future__ import annotations
-
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from lutgen.cells import number, number_list
 from lutgen.documents import from_toml
 from lutgen.errors import LutgenError
 from lutgen.files import read_at_most
 from lutgen.names import INSTRUMENTS
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 #: Key of a size in an instrument file → largest allowed value; every size is above 0.
 MOST = {"relative": 0.5, "floor_cd_m2": 100.0, "dark_offset_cd_m2": 100.0, "gain_wander": 0.3}
