@@ -45,17 +45,9 @@ MAX_GAIN = 20.0
     blue_bend=Parameter(1.0, (0.5, 2.0), "1", "power of blue's loss in time relative to green's"),
 )
 def channel_decay(
-    tips: Array,
-    scene: Scene,
-    *,
-    red: float,
-    green: float,
-    blue: float,
-    power: float,
-    saturation: float,
-    red_bend: float,
-    blue_bend: float,
-) -> Array:
+    tips: Array, scene: Scene, *,
+    red: float, green: float, blue: float, power: float, saturation: float, red_bend: float, blue_bend: float,
+) -> Array:  # fmt: skip
     """Multiply each primary by its decay; white is the sum of the primaries."""
     bends = np.array([red_bend, 1.0, blue_bend])
     size = growth(scene.tau**bends, new=0.0, grown=1.0, power=power, saturation=saturation)

@@ -70,24 +70,11 @@ def _pair(victim: str, neighbour: str) -> Any:
     **{name: _pair(*name.split("_by_")) for name in PAIRS},
 )
 def crosstalk(
-    linear: Array,
-    scene: Scene,
-    *,
-    new: float,
-    grown: float,
-    power: float,
-    saturation: float,
-    exponent: float,
-    own: float,
-    both: float,
-    onset: float,
-    red_by_green: float,
-    red_by_blue: float,
-    green_by_red: float,
-    green_by_blue: float,
-    blue_by_red: float,
-    blue_by_green: float,
-) -> Array:
+    linear: Array, scene: Scene, *,
+    new: float, grown: float, power: float, saturation: float, exponent: float, own: float,
+    both: float, onset: float, red_by_green: float, red_by_blue: float,
+    green_by_red: float, green_by_blue: float, blue_by_red: float, blue_by_green: float,
+) -> Array:  # fmt: skip
     """Subtract from each channel the light that its lit neighbours take."""
     lit = linear if exponent == 1.0 else np.maximum(linear, 0.0) ** exponent
     loss = growth(scene.tau, new=new, grown=grown, power=power, saturation=saturation) * (

@@ -52,21 +52,10 @@ from lutgen.effects.shapes import POWER, SATURATION, growth
     tint_z=Parameter(0.0, (-1.0, 2.0), "1", "loss of Z over loss of Y, less 1"),
 )
 def edge_falloff(
-    xyz: Array,
-    scene: Scene,
-    *,
-    new: float,
-    grown: float,
-    power: float,
-    saturation: float,
-    exponent: float,
-    contour: float,
-    stretch: float,
-    slope_u: float,
-    slope_v: float,
-    tint_x: float,
-    tint_z: float,
-) -> Array:
+    xyz: Array, scene: Scene, *,
+    new: float, grown: float, power: float, saturation: float, exponent: float, contour: float, stretch: float,
+    slope_u: float, slope_v: float, tint_x: float, tint_z: float,
+) -> Array:  # fmt: skip
     """Darken by the distance from the centre; keep the centre."""
     across, down = 2.0 * scene.u - 1.0, 2.0 * scene.v - 1.0
     norm = ((1.0 + stretch) * np.abs(across) ** contour + (1.0 - stretch) * np.abs(down) ** contour) / 2.0

@@ -56,20 +56,10 @@ from lutgen.effects.shapes import POWER, SATURATION, growth
     tint_blue=Parameter(0.0, (-1.0, 1.0), "1", "blue's loss relative to green's, less 1"),
 )
 def loading(
-    linear: Array,
-    scene: Scene,
-    *,
-    new: float,
-    grown: float,
-    power: float,
-    saturation: float,
-    exponent: float,
-    bend: float,
-    weight_red: float,
-    weight_blue: float,
-    tint_red: float,
-    tint_blue: float,
-) -> Array:
+    linear: Array, scene: Scene, *,
+    new: float, grown: float, power: float, saturation: float, exponent: float, bend: float,
+    weight_red: float, weight_blue: float, tint_red: float, tint_blue: float,
+) -> Array:  # fmt: skip
     """Darken by the mean code value of the screen, patch and surround."""
     weights = np.array([1.0 + weight_red, 1.0, 1.0 + weight_blue]) / (3.0 + weight_red + weight_blue)
     patch, surround = scene.code, scene.surround

@@ -61,6 +61,6 @@ def meter_mismatch(xyz: Array, scene: Scene, *, shift: float, power: float) -> A
 
 
 @cache
-def _observer() -> scipy.interpolate.CubicSpline:
+def _observer() -> "scipy.interpolate.CubicSpline":
     """Return a spline of the colour-matching functions, (..., 3); it gives NaN outside the table, where they are 0."""
     return scipy.interpolate.CubicSpline(WAVELENGTHS, CMFS, extrapolate=False)

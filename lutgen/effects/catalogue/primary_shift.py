@@ -62,21 +62,10 @@ def _shift(primary: str, axis: str) -> Any:
     saturation=SATURATION,
 )
 def primary_shift(
-    tips: Array,
-    scene: Scene,
-    *,
-    red_x: float,
-    red_z: float,
-    green_x: float,
-    green_z: float,
-    blue_x: float,
-    blue_z: float,
-    level: float,
-    bend: float,
-    onset: float,
-    power: float,
-    saturation: float,
-) -> Array:
+    tips: Array, scene: Scene, *,
+    red_x: float, red_z: float, green_x: float, green_z: float, blue_x: float, blue_z: float,
+    level: float, bend: float, onset: float, power: float, saturation: float,
+) -> Array:  # fmt: skip
     """Shift each primary by the distance of its code value from 1."""
     code = np.clip(scene.code, 0.0, 1.0)
     away = 1.0 - (code if bend == 1.0 else code**bend)

@@ -163,14 +163,7 @@ def _shifts(bent: Array, slope: Array, added: float, steps: Array) -> Array:
     since=Parameter(0.0, (0.0, 100_000.0), "h", "hour from which codes are rounded", beside_first=SOON_H),
 )
 def quantization(
-    code: Array,
-    scene: Scene,
-    *,
-    bits: float,
-    table_gamma: float,
-    panel_gamma: float,
-    added: float,
-    since: float,
+    code: Array, scene: Scene, *, bits: float, table_gamma: float, panel_gamma: float, added: float, since: float
 ) -> Array:
     """Round the code values; 0 bits mean no rounding."""
     if bits < 1:

@@ -45,17 +45,9 @@ from lutgen.effects.shapes import scaled
     tint_z=Parameter(0.0, (-3.0, 3.0), "1", "change of Z over change of Y, less 1"),
 )
 def temperature(
-    tips: Array,
-    scene: Scene,
-    *,
-    slope: float,
-    curve: float,
-    red: float,
-    green: float,
-    blue: float,
-    tint_x: float,
-    tint_z: float,
-) -> Array:
+    tips: Array, scene: Scene, *,
+    slope: float, curve: float, red: float, green: float, blue: float, tint_x: float, tint_z: float,
+) -> Array:  # fmt: skip
     """Multiply all tips by the factor of the temperature."""
     warmer = scene.temperature_c - REFERENCE_C
     if red or green or blue:

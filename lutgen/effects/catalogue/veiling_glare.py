@@ -48,15 +48,7 @@ from lutgen.effects.shapes import POWER, growth
     tint_z=Parameter(0.0, (-0.5, 1.0), "1", "Z that is scattered relative to Y, less 1"),
 )
 def veiling_glare(
-    xyz: Array,
-    scene: Scene,
-    *,
-    glare: float,
-    grown: float,
-    power: float,
-    reach: float,
-    tint_x: float,
-    tint_z: float,
+    xyz: Array, scene: Scene, *, glare: float, grown: float, power: float, reach: float, tint_x: float, tint_z: float
 ) -> Array:
     """Add a share of the screen's mean light."""
     patch = scene.window**reach

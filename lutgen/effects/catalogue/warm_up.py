@@ -48,17 +48,9 @@ LEAST_TAIL = 1e-7
     tint_z=Parameter(0.0, (-2.0, 2.0), "1", "missing share of Z over missing share of Y, less 1"),
 )
 def warm_up(
-    tips: Array,
-    scene: Scene,
-    *,
-    amount: float,
-    grown: float,
-    minutes: float,
-    tail: float,
-    stretch: float,
-    tint_x: float,
-    tint_z: float,
-) -> Array:
+    tips: Array, scene: Scene, *,
+    amount: float, grown: float, minutes: float, tail: float, stretch: float, tint_x: float, tint_z: float,
+) -> Array:  # fmt: skip
     """Remove the share of the light that the cold lamp does not give yet."""
     age = np.maximum(scene.warmup_min, 0.0) / minutes
     if stretch != 1.0:
