@@ -15,33 +15,25 @@ mixtures, the curves may be fitted to all readings, or may be sRGB's, if these c
 (:mod:`lutgen.display.own_model.native_curves`).
 """
 
-from __future__ import annotations
-
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from lutgen.colorimetry import inverse
-from lutgen.display.own_model import Sample, fit_own_model
+from lutgen.colorimetry import Array, inverse
+from lutgen.display.own_model import OwnModel, Sample, fit_own_model
 from lutgen.display.own_model.ladder import LENGTHS, clearly_better, mixtures_error
 from lutgen.display.own_model.native_curves import FEW, LEAST_MIXTURES, added_up, best_source, curves_of, straight
 from lutgen.display.own_model.stored import StoredModel
 from lutgen.display.trace import Remembered, tip_shares
 from lutgen.display.transfer_curve import TransferCurve, fallen, misread_levels, rising_light
 from lutgen.errors import LutgenError, refuse_unknown
+from lutgen.readings import Measurements
 from lutgen.readings.rest import TIP_DRIVES
 from lutgen.readings.table import is_capped
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
-    from lutgen.display.own_model import OwnModel
-    from lutgen.readings import Measurements
 
 CHANNELS = ("red", "green", "blue")
 
@@ -104,7 +96,7 @@ class NativeDisplay:
     @classmethod
     def of(
         cls, readings: Measurements, leave_out: Sequence[int] = (), *, strict: bool = True, source: str | None = None
-    ) -> NativeDisplay:
+    ) -> "NativeDisplay":
         """Return the native display from the readings at hour 0, at rest.
 
         ``readings``: must contain black, the four tips, and ramps of red, green and blue, or of grey, at hour 0.
@@ -138,7 +130,7 @@ class NativeDisplay:
         return cls(curves, _black_of(sample), chosen, (remark,), ladder=ladder)
 
     @classmethod
-    def _of_ramps(cls, readings: Measurements, leave_out: Sequence[int], *, strict: bool) -> NativeDisplay:
+    def _of_ramps(cls, readings: Measurements, leave_out: Sequence[int], *, strict: bool) -> "NativeDisplay":
         session = _Session.of(readings, leave_out)
         remarks = []
         black = session.black / session.tips[0]
@@ -217,7 +209,7 @@ class NativeDisplay:
         return {"source": self.source, "black": list(self.black), **points, "remarks": list(self.remarks)}
 
     @classmethod
-    def from_record(cls, record: Mapping[str, Any], own: StoredModel | None = None) -> NativeDisplay:
+    def from_record(cls, record: Mapping[str, Any], own: StoredModel | None = None) -> "NativeDisplay":
         """Return the display of the entries of :meth:`as_record`. Raises LutgenError: invalid entries."""
         try:
             x, y, z = (float(share) for share in record["black"])
@@ -306,7 +298,7 @@ class _Session:
     source: str
 
     @classmethod
-    def of(cls, readings: Measurements, leave_out: Sequence[int]) -> _Session:
+    def of(cls, readings: Measurements, leave_out: Sequence[int]) -> "_Session":
         rows = first_session_rows(readings, leave_out)
         codes, place = np.unique(readings.drive[rows], axis=0, return_inverse=True)
         place = place.reshape(-1)
