@@ -30,11 +30,9 @@ class Link(Protocol):
     @property
     def stage(self) -> str:
         """One of ``STAGES``."""
-        ...
 
     def __call__(self, signal: Array) -> Array:
         """Return the signal after this link, for a signal of shape (n, k)."""
-        ...
 
 
 class MatrixLink:

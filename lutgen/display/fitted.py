@@ -31,7 +31,7 @@ class Estimate:
     at_bound: bool = False
 
     def __post_init__(self) -> None:
-        """Convert NumPy's numbers to Python's, so that files contain the same text."""
+        # NumPy's numbers become Python's, so that files contain the same text.
         known = self.stderr is not None and isfinite(self.stderr)
         object.__setattr__(self, "value", float(self.value))
         object.__setattr__(self, "stderr", float(self.stderr) if self.stderr is not None and known else None)
@@ -70,10 +70,10 @@ class AppliedEffect:
         return cls(effect, {name: Estimate(value) for name, value in (effect.rest() | dict(values)).items()})
 
     def __post_init__(self) -> None:
-        """Check all values against the effect's declaration."""
-        _check_names(self.effect, self.estimates)
-        _check_names(self.effect, self.free)
-        who = f"effect {self.effect.name!r}"
+        who, known = f"effect {self.effect.name!r}", self.effect.parameters
+        for name in (*self.estimates, *self.free):
+            if name not in known:
+                raise pick_one(f"parameter of {who}", name, known or ["none: it has none"])
         for name, parameter in self.effect.parameters.items():
             if name not in self.estimates:
                 raise LutgenError(
@@ -103,12 +103,6 @@ class AppliedEffect:
 
     def __hash__(self) -> int:
         return hash(self._content)
-
-
-def _check_names(effect: Effect, names: Mapping[str, Any] | tuple[str, ...]) -> None:
-    for name in names:
-        if name not in effect.parameters:
-            raise pick_one(f"parameter of effect {effect.name!r}", name, effect.parameters or ["none: it has none"])
 
 
 @dataclass(frozen=True)
@@ -227,11 +221,13 @@ class FitCovariance:
         other = next((each for each in self.of if each not in free or self.of.count(each) > 1), None)
         if other:
             why = "is there twice" if other in free else "is not a fitted parameter"
-            message = f"[covariance]: {'.'.join(other)} {why}. Name each fitted parameter once, as EFFECT.PARAMETER."
-            raise LutgenError(message)
+            raise LutgenError(
+                f"[covariance]: {'.'.join(other)} {why}. Name each fitted parameter once, as EFFECT.PARAMETER."
+            )
         if self.hours not in {0, hours}:
-            message = f"[covariance]: it holds the tips of {self.hours} hours, but {hours} are fitted. Leave them out."
-            raise LutgenError(message)
+            raise LutgenError(
+                f"[covariance]: it holds the tips of {self.hours} hours, but {hours} are fitted. Leave them out."
+            )
 
     def among(self, free: Collection[tuple[str, str]]) -> "FitCovariance":
         """Return the covariance of the parameters in ``free``, and of the tips."""

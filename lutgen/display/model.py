@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
@@ -78,7 +79,6 @@ class DisplayModel:
     file: str = ""
 
     def __post_init__(self) -> None:
-        """Check names, tips and effects, and fill in defaults."""
         if self.luminance == UNSTATED:
             is_default = self.measurements.file == str(default_display())
             object.__setattr__(self, "luminance", luminance_law("paper") if is_default else law_of(self.measurements))
@@ -91,36 +91,37 @@ class DisplayModel:
         if self.native and self.baseline not in NATIVE_BASELINES:
             raise LutgenError(f"baseline {self.baseline!r} has no native display. Take the baseline native.")
         effects = tuple(in_chain_order(self.effects))
-        names = [each.effect.name for each in effects]
-        twice = first_doubled(names)
-        if twice:
+        if twice := first_doubled(each.effect.name for each in effects):
             raise LutgenError(f"effect {twice!r} is given twice. Keep one of them.")
         object.__setattr__(self, "effects", effects)
         if self.baseline in NATIVE_BASELINES and self.native is None:
             object.__setattr__(self, "native", NativeDisplay.of(self.measurements))
-        told, readings = self.baseline not in FORETELLING_BASELINES, self.measurements
-        known = LoadedCalibrations.of(readings, told=told) if self.baseline in NATIVE_BASELINES else ()
-        object.__setattr__(self, "_known", known)
-        object.__setattr__(self, "_tips", self._measured_tips())
-        object.__setattr__(self, "_before", self._tips_before_effects())
+        _ = self.known, self.tips, self.tips_before_effects  # computed here, because they raise LutgenError
 
-    @property
+    @cached_property
     def tips(self) -> Tips:
         """Measured white and primaries over time; constant for baselines that predict later hours from hour 0."""
-        tips: Tips = self.__dict__["_tips"]
-        return tips
+        readings = self.measurements
+        if self.baseline in FORETELLING_BASELINES:
+            return constant_tips(np.unique(readings.hours), readings.tips()[1][0], readings.file)
+        return Tips.of(readings)
 
-    @property
+    @cached_property
     def tips_before_effects(self) -> Tips:
         """White and primaries over time before the effects: fitted, otherwise measured."""
-        tips: Tips = self.__dict__["_before"]
-        return tips
+        if self.latent is None:
+            return self.tips
+        if self.baseline in FORETELLING_BASELINES:
+            fresh = xyz_to_xyY(self.latent.xyz_cd_m2[0])
+            return constant_tips(self.tips.hours, fresh, self.measurements.file)
+        return self.latent.over_time(self.measurements.file)
 
-    @property
+    @cached_property
     def known(self) -> tuple[LoadedCalibrations, ...]:
         """Changes by calibrations that files of later sessions hold, for native baselines; known, not fitted."""
-        known: tuple[LoadedCalibrations, ...] = self.__dict__["_known"]
-        return known
+        if self.baseline not in NATIVE_BASELINES:
+            return ()
+        return LoadedCalibrations.of(self.measurements, told=self.baseline not in FORETELLING_BASELINES)
 
     @property
     def baked(self) -> tuple[AppliedEffect, ...]:
@@ -244,20 +245,6 @@ class DisplayModel:
         now, fresh = (xyY_to_xyz(tips.referenced(hour, reference)) * white for hour in (hours, 0.0))
         kind = self.measurements.metadata.get("display", "")
         return Surroundings(hours, four_tips(now), four_tips(fresh), kind)
-
-    def _measured_tips(self) -> Tips:
-        if self.baseline in FORETELLING_BASELINES:
-            readings = self.measurements
-            return constant_tips(np.unique(readings.hours), readings.tips()[1][0], readings.file)
-        return Tips.of(self.measurements)
-
-    def _tips_before_effects(self) -> Tips:
-        if self.latent is None:
-            return self.tips
-        if self.baseline in FORETELLING_BASELINES:
-            fresh = xyz_to_xyY(self.latent.xyz_cd_m2[0])
-            return constant_tips(self.tips.hours, fresh, self.measurements.file)
-        return self.latent.over_time(self.measurements.file)
 
 
 def hour_name(hours: float) -> str:

@@ -32,16 +32,13 @@ class Applied(Protocol):
     @property
     def effect(self) -> Effect:
         """The effect."""
-        ...
 
     @property
     def values(self) -> Mapping[str, float]:
         """Value of every parameter."""
-        ...
 
     def __hash__(self) -> int:
         """Allow caches of results by effect."""
-        ...
 
 
 #: Smallest slope of the effects after the emission, as a share; and the smallest share of white's light for which a
