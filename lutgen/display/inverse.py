@@ -184,17 +184,14 @@ class _LatticeDrives:
 @lru_cache(maxsize=1)
 def _lattice_drives(link: Compensation) -> _LatticeDrives:
     """Search the lattices, each from the results of the coarser lattice; cached for the same display."""
-    coarser: _LatticeDrives | None = None
+    lattices: list[_LatticeDrives] = []
     for size in _LATTICES:
         axis = np.linspace(0.0, 1.0, size)
         code = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
-        drives, slopes = link.rough(code, coarser.between(code) if coarser else None)
-        coarser = _LatticeDrives(
-            size, np.column_stack([link.side(drives), linear_to_code(drives), slopes.reshape(9, -1).T])
-        )
-    if coarser is None:
-        raise AssertionError
-    return coarser
+        drives, slopes = link.rough(code, lattices[-1].between(code) if lattices else None)
+        nodes = np.column_stack([link.side(drives), linear_to_code(drives), slopes.reshape(9, -1).T])
+        lattices.append(_LatticeDrives(size, nodes))
+    return lattices[-1]
 
 
 def drive_of(aged: AgedDisplay, xyz: Array, requested: Array, start: Start | None = None) -> Array:
@@ -278,10 +275,8 @@ def _at_border(aged: AgedDisplay, white: Array, primary: Array, xyz: Array) -> A
     """Move both drives to their own side of the border; return the drive with the smaller ΔE2000 to ``xyz``."""
     target = linear_to_lab(xyz_to_linear(xyz))
     drives = [_with_sum(white, 1.0 + ON_BORDER / 2), _with_sum(primary, 1.0 - ON_BORDER / 2)]
-    error = [
-        delta_e_2000(linear_to_lab(aged.code_to_linear(linear_to_code(np.clip(drive, 0.0, 1.0)))), target)
-        for drive in drives
-    ]
+    shown = [aged.code_to_linear(linear_to_code(np.clip(drive, 0.0, 1.0))) for drive in drives]
+    error = [delta_e_2000(linear_to_lab(each), target) for each in shown]
     return np.where((error[0] < error[1])[:, np.newaxis], *drives)
 
 

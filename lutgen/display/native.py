@@ -86,12 +86,12 @@ class NativeDisplay:
     ladder: OwnModel | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Check source and black."""
         refuse_unknown("source of a native display's curves", self.source, SOURCES)
         if not all(0.0 <= share <= DARKEST for share in self.black):
             shares = ", ".join(f"{share:.4g}" for share in self.black)
-            message = f"native display: black is {shares} of white's X, Y, Z; it must lie within 0..{DARKEST:g}."
-            raise LutgenError(message)
+            raise LutgenError(
+                f"native display: black is {shares} of white's X, Y, Z; it must lie within 0..{DARKEST:g}."
+            )
 
     @classmethod
     def of(
@@ -174,12 +174,11 @@ class NativeDisplay:
         """
         if self.own is None:
             return None
-        code = np.clip(code, 0.0, 1.0)
-        if share is None:
-            own = self.own
-            flat = code.reshape(-1, 3)
-            return self._cache[1].of(code, lambda: self._gain(own, code, own.near(flat).reshape(code.shape)))
-        return self._gain(self.own, code, share)
+        own, code = self.own, np.clip(code, 0.0, 1.0)
+        if share is not None:
+            return self._gain(own, code, share)
+        flat = code.reshape(-1, 3)
+        return self._cache[1].of(code, lambda: self._gain(own, code, own.near(flat).reshape(code.shape)))
 
     def _gain(self, own: StoredModel, code: Array, share: Array) -> Array:
         lit = tip_shares(self.linear(code), code, "continuous")
@@ -203,8 +202,7 @@ class NativeDisplay:
     def as_record(self) -> dict[str, Any]:
         """Return the entries of a model file: texts, numbers and lists of these."""
         points = {
-            curve.channel: [list(point) for point in zip(curve.codes, curve.light, strict=True)]
-            for curve in self.curves
+            each.channel: [list(point) for point in zip(each.codes, each.light, strict=True)] for each in self.curves
         }
         return {"source": self.source, "black": list(self.black), **points, "remarks": list(self.remarks)}
 
@@ -213,7 +211,10 @@ class NativeDisplay:
         """Return the display of the entries of :meth:`as_record`. Raises LutgenError: invalid entries."""
         try:
             x, y, z = (float(share) for share in record["black"])
-            red, green, blue = (_curve_of(name, record[name]) for name in CHANNELS)
+            points = [[(float(code), float(light)) for code, light in record[name]] for name in CHANNELS]
+            red, green, blue = (
+                TransferCurve(name, *zip(*each, strict=True)) for name, each in zip(CHANNELS, points, strict=True)
+            )
             remarks = tuple(str(remark) for remark in record.get("remarks", ()))
             return cls((red, green, blue), (x, y, z), record["source"], remarks, own)
         except LutgenError:
@@ -277,11 +278,6 @@ def _or_srgb(native: NativeDisplay, sample: Sample) -> NativeDisplay:
 
 def _black_of(sample: Sample) -> tuple[float, float, float]:
     return tuple(np.maximum(sample.black, 0.0).tolist())
-
-
-def _curve_of(name: str, points: Sequence[Sequence[float]]) -> TransferCurve:
-    codes, light = zip(*((float(code), float(each)) for code, each in points), strict=True)
-    return TransferCurve(name, codes, light)
 
 
 @dataclass(frozen=True)
@@ -361,9 +357,8 @@ def _check_complete(
     lacks = [] if black.any() else ["black (code 0, 0, 0)"]
     lacks += [f"{name} at full drive" for name, tip in zip(("white", *CHANNELS), tips, strict=True) if not tip.any()]
     if min(ramps) < LEAST_LEVELS and greys < LEAST_LEVELS:
-        counts = ", ".join(
-            f"{count} of {name}" for count, name in zip((*ramps, greys), (*CHANNELS, "grey"), strict=True)
-        )
+        held = zip((*ramps, greys), (*CHANNELS, "grey"), strict=True)
+        counts = ", ".join(f"{count} of {name}" for count, name in held)
         lacks.append(
             f"ramps: {LEAST_LEVELS} levels or more between black and full drive of red, green and blue each, or of "
             f"grey (it has {counts})"

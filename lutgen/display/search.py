@@ -19,7 +19,7 @@ from lutgen.colorimetry import CHUNK, Array, inverse, linear_to_code, transform
 from lutgen.display.chain import AgedDisplay
 
 #: Red, green, blue and black as code values.
-_TIPS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
+_TIPS = np.vstack([np.eye(3), np.zeros(3)])
 
 #: Step of the finite differences in linear light: a little more than the square root of double precision.
 _STEP = 1e-7

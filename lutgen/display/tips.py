@@ -86,17 +86,14 @@ class Tips:
             raise pick_one("reference", reference, REFERENCES)
         luminance = np.concatenate([[1.0], LINEAR_TO_XYZ[1]])
         moved = SRGB_XY + (now[:, :2] - fresh[:, :2])
-        self._check_gamut(moved, hours)
-        return np.column_stack([moved, luminance * (now[:, 2] / fresh[:, 2])])
-
-    def _check_gamut(self, xy: Array, hours: float) -> None:
-        bad = (xy[:, 1] <= 0) | (xy.sum(axis=1) > 1)
-        if bad.any():
-            name = TIP_NAMES[int(np.argmax(bad))]
+        no_colour = (moved[:, 1] <= 0) | (moved.sum(axis=1) > 1)
+        if no_colour.any():
+            name = TIP_NAMES[int(np.argmax(no_colour))]
             raise LutgenError(
                 f"{self.source}: by hour {hours:g} {name} has moved so far that sRGB's {name}, moved alike, is no "
                 f"colour any more. Check these rows, or use --reference absolute."
             )
+        return np.column_stack([moved, luminance * (now[:, 2] / fresh[:, 2])])
 
 
 #: Largest number of hours in one request. More hours count as a typing error: with 1 MB for each LUT they need 10 GB.
@@ -140,8 +137,9 @@ def parse_hours(text: str | None, tips: Tips) -> list[float]:
 def _steps(first: Decimal, last: Decimal, given: str, text: str) -> set[Decimal]:
     step = _number(given, text)
     if step <= 0:
-        message = f"--hours {text}: a step of {given} does not advance. Give one from 0.000001 on, such as 500."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"--hours {text}: a step of {given} does not advance. Give one from 0.000001 on, such as 500."
+        )
     count = int((last - first) / step) + 1
     if count > MAX_HOURS:
         raise LutgenError(f"--hours {text}: that is {count} hours, more than {MAX_HOURS}. Give a larger step.")
@@ -245,15 +243,9 @@ def luminance_law(name: str) -> LuminanceLaw:
 def law_of_table(name: str, table: tuple[tuple[float, float], ...], *, where: str) -> LuminanceLaw:
     """Return the law of a table of (hour, factor). Raises LutgenError: an invalid table; see :func:`luminance_law`."""
     numbers = np.array(table, dtype=np.float64).reshape(-1, 2)
-    good = (
-        len(table) >= 2
-        and np.isfinite(numbers).all()
-        and numbers[0].tolist() == [0.0, 1.0]
-        and (np.diff(numbers[:, 0]) > 0).all()
-        and (numbers[:, 1] > 0).all()
-        and (numbers[:, 1] <= _MAX_FACTOR).all()
-    )
-    if not good:
+    hours, factors = numbers.T
+    good = len(table) >= 2 and np.isfinite(numbers).all() and numbers[0].tolist() == [0.0, 1.0]
+    if not good or not ((np.diff(hours) > 0).all() and (factors > 0).all() and (factors <= _MAX_FACTOR).all()):
         raise LutgenError(
             f"{where}: a luminance table needs at least two rows hour,factor, the first of them 0,1: hours increasing "
             f"from 0, factors relative to hour 0 (1 is the un-aged luminance, not 100), above 0 and at most "

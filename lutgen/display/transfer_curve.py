@@ -121,10 +121,8 @@ def misread_levels(codes: Array, light: Array, sigma: Array) -> list[int]:
     for _ in range(1 + codes.size // LEVELS_A_MISREADING):
         if _fall(light[kept], sigma[kept]) <= FALLS:
             return sorted(out)
-        without = [
-            _fall(light[kept[:place] + kept[place + 1 :]], sigma[kept[:place] + kept[place + 1 :]])
-            for place in range(len(kept))
-        ]
+        others = [kept[:place] + kept[place + 1 :] for place in range(len(kept))]
+        without = [_fall(light[rows], sigma[rows]) for rows in others]
         least = min(without)
         # Of two levels that contradict each other, the level with the larger distance from the line of its neighbours
         # is wrong.

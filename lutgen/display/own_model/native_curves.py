@@ -8,8 +8,7 @@ channels.
 import numpy as np
 
 from lutgen.colorimetry import Array
-from lutgen.display.own_model.curves import SPLINES, fit_scalar, lit
-from lutgen.display.own_model.drive import Drive
+from lutgen.display.own_model.curves import SPLINES, Drive, fit_scalar, lit
 from lutgen.display.own_model.ladder import STIFFNESS, clearly_better, mixtures_error
 from lutgen.display.own_model.sample import FOLDS, Sample
 from lutgen.display.trace import tip_shares
@@ -33,7 +32,7 @@ POINTS = 65
 
 def curves_of(sample: Sample) -> Curves3:
     """Return the curves of red, green and blue fitted to all readings; outliers have little weight."""
-    coefficients = fit_scalar(sample, Drive(), STIFFNESS[0]).coefficients
+    coefficients = fit_scalar(sample, STIFFNESS[0], Drive()).coefficients
     codes = np.linspace(0.0, 1.0, POINTS)
     curves = []
     for channel, name in enumerate(("red", "green", "blue")):

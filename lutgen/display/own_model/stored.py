@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from lutgen.colorimetry import Array
-from lutgen.display.own_model.curves import COLUMNS, Curves, SrgbCurves
-from lutgen.display.own_model.drive import WAYS, Drive
+from lutgen.display.own_model.curves import COLUMNS, WAYS, Curves, Drive, SrgbCurves
 from lutgen.display.own_model.ladder import Model
 from lutgen.display.own_model.residual import SmoothResidual
 from lutgen.errors import LutgenError
