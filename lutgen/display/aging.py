@@ -4,10 +4,11 @@ Chromaticity differences are Euclidean in the CIE 1976 UCS diagram (CIE 15:2018,
 (CCT) and D_uv, the distance from the Planckian locus, follow Ohno 2013, doi:10.1080/15502724.2014.839020.
 """
 
-from collections.abc import Sequence
+from __future__ import annotations
+
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +16,9 @@ from lutgen.colorimetry import LINEAR_TO_XYZ, Array, xy_to_uv, xyz_to_uv
 from lutgen.display import AppliedEffect, DisplayModel, what_luts_carry
 from lutgen.numerals import spaced, with_error
 from lutgen.readings import TIP_NAMES, Measurements
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 #: Largest distance from the Planckian locus at which a correlated colour temperature is defined (CIE 15:2018, 9.5).
 MAX_DUV = 0.05

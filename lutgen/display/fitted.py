@@ -3,23 +3,28 @@
 :func:`record_of` returns the entry of an effect in a file, and :func:`found_by` returns the effect of such an entry.
 """
 
+from __future__ import annotations
+
 import hashlib
 import os
-from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lutgen.colorimetry import Array, xyz_to_xyY
 from lutgen.display.tips import Tips
-from lutgen.effects import Effect
 from lutgen.effects.declare import BUILT_IN, CODE
 from lutgen.errors import LutgenError, pick_one, reason_of
 from lutgen.files import bytes_at_most
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping
+
+    from lutgen.effects import Effect
 
 
 @dataclass(frozen=True)
@@ -65,7 +70,7 @@ class AppliedEffect:
     free: tuple[str, ...] = ()
 
     @classmethod
-    def of(cls, effect: Effect, values: Mapping[str, float]) -> "AppliedEffect":
+    def of(cls, effect: Effect, values: Mapping[str, float]) -> AppliedEffect:
         """Return an effect with some values; the other parameters are at rest."""
         return cls(effect, {name: Estimate(value) for name, value in (effect.rest() | dict(values)).items()})
 
@@ -197,7 +202,7 @@ class FitCovariance:
         return {"of": [".".join(names) for names in self.of], "rows": rows}
 
     @classmethod
-    def from_record(cls, record: Mapping[str, Any]) -> "FitCovariance":
+    def from_record(cls, record: Mapping[str, Any]) -> FitCovariance:
         """Return the covariance of a record of :meth:`as_record`. Raises LutgenError: an invalid record."""
         try:
             of = tuple((str(effect), str(name)) for effect, name in (str(each).rsplit(".", 1) for each in record["of"]))
@@ -229,7 +234,7 @@ class FitCovariance:
                 f"[covariance]: it holds the tips of {self.hours} hours, but {hours} are fitted. Leave them out."
             )
 
-    def among(self, free: Collection[tuple[str, str]]) -> "FitCovariance":
+    def among(self, free: Collection[tuple[str, str]]) -> FitCovariance:
         """Return the covariance of the parameters in ``free``, and of the tips."""
         kept = [place for place, each in enumerate(self.of) if each in free]
         places = [*kept, *range(len(self.of), len(self.matrix))]

@@ -1,26 +1,35 @@
 """``DisplayModel``: a measured display and the model of its aging, with an ``AgedDisplay`` for each mode and hour."""
 
-from collections.abc import Callable, Mapping
+from __future__ import annotations
+
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lutgen.cells import first_doubled
-from lutgen.colorimetry import Array, xyY_to_xyz, xyz_to_xyY
-from lutgen.display.chain import AgedDisplay, Link, SrgbTransfer
+from lutgen.colorimetry import xyY_to_xyz, xyz_to_xyY
+from lutgen.display.chain import AgedDisplay, SrgbTransfer
 from lutgen.display.conditions import REFERENCE, Conditions
 from lutgen.display.effect_chain import EffectChain, Fresh, Surroundings, four_tips, makes_steps
-from lutgen.display.fitted import AppliedEffect, FitCovariance, LatentTips, constant_tips
+from lutgen.display.fitted import AppliedEffect, LatentTips, constant_tips
 from lutgen.display.loaded import LoadedCalibrations
 from lutgen.display.native import NativeDisplay
 from lutgen.display.paper import Matrices, Selection, matrices_of
 from lutgen.display.tips import UNSTATED, LuminanceLaw, Tips, law_of, luminance_law, scale_luminance
-from lutgen.display.trace import SELECTION_STAGE, Applied, in_chain_order, is_soft
+from lutgen.display.trace import SELECTION_STAGE, in_chain_order, is_soft
 from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.names import BASELINES, FORETELLING_BASELINES, MODES, NATIVE_BASELINES, REFERENCES, SELECTIONS
-from lutgen.readings import Measurements
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from lutgen.colorimetry import Array
+    from lutgen.display.chain import Link
+    from lutgen.display.fitted import FitCovariance
+    from lutgen.display.trace import Applied
+    from lutgen.readings import Measurements
 
 #: Name of the default display: reconstructed; see the first line of its file.
 DEFAULT_DISPLAY = "reconstructed-ccfl"
@@ -96,32 +105,29 @@ class DisplayModel:
         object.__setattr__(self, "effects", effects)
         if self.baseline in NATIVE_BASELINES and self.native is None:
             object.__setattr__(self, "native", NativeDisplay.of(self.measurements))
-        _ = self.known, self.tips, self.tips_before_effects  # computed here, because they raise LutgenError
+        told, readings = self.baseline not in FORETELLING_BASELINES, self.measurements
+        known = LoadedCalibrations.of(readings, told=told) if self.baseline in NATIVE_BASELINES else ()
+        object.__setattr__(self, "_known", known)
+        object.__setattr__(self, "_tips", self._measured_tips())
+        object.__setattr__(self, "_before", self._tips_before_effects())
 
-    @cached_property
+    @property
     def tips(self) -> Tips:
         """Measured white and primaries over time; constant for baselines that predict later hours from hour 0."""
-        readings = self.measurements
-        if self.baseline in FORETELLING_BASELINES:
-            return constant_tips(np.unique(readings.hours), readings.tips()[1][0], readings.file)
-        return Tips.of(readings)
+        tips: Tips = self.__dict__["_tips"]
+        return tips
 
-    @cached_property
+    @property
     def tips_before_effects(self) -> Tips:
         """White and primaries over time before the effects: fitted, otherwise measured."""
-        if self.latent is None:
-            return self.tips
-        if self.baseline in FORETELLING_BASELINES:
-            fresh = xyz_to_xyY(self.latent.xyz_cd_m2[0])
-            return constant_tips(self.tips.hours, fresh, self.measurements.file)
-        return self.latent.over_time(self.measurements.file)
+        tips: Tips = self.__dict__["_before"]
+        return tips
 
-    @cached_property
+    @property
     def known(self) -> tuple[LoadedCalibrations, ...]:
         """Changes by calibrations that files of later sessions hold, for native baselines; known, not fitted."""
-        if self.baseline not in NATIVE_BASELINES:
-            return ()
-        return LoadedCalibrations.of(self.measurements, told=self.baseline not in FORETELLING_BASELINES)
+        known: tuple[LoadedCalibrations, ...] = self.__dict__["_known"]
+        return known
 
     @property
     def baked(self) -> tuple[AppliedEffect, ...]:
@@ -245,6 +251,20 @@ class DisplayModel:
         now, fresh = (xyY_to_xyz(tips.referenced(hour, reference)) * white for hour in (hours, 0.0))
         kind = self.measurements.metadata.get("display", "")
         return Surroundings(hours, four_tips(now), four_tips(fresh), kind)
+
+    def _measured_tips(self) -> Tips:
+        if self.baseline in FORETELLING_BASELINES:
+            readings = self.measurements
+            return constant_tips(np.unique(readings.hours), readings.tips()[1][0], readings.file)
+        return Tips.of(self.measurements)
+
+    def _tips_before_effects(self) -> Tips:
+        if self.latent is None:
+            return self.tips
+        if self.baseline in FORETELLING_BASELINES:
+            fresh = xyz_to_xyY(self.latent.xyz_cd_m2[0])
+            return constant_tips(self.tips.hours, fresh, self.measurements.file)
+        return self.latent.over_time(self.measurements.file)
 
 
 def hour_name(hours: float) -> str:

@@ -8,6 +8,8 @@ holds the inputs of an effect besides its signal. Each file of the catalogue is 
 effects.
 """
 
+from __future__ import annotations
+
 from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules

@@ -14,19 +14,24 @@ The function takes the signal of its stage and the :class:`~lutgen.effects.scene
 function's name, with hyphens, is the effect's name. The module's docstring describes the mechanism and its source.
 """
 
+from __future__ import annotations
+
 import inspect
 import sys
-from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from math import isfinite
 from string import Formatter
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
-from lutgen.colorimetry import Array
-from lutgen.effects.scene import Scene
 from lutgen.errors import LutgenError
 from lutgen.readings.conditions import COLUMNS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping
+
+    from lutgen.colorimetry import Array
+    from lutgen.effects.scene import Scene
 
 #: Stages of the display, in the order in which the signal passes them, and the signal that an effect of the stage takes
 #: and returns.
@@ -226,11 +231,11 @@ class Effect:
             "text": self.text,
         }
 
-    def is_kin(self, other: "Effect") -> bool:
+    def is_kin(self, other: Effect) -> bool:
         """Whether one of the two effects names the other in ``confused_with``."""
         return other.name in self.confused_with or self.name in other.confused_with
 
-    def since_first_session(self) -> "Effect":
+    def since_first_session(self) -> Effect:
         """Return the effect for a display whose own model contains the effects of hour 0; see ``beside_first``."""
         held = {name: each.beside_first for name, each in self.parameters.items() if each.beside_first is not None}
         if not held:

@@ -10,13 +10,18 @@ A Practical Guide to Splines (1978). Two outer coefficients extrapolate the inne
 spline reproduces constants and straight lines exactly.
 """
 
-from collections.abc import Sequence
-from typing import Any
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lutgen.colorimetry import Array
 
 POWER = Parameter(1.0, (0.3, 6.0), "1", "power of time in the growth")
 SATURATION = Parameter(0.0, (0.0, 20.0), "1", "saturation of the growth by 18 000 h, in nepers; 0: a power of time")

@@ -1,20 +1,25 @@
 """``Measurements``: the readings of one display, checked once and then frozen."""
 
-from collections.abc import Callable, Iterable, Mapping
+from __future__ import annotations
+
 from copy import copy
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import permutations
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from lutgen.colorimetry import Array, xyz_to_xyY
 from lutgen.errors import LutgenError
 from lutgen.readings.conditions import COLUMNS, CONDITIONS
 from lutgen.readings.rest import Rest, is_tip, middle, rest_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable, Mapping
+
+    from numpy.typing import ArrayLike, NDArray
 
 #: The tips: white and the primaries at full drive, in the order of the paper's index i.
 TIP_NAMES = ("white", "red", "green", "blue")
@@ -127,7 +132,7 @@ class Measurements:
         listed = {file: f"line{'s' if len(lines[file]) > 1 else ''} {text}" for file, text in numbers.items()}
         return "; ".join(f"{Path(file).name}, {text}" if self.files else text for file, text in listed.items())
 
-    def with_light(self, xyz_cd_m2: Array) -> "Measurements":
+    def with_light(self, xyz_cd_m2: Array) -> Measurements:
         """Return the same readings with other XYZ, (n, 3) in cd/m², without checks; for simulations."""
         other = copy(self)
         object.__setattr__(other, "xyz_cd_m2", xyz_cd_m2)

@@ -9,21 +9,27 @@ lutgen has its own readers because no package was found that reads these files: 
 X-Rite's files, and DisplayCAL's reader is part of a program.
 """
 
+from __future__ import annotations
+
 import hashlib
-from collections.abc import Sequence
 from functools import cache
 from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules
-from types import ModuleType
+from typing import TYPE_CHECKING
 
 from lutgen.errors import LutgenError, reason_of
 from lutgen.files import is_folder, read_at_most
 from lutgen.icc_tags import is_profile
 from lutgen.readings.campaign import Campaign, CampaignEntry, campaign_of
 from lutgen.readings.formats._source import FileText, Readable, decoded
-from lutgen.readings.session import Session
-from lutgen.readings.table import Measurements
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from types import ModuleType
+
+    from lutgen.readings.session import Session
+    from lutgen.readings.table import Measurements
 
 #: Largest file size. A table of readings has at most some ten MB.
 MAX_BYTES = 64_000_000
