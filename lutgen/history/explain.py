@@ -15,11 +15,10 @@ import numpy as np
 from lutgen.errors import LutgenError
 from lutgen.history.causes import causes
 from lutgen.history.colour_points import BY_CONTENT, colour_points, fit
-from lutgen.history.hypothesis import Hypothesis
 from lutgen.history.pair import SessionPair
 from lutgen.history.patches import CHANNELS
 from lutgen.history.steadiness import left_out, steadiness
-from lutgen.history.verdicts import SessionVerdict, in_succession, pronounce
+from lutgen.history.verdicts import Hypothesis, SessionVerdict, in_succession, pronounce
 from lutgen.progress import Progress
 from lutgen.readings.campaign import Campaign, CampaignEntry
 from lutgen.readings.steadiness import drift_by_repeats

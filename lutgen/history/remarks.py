@@ -13,7 +13,7 @@ from lutgen.history.transfer import GreyTracking, Transfer, clipping
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lutgen.history.inspection import Inspection
+    from lutgen.history.inspect import Inspection
     from lutgen.history.transfer import Calibration
     from lutgen.readings.session import Session
     from lutgen.readings.steadiness import Steadiness

@@ -5,14 +5,14 @@ by the other sessions of the campaign: a loss of light is no aging if the light 
 sudden after a long time without loss; a steady loss over many sessions is no changed setting.
 """
 
-from collections.abc import Container, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from lutgen.colorimetry import Array
 from lutgen.history.causes import causes
-from lutgen.history.hypothesis import Hypothesis
+from lutgen.history.colour_points import ColourFit
 from lutgen.history.pair import SessionPair
 from lutgen.history.patches import CHANNELS
 from lutgen.history.transfer import DARKEST
@@ -37,6 +37,20 @@ MISFIT = 45.0
 SUM_REPORTED = 0.02
 
 _NOT_READ = "white or a primary at full drive was not read in both, or not in cd/m²"
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """A set of causes, and how well the set explains white, primaries and black."""
+
+    #: The causes; none: nothing changed.
+    names: tuple[str, ...]
+    #: The best fit of the causes.
+    fit: ColourFit
+    #: Natural logarithm of evidence times prior.
+    weight: float
+    #: Number of causes that are not recorded.
+    assumed: int
 
 
 @dataclass(frozen=True)
@@ -121,7 +135,8 @@ def _weighed(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVerd
     untold = {name: why for name, cause in causes().items() if (why := cause.untold(pair))}
     unsaid = [why for name, why in untold.items() if any(name in each.names for each in near)]
     # A cause that the readings cannot tell is named only where it explains the pair alone.
-    near = [replace(each, names=_told(each.names, untold)) for each in near]
+    told = [tuple(name for name in each.names if name not in untold) for each in near]
+    near = [replace(each, names=names or each.names) for each, names in zip(near, told, strict=True)]
     fewest = min(each.assumed for each in near)
     rivals = [
         each
@@ -147,10 +162,6 @@ def _weighed(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVerd
     if len(rivals) == 1 and not mistaken:
         return _verdict("several", names, facts)
     return _verdict("one-of", (*sure, *(name for name in names if name not in sure)), facts, sure)
-
-
-def _told(names: tuple[str, ...], untold: Container[str]) -> tuple[str, ...]:
-    return tuple(name for name in names if name not in untold) or names
 
 
 def _unweighed(pair: SessionPair) -> list[str]:
