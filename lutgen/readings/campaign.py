@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError
-from lutgen.readings.conditions import CONDITIONS
 from lutgen.readings.session import Session
-from lutgen.readings.table import OPTIONAL, Measurements
+from lutgen.readings.table import CELLS, OPTIONAL, Measurements
 
 
 @dataclass(frozen=True)
@@ -150,10 +149,10 @@ def sessions_of(readings: Measurements) -> Campaign:
 
     Readings away from rest are left out, except readings that are away from rest only by their position on the screen.
     """
-    cells = [condition.cell for condition in CONDITIONS if condition.name != "position"]
     rest = np.ones(readings.hours.size, dtype=bool)
-    for cell in cells:
-        rest &= ~readings.rest.away.get(cell, np.zeros_like(rest))
+    for cell, away in readings.rest.away.items():
+        if cell != CELLS["u"]:
+            rest &= ~away
     return campaign_of(
         [_entry_at_rest(readings, np.flatnonzero((readings.sessions == each) & rest))
          for each in np.unique(readings.sessions[rest])],
@@ -195,8 +194,9 @@ def check_once(entries: Sequence[CampaignEntry]) -> None:
     for entry in entries:
         first = seen.setdefault(entry.session.sha256, entry)
         if first is not entry:
-            message = f"{entry.where}: the session holds the same bytes as the session of {first.where}."
-            raise LutgenError(f"{message} Delete one of them.")
+            raise LutgenError(
+                f"{entry.where}: the session holds the same bytes as the session of {first.where}. Delete one of them."
+            )
 
 
 def _calibrations(hours: Array, sessions: Sequence[Session]) -> dict[float, Array]:

@@ -1,6 +1,6 @@
 """The illuminance of the room's light on the screen."""
 
-from lutgen.readings.conditions.declare import Array, Column, Condition, Values, greys, joined
+from lutgen.readings.conditions import Array, Column, Condition, Values, greys, joined
 
 #: Tolerance for equal room light, in lux and as a share: about the repeatability of a lux meter.
 TOLERANCE_LX, TOLERANCE_SHARE = 0.5, 0.05

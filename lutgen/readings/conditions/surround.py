@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from lutgen.readings.conditions.declare import Array, Column, Condition, Values, greys, joined, within
+from lutgen.readings.conditions import Array, Column, Condition, Values, greys, joined, within
 from lutgen.readings.conditions.window import in_words
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from lutgen.readings.conditions.declare import Array, Column, Condition, Values, Variation, within
+from lutgen.readings.conditions import Array, Column, Condition, Values, Variation, within
 
 #: White, the primaries, and the secondaries at two levels.
 _COLOURS = (

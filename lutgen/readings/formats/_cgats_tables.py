@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from io import StringIO
+from itertools import chain
 
 from lutgen.cells import SPREADSHEET_ERROR, first_doubled, whole
 from lutgen.errors import LutgenError
@@ -133,7 +134,8 @@ def _close(
     places: list[int] = []
     row: list[str] = []
     start = begun
-    for at, words in _before_data(first, begun, _until(source, _DATA, begun, lines)):
+    # Words after BEGIN_DATA on its own line belong to the first row.
+    for at, words in chain([(begun, first)] if first else [], _until(source, _DATA, begun, lines)):
         start = start if row else at
         row += words
         if len(row) > width or (len(row) < width and not wraps):
@@ -155,24 +157,14 @@ def _close(
     return CgatsTable(table.kind, table.line, table.keywords, table.fields, tuple(rows), tuple(places))
 
 
-def _before_data(
-    first: list[str], begun: int, lines: Iterator[tuple[int, list[str]]]
-) -> Iterator[tuple[int, list[str]]]:
-    """Yield the words after BEGIN_DATA on its own line, then the lines below."""
-    if first:
-        yield begun, first
-    yield from lines
-
-
 def _until(
     source: FileText, pair: tuple[str, str], begun: int, lines: Iterator[tuple[int, list[str]]]
 ) -> Iterator[tuple[int, list[str]]]:
     begin, end = pair
     for at, words in lines:
-        last = words[-1].upper() == end
-        if last and words[:-1]:
-            yield at, words[:-1]
-        if last:
+        if words[-1].upper() == end:
+            if words[:-1]:
+                yield at, words[:-1]
             return
         if words[0].upper().startswith(("BEGIN_DATA", "END_DATA")):
             raise LutgenError(f"{source.at(at)}: {words[0]} before the {end} of line {begun}: is a line missing?")
