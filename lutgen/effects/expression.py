@@ -59,8 +59,9 @@ def parse(text: str) -> Effect:
     _check_spelling(formula, [name for name in formula.parameters if name not in given])
     amplitudes = _amplitudes(formula, given)
     names = formula.parameters
+    names_in_formula = re.findall(r"[a-z][a-z0-9]*", formula.text.lower().replace("_", ""))
     effect = Effect(
-        name=named[1] if named else _name(formula),
+        name=named[1] if named else "-".join(names_in_formula),
         stage=SIGNALS[formula.signal],
         parameters={name: _parameter(name, given.get(name), amplitude=name in amplitudes) for name in names},
         neutral=dict.fromkeys(amplitudes, 0.0),
@@ -72,11 +73,6 @@ def parse(text: str) -> Effect:
     )
     check_declaration(effect)
     return effect
-
-
-def _name(formula: Formula) -> str:
-    """Return a name for the effect, made of the names in its formula."""
-    return "-".join(re.findall(r"[a-z][a-z0-9]*", formula.text.lower().replace("_", "")))
 
 
 def _given(formula: Formula, values: Sequence[str]) -> dict[str, _Given]:

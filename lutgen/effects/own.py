@@ -49,12 +49,7 @@ def everything(files: Iterable[str | Path] = (), expressions: Iterable[str] = ()
     from lutgen.effects.expression import parse
 
     effects = dict(catalogue())
-    own = [
-        *installed(),
-        *(each for path in files for each in load_file(path)),
-        *map(parse, expressions),
-    ]
-    for each in own:
+    for each in (*installed(), *(each for path in files for each in load_file(path)), *map(parse, expressions)):
         if each.name in effects and effects[each.name].origin != each.origin:
             raise LutgenError(
                 f"two effects are named {each.name!r}: of {effects[each.name].origin} and of {each.origin}. Rename "
@@ -74,17 +69,18 @@ def load_file(path: str | Path) -> tuple[Effect, ...]:
     """
     name = _module_name(path)
     module = sys.modules.get(name) or _run(name, path)
-    declared = {name: value for name, value in vars(module).items() if _declared_in(value, module.__name__)}
-    refusals = [
-        f"{each.name!r} is a built-in effect. Rename the function."
-        for each in declared.values()
-        if each.name in catalogue()
-    ]
-    if not declared:
-        refusals = ["declares no effect. Put the decorator `@effect(stage=…, …)` of lutgen.effects on a function."]
-    if refusals:
+    effects = {name: value for name, value in vars(module).items() if isinstance(value, Effect)}
+    # Effects that the module imports are not its own.
+    declared = {name: each for name, each in effects.items() if each.function.__module__ == module.__name__}
+    refused = [each.name for each in declared.values() if each.name in catalogue()]
+    if refused or not declared:
         del sys.modules[module.__name__]
-        raise LutgenError(f"{path}: {refusals[0]}")
+    if refused:
+        raise LutgenError(f"{path}: {refused[0]!r} is a built-in effect. Rename the function.")
+    if not declared:
+        raise LutgenError(
+            f"{path}: declares no effect. Put the decorator `@effect(stage=…, …)` of lutgen.effects on a function."
+        )
     for attribute, each in declared.items():
         # If a file declares several effects, each function's docstring describes its effect.
         text = (len(declared) > 1 and each.function.__doc__) or each.text
@@ -160,7 +156,10 @@ def _run(name: str, path: str | Path) -> ModuleType:
         del sys.modules[name]
         if isinstance(error, KeyboardInterrupt):
             raise
-        raise LutgenError(f"{path}: {_sentence(error, str(path))}") from None
+        reason = what_was_raised(error, str(path))
+        if not isinstance(error, LutgenError):
+            reason = f"cannot be loaded: {reason}. Run it with Python to see more."
+        raise LutgenError(f"{path}: {reason}") from None
     return module
 
 
@@ -174,17 +173,6 @@ def what_was_raised(error: BaseException, file: str) -> str:
     message = in_one_line(error)
     kind = "" if isinstance(error, LutgenError) else type(error).__name__
     return f"line {line}: {': '.join(part for part in (kind, message) if part)}" if line else f"{kind}: {message}"
-
-
-def _sentence(error: BaseException, file: str) -> str:
-    """Return a sentence about an exception of a module: the message of a LutgenError, or type, message and line."""
-    reason = what_was_raised(error, file)
-    return reason if isinstance(error, LutgenError) else f"cannot be loaded: {reason}. Run it with Python to see more."
-
-
-def _declared_in(value: Any, module: str) -> bool:
-    """Whether a value in a module is an effect that the module declares and does not import."""
-    return isinstance(value, Effect) and value.function.__module__ == module
 
 
 def _effects_of(point: EntryPoint) -> tuple[Effect, ...]:

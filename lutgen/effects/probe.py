@@ -117,17 +117,6 @@ def at_once(reading: ProbeReading) -> ProbeReading:
     return ProbeReading(signal, replace(reading.scene, white=np.multiply.outer(factors, reading.scene.white)))
 
 
-def with_column(reading: ProbeReading, column: str, values: Array) -> ProbeReading:
-    """Return the readings with ``values`` in one column."""
-    changed: dict[str, Any] = {column: values}
-    return ProbeReading(reading.signal, replace(reading.scene, **changed))
-
-
-def other_values(column: str) -> Array:
-    """Return one value of a column for each reading, different from the reference value."""
-    return np.resize(np.array(COLUMNS[column].tried[1:]), (READINGS, 1))
-
-
 def parameter_corners(bounds: Mapping[str, tuple[float, float]]) -> list[dict[str, float]]:
     """Return every corner of the bounds, or ``MAX_CORNERS`` random corners."""
     if 2 ** len(bounds) <= MAX_CORNERS:
@@ -139,13 +128,8 @@ def parameter_corners(bounds: Mapping[str, tuple[float, float]]) -> list[dict[st
 def parameter_draws(bounds: Mapping[str, tuple[float, float]], count: int) -> list[dict[str, float]]:
     """Return ``count`` random points inside the bounds."""
     shares = np.random.default_rng(7).uniform(size=(count, len(bounds)))
-    return [
-        {
-            name: float(low * (1.0 - share) + high * share)
-            for share, (name, (low, high)) in zip(row, bounds.items(), strict=True)
-        }
-        for row in shares
-    ]
+    low, high = np.array(list(bounds.values())).reshape(-1, 2).T
+    return [dict(zip(bounds, row, strict=True)) for row in (low * (1.0 - shares) + high * shares).tolist()]
 
 
 def draws(effect: Effect) -> list[dict[str, float]]:
@@ -171,7 +155,9 @@ def reacts_to(effect: Effect) -> tuple[str, ...]:
 def reacts(effect: Effect, column: str, apply: Applied, *, at_rest: bool) -> bool:
     """Whether another value of a column changes the result, at the typical parameters or at random parameters."""
     reading = readings(effect.stage, at_rest=at_rest)
-    other = with_column(reading, column, other_values(column))
+    # One value for each reading, different from the reference value.
+    values: Any = {column: np.resize(np.array(COLUMNS[column].tried[1:]), (READINGS, 1))}
+    other = ProbeReading(reading.signal, replace(reading.scene, **values))
     return any(
         not same(apply(effect, reading, values), apply(effect, other, values))
         for values in (effect.typical(), *draws(effect))

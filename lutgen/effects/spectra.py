@@ -294,8 +294,7 @@ def _xyz_of(spectra: Array) -> Array:
 
 def _guessed(primaries: Array) -> str:
     """Return the class whose typical spectra need the least correction to the primaries' XYZ (3, 3)."""
-    costs = {name: _cost(light.primaries, primaries) for name, light in lights().items()}
-    nearest = min(costs, key=lambda name: costs[name])
+    nearest = min(lights(), key=lambda name: _cost(lights()[name].primaries, primaries))
     return DEFAULT_CLASS if nearest in BROAD else nearest
 
 
