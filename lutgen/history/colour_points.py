@@ -13,7 +13,7 @@ Learning Algorithms, ch. 27). The evidence contains a penalty for every number t
 numbers does not win over one factor only because the matrix can fit more.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -106,9 +106,8 @@ def changed(before: ColourPoints, values: Mapping[str, Array]) -> Array:
     lit = before.with_gains(gains)
     channels = lit.channels
     if "faded" in values:
-        faded = np.exp(values["faded"])
-        kept = np.ones((*faded.shape[:-1], 3, 3))
-        kept[..., 2, 0], kept[..., 2, 2] = faded[..., 0], faded[..., 1]
+        kept = np.ones((*values["faded"].shape[:-1], 3, 3))
+        kept[..., 2, [0, 2]] = np.exp(values["faded"])
         channels = channels * kept
     if "gamut" in values:
         channels = channels + _square(values["gamut"]) @ channels
@@ -134,7 +133,6 @@ def _points(channels: Array, extra: Array, leak: Array) -> Array:
 
 
 def _square(numbers: Array) -> Array:
-    """Return nine numbers, (..., 9), as matrices, (..., 3, 3)."""
     return numbers.reshape(*numbers.shape[:-1], 3, 3)
 
 
@@ -222,7 +220,8 @@ def fit(before: ColourPoints, after: Array, free: Sequence[str], *, noise: float
     here = residual(theta)
     slope = np.zeros((here.size, width.size))
     for _ in range(_STEPS if width.size else 0):
-        slope = _slope(residual, theta, here)
+        # The derivative of the residuals by each parameter, (n, p), from one call for all parameters.
+        slope = np.asarray((residual(theta + NUDGE * np.eye(theta.size)) - here).T / NUDGE)
         step = np.linalg.lstsq(slope, -here, rcond=None)[0]
         shrink = 1.0
         while shrink > 1e-3 and (there := residual(theta + shrink * step)) @ there > here @ here:
@@ -240,8 +239,3 @@ def fit(before: ColourPoints, after: Array, free: Sequence[str], *, noise: float
     plain = np.linalg.slogdet(covariance(before, after, noise=noise))[1]
     evidence = -0.5 * (float(here @ here) + occam + float(np.linalg.slogdet(spread)[1] - plain))
     return ColourFit(split(theta), chi2, evidence, after - changed(before, split(theta)))
-
-
-def _slope(residual: Callable[[Array], Array], theta: Array, here: Array) -> Array:
-    """Return the derivative of the residuals by each parameter, (n, p), from one call for all parameters."""
-    return np.asarray((residual(theta + NUDGE * np.eye(theta.size)) - here).T / NUDGE)

@@ -176,9 +176,8 @@ def _posterior(law: Law, points: Array, history: tuple[Array, Array, Array]) -> 
     columns = law.columns(points[:, :-1], time) / errors[:, np.newaxis]
     target, variance = figures / errors, points[:, -1:] ** 2
     cross = (columns * target[:, np.newaxis]).sum(axis=1) / variance
-    precision = np.swapaxes(columns, -1, -2) @ columns / variance[..., np.newaxis] + np.diag(
-        np.array(law.widths) ** -2.0
-    )
+    prior = np.diag(np.array(law.widths) ** -2.0)
+    precision = np.swapaxes(columns, -1, -2) @ columns / variance[..., np.newaxis] + prior
     mean = np.linalg.solve(precision, cross[..., np.newaxis])[..., 0]
     fit = (target @ target) / variance[:, 0] - (cross * mean).sum(axis=1)
     log_size = np.log(np.linalg.det(precision)) + 2.0 * np.log(law.widths).sum()

@@ -42,11 +42,10 @@ def displays_of(sessions: Sequence[Session]) -> list[list[Session]]:
     groups: list[list[tuple[Session, dict[str, Array]]]] = []
     for session in sessions:
         entry = (session, _uv(session))
-        match = next((group for group in groups if all(_alike(entry, each) for each in group)), None)
-        if match is None:
-            groups.append([entry])
-        else:
-            match.append(entry)
+        match = next((group for group in groups if all(_alike(entry, each) for each in group)), [])
+        if not match:
+            groups.append(match)
+        match.append(entry)
     return [[session for session, _ in group] for group in groups]
 
 
@@ -85,9 +84,8 @@ def draft(sessions: Sequence[Session], beside: Path, answers: Answers | None = N
     ]
     if not answers.name and "," in names:
         lines[-1] += "  # TODO the files name several; their primaries agree"
-    lines.append(
-        _answered("hours_per_day", answers, "8.0", "dates are no operating hours; or give hours for each session")
-    )
+    why = "dates are no operating hours; or give hours for each session"
+    lines.append(_answered("hours_per_day", answers, "8.0", why))
     for session in ordered:
         lines += ["", *_entry(session, beside, answers)]
     return "\n".join(lines) + "\n"
@@ -97,11 +95,8 @@ def _entry(session: Session, beside: Path, answers: Answers) -> list[str]:
     path = Path(os.path.relpath(Path(session.file).resolve(), beside.resolve())).as_posix()
     lines = ["[[sessions]]", f"# {_summary(session)}", f"file = {toml_text(path)}"]
     lines.append(f"date = {session.created.date()}" if session.created else "# TODO date = 2020-05-26, or hours = 0.0")
-    lines.append(
-        f"instrument = {toml_text(session.instrument)}"
-        if session.instrument
-        else '# TODO instrument = "maker and model"'
-    )
+    known = f"instrument = {toml_text(session.instrument)}"
+    lines.append(known if session.instrument else '# TODO instrument = "maker and model"')
     lines.append(_answered("ambient_lx", answers, "0.0", "light in the room"))
     lines.append(_answered("settings", answers, '"brightness 30 %"', "the display's own"))
     if not session.absolute:

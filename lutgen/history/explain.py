@@ -82,10 +82,8 @@ def explanations(pair: SessionPair) -> tuple[Hypothesis, ...]:
             if len(set(free)) < len(free):
                 continue
             best_fit = fit(before, after.xyz(), free, noise=pair.noise, loose=loose)
-            if not all(
-                cause.sound({name: best_fit.values[name] for name in way}, pair)
-                for cause, way in zip(together, ways, strict=True)
-            ):
+            values = [{name: best_fit.values[name] for name in way} for way in ways]
+            if not all(cause.sound(each, pair) for cause, each in zip(together, values, strict=True)):
                 continue
             here = Hypothesis(tuple(cause.name for cause in together), best_fit, best_fit.evidence + prior, assumed)
             best = here if best is None or here.weight > best.weight else best
@@ -139,9 +137,7 @@ def explanations_as_json(explanations: Explanations) -> dict[str, Any]:
         "schema": 1,
         "campaign": {"file": campaign.file, "sha256": campaign.sha256, "display": campaign.display or None},
         "reference": campaign.entries[explanations.reference].session.file,
-        "sessions": [
-            _session(pair, verdict) for pair, verdict in zip(explanations.pairs, explanations.verdicts, strict=True)
-        ],
+        "sessions": [*map(_session, explanations.pairs, explanations.verdicts)],
     }
 
 

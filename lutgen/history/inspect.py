@@ -78,21 +78,19 @@ class Inspection:
             "black": _colour(self.black),
             "contrast": self.contrast,
             "primaries": {name[0]: _colour(tips.xyz.get(name)) if tips else None for name in CHANNELS},
-            "gamut": {"nearest": tips.nearest, "shift_uv": tips.shift, "srgb_coverage": tips.coverage}
-            if tips
-            else None,
+            "gamut": tips and {"nearest": tips.nearest, "shift_uv": tips.shift, "srgb_coverage": tips.coverage},
             "gamma": self.gamma,
             "transfer": {name: _curve(curve) for name, curve in self.curves.items()},
             "additivity": self.additivity,
-            "grey_tracking": {
+            "grey_tracking": greys
+            and {
                 "drive": greys.drive.tolist(),
                 "delta_e": greys.delta_e.tolist(),
                 "shift_uv": np.hypot(*greys.shift.T).tolist(),
-            }
-            if greys
-            else None,
-            "noise": steady.noise if steady else None,
-            "repeats": {
+            },
+            "noise": steady and steady.noise,
+            "repeats": steady
+            and {
                 "patches": steady.patches,
                 "readings": steady.readings,
                 "dark_noise": steady.dark_noise,
@@ -100,9 +98,7 @@ class Inspection:
                 "shift_uv": steady.shift,
                 "order": steady.order.tolist(),
                 "ratio": steady.ratio.tolist(),
-            }
-            if steady
-            else None,
+            },
             "calibration": _loop(self),
             "uniformity": dict(zip(("lowest", "highest"), self.uniformity, strict=True)) if self.uniformity else None,
             "remarks": list(self.remarks),

@@ -161,9 +161,8 @@ class SessionPair:
         if fact == "contrast" and self.contrast:
             return "contrast went from {:.0f} to {:.0f}".format(*self.contrast)
         red, green, blue, _ = np.hypot(*self.shift.T)
-        return (
-            f"blue moved by Δu'v' {blue:.3f}" if fact == "blue" else f"a primary moved by Δu'v' {max(red, green):.3f}"
-        )
+        which, moved = ("blue", blue) if fact == "blue" else ("a primary", max(red, green))
+        return f"{which} moved by Δu'v' {moved:.3f}"
 
     @cached_property
     def largest_shift(self) -> float:
@@ -268,7 +267,6 @@ class SessionPair:
 
 
 def _curves(session: Session) -> dict[str, Transfer]:
-    """Return channel → curve of its ramp."""
     curves = {name: transfer(ramp(session, name), black_xyz(session)) for name in CHANNELS}
     return {name: curve for name, curve in curves.items() if curve is not None}
 
@@ -288,8 +286,7 @@ def _both(pair: SessionPair) -> tuple[ColourPoints, ColourPoints]:
 
 
 def _uv(colours: ColourPoints) -> Array:
-    light = np.vstack([colours.channels, colours.channels.sum(axis=0) + colours.extra])
-    return xyz_to_uv(light)
+    return xyz_to_uv(np.vstack([colours.channels, colours.channels.sum(axis=0) + colours.extra]))
 
 
 def line_shift(before: Session, after: Session) -> float | None:
@@ -298,17 +295,13 @@ def line_shift(before: Session, after: Session) -> float | None:
         return None
     shifts = []
     for name in CHANNELS:
-        pair = [_tip_spectrum(each, name) for each in (before, after)]
-        if pair[0] is None or pair[1] is None:
+        here, there = tip_rows(before, name), tip_rows(after, name)
+        if not here.size or not there.size:
             return None
-        shifts.append(_spectral_shift(before.wavelengths, pair[0], after.wavelengths, pair[1]))
+        one, other = before.spectra[here].mean(axis=0), after.spectra[there].mean(axis=0)
+        shifts.append(_spectral_shift(before.wavelengths, one, after.wavelengths, other))
     middle = float(np.median(shifts))
     return middle if np.ptp(shifts) <= max(0.2, 0.5 * abs(middle)) else None
-
-
-def _tip_spectrum(session: Session, channel: str) -> Array | None:
-    full = tip_rows(session, channel)
-    return session.spectra[full].mean(axis=0) if full.size and session.spectra is not None else None
 
 
 def _spectral_shift(at: Array, one: Array, at_other: Array, other: Array) -> float:

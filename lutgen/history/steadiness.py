@@ -115,9 +115,7 @@ def drift_by_order(session: Session, other: Session) -> SessionDrift | None:
         return None
     ratio = np.log(here[kept] / there[kept])
     change, error = _trend(colour, order, ratio)
-    if abs(change) < CLEAR * error:
-        return None
-    return SessionDrift(float(np.expm1(change)), "order")
+    return None if abs(change) < CLEAR * error else SessionDrift(float(np.expm1(change)), "order")
 
 
 def shared(one: Session, other: Session) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -328,11 +328,9 @@ def bend(before: Session, after: Session, *, native: bool) -> float | None:
 
 def _curve(session: Session, name: str, native: bool) -> tuple[Array, Array]:
     """Return drive, (n,), and luminance less black, (n,)."""
-    if native:
-        drive, xyz = native_ramp(session, name)
-        return drive, xyz[:, 1]
     levels = ramp(session, name)
-    return levels.drive, levels.xyz[:, 1] - black_xyz(session)[1]
+    drive = native_ramp(session, name)[0] if native else levels.drive
+    return drive, levels.xyz[:, 1] - black_xyz(session)[1]
 
 
 def _between(one: tuple[Array, Array], other: tuple[Array, Array]) -> float | None:

@@ -103,12 +103,12 @@ def trend(
 ) -> Trend:
     """Follow a display and say when each limit is passed. Raises LutgenError: too few sessions, or no times."""
     if len(campaign.entries) < 2:
-        message = f"{campaign.file}: one session; a trend needs two or more. Add another [[sessions]]."
-        raise LutgenError(message)
+        raise LutgenError(f"{campaign.file}: one session; a trend needs two or more. Add another [[sessions]].")
     seen = history(campaign, ambient_cd_m2)
     if seen.time[-1] <= 0:
-        message = f"{campaign.file}: all sessions have the same time; a trend needs sessions that are months apart."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{campaign.file}: all sessions have the same time; a trend needs sessions that are months apart."
+        )
     why = {} if all_sessions else _left_out(seen, progress)
     kept = np.array([place not in why for place in range(len(seen.places))])
     ahead = np.linspace(0.0, (1.0 + HORIZON) * float(seen.time[-1]), _POINTS)
@@ -127,9 +127,8 @@ def _left_out(seen: History, progress: Progress | None) -> dict[int, str]:
     for here, place in enumerate(seen.places):
         verdict = verdict_of.get(place)
         if verdict and verdict.names and (not telling & {*verdict.names} or {*verdict.sure} - telling):
-            why[here] = " and ".join(verdict.sure) or (" and " if verdict.kind == "several" else " or ").join(
-                verdict.names
-            )
+            join = " and " if verdict.kind == "several" else " or "
+            why[here] = " and ".join(verdict.sure) or join.join(verdict.names)
     return why
 
 
@@ -137,8 +136,8 @@ def _course(seen: History, name: str, kept: Array, ahead: Array) -> tuple[Follow
     """Weigh the laws; return the course of a quantity and the curve of every draw, (draws, m)."""
     values, errors = seen.values[name], seen.errors[name]
     used = kept & np.isfinite(values) & np.isfinite(errors) & (errors > 0)
-    none = np.full(ahead.size, np.nan)
     if np.count_nonzero(used) < 2:
+        none = np.full(ahead.size, np.nan)
         return Followed(name, None, none, none, none), np.empty((0, ahead.size))
     span = float(seen.time[-1])
     decay = decay_of(

@@ -138,11 +138,8 @@ def _weighed(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVerd
     told = [tuple(name for name in each.names if name not in untold) for each in near]
     near = [replace(each, names=names or each.names) for each, names in zip(near, told, strict=True)]
     fewest = min(each.assumed for each in near)
-    rivals = [
-        each
-        for each in near
-        if each.assumed == fewest and not any(set(other.names) < set(each.names) for other in near)
-    ]
+    simple = [each for each in near if not any(set(other.names) < set(each.names) for other in near)]
+    rivals = [each for each in simple if each.assumed == fewest]
     simplest = min(len(each.names) for each in rivals)
     signs = _signs(pair)
     facts = (*signs.values(), *_facts(pair), *_records(pair), *unsaid)
@@ -254,9 +251,8 @@ def _facts(pair: SessionPair) -> tuple[str, ...]:
         whose = "the display's own curves" if pair.curves_known else "curves"
         facts.append(f"{whose} within ΔL* {abs(pair.bend):.1f} above L* {DARKEST:g}")
     if pair.curves_of_files:
-        facts.append(
-            f"with the calibrations in the files, which differ, curves moved by ΔL* {pair.bend_with_calibration:+.1f}"
-        )
+        moved = f"curves moved by ΔL* {pair.bend_with_calibration:+.1f}"
+        facts.append(f"with the calibrations in the files, which differ, {moved}")
     if abs(pair.additivity[1] - pair.additivity[0]) >= SUM_REPORTED:
         facts.append(f"white over red + green + blue {pair.additivity[0]:.3f} → {pair.additivity[1]:.3f}")
     if pair.curves_known and np.abs(pair.calibration_gain - 1.0).max() >= 0.002:
@@ -287,20 +283,16 @@ def in_succession(pairs: Sequence[SessionPair], verdicts: Sequence[SessionVerdic
     revised = list(verdicts)
     still = [pair for pair, each in zip(pairs, verdicts, strict=True) if each.kind == "same"]
     for place, pair in enumerate(pairs):
-        for name in _with_course("steady", revised[place]):
-            if len(revised[place].names) > 1 and (later := _brighter_later(pair, pairs)):
-                revised[place] = without(revised[place], name, f"light came back by {later:+.0%} in a later session")
-            elif _with_course("step", revised[place]) and (within := _lost_within(pair, still)):
-                revised[place] = without(
-                    revised[place], name, f"hardly any of this light was lost until {within} before"
-                )
+        for name in _with_course("steady", verdicts[place]):
+            each = revised[place]
+            if len(each.names) > 1 and (later := _brighter_later(pair, pairs)):
+                revised[place] = without(each, name, f"light came back by {later:+.0%} in a later session")
+            elif _with_course("step", each) and (within := _lost_within(pair, still)):
+                revised[place] = without(each, name, f"hardly any of this light was lost until {within} before")
     steady = [place for place, each in enumerate(revised) if {*each.sure} <= {*_with_course("steady", each)} != set()]
     calm = [place for place, each in enumerate(revised) if each.kind == "same" and pairs[place].days is not None]
-    if (
-        len(steady) + len(calm) >= FEWEST_SESSIONS
-        and len(steady) > 1
-        and _is_steady([pairs[place] for place in steady + calm])
-    ):
+    enough = len(steady) + len(calm) >= FEWEST_SESSIONS and len(steady) > 1
+    if enough and _is_steady([pairs[place] for place in steady + calm]):
         why = f"light was lost steadily over {len(steady) + len(calm) + 1} sessions, which no changed setting does"
         for place in steady:
             revised[place] = only(revised[place], _with_course("steady", revised[place])[0], why)
