@@ -103,9 +103,10 @@ def lut_processor(path: Path) -> Any:
         most = MOST_POINTS if dimensions == b"3" else MOST_CURVE_POINTS
         # A size of more than nine digits is too large in any case, and `int` refuses thousands of digits.
         if len(digits) > 9 or int(digits) > most:
-            claimed = digits[:12].decode()
-            message = f"{path}: claims {claimed} points in {dimensions.decode()}D; OpenColorIO takes at most {most}."
-            raise LutgenError(f"{message} Ask its maker for a smaller one.")
+            raise LutgenError(
+                f"{path}: claims {digits[:12].decode()} points in {dimensions.decode()}D; OpenColorIO takes at most "
+                f"{most}. Ask its maker for a smaller one."
+            )
     if line := unclosed_metadata(path):
         raise LutgenError(f"{path}:{line}: opens its metadata and never closes them. Write END METADATA after them.")
     # The caches of OpenColorIO use the path as their key, and would return the old content of a rewritten file.

@@ -104,11 +104,12 @@ def inverse(matrix: Array) -> Array:
     must give the same files.
     """
     a, b, c = matrix
-    cofactors = np.array([_cross(b, c), _cross(c, a), _cross(a, b)]).T
+    cofactors = np.array([cross(b, c), cross(c, a), cross(a, b)]).T
     return np.asarray(cofactors / (a[0] * cofactors[0, 0] + a[1] * cofactors[1, 0] + a[2] * cofactors[2, 0]))
 
 
-def _cross(a: Array, b: Array) -> list[float]:
+def cross(a: Array, b: Array) -> list[Any]:
+    """Return the three numbers of the cross product of two vectors, (3, ...) each."""
     return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 
 

@@ -126,11 +126,12 @@ def replacing(path: Path) -> Iterator[Path]:
         path.parent.mkdir(parents=True, exist_ok=True)
         yield partial
         partial.replace(path)
-    except OSError as error:
-        _discard(partial)
-        raise cannot_write(path, error) from None
-    except BaseException:
-        _discard(partial)
+    except BaseException as error:
+        # On a read-only disk, or where a file stands in the place of a folder, nothing was written and unlink fails.
+        with suppress(OSError):
+            partial.unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            raise cannot_write(path, error) from None
         raise
 
 
@@ -197,15 +198,7 @@ def is_unicode(path: Path) -> bool:
 
 def cannot_write(path: Path, error: OSError) -> LutgenError:
     """Return the error for a path that cannot be written."""
-    reason = reason_of(error)
-    return LutgenError(f"{path}: cannot write: {reason}. Make room, or choose another place to write to.")
-
-
-def _discard(partial: Path) -> None:
-    # On a read-only disk, or where a file stands in the place of a folder, nothing was written and unlink fails. The
-    # caller reports the failure to write.
-    with suppress(OSError):
-        partial.unlink(missing_ok=True)
+    return LutgenError(f"{path}: cannot write: {reason_of(error)}. Make room, or choose another place to write to.")
 
 
 @contextmanager

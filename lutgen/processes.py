@@ -40,8 +40,9 @@ def in_parallel(function: Callable[[_T], _R], items: Sequence[_T], jobs: int | N
         try:
             yield from pool.map(_run_item, items)
         except BrokenProcessPool:
-            message = "a worker process was killed (out of memory?). Run again, with --jobs 1 if it happens again."
-            raise LutgenError(message) from None
+            raise LutgenError(
+                "a worker process was killed (out of memory?). Run again, with --jobs 1 if it happens again."
+            ) from None
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise

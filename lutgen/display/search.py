@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lutgen.colorimetry import CHUNK, Array, inverse, linear_to_code, transform
+from lutgen.colorimetry import CHUNK, Array, cross, inverse, linear_to_code, transform
 from lutgen.display.chain import AgedDisplay
 
 #: Red, green, blue and black as code values.
@@ -210,9 +210,5 @@ def _dot(a: Array, b: Array) -> Array:
 def _solved(matrix: Array, right: Array) -> Array:
     """Solve n symmetric systems by Cramer's rule, (3, 3, n) and (3, n) → (3, n); without LAPACK, like ``inverse``."""
     a, b, c = matrix
-    over = np.stack([_cross(b, c), _cross(c, a), _cross(a, b)])
+    over = np.array([cross(b, c), cross(c, a), cross(a, b)])
     return np.asarray((over * right[:, np.newaxis]).sum(axis=0) / (a * over[0]).sum(axis=0))
-
-
-def _cross(a: Array, b: Array) -> Array:
-    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])

@@ -165,8 +165,7 @@ def _position(block: dict[str, Any], where: str) -> dict[str, float]:
     value = block.get("position")
     if value is None:
         return {}
-    numbers = isinstance(value, list) and len(value) == 2 and all(type(each) in (int, float) for each in value)
-    if not numbers:
+    if not (isinstance(value, list) and len(value) == 2 and all(type(each) in (int, float) for each in value)):
         raise LutgenError(f"{where}: position must be two numbers, such as [0.5, 0.5] for the centre, not {value!r}.")
     return {"u": float(value[0]), "v": float(value[1])}
 

@@ -292,15 +292,11 @@ class CsvTable:
     def _numbers(self, name: str) -> Array:
         place = self.columns.index(name)
         blank = OPTIONAL.get(name, np.nan) if name in {*OPTIONAL, "order"} else None
-        return np.array(
-            [
-                blank
-                if row[place] == "" and blank is not None
-                else self.source.number(row[place], at, f"column {name}")
-                for row, at in zip(self.cells, self.lines, strict=True)
-            ],
-            dtype=np.float64,
-        )
+        numbers = [
+            blank if row[place] == "" and blank is not None else self.source.number(row[place], at, f"column {name}")
+            for row, at in zip(self.cells, self.lines, strict=True)
+        ]
+        return np.array(numbers, dtype=np.float64)
 
     def _texts(self, name: str, columns: tuple[str, ...] | None = None) -> tuple[str, ...]:
         columns = columns or self.columns

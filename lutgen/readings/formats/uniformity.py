@@ -23,9 +23,8 @@ _MOST = 64
 
 def claims(source: FileText) -> bool:
     """Whether the first line names the columns of a uniformity grid."""
-    return {"row", "col", "level_index"} <= {
-        cell.strip() for cell in source.text.lstrip().partition("\n")[0].split(",")
-    }
+    first = source.text.lstrip().partition("\n")[0]
+    return {"row", "col", "level_index"} <= {cell.strip() for cell in first.split(",")}
 
 
 def read(source: FileText) -> Session:

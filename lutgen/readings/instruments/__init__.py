@@ -64,11 +64,10 @@ def instrument_of(text: str) -> Instrument:
         return _read(Path(__file__).with_name(f"{text}.toml"))
     stated = number_list(text)
     if stated is None or len(stated) != 2 or not (0 < stated[0] < 1 and 0 < stated[1] < 100):
-        message = (
+        raise LutgenError(
             f"instrument noise {text!r}: give two numbers above 0, the relative noise and the floor in cd/m², such as "
             f"0.002,0.003; or an instrument, one of {', '.join(INSTRUMENTS)}; or a file of your own (.toml)."
         )
-        raise LutgenError(message)
     relative, floor = stated
     return Instrument((relative,) * 3, (floor,) * 3)
 
@@ -90,8 +89,7 @@ def session_gain(metadata: Mapping[str, str], file: str) -> float | None:
         return None
     gain = number(text)
     if gain is None or not 0 <= gain < 0.5:
-        message = f"{file}: session_gain is {text!r}; it is the 1 σ gain of a session, 0..0.5, such as 0.003."
-        raise LutgenError(message)
+        raise LutgenError(f"{file}: session_gain is {text!r}; it is the 1 σ gain of a session, 0..0.5, such as 0.003.")
     return gain
 
 
@@ -104,7 +102,7 @@ def _read(path: Path) -> Instrument:
     if unknown := [key for key in content if key not in Instrument.__dataclass_fields__]:
         known = ", ".join(sorted(Instrument.__dataclass_fields__))
         raise LutgenError(f"{path}: unknown key {unknown[0]!r}. Pick one of: {known}.")
-    for key, meaning in _MEANING.items():
+    for key, meaning in {"name": "what people call it", "source": "where its figures come from"}.items():
         if not isinstance(content.get(key), str) or not content[key].strip():
             raise LutgenError(f'{path}: needs {key} = "…", text: {meaning}.')
     content |= {key: _triple(content.get(key), key, path) for key in ("relative", "floor_cd_m2")}
@@ -117,16 +115,12 @@ def _read(path: Path) -> Instrument:
     return Instrument(**content)
 
 
-_MEANING = {"name": "what people call it", "source": "where its figures come from"}
-
-
 def _triple(value: Any, key: str, path: Path) -> tuple[float, float, float]:
-    if isinstance(value, list) and len(value) == 3:
-        x, y, z = (_size(each, key, path) for each in value)
-        return x, y, z
-    if isinstance(value, list) or value is None:
+    given = value if isinstance(value, list) else [value] * 3
+    if len(given) != 3 or value is None:
         raise LutgenError(f"{path}: needs {key}, 1 σ: one number, or three in a list for X, Y and Z.")
-    return (_size(value, key, path),) * 3
+    x, y, z = (_size(each, key, path) for each in given)
+    return x, y, z
 
 
 def _size(value: Any, key: str, path: Path) -> float:
