@@ -77,10 +77,7 @@ def littlecms() -> Any:
 
 
 def optional(module: str, use: str, *, extra: str, otherwise: str) -> Any:
-    """Import a module of one of lutgen's extras.
-
-    Raises LutgenError: the module is missing. The message is ``use``, how to install ``extra``, and ``otherwise``.
-    """
+    """Import a module of an extra. Raises LutgenError with ``use``, how to install ``extra``, and ``otherwise``."""
     try:
         return import_module(module)
     except ImportError as error:

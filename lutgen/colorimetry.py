@@ -34,10 +34,7 @@ CHUNK = 15_360
 
 
 def in_chunks(function: Callable[..., Array], *signals: NDArray[Any]) -> Array:
-    """Apply a function to signals (n, ...) in chunks of rows; the function must treat each row independently.
-
-    The columns of the result are contiguous.
-    """
+    """Apply a function of independent rows to signals (n, ...) in chunks; the columns of the result are contiguous."""
     rows = len(signals[0])
     if rows <= CHUNK:
         return function(*signals)

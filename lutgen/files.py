@@ -38,10 +38,7 @@ GRACE = 60.0
 
 
 def write_atomically(path: Path, data: bytes) -> None:
-    """Write ``data`` to a temporary file beside ``path`` and rename that file to ``path``.
-
-    Raises LutgenError: the file cannot be written.
-    """
+    """Write ``data`` beside ``path`` and rename it to ``path``. Raises LutgenError: the file cannot be written."""
     with replacing(path) as partial:
         partial.write_bytes(data)
 

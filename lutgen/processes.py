@@ -49,10 +49,7 @@ def in_parallel(function: Callable[[_T], _R], items: Sequence[_T], jobs: int | N
 
 
 def _start_method() -> str:
-    """Return "fork" when this process has one thread, else "spawn".
-
-    A forked worker inherits numpy, OpenColorIO and all prepared data.
-    """
+    """Return "fork", which inherits all prepared data, when this process has one thread, else "spawn"."""
     # Fork copies a lock that another thread holds (OpenGL drivers and servers have threads). That lock would stay
     # locked in the child for ever.
     with suppress(OSError):

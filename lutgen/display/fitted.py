@@ -219,10 +219,7 @@ class FitCovariance:
         return cls(of, matrix + np.tril(matrix, -1).T)
 
     def check(self, free: Collection[tuple[str, str]], hours: int) -> None:
-        """Check that all parameters are in ``free``, and that there are the tips of ``hours`` hours or of none.
-
-        Raises LutgenError: one of these does not hold.
-        """
+        """Raise LutgenError unless all parameters are in ``free``, once each, with tips of ``hours`` hours or none."""
         other = next((each for each in self.of if each not in free or self.of.count(each) > 1), None)
         if other:
             why = "is there twice" if other in free else "is not a fitted parameter"

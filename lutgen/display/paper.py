@@ -25,10 +25,7 @@ TIE = 1e-9
 
 
 def three_point_matrices(xyz_tips: Array) -> Array:
-    """Return T'_w, T'_r, T'_g, T'_b, step 2 of the paper: shape (4, 3) tips in XYZ → (4, 3, 3).
-
-    T'_i · (drive of j) = XYZ_j for the three tips j ≠ i.
-    """
+    """Return T'_w, T'_r, T'_g, T'_b, step 2: (4, 3) tips in XYZ → (4, 3, 3); T'_i · (drive of j) = XYZ_j for j ≠ i."""
     white, *primaries = xyz_tips
     matrices = np.array([np.column_stack(primaries)] * 4)
     for channel in range(3):

@@ -182,10 +182,7 @@ _MAX_FACTOR = 10
 
 @dataclass(frozen=True)
 class LuminanceLaw:
-    """White's luminance relative to hour 0, for ``chroma-luma``: a piecewise linear table, or as measured.
-
-    ``table``: rows of (hour, factor); () for the law ``measured``.
-    """
+    """White's luminance relative to hour 0 for ``chroma-luma``: rows of (hour, factor), or () for ``measured``."""
 
     name: str
     table: tuple[tuple[float, float], ...] = ()
@@ -216,10 +213,7 @@ UNSTATED = LuminanceLaw("")
 
 
 def law_of(readings: Measurements) -> LuminanceLaw:
-    """Return the law that the readings state (``# luminance_law: paper``); default: ``measured``.
-
-    Raises LutgenError: the file names an unknown law.
-    """
+    """Return the law of the line ``# luminance_law: paper``; default: ``measured``. Raises LutgenError: unknown law."""
     stated = readings.metadata.get("luminance_law", "measured")
     refuse_unknown(f"luminance_law in {readings.file}", stated, LAWS)
     return luminance_law(stated)

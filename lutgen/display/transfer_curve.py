@@ -175,10 +175,7 @@ def fallen(codes: Array, light: Array, sigma: Array, who: str) -> str:
 
 
 def rising_light(light: Array) -> Array:
-    """Return the least-squares non-decreasing sequence by pooling adjacent violators.
-
-    Ayer et al. 1955, doi:10.1214/aoms/1177728423.
-    """
+    """Return the least-squares non-decreasing sequence (pooling: Ayer et al. 1955, doi:10.1214/aoms/1177728423)."""
     pools: list[tuple[float, int]] = []
     for value in light.tolist():
         pools.append((value, 1))

@@ -228,7 +228,7 @@ def _apply(effect: Effect, reading: ProbeReading, values: Mapping[str, float], *
     """Apply an effect to a reading; an exception of a user's function breaks the clause."""
     given = probe.copied(reading) if copy else reading
     try:
-        result = effect.function(given.signal, given.scene, **values)
+        result: object = effect.function(given.signal, given.scene, **values)
     except BaseException as error:
         if isinstance(error, KeyboardInterrupt):
             raise

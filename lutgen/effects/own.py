@@ -89,10 +89,7 @@ def load_file(path: str | Path) -> tuple[Effect, ...]:
 
 
 def installed() -> tuple[Effect, ...]:
-    """Load the effects of installed packages.
-
-    Raises LutgenError: a package's entry point cannot be loaded, or is no effect.
-    """
+    """Load the effects of installed packages. Raises LutgenError: an entry point cannot be loaded, or is no effect."""
     effects = {}
     for point in sorted(entry_points(group=GROUP), key=lambda point: (_distribution(point), point.name)):
         for each in _effects_of(point):

@@ -31,7 +31,7 @@ class Rest:
 
     def reached(self, count: int) -> NDArray[np.bool_]:
         """Return whether all conditions of each reading are at rest, (n,)."""
-        return ~np.logical_or.reduce([np.zeros(count, dtype=bool), *self.away.values()])
+        return np.asarray(~np.logical_or.reduce([np.zeros(count, dtype=bool), *self.away.values()]))
 
 
 def is_tip(drive: Array) -> NDArray[np.bool_]:

@@ -30,10 +30,7 @@ MAX_BYTES = 32_000_000
 
 @dataclass(frozen=True)
 class StoredModel:
-    """An own model as the bytes of an .npz file. Two stored models are equal exactly when their bytes are equal.
-
-    Raises LutgenError: the bytes are no stored model.
-    """
+    """An own model as the bytes of an .npz file, by which models are equal. Raises LutgenError: other bytes."""
 
     content: bytes
 

@@ -98,10 +98,7 @@ class FileText:
 
 
 def decoded(data: bytes, file: str) -> str:
-    """Decode UTF-8, UTF-16 with a byte order mark, or otherwise Latin-1, in which every byte is a character.
-
-    Raises LutgenError: the file is binary or empty.
-    """
+    """Decode UTF-8, UTF-16 with a byte order mark, else Latin-1. Raises LutgenError: the file is binary or empty."""
     for head, what in _BINARY:
         if data.startswith(head):
             raise LutgenError(f"{file}: is {what}.")
@@ -121,10 +118,7 @@ def decoded(data: bytes, file: str) -> str:
 
 
 def full_drive(drive: Array, file: str) -> float:
-    """Return full drive (1, 100, 255 or 1023) from the largest value of a file that does not state full drive.
-
-    Raises LutgenError: the largest value is none of these.
-    """
+    """Return full drive by a file's largest value. Raises LutgenError: it is not 1, 100, 255 or 1023."""
     top = float(drive.max(initial=0.0))
     for full in FULL_DRIVE:
         if abs(top - full) <= DRIVE_TOLERANCE * full:

@@ -29,10 +29,7 @@ def claims(source: FileText) -> bool:
 
 
 def read(source: FileText) -> Session:
-    """Read the session in a profile.
-
-    Raises LutgenError: no tag holds readings, the tag table points outside the file, or the readings are invalid.
-    """
+    """Read the session in a profile. Raises LutgenError: no tag holds valid readings, or the table is wrong."""
     tag, text = _readings_in(source.data, source.file)
     session = cgats.read(FileText(decoded(text, source.file), f"{source.file}, tag {tag}", source.sha256))
     remark = f"Read from the tag {tag} of an ICC profile: the readings that it was made from."

@@ -73,10 +73,7 @@ def instrument_of(text: str) -> Instrument:
 
 
 def stated_instrument(metadata: Mapping[str, str], text: str | None) -> Instrument | None:
-    """Return the instrument of ``--instrument``, or of a table's metadata; None if neither states one.
-
-    Raises LutgenError as :func:`instrument_of`.
-    """
+    """Return the instrument of ``--instrument``, or of a table's metadata, or None. Raises as :func:`instrument_of`."""
     if text is None and {"noise_relative", "noise_floor_cd_m2"} <= set(metadata):
         text = f"{metadata['noise_relative']},{metadata['noise_floor_cd_m2']}"
     return None if text is None else instrument_of(text)
