@@ -18,11 +18,10 @@ _DEPENDS = {column.name: condition.depends for condition in CONDITIONS for colum
 
 def what_luts_carry(model: DisplayModel) -> list[str]:
     """Return a sentence on each condition that a bake of ``model`` fixes, and on each effect that no LUT can carry."""
-    steps = [
-        f"{name} makes stairs of the curves, which are finer than a LUT's grid: its error is in the group border."
-        for name in model.names_of_steps()
+    stairs = "makes stairs of the curves, which are finer than a LUT's grid: its error is in the group border."
+    return _fixed(model, "Baked at", "which a LUT cannot carry") + [
+        f"{name} {stairs}" for name in model.names_of_steps()
     ]
-    return _fixed(model, "Baked at", "which a LUT cannot carry") + steps
 
 
 def what_pictures_carry(model: DisplayModel, on_screen: OnScreen | None = None) -> list[str]:
@@ -46,15 +45,13 @@ def seen_on(model: DisplayModel, on_screen: OnScreen | None = None) -> dict[str,
 
 def _fixed(model: DisplayModel, verb: str, but: str, free: tuple[str, ...] = ()) -> list[str]:
     stated = model.conditions.stated()
-    columns = {
-        each.effect.name: tuple(name for name in reacts_to(each.effect) if name not in free) for each in model.baked
-    }
+    columns = {each.effect.name: [name for name in reacts_to(each.effect) if name not in free] for each in model.baked}
     needs = {name for names in columns.values() for name in names} | set(stated)
     lines = [f"{verb}: {in_words(model.conditions, needs)}."] if needs else []
-    for each in model.baked:
-        if names := columns[each.effect.name]:
+    for effect, names in columns.items():
+        if names:
             on = " and ".join(dict.fromkeys(_DEPENDS[name] for name in names))
-            lines.append(f"{each.effect.name} depends on {on}, {but}.")
+            lines.append(f"{effect} depends on {on}, {but}.")
     lines += [f"Nothing in this model depends on {name}." for name in stated if not _matters(model, name)]
     return lines + [
         f"{each.effect.name} is left out: it belongs to the instrument, not to the display."
@@ -67,8 +64,8 @@ def _matters(model: DisplayModel, name: str) -> bool:
     """Whether the usual value of a condition changes a test colour at the first or the last hour."""
     usual = replace(model, conditions=replace(model.conditions, **{name: getattr(REFERENCE, name)}))
     code = np.array(list(product((0.0, 0.25, 0.5, 1.0), repeat=3)))
-    ends = (float(model.tips.hours[0]), float(model.tips.hours[-1]))
-    return any(
-        (model.at("chroma", hours).code_to_xyz(code) != usual.at("chroma", hours).code_to_xyz(code)).any()
-        for hours in ends
-    )
+    for hours in (float(model.tips.hours[0]), float(model.tips.hours[-1])):
+        here, there = (each.at("chroma", hours).code_to_xyz(code) for each in (model, usual))
+        if (here != there).any():
+            return True
+    return False

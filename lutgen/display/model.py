@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from lutgen.colorimetry import Array
-    from lutgen.display.chain import Link
     from lutgen.display.fitted import FitCovariance
     from lutgen.display.trace import Applied
     from lutgen.readings import Measurements
@@ -105,29 +105,22 @@ class DisplayModel:
         object.__setattr__(self, "effects", effects)
         if self.baseline in NATIVE_BASELINES and self.native is None:
             object.__setattr__(self, "native", NativeDisplay.of(self.measurements))
-        told, readings = self.baseline not in FORETELLING_BASELINES, self.measurements
-        known = LoadedCalibrations.of(readings, told=told) if self.baseline in NATIVE_BASELINES else ()
-        object.__setattr__(self, "_known", known)
-        object.__setattr__(self, "_tips", self._measured_tips())
-        object.__setattr__(self, "_before", self._tips_before_effects())
+        _ = self._known, self._tips, self._before  # computed here, because they raise LutgenError
 
     @property
     def tips(self) -> Tips:
         """Measured white and primaries over time; constant for baselines that predict later hours from hour 0."""
-        tips: Tips = self.__dict__["_tips"]
-        return tips
+        return self._tips
 
     @property
     def tips_before_effects(self) -> Tips:
         """White and primaries over time before the effects: fitted, otherwise measured."""
-        tips: Tips = self.__dict__["_before"]
-        return tips
+        return self._before
 
     @property
     def known(self) -> tuple[LoadedCalibrations, ...]:
         """Changes by calibrations that files of later sessions hold, for native baselines; known, not fitted."""
-        known: tuple[LoadedCalibrations, ...] = self.__dict__["_known"]
-        return known
+        return self._known
 
     @property
     def baked(self) -> tuple[AppliedEffect, ...]:
@@ -170,8 +163,7 @@ class DisplayModel:
         tips = self.tips_before_effects
         factor = self.luminance.factor(hours, tips) if mode == "chroma-luma" else 1.0
         emission = matrices_of(scale_luminance(tips.referenced(when, self.reference), factor), self._chosen)
-        head: tuple[Link, ...] = (SrgbTransfer(), Selection(self._chosen))
-        return AgedDisplay(mode, float(hours), head, (emission,))
+        return AgedDisplay(mode, float(hours), (SrgbTransfer(), Selection(self._chosen)), (emission,))
 
     def shown_tips(self, hours: float) -> Array:
         """Return xyY in cd/m² of white and primaries with effects, under the model's conditions, (4, 3).
@@ -249,13 +241,20 @@ class DisplayModel:
         kind = self.measurements.metadata.get("display", "")
         return Surroundings(hours, four_tips(now), four_tips(fresh), kind)
 
-    def _measured_tips(self) -> Tips:
+    @cached_property
+    def _known(self) -> tuple[LoadedCalibrations, ...]:
+        told = self.baseline not in FORETELLING_BASELINES
+        return LoadedCalibrations.of(self.measurements, told=told) if self.baseline in NATIVE_BASELINES else ()
+
+    @cached_property
+    def _tips(self) -> Tips:
         if self.baseline in FORETELLING_BASELINES:
             readings = self.measurements
             return constant_tips(np.unique(readings.hours), readings.tips()[1][0], readings.file)
         return Tips.of(self.measurements)
 
-    def _tips_before_effects(self) -> Tips:
+    @cached_property
+    def _before(self) -> Tips:
         if self.latent is None:
             return self.tips
         if self.baseline in FORETELLING_BASELINES:

@@ -98,20 +98,16 @@ class OwnModel:
 
     def remarks(self) -> tuple[str, ...]:
         """Return one line for every reading of little weight; for a session that drifts, one line with their number."""
-        count, lines = len(self.misread), []
-        if count > MOST_MISREAD * len(self.sample.drive):
-            many = (
-                f"{self.sample.file}: {count} of {len(self.sample.drive)} readings contradict the others and count "
-                f"little: no display's model holds here. Did brightness change within the session?"
-            )
-            return (many,)
-        for row in self.misread:
-            code = ", ".join(f"{value:.4g}" for value in self.sample.drive[row])
-            lines.append(
-                f"{self.sample.file}, line {int(self.sample.lines[row])}: the reading of code {code} contradicts all "
-                f"others and counts little. Measure it again."
-            )
-        return tuple(lines)
+        count, sample = len(self.misread), self.sample
+        if count > MOST_MISREAD * len(sample.drive):
+            many = f"{count} of {len(sample.drive)} readings contradict the others and count little"
+            return (f"{sample.file}: {many}: no display's model holds here. Did brightness change within the session?",)
+        codes = [", ".join(f"{value:.4g}" for value in sample.drive[row]) for row in self.misread]
+        return tuple(
+            f"{sample.file}, line {int(sample.lines[row])}: the reading of code {code} contradicts all others and "
+            f"counts little. Measure it again."
+            for row, code in zip(self.misread, codes, strict=True)
+        )
 
 
 def fit_own_model(sample: Sample) -> OwnModel:

@@ -8,7 +8,7 @@ channels.
 import numpy as np
 
 from lutgen.colorimetry import Array
-from lutgen.display.own_model.curves import SPLINES, Drive, fit_scalar, lit
+from lutgen.display.own_model.curves import Drive, fit_scalar, lit
 from lutgen.display.own_model.ladder import STIFFNESS, clearly_better, mixtures_error
 from lutgen.display.own_model.sample import FOLDS, Sample
 from lutgen.display.trace import tip_shares
@@ -32,12 +32,10 @@ POINTS = 65
 
 def curves_of(sample: Sample) -> Curves3:
     """Return the curves of red, green and blue fitted to all readings; outliers have little weight."""
-    coefficients = fit_scalar(sample, STIFFNESS[0], Drive()).coefficients
-    codes = np.linspace(0.0, 1.0, POINTS)
-    curves = []
-    for channel, name in enumerate(("red", "green", "blue")):
-        start = 1 + channel * SPLINES
-        light = lit(codes) @ coefficients[start : start + SPLINES].sum(axis=1)
+    codes, curves = np.linspace(0.0, 1.0, POINTS), []
+    of_channels = np.split(fit_scalar(sample, STIFFNESS[0], Drive()).coefficients[1:], 3)
+    for name, coefficients in zip(("red", "green", "blue"), of_channels, strict=True):
+        light = lit(codes) @ coefficients.sum(axis=1)
         curves.append(TransferCurve.through(name, codes, np.clip(np.maximum.accumulate(light / light[-1]), 0.0, 1.0)))
     red, green, blue = curves
     return red, green, blue

@@ -66,8 +66,9 @@ class Sample:
         lacks = [name for name, is_name in zip(names, tips.T, strict=True) if not is_name.any()]
         lacks += [] if (~drive.any(axis=1)).any() else ["black"]
         if lacks:
-            message = f"{file}: a display's own model needs {' and '.join(lacks)}, which were not read. Measure them."
-            raise LutgenError(message)
+            raise LutgenError(
+                f"{file}: a display's own model needs {' and '.join(lacks)}, which were not read. Measure them."
+            )
         white = xyz[(drive == 1.0).all(axis=1)].mean(axis=0)
         lines = np.arange(1, len(drive) + 1) if lines is None else lines
         return cls(drive, xyz / white, white, lines, file, calibration)
