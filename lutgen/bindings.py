@@ -213,10 +213,7 @@ def _binding(module: str) -> Any:
 
 
 def all_parts(config: Any) -> Iterator[tuple[str, Any]]:
-    """Yield the name of each view, colour space and look, and a transform between this part and :func:`first_space`.
-
-    Raises LutgenError: every colour space of the config is a data space.
-    """
+    """Yield name and transform to or from :func:`first_space` of each view, space and look. Raises as that does."""
     lib, start = ocio(), first_space(config)
     for display in config.getDisplaysAll():
         for view in config.getViews(display):
@@ -229,10 +226,7 @@ def all_parts(config: Any) -> Iterator[tuple[str, Any]]:
 
 
 def first_space(config: Any) -> str:
-    """Return a colour space for pictures: the role scene_linear or default, else the first that is not a data space.
-
-    Raises LutgenError: every colour space of the config is a data space.
-    """
+    """Return scene_linear, default, or the first space that is not data. Raises LutgenError: all are data."""
     roles = [name for name in ("scene_linear", "default") if config.hasRole(name)]
     for name in [*roles, *config.getColorSpaceNames()]:
         # The space is None when a role names a colour space that does not exist.

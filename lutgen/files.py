@@ -64,10 +64,7 @@ def read_at_most(path: Path, most: int, *, what: str, none: str, advice: str = "
 
 
 def bytes_at_most(path: Path, most: int, *, none: str, advice: str = "") -> bytes:
-    """Read a file as :func:`read_at_most` does, but leave an OSError to the caller, who words its own message.
-
-    Raises OSError: the file cannot be read. Raises LutgenError: the file is larger than ``most``.
-    """
+    """Read as :func:`read_at_most`, but leave an OSError to the caller. Raises LutgenError: larger than ``most``."""
     with path.open("rb") as file:
         # A device or a pipe reports no size and may never end: read at most one byte more than is allowed.
         data = file.read(most + 1) if os.fstat(file.fileno()).st_size <= most else None
@@ -87,12 +84,7 @@ def file_sha256(path: Path) -> str:
 
 
 def files_below(folder: Path, suffixes: Sequence[str]) -> list[Path] | None:
-    """Return the sorted files with one of ``suffixes`` in ``folder`` and its subfolders; None when it is no folder.
-
-    Hidden files and the contents of hidden folders are skipped.
-
-    Raises LutgenError: the folder cannot be listed.
-    """
+    """Return the sorted files of ``suffixes`` below ``folder``, none hidden; None: no folder. Raises LutgenError."""
     try:
         if not folder.is_dir():
             return None

@@ -220,11 +220,7 @@ def law_of(readings: Measurements) -> LuminanceLaw:
 
 
 def luminance_law(name: str) -> LuminanceLaw:
-    """Return the law ``paper`` or ``measured``, or read a user's table (a .csv of hour,factor).
-
-    Raises LutgenError: unknown name, or an invalid table: the first row is not factor 1 at hour 0, hours do not
-    increase, or a factor is not above 0 and at most 10.
-    """
+    """Return the law ``paper``, ``measured``, or of a .csv of hour,factor. Raises LutgenError: no such, or invalid."""
     if name == "paper":
         return LuminanceLaw(name, PAPER_LAW)
     if name == "measured":

@@ -21,11 +21,7 @@ from lutgen.errors import LutgenError
 
 @dataclass(frozen=True)
 class TransferCurve:
-    """Points of a curve from (0, 0) to (1, 1), and their interpolation.
-
-    Raises LutgenError: fewer than two points, other ends, codes that do not increase, or light that falls. The message
-    names channel and codes.
-    """
+    """A curve through points from (0, 0) to (1, 1). Raises LutgenError: other ends, or codes or light that fall."""
 
     #: Name of the channel, for messages.
     channel: str

@@ -42,10 +42,7 @@ class Explanations:
 
 
 def explain(campaign: Campaign, *, reference: str | None = None, progress: Progress | None = None) -> Explanations:
-    """Say why sessions differ from ``reference`` (default: the first sound session).
-
-    Raises LutgenError: a single session, or no session or several sessions of the name ``reference``.
-    """
+    """Say why sessions differ from ``reference`` (default: the first sound one). Raises LutgenError: fewer than two."""
     if len(campaign.entries) < 2:
         raise LutgenError(f"{campaign.file}: one session; a comparison needs two or more. Add another [[sessions]].")
     place = _reference(campaign, reference)

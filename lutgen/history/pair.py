@@ -187,10 +187,7 @@ class SessionPair:
 
     @cached_property
     def clipping_difference(self) -> str:
-        """Sentence on levels that are clipped in one session and distinct in the other; "" without such levels.
-
-        "" also if the files' calibrations differ, since calibrations clip too.
-        """
+        """Sentence on levels clipped in one session only; "" without, or if calibrations, which clip too, differ."""
         if self.recalibrated:
             return ""
         curves = [_curves(each.session) for each in (self.before, self.after)]

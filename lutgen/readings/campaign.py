@@ -145,10 +145,7 @@ def campaign_of(entries: Sequence[CampaignEntry], *, file: str) -> Campaign:
 
 
 def sessions_of(readings: Measurements) -> Campaign:
-    """Split a table of readings into sessions; a session has one hour and one session name.
-
-    Readings away from rest are left out, except readings that are away from rest only by their position on the screen.
-    """
+    """Split a table into sessions, by hour and name; left out is what is away from rest by more than position."""
     rest = np.ones(readings.hours.size, dtype=bool)
     for cell, away in readings.rest.away.items():
         if cell != CELLS["u"]:

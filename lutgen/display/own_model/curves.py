@@ -92,10 +92,7 @@ ROUNDS = 3
 
 @dataclass(frozen=True)
 class SrgbCurves:
-    """Code values (m, 3) → shares of white's X, Y and Z, (m, 3), by the paper's ``nearest`` matrices.
-
-    ``tips`` (4, 3) are the shares of white's X, Y and Z for white, red, green and blue.
-    """
+    """Code values → shares of white's X, Y and Z, (m, 3), by the paper's ``nearest`` matrices of ``tips``, (4, 3)."""
 
     tips: Array
 

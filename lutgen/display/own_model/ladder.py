@@ -111,10 +111,7 @@ class OwnModel:
 
 
 def fit_own_model(sample: Sample) -> OwnModel:
-    """Return the own model of a sample, by five-fold cross-validation by patch, on mixtures; deterministic.
-
-    Raises LutgenError: the session has fewer than ``LEAST_MIXTURES`` distinct mixtures.
-    """
+    """Return a sample's own model, by five-fold cross-validation on mixtures. Raises LutgenError: too few of them."""
     if sample.mixtures < LEAST_MIXTURES:
         raise LutgenError(
             f"{sample.file}: {sample.mixtures} different mixtures; a display's own model is judged on {LEAST_MIXTURES} "

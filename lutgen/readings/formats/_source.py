@@ -63,10 +63,7 @@ class Readable(Protocol):
 
 @dataclass(frozen=True)
 class FileText:
-    """A file: its text ("" for an ICC profile), its name from the user, and the hash of its bytes.
-
-    ``data`` holds the bytes, for readers of binary formats; b"" for a text inside another file.
-    """
+    """A file: its text ("" for a profile), its name, the hash of its bytes, and its bytes, if it is a file itself."""
 
     text: str
     file: str

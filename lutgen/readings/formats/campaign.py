@@ -56,11 +56,7 @@ def claims(source: FileText) -> bool:
 
 
 def read(source: FileText) -> Campaign:
-    """Read a campaign file and all sessions that the file names, relative to its folder.
-
-    Raises LutgenError: the file is no TOML, a key is unknown or wrong, or a session is unreadable. The message names
-    file and line.
-    """
+    """Read a campaign file and the sessions in its folder that it names. Raises LutgenError, with file and line."""
     text, file = source.text, source.file
     try:
         content = from_toml(text)
