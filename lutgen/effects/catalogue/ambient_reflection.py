@@ -27,11 +27,7 @@ USUAL_LX = 100.0
 @effect(
     stage="viewing",
     neutral={"reflectance": 0.0},
-    forms=(
-        ("reflectance",),
-        ("reflectance", "tint_x", "tint_z"),
-        ("reflectance", "exponent", "tint_x", "tint_z"),
-    ),
+    forms=(("reflectance",), ("reflectance", "tint_x", "tint_z"), ("reflectance", "exponent", "tint_x", "tint_z")),
     needs=("ambient_lx",),
     confused_with={
         "black-level": "a shrouded black: stray light goes, a leak stays; or several levels of ambient light",

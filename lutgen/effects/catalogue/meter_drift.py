@@ -22,12 +22,7 @@ from lutgen.effects.scene import Scene
 @effect(
     stage="instrument",
     neutral={"drift": 0.0, "drift_x": 0.0, "drift_z": 0.0},
-    forms=(
-        ("drift",),
-        ("drift", "power"),
-        ("drift", "drift_x", "drift_z"),
-        ("drift", "drift_x", "drift_z", "power"),
-    ),
+    forms=(("drift",), ("drift", "power"), ("drift", "drift_x", "drift_z"), ("drift", "drift_x", "drift_z", "power")),
     baseline="first-hour",
     confused_with={
         "backlight-decay": "a second meter or a check source",

@@ -26,10 +26,7 @@ from lutgen.effects.scene import REFERENCE_C, Scene
         ("offset", "offset_x", "offset_z", "grown"),
         ("offset", "offset_x", "offset_z", "per_kelvin"),
     ),
-    confused_with={
-        "black-level": "read with the lens capped",
-        "ambient-reflection": "read with the lens capped",
-    },
+    confused_with={"black-level": "read with the lens capped", "ambient-reflection": "read with the lens capped"},
     says="the meter adds {offset:.2g} cd/m² to every reading",
     source="size: an assumption",
     offset=Parameter(0.01, (-0.5, 0.5), "cd/m²", "luminance that is added, with X and Z in the ratio of D65"),

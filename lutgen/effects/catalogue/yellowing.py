@@ -23,12 +23,7 @@ from lutgen.effects.spectra import WAVELENGTHS, mapped, of_scene
 @effect(
     stage="optics",
     neutral={"depth": 0.0},
-    forms=(
-        ("depth",),
-        ("depth", "power"),
-        ("depth", "power", "reach"),
-        ("depth", "power", "saturation", "reach"),
-    ),
+    forms=(("depth",), ("depth", "power"), ("depth", "power", "reach"), ("depth", "power", "saturation", "reach")),
     baseline="first-hour",
     confused_with={
         "phosphor-wear": "a spectrum; with a guessed one both give the same picture",
