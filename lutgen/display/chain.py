@@ -35,15 +35,6 @@ class Link(Protocol):
         """Return the signal after this link, for a signal of shape (n, k)."""
 
 
-class MatrixLink:
-    """A link to XYZ that is a matrix: the conversion to linear sRGB can be merged into the matrix."""
-
-    @property
-    def to_linear(self) -> Array:
-        """The matrix from the link's signal to linear sRGB, (3, k)."""
-        raise NotImplementedError
-
-
 @dataclass(frozen=True)
 class SrgbTransfer:
     """Code values to linear light by the sRGB curve, which does not age in the paper."""
@@ -77,9 +68,10 @@ class AgedDisplay:
 
     def linear(self, head_signal: Array) -> Array:
         """Return linear sRGB of the aged colour (n, 3), unclipped, for the signal after the head (n, k)."""
-        last = self.tail[-1] if self.tail else None
-        if isinstance(last, MatrixLink):
-            return transform(last.to_linear, _pass(self.tail[:-1], head_signal))
+        # The conversion to linear sRGB merges with a last link that is a matrix.
+        to_linear = getattr(self.tail[-1], "to_linear", None) if self.tail else None
+        if to_linear is not None:
+            return transform(to_linear, _pass(self.tail[:-1], head_signal))
         return xyz_to_linear(self.xyz(head_signal))
 
     def code_to_xyz(self, code: Array) -> Array:

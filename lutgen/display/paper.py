@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lutgen.colorimetry import XYZ_TO_LINEAR, Array, transform, xyY_to_xyz
-from lutgen.display.chain import AgedDisplay, MatrixLink, SrgbTransfer
+from lutgen.display.chain import AgedDisplay, SrgbTransfer
 
 #: Tolerance for equal distances to colour points (model.md, step 6).
 TIE = 1e-9
@@ -93,7 +93,7 @@ def on_both_sides(signal: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Matrices(MatrixLink):
+class Matrices:
     """The aged emission of one mode and hour: (n, 4) coordinates of ``Selection`` → XYZ (n, 3).
 
     A primary's matrix differs from white's matrix only in the primary's own column. The difference is the same vector

@@ -53,6 +53,11 @@ class SessionPair:
     misread: tuple[str, ...] = ()
 
     @property
+    def sessions(self) -> tuple[Session, Session]:
+        """The readings of the reference and of the session."""
+        return self.before.session, self.after.session
+
+    @property
     def hours(self) -> float | None:
         """Operating hours from the reference to the session; None: not stated for both."""
         one, other = self.before.hours, self.after.hours
@@ -61,57 +66,53 @@ class SessionPair:
     @cached_property
     def seen(self) -> tuple[ColourPoints, ColourPoints] | None:
         """Colour points of both sessions, the reference's with the session's calibration; None: some were not read."""
-        sessions = self.before.session, self.after.session
-        black_too = all(mean_xyz(each, "black") is not None for each in sessions)
-        one, other = (colour_points(each, black_too=black_too) for each in sessions)
-        if one is None or other is None or not all(each.absolute for each in sessions):
+        black_too = all(mean_xyz(each, "black") is not None for each in self.sessions)
+        one, other = (colour_points(each, black_too=black_too) for each in self.sessions)
+        if one is None or other is None or not all(each.absolute for each in self.sessions):
             return None
         return one.with_gains(self.calibration_gain), other
 
     @cached_property
     def calibration_gain(self) -> Array:
         """Factor of each channel's full light by the change of calibration curves, (3,): 1 if a file has no curves."""
-        return full_light_ratio(self.before.session, self.after.session)
+        return full_light_ratio(*self.sessions)
 
     @property
     def curves_known(self) -> bool:
         """Whether both files hold the calibration that was loaded."""
-        return self.before.session.calibration is not None and self.after.session.calibration is not None
+        return all(each.calibration is not None for each in self.sessions)
 
     @cached_property
     def bend(self) -> float | None:
         """Change of the display's own transfer curves, in L*; None: too few levels."""
-        return bend(self.before.session, self.after.session, native=self.curves_known)
+        return bend(*self.sessions, native=self.curves_known)
 
     @cached_property
     def bend_with_calibration(self) -> float | None:
         """Change of the transfer curves including the calibrations, in L*; None: too few levels."""
-        return bend(self.before.session, self.after.session, native=False)
+        return bend(*self.sessions, native=False)
 
     @cached_property
     def drifts(self) -> tuple[SessionDrift, SessionDrift]:
         """Drift within the reference, and within the session."""
-        steady = [steadiness(each.session) for each in (self.before, self.after)]
+        steady = [steadiness(each) for each in self.sessions]
         # One meter has the same noise in both sessions, so the noise of one session bounds the scatter of the other.
         known = [other.noise if other and not self.other_instrument else None for other in reversed(steady)]
         own = [drift_by_repeats(each, scatter) for each, scatter in zip(steady, known, strict=True)]
         if not own[1].ran_away and not own[0].ran_away:
-            beside = drift_by_order(self.after.session, self.before.session)
-            own[1] = beside or own[1]
+            own[1] = drift_by_order(*self.sessions[::-1]) or own[1]
         return own[0], own[1]
 
     @cached_property
     def drift_hidden(self) -> bool:
         """Whether a drift would not show: one session repeats no bright patch, and the sessions share few patches."""
-        sessions = self.before.session, self.after.session
-        few = shared(sessions[1], sessions[0])[0].size < FEWEST_SHARED
-        return few and any(steadiness(each) is None for each in sessions)
+        few = shared(*self.sessions[::-1])[0].size < FEWEST_SHARED
+        return few and any(steadiness(each) is None for each in self.sessions)
 
     @cached_property
     def noise(self) -> float:
         """Combined relative noise of the readings of both sessions, 1 σ, from repeated patches; 0 without repeats."""
-        steady = [steadiness(each.session) for each in (self.before, self.after)]
-        one, other = (min(each.noise, 0.02) if each else 0.0 for each in steady)
+        one, other = (min(steady.noise, 0.02) if steady else 0.0 for steady in map(steadiness, self.sessions))
         return float(np.hypot(one, other))
 
     @cached_property
@@ -172,7 +173,7 @@ class SessionPair:
     @property
     def named_alike(self) -> bool:
         """Whether both files name the same display."""
-        one, other = self.before.session.display, self.after.session.display
+        one, other = (each.display for each in self.sessions)
         return one == other and one.lower() not in UNKNOWN
 
     @property
@@ -190,7 +191,7 @@ class SessionPair:
         """Sentence on levels clipped in one session only; "" without, or if calibrations, which clip too, differ."""
         if self.recalibrated:
             return ""
-        curves = [_curves(each.session) for each in (self.before, self.after)]
+        curves = [_curves(each) for each in self.sessions]
         sentences = []
         for here, (mine, theirs) in enumerate((curves, curves[::-1])):
             places: dict[str, list[str]] = {}
@@ -228,7 +229,7 @@ class SessionPair:
     @cached_property
     def lines(self) -> float | None:
         """Common shift of the primaries' spectra in nm; None: no spectra, or no common shift."""
-        return line_shift(self.before.session, self.after.session)
+        return line_shift(*self.sessions)
 
     @property
     def other_instrument(self) -> str:
@@ -237,7 +238,7 @@ class SessionPair:
         if one.lower() not in UNKNOWN and other.lower() not in UNKNOWN and one != other:
             return f"the instrument is {other!r}, it was {one!r}"
         for key in _SETTINGS:
-            values = [each.session.metadata.get(key, "") for each in (self.before, self.after)]
+            values = [each.metadata.get(key, "") for each in self.sessions]
             if values[0] != values[1]:
                 return f"the instrument's {key} is {values[1] or 'not said'}, it was {values[0] or 'not said'}"
         return ""
@@ -245,7 +246,7 @@ class SessionPair:
     @property
     def other_display(self) -> str:
         """Clause on another display, from the records; "" without a change."""
-        one, other = self.before.session.display, self.after.session.display
+        one, other = (each.display for each in self.sessions)
         if one.lower() not in UNKNOWN and other.lower() not in UNKNOWN and one != other:
             return f"the file names {other!r}, the reference {one!r}"
         return ""
