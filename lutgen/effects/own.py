@@ -17,12 +17,9 @@ import sys
 from collections.abc import Iterable
 from contextlib import redirect_stdout
 from dataclasses import replace
-from importlib.machinery import ModuleSpec, SourceFileLoader
 from importlib.metadata import EntryPoint, entry_points
-from importlib.util import module_from_spec
 from pathlib import Path
 from types import ModuleType
-from typing import Any
 
 from lutgen.effects import catalogue
 from lutgen.effects.declare import BUILT_IN, CODE, Effect, chain_order
@@ -134,21 +131,14 @@ def _module_name(path: str | Path) -> str:
     return _PRIVATE + hashlib.sha256(str(Path(path).resolve()).encode() + data).hexdigest()[:16]
 
 
-class _Loader(SourceFileLoader):
-    """Loader that compiles the source; it neither reads nor writes bytecode."""
-
-    def get_code(self, fullname: str) -> Any:  # noqa: ARG002 - importlib's interface
-        return self.source_to_code(self.get_data(self.path), self.path)
-
-
 def _run(name: str, path: str | Path) -> ModuleType:
-    loader = _Loader(name, str(path))
-    module = module_from_spec(ModuleSpec(name, loader, origin=str(path)))
+    module = ModuleType(name)
     module.__file__ = str(path)
     sys.modules[name] = module  # the decorator reads the module's docstring in sys.modules
     try:
+        code = compile(Path(path).read_bytes(), str(path), "exec", dont_inherit=True)
         with redirect_stdout(sys.stderr):  # the file's output must not enter lutgen's JSON
-            loader.exec_module(module)
+            exec(code, vars(module))  # noqa: S102 - a plug-in runs with the rights of the user
     except BaseException as error:
         del sys.modules[name]
         if isinstance(error, KeyboardInterrupt):
