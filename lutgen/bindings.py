@@ -87,11 +87,7 @@ def optional(module: str, use: str, *, extra: str, otherwise: str) -> Any:
 
 
 def lut_processor(path: Path) -> Any:
-    """Return OpenColorIO's processor for a LUT file of code values, interpolated tetrahedrally.
-
-    Raises LutgenError: the file is missing, empty or too large, its header states a size that OpenColorIO does not
-    accept, or OpenColorIO cannot read the file.
-    """
+    """Return OpenColorIO's tetrahedral processor for a LUT. Raises LutgenError: missing, of wrong size, unreadable."""
     lib, name = ocio(), named_for_ocio(path.absolute())
     refuse_unlikely(path)
     with path.open("rb") as file:

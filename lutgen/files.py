@@ -101,11 +101,7 @@ def files_below(folder: Path, suffixes: Sequence[str]) -> list[Path] | None:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary path beside ``path``. On success rename it to ``path``; on failure remove it.
-
-    Raises LutgenError: the folder is read-only or full, a file stands in the place of a folder, or ``path`` is a device
-    or a pipe.
-    """
+    """Yield a path beside ``path``; rename it on success, else remove it. Raises LutgenError: it cannot be written."""
     if _is_device(path):
         raise LutgenError(
             f"{path}: is a device or a pipe, which a file would replace. Choose another place to write to."
@@ -139,11 +135,7 @@ def _partial(path: Path) -> Path:
 
 
 def check_new_file(path: str | Path, *, force: bool, suffixes: Iterable[str] = ()) -> Path:
-    """Return ``path`` when a file may be written there. Callers check this before they do the work.
-
-    Raises LutgenError: the suffix is not one of ``suffixes``, ``path`` is a folder, or the file exists and ``force`` is
-    false.
-    """
+    """Return ``path`` if it may be written. Raises LutgenError: other suffix, a folder, or there without ``force``."""
     file, suffixes = Path(path), tuple(suffixes)
     if suffixes and file.suffix.lower() not in suffixes:
         raise LutgenError(f"{path}: give a name that ends in {' or '.join(suffixes)}.")

@@ -192,11 +192,7 @@ def _lattice_drives(link: Compensation) -> _LatticeDrives:
 
 
 def drive_of(aged: AgedDisplay, xyz: Array, requested: Array, start: Start | None = None) -> Array:
-    """Return the linear drives with which ``aged`` shows ``xyz``, both (n, 3); outside 0..1 for colours out of reach.
-
-    ``requested``: linear light of the requested colours, (n, 3). Of two drives that show the same colour, the result is
-    the drive nearer to ``requested``. ``start``: see :func:`searched`.
-    """
+    """Return linear drives with which ``aged`` shows ``xyz``, (n, 3), unclipped; of two, the one near ``requested``."""
     paper = paper_links(aged)
     if paper is None:
         return searched(without_steps(aged) or aged, xyz, start)[0]

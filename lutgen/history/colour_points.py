@@ -166,10 +166,7 @@ class ColourFit:
 
 
 def covariance(before: ColourPoints, after: Array, *, noise: float, loose: float = 0.0) -> Array:
-    """Return the (15, 15) covariance of the readings ``after``, (5, 3), of an unchanged display.
-
-    ``noise`` is the relative noise of a reading; ``loose`` is a further relative tolerance of white and primaries.
-    """
+    """Return the (15, 15) covariance of readings ``after``, (5, 3); ``noise``, ``loose`` (white, primaries): shares."""
     size = np.abs(after)
     share = np.array([READING] * 4 + [BLACK])[:, np.newaxis]
     variance = (share**2 + noise**2) * size**2 + FLOOR_CD_M2**2

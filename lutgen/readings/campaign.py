@@ -60,14 +60,7 @@ class Campaign:
     sha256: str
 
     def hours(self) -> Array:
-        """Return the operating hours of each entry since the earliest entry, (n,).
-
-        The source is ``hours``, or ``date`` and the hours per day.
-
-        A campaign of one session needs neither.
-
-        Raises LutgenError: an entry has neither hours nor date, or some entries have hours and others only dates.
-        """
+        """Return hours since the earliest entry, (n,), or of dates. Raises LutgenError: neither, or both mixed."""
         if len(self.entries) == 1:
             return np.zeros(1)
         if all(entry.hours is not None for entry in self.entries):
@@ -86,12 +79,7 @@ class Campaign:
         return np.asarray((days - days.min()) * self.hours_per_day)
 
     def measurements(self) -> Measurements:
-        """Return the readings of all sessions as one table, sorted by hour; hour 0 is the earliest session.
-
-        ``files`` and ``lines`` come from the sessions. ``order`` is None unless every session has an order.
-
-        Raises LutgenError: a session is relative, hours are missing, or the table is invalid (tips are missing, …).
-        """
+        """Return all readings as one table, from the earliest session on. Raises LutgenError: no hours, or invalid."""
         hours = self.hours()
         places = np.argsort(hours, kind="stable")
         entries = [self.entries[place] for place in places]
