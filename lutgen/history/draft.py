@@ -41,7 +41,8 @@ def displays_of(sessions: Sequence[Session]) -> list[list[Session]]:
     """Group sessions by display, in the given order: same name, and primaries as close as aging allows."""
     groups: list[list[tuple[Session, dict[str, Array]]]] = []
     for session in sessions:
-        entry = (session, _uv(session))
+        tips = primaries(session)
+        entry = (session, {name: xyz_to_uv(xyz) for name, xyz in tips.xyz.items()} if tips else {})
         match = next((group for group in groups if all(_alike(entry, each) for each in group)), [])
         if not match:
             groups.append(match)
@@ -135,8 +136,3 @@ def _alike(one: tuple[Session, dict[str, Array]], other: tuple[Session, dict[str
     return len(named) < 2 and all(
         float(np.hypot(*(my_uv[name] - their_uv[name]))) <= ANOTHER for name in my_uv.keys() & their_uv.keys()
     )
-
-
-def _uv(session: Session) -> dict[str, Array]:
-    tips = primaries(session)
-    return {name: xyz_to_uv(xyz) for name, xyz in tips.xyz.items()} if tips else {}

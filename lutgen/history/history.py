@@ -75,7 +75,8 @@ def times(campaign: Campaign) -> tuple[Array, str]:
 def _figures(
     inspections: list[Inspection], responses: tuple[ContrastResponse | None, ...], ambient: float
 ) -> tuple[dict[str, Array], dict[str, Array]]:
-    white, black = (_luminance(inspections, kind) for kind in ("white", "black"))
+    read = [each.white for each in inspections], [each.black for each in inspections]
+    white, black = (np.array([np.nan if xyz is None else float(xyz[1]) for xyz in each]) for each in read)
     with np.errstate(divide="ignore", invalid="ignore"):
         contrast = np.where(black + ambient > 0, (white + ambient) / (black + ambient), np.nan)
         share = np.where(black > 0, ambient / black, np.nan) if ambient else np.full(len(inspections), np.nan)
@@ -108,11 +109,6 @@ def _figures(
             f"{inspections[0].session.file}: no session of the campaign read white; nothing can be followed."
         )
     return values, errors
-
-
-def _luminance(inspections: list[Inspection], kind: str) -> Array:
-    read = [getattr(each, kind) for each in inspections]
-    return np.array([np.nan if each is None else float(each[1]) for each in read])
 
 
 def _shift(colours: list[list[Array] | None]) -> Array:

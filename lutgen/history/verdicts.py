@@ -7,6 +7,7 @@ sudden after a long time without loss; a steady loss over many sessions is no ch
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 
 import numpy as np
 
@@ -153,7 +154,7 @@ def _weighed(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVerd
         return _one_of((*names, *mistaken), facts)
     if simplest < 2:
         return _joined((*names, *mistaken), bends, facts)
-    doubtful = {name for parameter in mistaken.values() for name in names if parameter in _parameters(name)}
+    doubtful = {name for name in names if {*mistaken.values()} & {*chain.from_iterable(causes()[name].ways)}}
     sure = tuple(name for name in names if name not in doubtful and all(name in each.names for each in rivals))
     names = (*names, *(name for name in (*mistaken, *bends) if name not in names))
     if len(rivals) == 1 and not mistaken:
@@ -175,10 +176,6 @@ def _mistaken(pair: SessionPair, rivals: Sequence[Hypothesis], names: tuple[str,
         if name not in names and any(parameters):
             mistaken[name] = next(filter(None, parameters))
     return mistaken
-
-
-def _parameters(name: str) -> set[str]:
-    return {parameter for way in causes()[name].ways for parameter in way}
 
 
 def _one_of(names: tuple[str, ...], evidence: tuple[str, ...]) -> SessionVerdict:

@@ -14,10 +14,6 @@ def _colour(pair: SessionPair) -> str:
     return f"a primary moved by Δu'v' {pair.largest_shift:.3f}" if {"blue", "colour"} & pair.moved else ""
 
 
-def _proof(pair: SessionPair) -> str:
-    return ", and ".join(part for part in (pair.other_display, _colour(pair)) if part) if pair.other_display else ""
-
-
 def _sign(pair: SessionPair) -> str:
     """Return a clause if red or green, or blue and the curve, moved, unless the records name one display; else ""."""
     other_curve = pair.bend is not None and abs(pair.bend) >= _BEND
@@ -43,7 +39,7 @@ CAUSE = Cause(
     display="cannot tell",
     moves=frozenset({"blue", "colour", "curve", "contrast"}),
     possible=lambda pair: bool(_sign(pair)),
-    proof=_proof,
+    proof=lambda pair: pair.other_display and ", and ".join(filter(None, (pair.other_display, _colour(pair)))),
     rank=3,
     sign=_sign,
     rival=_rival,
