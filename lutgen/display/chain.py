@@ -27,10 +27,6 @@ STAGES = tuple(stage for stage in effects.STAGES if stage != "selection")
 class Link(Protocol):
     """One step of the chain: a frozen dataclass. Two links are equal exactly when they compute the same."""
 
-    @property
-    def stage(self) -> str:
-        """One of ``STAGES``."""
-
     def __call__(self, signal: Array) -> Array:
         """Return the signal after this link, for a signal of shape (n, k)."""
 
@@ -38,8 +34,6 @@ class Link(Protocol):
 @dataclass(frozen=True)
 class SrgbTransfer:
     """Code values to linear light by the sRGB curve, which does not age in the paper."""
-
-    stage: str = "transfer"
 
     def __call__(self, signal: Array) -> Array:
         """(n, 3) code → (n, 3) linear."""

@@ -103,7 +103,6 @@ class PanelLink:
     selection: str
     surroundings: Surroundings | None = None
     native: NativeDisplay | None = None
-    stage: str = "mixing"
 
     def __call__(self, signal: Array) -> Array:
         """Convert code values (n, 3) to (n, 7) or (n, 10)."""
@@ -152,7 +151,6 @@ class LightLink:
     surroundings: Surroundings
     scale: float
     fresh: Fresh
-    stage: str = "emission"
 
     def __call__(self, signal: Array) -> Array:
         """Convert the signal (n, 7 or 10) to XYZ (n, 3)."""

@@ -69,7 +69,6 @@ class Compensation:
     fresh: AgedDisplay
     #: Factor on the light of the fresh display.
     scale: float = 1.0
-    stage: str = "drive"
 
     def __call__(self, signal: Array) -> Array:
         """Convert code values (n, 3) to the XYZ (n, 3) that an un-aged sRGB display shows for the drive."""

@@ -72,7 +72,6 @@ class Selection:
     """Linear light → channels, and the light that uses the primaries' matrices; the same at every hour."""
 
     name: str
-    stage: str = "emission"
 
     def weights(self, linear: Array) -> Array:
         """Return the shares of the matrices, (n, 4), for linear light (n, 3)."""
@@ -102,7 +101,6 @@ class Matrices:
 
     #: T_i (``nearest``) or T'_i (``continuous``) as nested tuples, which can be compared: 4 × 3 × 3.
     values: tuple[tuple[tuple[float, ...], ...], ...]
-    stage: str = "emission"
 
     @property
     def array(self) -> Array:
