@@ -135,7 +135,7 @@ def _partial(path: Path) -> Path:
 
 
 def check_new_file(path: str | Path, *, force: bool, suffixes: Iterable[str] = ()) -> Path:
-    """Return ``path`` if it may be written. Raises LutgenError: other suffix, a folder, or there without ``force``."""
+    """Return ``path`` if it may be written. Raises LutgenError: other suffix, folder, or exists without ``force``."""
     file, suffixes = Path(path), tuple(suffixes)
     if suffixes and file.suffix.lower() not in suffixes:
         raise LutgenError(f"{path}: give a name that ends in {' or '.join(suffixes)}.")

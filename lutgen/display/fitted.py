@@ -112,7 +112,7 @@ class AppliedEffect:
 
 @dataclass(frozen=True)
 class LatentTips:
-    """Fitted tips before the effects. Raises LutgenError: shapes, hours not increasing from 0, a tip without light."""
+    """Fitted tips before the effects. Raises LutgenError: wrong shapes, wrong hours, or a tip without light."""
 
     #: Hours, increasing from 0, (N,).
     hours: Array
@@ -276,7 +276,7 @@ def record_of(effect: Effect, folder: Path) -> dict[str, str]:
 
 
 def found_by(name: str, record: Mapping[str, str], folder: Path) -> Effect:
-    """Return the effect of such an entry. Raises LutgenError: missing, changed, or breaks the contract."""
+    """Return the effect of an entry of :func:`record_of`. Raises LutgenError: it is missing, changed, or unsound."""
     from lutgen.effects.contract import refuse_unsound
     from lutgen.effects.own import recall
 

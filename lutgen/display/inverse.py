@@ -96,7 +96,7 @@ class Compensation:
         return (without_steps(self.fresh) or self.fresh).code_to_xyz(code) * self.scale
 
     def side(self, linear: Array) -> NDArray[np.uint8]:
-        """Return the side of the jump for drives (n, 3), (n,): 0 primary, 1 border, 2 white; 0 without a jump."""
+        """Return on which side of the jump drives (n, 3) lie, (n,): 0 primary, 1 border, 2 white; 0 without a jump."""
         if not self.jumps:
             return np.zeros(len(linear), dtype=np.uint8)
         beyond = _smaller_two(linear) - 1.0

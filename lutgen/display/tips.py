@@ -220,7 +220,7 @@ def law_of(readings: Measurements) -> LuminanceLaw:
 
 
 def luminance_law(name: str) -> LuminanceLaw:
-    """Return the law ``paper``, ``measured``, or of a .csv of hour,factor. Raises LutgenError: no such, or invalid."""
+    """Return the law ``paper``, ``measured``, or of a .csv of hour,factor. Raises LutgenError: unknown or invalid."""
     if name == "paper":
         return LuminanceLaw(name, PAPER_LAW)
     if name == "measured":

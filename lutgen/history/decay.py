@@ -122,7 +122,7 @@ class _Sample:
 
 
 def decay_of(time: Array, figures: Array, errors: Array, ahead: Array, *, draws: int, seed: list[int]) -> Decay:
-    """Weigh all laws on a history, (n,) each, and draw its future at ``ahead``, (m,); times are shares of the span."""
+    """Weigh all laws on a history, (n,) each, and draw its future at ``ahead``, (m,); the span is 1."""
     level = float(np.abs(figures).max()) or 1.0
     rng = np.random.default_rng(seed)
     samples = [_sample(law, (time, figures / level, errors / level), rng) for law in LAWS]

@@ -60,7 +60,7 @@ class Campaign:
     sha256: str
 
     def hours(self) -> Array:
-        """Return hours since the earliest entry, (n,), or of dates. Raises LutgenError: neither, or both mixed."""
+        """Return hours since the earliest entry, (n,), stated or by dates. Raises LutgenError: neither, or a mixture."""
         if len(self.entries) == 1:
             return np.zeros(1)
         if all(entry.hours is not None for entry in self.entries):
@@ -133,7 +133,7 @@ def campaign_of(entries: Sequence[CampaignEntry], *, file: str) -> Campaign:
 
 
 def sessions_of(readings: Measurements) -> Campaign:
-    """Split a table into sessions, by hour and name; left out is what is away from rest by more than position."""
+    """Split a table into sessions by hour and name, without readings away from rest by more than position."""
     rest = np.ones(readings.hours.size, dtype=bool)
     for cell, away in readings.rest.away.items():
         if cell != CELLS["u"]:

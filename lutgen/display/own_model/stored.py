@@ -30,7 +30,7 @@ MAX_BYTES = 32_000_000
 
 @dataclass(frozen=True)
 class StoredModel:
-    """An own model as the bytes of an .npz file, by which models are equal. Raises LutgenError: other bytes."""
+    """An own model as the bytes of an .npz file; equal bytes, equal models. Raises LutgenError: other bytes."""
 
     content: bytes
 
