@@ -60,7 +60,7 @@ class Campaign:
     sha256: str
 
     def hours(self) -> Array:
-        """Return hours since the earliest entry, (n,), stated or by dates. Raises LutgenError: neither, or a mixture."""
+        """Return hours since the earliest entry, (n,), stated or by dates. Raises LutgenError: neither, or a mix."""
         if len(self.entries) == 1:
             return np.zeros(1)
         if all(entry.hours is not None for entry in self.entries):
