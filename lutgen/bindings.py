@@ -3,21 +3,17 @@
 The code supports OpenColorIO 2.1. It tests whether a newer feature exists before it uses the feature.
 """
 
-from __future__ import annotations
-
 import os
 import re
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from lutgen.errors import LutgenError, in_one_line, reason_of
 from lutgen.files import is_unicode
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 _SOURCES = {
     "PyOpenColorIO": ("OpenColorIO", "python3-pyopencolorio"),
@@ -81,10 +77,7 @@ def littlecms() -> Any:
 
 
 def optional(module: str, use: str, *, extra: str, otherwise: str) -> Any:
-    """Import a module of one of lutgen's extras.
-
-    Raises LutgenError: the module is missing. The message is ``use``, how to install ``extra``, and ``otherwise``.
-    """
+    """Import a module of an extra. Raises LutgenError with ``use``, how to install ``extra``, and ``otherwise``."""
     try:
         return import_module(module)
     except ImportError as error:
@@ -94,11 +87,7 @@ def optional(module: str, use: str, *, extra: str, otherwise: str) -> Any:
 
 
 def lut_processor(path: Path) -> Any:
-    """Return OpenColorIO's processor for a LUT file of code values, interpolated tetrahedrally.
-
-    Raises LutgenError: the file is missing, empty or too large, its header states a size that OpenColorIO does not
-    accept, or OpenColorIO cannot read the file.
-    """
+    """Return OpenColorIO's tetrahedral processor for a LUT. Raises LutgenError: missing, of wrong size, unreadable."""
     lib, name = ocio(), named_for_ocio(path.absolute())
     refuse_unlikely(path)
     with path.open("rb") as file:
@@ -107,9 +96,10 @@ def lut_processor(path: Path) -> Any:
         most = MOST_POINTS if dimensions == b"3" else MOST_CURVE_POINTS
         # A size of more than nine digits is too large in any case, and `int` refuses thousands of digits.
         if len(digits) > 9 or int(digits) > most:
-            claimed = digits[:12].decode()
-            message = f"{path}: claims {claimed} points in {dimensions.decode()}D; OpenColorIO takes at most {most}."
-            raise LutgenError(f"{message} Ask its maker for a smaller one.")
+            raise LutgenError(
+                f"{path}: claims {digits[:12].decode()} points in {dimensions.decode()}D; OpenColorIO takes at most "
+                f"{most}. Ask its maker for a smaller one."
+            )
     if line := unclosed_metadata(path):
         raise LutgenError(f"{path}:{line}: opens its metadata and never closes them. Write END METADATA after them.")
     # The caches of OpenColorIO use the path as their key, and would return the old content of a rewritten file.
@@ -219,10 +209,7 @@ def _binding(module: str) -> Any:
 
 
 def all_parts(config: Any) -> Iterator[tuple[str, Any]]:
-    """Yield the name of each view, colour space and look, and a transform between this part and :func:`first_space`.
-
-    Raises LutgenError: every colour space of the config is a data space.
-    """
+    """Yield name and transform to or from :func:`first_space` of each view, space and look. Raises as that does."""
     lib, start = ocio(), first_space(config)
     for display in config.getDisplaysAll():
         for view in config.getViews(display):
@@ -235,10 +222,7 @@ def all_parts(config: Any) -> Iterator[tuple[str, Any]]:
 
 
 def first_space(config: Any) -> str:
-    """Return a colour space for pictures: the role scene_linear or default, else the first that is not a data space.
-
-    Raises LutgenError: every colour space of the config is a data space.
-    """
+    """Return scene_linear, default, or the first space that is not data. Raises LutgenError: all are data."""
     roles = [name for name in ("scene_linear", "default") if config.hasRole(name)]
     for name in [*roles, *config.getColorSpaceNames()]:
         # The space is None when a role names a colour space that does not exist.

@@ -6,17 +6,12 @@ and an optional exponent. For any other text the functions return None. The call
 what is allowed.
 """
 
-from __future__ import annotations
-
 import csv
 import io
 import re
 from collections import Counter
+from collections.abc import Iterable
 from math import isfinite
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
 
 #: Pattern of a decimal number, for use in other patterns: ``-1``, ``.5``, ``2.``, ``1e-3``. A text matches in one way
 #: only, so that the pattern rejects a megabyte of digits in linear time.

@@ -16,16 +16,12 @@ Sources: IEC 61966-2-1:1999 (sRGB); CIE 15:2018 (Lab); CIE 142-2001 and Sharma, 
 doi:10.1002/col.20070 (CIEDE2000).
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from math import factorial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 Array = NDArray[np.float64]
 
@@ -38,10 +34,7 @@ CHUNK = 15_360
 
 
 def in_chunks(function: Callable[..., Array], *signals: NDArray[Any]) -> Array:
-    """Apply a function to signals (n, ...) in chunks of rows; the function must treat each row independently.
-
-    The columns of the result are contiguous.
-    """
+    """Apply a function of independent rows to signals (n, ...) in chunks; the columns of the result are contiguous."""
     rows = len(signals[0])
     if rows <= CHUNK:
         return function(*signals)
@@ -108,11 +101,12 @@ def inverse(matrix: Array) -> Array:
     must give the same files.
     """
     a, b, c = matrix
-    cofactors = np.array([_cross(b, c), _cross(c, a), _cross(a, b)]).T
+    cofactors = np.array([cross(b, c), cross(c, a), cross(a, b)]).T
     return np.asarray(cofactors / (a[0] * cofactors[0, 0] + a[1] * cofactors[1, 0] + a[2] * cofactors[2, 0]))
 
 
-def _cross(a: Array, b: Array) -> list[float]:
+def cross(a: Array, b: Array) -> list[Any]:
+    """Return the three numbers of the cross product of two vectors, (3, ...) each."""
     return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
 
 

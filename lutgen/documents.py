@@ -4,18 +4,14 @@ Python's own readers accept NaN, numbers too large for a double and integers of 
 parts keeps ``tomllib`` busy for minutes.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import tomllib
+from collections.abc import Iterator
 from math import isfinite
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 from lutgen.cells import LONGEST
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 #: Maximum number of parts of a key, and maximum depth of nested tables and lists. No file of lutgen's needs ten.
 DEEPEST = 50

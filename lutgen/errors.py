@@ -4,12 +4,7 @@ The message is a text for a person: what is wrong, where, what is allowed, what 
 The command line prints the message and exits with 2. The library never prints and never exits.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable
 
 #: Exit code of a program that SIGINT (Ctrl-C) has ended: 128 + the signal's number.
 INTERRUPTED = 130

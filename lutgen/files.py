@@ -4,19 +4,17 @@ Writing is atomic: a reader sees the old file or the complete new file, never a 
 temporary folder behind. The next run removes that folder.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import shutil
 import stat
 import tempfile
 import time
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext, suppress
 from functools import cache
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from lutgen.errors import LutgenError, reason_of
 
@@ -24,9 +22,6 @@ try:
     import fcntl
 except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
 
 #: Suffix of a file that is being written. The next build removes the partial files that a killed build left.
 PARTIAL = ".lutgen-partial"
@@ -43,10 +38,7 @@ GRACE = 60.0
 
 
 def write_atomically(path: Path, data: bytes) -> None:
-    """Write ``data`` to a temporary file beside ``path`` and rename that file to ``path``.
-
-    Raises LutgenError: the file cannot be written.
-    """
+    """Write ``data`` beside ``path`` and rename it to ``path``. Raises LutgenError: the file cannot be written."""
     with replacing(path) as partial:
         partial.write_bytes(data)
 
@@ -72,10 +64,7 @@ def read_at_most(path: Path, most: int, *, what: str, none: str, advice: str = "
 
 
 def bytes_at_most(path: Path, most: int, *, none: str, advice: str = "") -> bytes:
-    """Read a file as :func:`read_at_most` does, but leave an OSError to the caller, who words its own message.
-
-    Raises OSError: the file cannot be read. Raises LutgenError: the file is larger than ``most``.
-    """
+    """Read as :func:`read_at_most`, but leave an OSError to the caller. Raises LutgenError: larger than ``most``."""
     with path.open("rb") as file:
         # A device or a pipe reports no size and may never end: read at most one byte more than is allowed.
         data = file.read(most + 1) if os.fstat(file.fileno()).st_size <= most else None
@@ -95,12 +84,7 @@ def file_sha256(path: Path) -> str:
 
 
 def files_below(folder: Path, suffixes: Sequence[str]) -> list[Path] | None:
-    """Return the sorted files with one of ``suffixes`` in ``folder`` and its subfolders; None when it is no folder.
-
-    Hidden files and the contents of hidden folders are skipped.
-
-    Raises LutgenError: the folder cannot be listed.
-    """
+    """Return the sorted files of ``suffixes`` below ``folder``, none hidden; None: no folder. Raises LutgenError."""
     try:
         if not folder.is_dir():
             return None
@@ -117,11 +101,7 @@ def files_below(folder: Path, suffixes: Sequence[str]) -> list[Path] | None:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary path beside ``path``. On success rename it to ``path``; on failure remove it.
-
-    Raises LutgenError: the folder is read-only or full, a file stands in the place of a folder, or ``path`` is a device
-    or a pipe.
-    """
+    """Yield a path beside ``path``; rename it on success, else remove it. Raises LutgenError: it cannot be written."""
     if _is_device(path):
         raise LutgenError(
             f"{path}: is a device or a pipe, which a file would replace. Choose another place to write to."
@@ -131,11 +111,12 @@ def replacing(path: Path) -> Iterator[Path]:
         path.parent.mkdir(parents=True, exist_ok=True)
         yield partial
         partial.replace(path)
-    except OSError as error:
-        _discard(partial)
-        raise cannot_write(path, error) from None
-    except BaseException:
-        _discard(partial)
+    except BaseException as error:
+        # On a read-only disk, or where a file stands in the place of a folder, nothing was written and unlink fails.
+        with suppress(OSError):
+            partial.unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            raise cannot_write(path, error) from None
         raise
 
 
@@ -154,11 +135,7 @@ def _partial(path: Path) -> Path:
 
 
 def check_new_file(path: str | Path, *, force: bool, suffixes: Iterable[str] = ()) -> Path:
-    """Return ``path`` when a file may be written there. Callers check this before they do the work.
-
-    Raises LutgenError: the suffix is not one of ``suffixes``, ``path`` is a folder, or the file exists and ``force`` is
-    false.
-    """
+    """Return ``path`` if it may be written. Raises LutgenError: other suffix, folder, or exists without ``force``."""
     file, suffixes = Path(path), tuple(suffixes)
     if suffixes and file.suffix.lower() not in suffixes:
         raise LutgenError(f"{path}: give a name that ends in {' or '.join(suffixes)}.")
@@ -202,15 +179,7 @@ def is_unicode(path: Path) -> bool:
 
 def cannot_write(path: Path, error: OSError) -> LutgenError:
     """Return the error for a path that cannot be written."""
-    reason = reason_of(error)
-    return LutgenError(f"{path}: cannot write: {reason}. Make room, or choose another place to write to.")
-
-
-def _discard(partial: Path) -> None:
-    # On a read-only disk, or where a file stands in the place of a folder, nothing was written and unlink fails. The
-    # caller reports the failure to write.
-    with suppress(OSError):
-        partial.unlink(missing_ok=True)
+    return LutgenError(f"{path}: cannot write: {reason_of(error)}. Make room, or choose another place to write to.")
 
 
 @contextmanager

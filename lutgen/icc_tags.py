@@ -1,14 +1,10 @@
 """Reading the tag table of an ICC profile (ICC.1:2022, 7.3), with bounds on the counts and sizes that it states."""
 
-from __future__ import annotations
-
 import struct
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator
+from typing import NamedTuple
 
 from lutgen.errors import LutgenError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 HEADER = 128
 
@@ -43,10 +39,7 @@ def tags_claimed(data: bytes) -> Iterator[Tag]:
 
 
 def tag_table(data: bytes, file: object) -> tuple[Tag, ...]:
-    """Return the tags of a whole profile, after a check that each tag lies in the file. ``file`` is named in errors.
-
-    Raises LutgenError: the data is no profile, or its tag table is wrong.
-    """
+    """Return the tags of a profile, all inside the file. Raises LutgenError, naming ``file``: no profile, or wrong."""
     if len(data) < HEADER + 4 or not is_profile(data):
         raise LutgenError(f"{file}: is no ICC profile: it has {len(data)} bytes and not ICC's signature.")
     (count,) = struct.unpack_from(">I", data, HEADER)

@@ -1,12 +1,7 @@
 """Formatting of numbers for engineers: 12.31 ± 0.24, 1.53 ×10⁻⁵, 8.1 %, 18 000."""
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from math import floor, isfinite, log10
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 #: Significant figures of a value without an error, and of an error.
 FIGURES, OF_AN_ERROR = 4, 2

@@ -1,23 +1,19 @@
 """Child processes: a parallel map of one function over many items, and the environment of Python children."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import signal
 import sys
 import threading
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from multiprocessing.connection import wait
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from lutgen.errors import LutgenError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
 
 _T = TypeVar("_T")
 _R = TypeVar("_R")
@@ -44,18 +40,16 @@ def in_parallel(function: Callable[[_T], _R], items: Sequence[_T], jobs: int | N
         try:
             yield from pool.map(_run_item, items)
         except BrokenProcessPool:
-            message = "a worker process was killed (out of memory?). Run again, with --jobs 1 if it happens again."
-            raise LutgenError(message) from None
+            raise LutgenError(
+                "a worker process was killed (out of memory?). Run again, with --jobs 1 if it happens again."
+            ) from None
         except BaseException:
             pool.shutdown(wait=True, cancel_futures=True)
             raise
 
 
 def _start_method() -> str:
-    """Return "fork" when this process has one thread, else "spawn".
-
-    A forked worker inherits numpy, OpenColorIO and all prepared data.
-    """
+    """Return "fork", which inherits all prepared data, when this process has one thread, else "spawn"."""
     # Fork copies a lock that another thread holds (OpenGL drivers and servers have threads). That lock would stay
     # locked in the child for ever.
     with suppress(OSError):

@@ -1,7 +1,5 @@
 """Progress of long work. The caller passes a function, which is called with the number of pieces done and in total."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 #: A function of the number of pieces done and the number of all pieces.
@@ -13,8 +11,5 @@ def unseen(_done: int, _all: int) -> None:
 
 
 def part_of(progress: Progress, start: int, length: int, whole: int = 1000) -> Progress:
-    """Return a progress function for one part of a longer work.
-
-    The part goes from ``start`` to ``start + length`` on the scale of ``progress``, which ends at ``whole``.
-    """
+    """Return a progress function for the part from ``start`` to ``start + length`` of a work that ends at ``whole``."""
     return lambda done, total: progress(start + length * done // max(total, 1), whole)

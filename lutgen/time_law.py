@@ -4,14 +4,9 @@ The display model uses this law for white and primaries at any hour. The critici
 and primaries.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
+from lutgen.colorimetry import Array
 
 #: Error of a straight line halfway between two points of a parabola, as a share of the second difference at the spacing
 #: of the two points.
@@ -37,10 +32,7 @@ def between(times: Array, values: Array, when: float) -> Array:
 
 
 def error_between(times: Array, values: Array, when: float) -> Array:
-    """Return the error (1 σ) of :func:`between`, from the curvature at the two measured times around ``when``.
-
-    Parameters as :func:`between`. Returns the shape of one value.
-    """
+    """Return the error (1 σ) of :func:`between`, of one value's shape, from the curvature at both measured times."""
     after = _after(times, when)
     span = times[after] - times[after - 1]
     bends = []

@@ -12,8 +12,7 @@ import pytest
 
 from lutgen.colorimetry import LINEAR_TO_XYZ, code_to_linear
 from lutgen.display.own_model import Sample, curves, fit_own_model, residual
-from lutgen.display.own_model.drive import WAYS, Drive
-from lutgen.display.own_model.least_squares import solve
+from lutgen.display.own_model.curves import WAYS, Drive, solve
 from lutgen.display.own_model.stored import StoredModel
 from lutgen.errors import LutgenError
 
@@ -135,7 +134,7 @@ def test_one_misread_level_is_named_and_hardly_counts() -> None:
 
 def test_the_luminance_of_a_channel_never_falls() -> None:
     good = sample_of(gamma, noise=0.03)
-    fitted = curves.fit_xyz(good, Drive(), 0.0001)
+    fitted = curves.fit_xyz(good, 0.0001, Drive())
     code = np.linspace(0.0, 1.0, 65)[:, np.newaxis] * np.eye(3)[:, np.newaxis, :]
     assert (np.diff(np.array([fitted(each)[:, 1] for each in code]), axis=1) >= -1e-9).all()
 

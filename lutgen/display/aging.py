@@ -12,17 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.colorimetry import LINEAR_TO_XYZ, xy_to_uv, xyz_to_xyY
-from lutgen.display import what_luts_carry
+from lutgen.colorimetry import LINEAR_TO_XYZ, Array, xy_to_uv, xyz_to_uv
+from lutgen.display import AppliedEffect, DisplayModel, what_luts_carry
 from lutgen.numerals import spaced, with_error
-from lutgen.readings import TIP_NAMES
+from lutgen.readings import TIP_NAMES, Measurements
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from lutgen.colorimetry import Array
-    from lutgen.display import AppliedEffect, DisplayModel
-    from lutgen.readings import Measurements
 
 #: Largest distance from the Planckian locus at which a correlated colour temperature is defined (CIE 15:2018, 9.5).
 MAX_DUV = 0.05
@@ -71,10 +67,7 @@ class Shown:
         return self.measurements.provenance
 
     def sentence(self) -> str:
-        """Summarise the last hour in one sentence: white point, luminance, the primary that has changed most.
-
-        Readings of one hour show no aging, and the sentence says so.
-        """
+        """Summarise the last hour (white point, luminance, most changed primary), or say that there is one session."""
         if np.unique(self.measurements.hours).size == 1:
             return f"There is one session, at {spaced(self.hours[-1])} h, so that no aging can be shown."
         parts = [f"By {spaced(self.hours[-1])} h {self._white()}", self._luminance(), self._primary()]
@@ -100,17 +93,13 @@ class Shown:
         return [f"{each.effect.name}: {', '.join(_values_in_words(each)) or 'on'}" for each in self.effects]
 
     def _model_as_json(self) -> dict[str, Any]:
-        effects = [
-            {
-                "name": each.effect.name,
-                "origin": each.effect.origin,
-                "parameters": {
-                    name: {**asdict(estimate), "unit": each.effect.parameters[name].unit, "free": name in each.free}
-                    for name, estimate in each.estimates.items()
-                },
+        effects = []
+        for each in self.effects:
+            parameters = {
+                name: {**asdict(estimate), "unit": each.effect.parameters[name].unit, "free": name in each.free}
+                for name, estimate in each.estimates.items()
             }
-            for each in self.effects
-        ]
+            effects.append({"name": each.effect.name, "origin": each.effect.origin, "parameters": parameters})
         return {"verdict": self.verdict, "effects": effects, "remarks": list(self.remarks)}
 
     def _white(self) -> str:
@@ -135,9 +124,8 @@ class Shown:
         change = against_white[worst]
         if abs(change) < HELD:
             return ""
-        return (
-            f"{TIP_NAMES[1 + worst]} has {'lost' if change < 0 else 'gained'} {100 * abs(change):.0f} % against white"
-        )
+        verb = "lost" if change < 0 else "gained"
+        return f"{TIP_NAMES[1 + worst]} has {verb} {100 * abs(change):.0f} % against white"
 
     def _hour_as_json(self, row: int) -> dict[str, Any]:
         tips = {
@@ -222,15 +210,11 @@ def toward(moved: Array) -> str:
     return max(_HUES, key=lambda name: float(_HUES[name] @ moved))
 
 
-def _hues() -> dict[str, Array]:
-    """Return unit vectors in u'v' from sRGB's white to its primaries and secondaries, by name."""
-    drives = {"red": "100", "yellow": "110", "green": "010", "cyan": "011", "blue": "001", "magenta": "101"}
-    white = xy_to_uv(xyz_to_xyY(LINEAR_TO_XYZ.sum(axis=1))[:2])
-    shifts = {
-        name: xy_to_uv(xyz_to_xyY(LINEAR_TO_XYZ @ np.array(list(drive), dtype=float))[:2]) - white
-        for name, drive in drives.items()
-    }
-    return {name: shift / np.hypot(*shift) for name, shift in shifts.items()}
+_DRIVES = {"red": "100", "yellow": "110", "green": "010", "cyan": "011", "blue": "001", "magenta": "101"}
+_SHIFTS = {
+    name: xyz_to_uv(LINEAR_TO_XYZ @ np.array(list(drive), dtype=float)) - xyz_to_uv(LINEAR_TO_XYZ.sum(axis=1))
+    for name, drive in _DRIVES.items()
+}
 
-
-_HUES = _hues()
+#: Unit vectors in u'v' from sRGB's white to its primaries and secondaries.
+_HUES = {name: shift / np.hypot(*shift) for name, shift in _SHIFTS.items()}

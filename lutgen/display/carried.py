@@ -1,20 +1,16 @@
 """What LUTs and pictures carry of a model: sentences on fixed conditions and on effects that are left out."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lutgen.display.conditions import PLACE, REFERENCE, in_words
+from lutgen.display.model import DisplayModel
+from lutgen.display.on_screen import OnScreen
 from lutgen.effects.probe import reacts_to
 from lutgen.readings.conditions import CONDITIONS
-
-if TYPE_CHECKING:
-    from lutgen.display.model import DisplayModel
-    from lutgen.display.on_screen import OnScreen
 
 #: Column → words for effects that need the column.
 _DEPENDS = {column.name: condition.depends for condition in CONDITIONS for column in condition.columns}
@@ -22,18 +18,14 @@ _DEPENDS = {column.name: condition.depends for condition in CONDITIONS for colum
 
 def what_luts_carry(model: DisplayModel) -> list[str]:
     """Return a sentence on each condition that a bake of ``model`` fixes, and on each effect that no LUT can carry."""
-    steps = [
-        f"{name} makes stairs of the curves, which are finer than a LUT's grid: its error is in the group border."
-        for name in model.names_of_steps()
+    stairs = "makes stairs of the curves, which are finer than a LUT's grid: its error is in the group border."
+    return _fixed(model, "Baked at", "which a LUT cannot carry") + [
+        f"{name} {stairs}" for name in model.names_of_steps()
     ]
-    return _fixed(model, "Baked at", "which a LUT cannot carry") + steps
 
 
 def what_pictures_carry(model: DisplayModel, on_screen: OnScreen | None = None) -> list[str]:
-    """Return a sentence on each condition that is fixed when ``model`` is applied to a picture.
-
-    ``on_screen``: position of the picture on the screen, which gives each pixel its own position.
-    """
+    """Return a sentence on each condition that a picture of ``model`` fixes; ``on_screen``: each pixel's own place."""
     fixed = _fixed(model, "Shown at", "which is taken as the same in all of the picture", PLACE if on_screen else ())
     return [*on_screen.sentences(), *fixed] if on_screen else fixed
 
@@ -50,15 +42,13 @@ def seen_on(model: DisplayModel, on_screen: OnScreen | None = None) -> dict[str,
 
 def _fixed(model: DisplayModel, verb: str, but: str, free: tuple[str, ...] = ()) -> list[str]:
     stated = model.conditions.stated()
-    columns = {
-        each.effect.name: tuple(name for name in reacts_to(each.effect) if name not in free) for each in model.baked
-    }
+    columns = {each.effect.name: [name for name in reacts_to(each.effect) if name not in free] for each in model.baked}
     needs = {name for names in columns.values() for name in names} | set(stated)
     lines = [f"{verb}: {in_words(model.conditions, needs)}."] if needs else []
-    for each in model.baked:
-        if names := columns[each.effect.name]:
+    for effect, names in columns.items():
+        if names:
             on = " and ".join(dict.fromkeys(_DEPENDS[name] for name in names))
-            lines.append(f"{each.effect.name} depends on {on}, {but}.")
+            lines.append(f"{effect} depends on {on}, {but}.")
     lines += [f"Nothing in this model depends on {name}." for name in stated if not _matters(model, name)]
     return lines + [
         f"{each.effect.name} is left out: it belongs to the instrument, not to the display."
@@ -71,8 +61,8 @@ def _matters(model: DisplayModel, name: str) -> bool:
     """Whether the usual value of a condition changes a test colour at the first or the last hour."""
     usual = replace(model, conditions=replace(model.conditions, **{name: getattr(REFERENCE, name)}))
     code = np.array(list(product((0.0, 0.25, 0.5, 1.0), repeat=3)))
-    ends = (float(model.tips.hours[0]), float(model.tips.hours[-1]))
-    return any(
-        (model.at("chroma", hours).code_to_xyz(code) != usual.at("chroma", hours).code_to_xyz(code)).any()
-        for hours in ends
-    )
+    for hours in (float(model.tips.hours[0]), float(model.tips.hours[-1])):
+        here, there = (each.at("chroma", hours).code_to_xyz(code) for each in (model, usual))
+        if (here != there).any():
+            return True
+    return False

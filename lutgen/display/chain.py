@@ -9,23 +9,16 @@ Links that are the same at every hour come first and form the *head* of the chai
 colours is computed once and used for every hour and mode.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import reduce
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen import effects
-from lutgen.colorimetry import code_to_linear, in_chunks, linear_to_code, transform, xyz_to_linear
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
+from lutgen.colorimetry import Array, code_to_linear, in_chunks, linear_to_code, transform, xyz_to_linear
 
 #: Stages of the chain, with the names that effects use, in order.
 STAGES = tuple(stage for stage in effects.STAGES if stage != "selection")
@@ -34,30 +27,13 @@ STAGES = tuple(stage for stage in effects.STAGES if stage != "selection")
 class Link(Protocol):
     """One step of the chain: a frozen dataclass. Two links are equal exactly when they compute the same."""
 
-    @property
-    def stage(self) -> str:
-        """One of ``STAGES``."""
-        ...
-
     def __call__(self, signal: Array) -> Array:
         """Return the signal after this link, for a signal of shape (n, k)."""
-        ...
-
-
-class MatrixLink:
-    """A link to XYZ that is a matrix: the conversion to linear sRGB can be merged into the matrix."""
-
-    @property
-    def to_linear(self) -> Array:
-        """The matrix from the link's signal to linear sRGB, (3, k)."""
-        raise NotImplementedError
 
 
 @dataclass(frozen=True)
 class SrgbTransfer:
     """Code values to linear light by the sRGB curve, which does not age in the paper."""
-
-    stage: str = "transfer"
 
     def __call__(self, signal: Array) -> Array:
         """(n, 3) code → (n, 3) linear."""
@@ -86,9 +62,10 @@ class AgedDisplay:
 
     def linear(self, head_signal: Array) -> Array:
         """Return linear sRGB of the aged colour (n, 3), unclipped, for the signal after the head (n, k)."""
-        last = self.tail[-1] if self.tail else None
-        if isinstance(last, MatrixLink):
-            return transform(last.to_linear, _pass(self.tail[:-1], head_signal))
+        # The conversion to linear sRGB merges with a last link that is a matrix.
+        to_linear = getattr(self.tail[-1], "to_linear", None) if self.tail else None
+        if to_linear is not None:
+            return transform(to_linear, _pass(self.tail[:-1], head_signal))
         return xyz_to_linear(self.xyz(head_signal))
 
     def code_to_xyz(self, code: Array) -> Array:

@@ -1,17 +1,13 @@
 """The conditions of a bake or a picture (``--at``)."""
 
-from __future__ import annotations
-
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, make_dataclass, replace
 from math import inf, isfinite
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from lutgen.cells import BLANKS, number
 from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.readings.conditions import COLUMNS, CONDITIONS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
 
 #: Text for infinite minutes since power-on.
 WARM = "warm"
@@ -39,7 +35,6 @@ class Conditions(_Columns):  # type: ignore[misc] # the registry defines the fie
     """
 
     def __post_init__(self) -> None:
-        """Raise LutgenError for a value outside its range."""
         for name, value in self.as_dict().items():
             column = COLUMNS[name]
             allowed = isfinite(value) and column.low <= value <= column.high
@@ -64,19 +59,16 @@ REFERENCE = Conditions()
 
 def conditions_of(values: Mapping[str, float]) -> Conditions:
     """Return the usual conditions with some values replaced. Raises LutgenError: unknown name or invalid value."""
-    return replace(REFERENCE, **_known(values))
+    return _with(REFERENCE, values)
 
 
 def parse_at(texts: Iterable[str], usual: Conditions = REFERENCE) -> Conditions:
-    """Parse ``--at``: NAME=VALUE, repeated or as a comma list.
-
-    Raises LutgenError: another form, an unknown name, a repeated name, or an invalid value.
-    """
+    """Parse ``--at``: NAME=VALUE, repeated or as a comma list. Raises LutgenError: wrong form, name or value."""
     values: dict[str, float] = {}
     for part in (part for text in texts for part in text.split(",")):
         name, equals, text = (piece.strip(BLANKS) for piece in part.partition("="))
         if not equals:
-            message = f"--at {part.strip()}: write NAME=VALUE, such as ambient_lx=60. Names: {', '.join(_names())}."
+            message = f"--at {part.strip()}: write NAME=VALUE, such as ambient_lx=60. Names: {', '.join(COLUMNS)}."
             raise LutgenError(message)
         if name in values:
             raise LutgenError(f"--at gives {name} twice. Give each condition once.")
@@ -85,17 +77,13 @@ def parse_at(texts: Iterable[str], usual: Conditions = REFERENCE) -> Conditions:
         if value is None:
             raise LutgenError(f"--at {name}={text}: {text!r} is not a number; give a finite number, such as 60 or 0.5.")
         values[name] = value
-    return replace(usual, **_known(values))
+    return _with(usual, values)
 
 
-def _names() -> list[str]:
-    return [each.name for each in fields(Conditions)]
-
-
-def _known(values: Mapping[str, float]) -> Mapping[str, float]:
+def _with(usual: Conditions, values: Mapping[str, float]) -> Conditions:
     for name in values:
-        refuse_unknown("condition", name, _names())
-    return values
+        refuse_unknown("condition", name, [*COLUMNS])
+    return replace(usual, **values)
 
 
 def in_words(conditions: Conditions, names: Iterable[str]) -> str:

@@ -8,29 +8,24 @@ In a mode that holds white's luminance, the held luminance is the luminance unde
 display's sensor is calibrated. So a corner stays darker than the centre, and a cold display dimmer than a warm display.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.display import trace
 from lutgen.display.chain import AgedDisplay
-from lutgen.display.conditions import REFERENCE
+from lutgen.display.conditions import REFERENCE, Conditions
+from lutgen.display.native import NativeDisplay
+from lutgen.display.trace import Applied
 from lutgen.effects import Scene
 from lutgen.effects.spectra import SpectralDisplay, class_of
 from lutgen.errors import LutgenError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from lutgen.colorimetry import Array
-    from lutgen.display.conditions import Conditions
-    from lutgen.display.native import NativeDisplay
-    from lutgen.display.trace import Applied
+from lutgen.readings.rest import TIP_DRIVES
 
 #: Stages before the emission, whose effects do not depend on the tips.
 PANEL_STAGES = ("drive", "transfer", "mixing")
@@ -108,19 +103,15 @@ class PanelLink:
     selection: str
     surroundings: Surroundings | None = None
     native: NativeDisplay | None = None
-    stage: str = "mixing"
 
     def __call__(self, signal: Array) -> Array:
         """Convert code values (n, 3) to (n, 7) or (n, 10)."""
-        scene = self.surroundings.scene(signal) if self.surroundings else _empty_scene(signal)
+        empty = Scene(np.zeros((1, 1)), signal, np.ones((1, 3)), np.ones((1, 3)))
+        scene = self.surroundings.scene(signal) if self.surroundings else empty
         panel = trace.panel(self.applied, scene, self.selection, native=self.native)
         shares = _finite(panel.shares, self.applied)
         gain = () if panel.gain is None else (panel.gain,)
         return np.column_stack([np.broadcast_to(shares, (len(signal), 4)), signal, *gain])
-
-
-def _empty_scene(code: Array) -> Scene:
-    return Scene(np.zeros((1, 1)), code, np.ones((1, 3)), np.ones((1, 3)))
 
 
 @dataclass(frozen=True)
@@ -160,7 +151,6 @@ class LightLink:
     surroundings: Surroundings
     scale: float
     fresh: Fresh
-    stage: str = "emission"
 
     def __call__(self, signal: Array) -> Array:
         """Convert the signal (n, 7 or 10) to XYZ (n, 3)."""
@@ -174,8 +164,9 @@ class LightLink:
 def _finite(signal: Array, applied: tuple[Applied, ...]) -> Array:
     if not np.isfinite(signal).all():
         names = ", ".join(each.effect.name for each in applied)
-        message = f"the display gives NaN or infinity for some colours, with these effects and values: {names}."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"the display gives NaN or infinity for some colours, with these effects and values: {names}."
+        )
     return signal
 
 
@@ -251,8 +242,7 @@ class EffectChain:
     def tips(self, now: Surroundings) -> Array:
         """Return XYZ in cd/m² of white, red, green and blue under the model's conditions, (4, 3)."""
         now = replace(now, conditions=self.conditions)
-        code = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-        return LightLink(self.applied, now, 1.0, self.fresh)(self._panel(now)(code))
+        return LightLink(self.applied, now, 1.0, self.fresh)(self._panel(now)(TIP_DRIVES))
 
     def _panel(self, now: Surroundings) -> PanelLink:
         acting = tuple(each for each in self.applied if each.effect.stage in PANEL_STAGES)

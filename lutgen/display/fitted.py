@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.colorimetry import xyz_to_xyY
+from lutgen.colorimetry import Array, xyz_to_xyY
 from lutgen.display.tips import Tips
 from lutgen.effects.declare import BUILT_IN, CODE
 from lutgen.errors import LutgenError, pick_one, reason_of
@@ -24,7 +24,6 @@ from lutgen.files import bytes_at_most
 if TYPE_CHECKING:
     from collections.abc import Collection, Mapping
 
-    from lutgen.colorimetry import Array
     from lutgen.effects import Effect
 
 
@@ -37,7 +36,7 @@ class Estimate:
     at_bound: bool = False
 
     def __post_init__(self) -> None:
-        """Convert NumPy's numbers to Python's, so that files contain the same text."""
+        # NumPy's numbers become Python's, so that files contain the same text.
         known = self.stderr is not None and isfinite(self.stderr)
         object.__setattr__(self, "value", float(self.value))
         object.__setattr__(self, "stderr", float(self.stderr) if self.stderr is not None and known else None)
@@ -76,10 +75,10 @@ class AppliedEffect:
         return cls(effect, {name: Estimate(value) for name, value in (effect.rest() | dict(values)).items()})
 
     def __post_init__(self) -> None:
-        """Check all values against the effect's declaration."""
-        _check_names(self.effect, self.estimates)
-        _check_names(self.effect, self.free)
-        who = f"effect {self.effect.name!r}"
+        who, known = f"effect {self.effect.name!r}", self.effect.parameters
+        for name in (*self.estimates, *self.free):
+            if name not in known:
+                raise pick_one(f"parameter of {who}", name, known or ["none: it has none"])
         for name, parameter in self.effect.parameters.items():
             if name not in self.estimates:
                 raise LutgenError(
@@ -111,19 +110,9 @@ class AppliedEffect:
         return hash(self._content)
 
 
-def _check_names(effect: Effect, names: Mapping[str, Any] | tuple[str, ...]) -> None:
-    for name in names:
-        if name not in effect.parameters:
-            raise pick_one(f"parameter of effect {effect.name!r}", name, effect.parameters or ["none: it has none"])
-
-
 @dataclass(frozen=True)
 class LatentTips:
-    """Fitted white and primaries of the display before its effects.
-
-    Raises LutgenError: inconsistent shapes, hours that do not increase from 0, or a tip that is not finite or has no
-    light.
-    """
+    """Fitted tips before the effects. Raises LutgenError: wrong shapes, wrong hours, or a tip without light."""
 
     #: Hours, increasing from 0, (N,).
     hours: Array
@@ -166,10 +155,7 @@ LOOSE = 1e-5
 
 @dataclass(frozen=True, eq=False)
 class FitCovariance:
-    """The covariance of all fitted parameters and latent tips.
-
-    Raises LutgenError: inconsistent shapes, a number that is not finite, or a matrix that is no covariance.
-    """
+    """The covariance of fitted parameters and latent tips. Raises LutgenError: numbers that are no covariance."""
 
     #: Effect and name of each fitted parameter.
     of: tuple[tuple[str, str], ...]
@@ -226,18 +212,17 @@ class FitCovariance:
         return cls(of, matrix + np.tril(matrix, -1).T)
 
     def check(self, free: Collection[tuple[str, str]], hours: int) -> None:
-        """Check that all parameters are in ``free``, and that there are the tips of ``hours`` hours or of none.
-
-        Raises LutgenError: one of these does not hold.
-        """
+        """Raise LutgenError unless all parameters are in ``free``, once each, with tips of ``hours`` hours or none."""
         other = next((each for each in self.of if each not in free or self.of.count(each) > 1), None)
         if other:
             why = "is there twice" if other in free else "is not a fitted parameter"
-            message = f"[covariance]: {'.'.join(other)} {why}. Name each fitted parameter once, as EFFECT.PARAMETER."
-            raise LutgenError(message)
+            raise LutgenError(
+                f"[covariance]: {'.'.join(other)} {why}. Name each fitted parameter once, as EFFECT.PARAMETER."
+            )
         if self.hours not in {0, hours}:
-            message = f"[covariance]: it holds the tips of {self.hours} hours, but {hours} are fitted. Leave them out."
-            raise LutgenError(message)
+            raise LutgenError(
+                f"[covariance]: it holds the tips of {self.hours} hours, but {hours} are fitted. Leave them out."
+            )
 
     def among(self, free: Collection[tuple[str, str]]) -> FitCovariance:
         """Return the covariance of the parameters in ``free``, and of the tips."""
@@ -291,10 +276,7 @@ def record_of(effect: Effect, folder: Path) -> dict[str, str]:
 
 
 def found_by(name: str, record: Mapping[str, str], folder: Path) -> Effect:
-    """Return the effect of an entry of :func:`record_of` in a file in ``folder``.
-
-    Raises LutgenError: the effect is missing, its file has changed, or a user's effect breaks the contract.
-    """
+    """Return the effect of an entry of :func:`record_of`. Raises LutgenError: it is missing, changed, or unsound."""
     from lutgen.effects.contract import refuse_unsound
     from lutgen.effects.own import recall
 

@@ -18,16 +18,15 @@ A drive outside 0..1 is returned unclipped. Clipping each channel gives the driv
 within reach stay exact, and other colours lose only the light of the clipped channels.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.colorimetry import (
+    Array,
     code_to_linear,
     delta_e_2000,
     inverse,
@@ -39,16 +38,10 @@ from lutgen.colorimetry import (
 )
 from lutgen.display.chain import AgedDisplay
 from lutgen.display.effect_chain import jumps, without_steps
-from lutgen.display.paper import paper_links
+from lutgen.display.paper import Matrices, paper_links
 from lutgen.display.search import Start, searched
 from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.names import UNREACHABLE
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
-    from lutgen.display.paper import Matrices
 
 #: Tolerance for a drive on the border between white and the primaries: the resolution of float32.
 ON_BORDER = 1e-5
@@ -76,7 +69,6 @@ class Compensation:
     fresh: AgedDisplay
     #: Factor on the light of the fresh display.
     scale: float = 1.0
-    stage: str = "drive"
 
     def __call__(self, signal: Array) -> Array:
         """Convert code values (n, 3) to the XYZ (n, 3) that an un-aged sRGB display shows for the drive."""
@@ -104,10 +96,7 @@ class Compensation:
         return (without_steps(self.fresh) or self.fresh).code_to_xyz(code) * self.scale
 
     def side(self, linear: Array) -> NDArray[np.uint8]:
-        """Return the side of the border of the jump for drives (n, 3): 0 primary, 1 on the border, 2 white; (n,).
-
-        All labels are 0 for a display that does not jump.
-        """
+        """Return on which side of the jump drives (n, 3) lie, (n,): 0 primary, 1 border, 2 white; 0 without a jump."""
         if not self.jumps:
             return np.zeros(len(linear), dtype=np.uint8)
         beyond = _smaller_two(linear) - 1.0
@@ -191,25 +180,18 @@ class _LatticeDrives:
 @lru_cache(maxsize=1)
 def _lattice_drives(link: Compensation) -> _LatticeDrives:
     """Search the lattices, each from the results of the coarser lattice; cached for the same display."""
-    coarser: _LatticeDrives | None = None
+    lattices: list[_LatticeDrives] = []
     for size in _LATTICES:
         axis = np.linspace(0.0, 1.0, size)
         code = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
-        drives, slopes = link.rough(code, coarser.between(code) if coarser else None)
-        coarser = _LatticeDrives(
-            size, np.column_stack([link.side(drives), linear_to_code(drives), slopes.reshape(9, -1).T])
-        )
-    if coarser is None:
-        raise AssertionError
-    return coarser
+        drives, slopes = link.rough(code, lattices[-1].between(code) if lattices else None)
+        nodes = np.column_stack([link.side(drives), linear_to_code(drives), slopes.reshape(9, -1).T])
+        lattices.append(_LatticeDrives(size, nodes))
+    return lattices[-1]
 
 
 def drive_of(aged: AgedDisplay, xyz: Array, requested: Array, start: Start | None = None) -> Array:
-    """Return the linear drives with which ``aged`` shows ``xyz``, both (n, 3); outside 0..1 for colours out of reach.
-
-    ``requested``: linear light of the requested colours, (n, 3). Of two drives that show the same colour, the result is
-    the drive nearer to ``requested``. ``start``: see :func:`searched`.
-    """
+    """Return linear drives with which ``aged`` shows ``xyz``, (n, 3), unclipped; of two, the one near ``requested``."""
     paper = paper_links(aged)
     if paper is None:
         return searched(without_steps(aged) or aged, xyz, start)[0]
@@ -228,7 +210,7 @@ class _Split:
     extra: Array
 
     @classmethod
-    def of(cls, emission: Matrices, selection: str) -> _Split:
+    def of(cls, emission: Matrices, selection: str) -> "_Split":
         """Compute the tips from the matrices: T_i reproduces tip i, T'_i every tip except i."""
         t_w, t_r, t_g, t_b = emission.array
         if selection == "nearest":
@@ -285,10 +267,8 @@ def _at_border(aged: AgedDisplay, white: Array, primary: Array, xyz: Array) -> A
     """Move both drives to their own side of the border; return the drive with the smaller ΔE2000 to ``xyz``."""
     target = linear_to_lab(xyz_to_linear(xyz))
     drives = [_with_sum(white, 1.0 + ON_BORDER / 2), _with_sum(primary, 1.0 - ON_BORDER / 2)]
-    error = [
-        delta_e_2000(linear_to_lab(aged.code_to_linear(linear_to_code(np.clip(drive, 0.0, 1.0)))), target)
-        for drive in drives
-    ]
+    shown = [aged.code_to_linear(linear_to_code(np.clip(drive, 0.0, 1.0))) for drive in drives]
+    error = [delta_e_2000(linear_to_lab(each), target) for each in shown]
     return np.where((error[0] < error[1])[:, np.newaxis], *drives)
 
 

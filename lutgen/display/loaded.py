@@ -5,22 +5,16 @@ the graphics card, then a code value of the later session drives the panel like 
 lutgen applies the display's own model to this other code value. The remaining residual is the panel's.
 """
 
-from __future__ import annotations
-
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from lutgen.effects import Effect
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from lutgen.colorimetry import Array
-    from lutgen.effects import Scene
-    from lutgen.readings import Measurements
+from lutgen.colorimetry import Array
+from lutgen.effects import Effect, Scene
+from lutgen.readings import Measurements
 
 CHANNELS = ("red", "green", "blue")
 
@@ -46,7 +40,7 @@ class LoadedCalibrations:
     first_codes: tuple[tuple[tuple[float, ...], ...], ...]
 
     @classmethod
-    def of(cls, readings: Measurements, *, told: bool) -> tuple[LoadedCalibrations, ...]:
+    def of(cls, readings: Measurements, *, told: bool) -> "tuple[LoadedCalibrations, ...]":
         """Return the change by the calibrations of the readings; () if fewer than two are known, or all are equal.
 
         ``told``: white and primaries are measured in every session, so full code stays at full code.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,7 +27,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from lutgen.colorimetry import Array
-    from lutgen.display.chain import Link
     from lutgen.display.fitted import FitCovariance
     from lutgen.display.trace import Applied
     from lutgen.readings import Measurements
@@ -88,7 +88,6 @@ class DisplayModel:
     file: str = ""
 
     def __post_init__(self) -> None:
-        """Check names, tips and effects, and fill in defaults."""
         if self.luminance == UNSTATED:
             is_default = self.measurements.file == str(default_display())
             object.__setattr__(self, "luminance", luminance_law("paper") if is_default else law_of(self.measurements))
@@ -101,36 +100,27 @@ class DisplayModel:
         if self.native and self.baseline not in NATIVE_BASELINES:
             raise LutgenError(f"baseline {self.baseline!r} has no native display. Take the baseline native.")
         effects = tuple(in_chain_order(self.effects))
-        names = [each.effect.name for each in effects]
-        twice = first_doubled(names)
-        if twice:
+        if twice := first_doubled(each.effect.name for each in effects):
             raise LutgenError(f"effect {twice!r} is given twice. Keep one of them.")
         object.__setattr__(self, "effects", effects)
         if self.baseline in NATIVE_BASELINES and self.native is None:
             object.__setattr__(self, "native", NativeDisplay.of(self.measurements))
-        told, readings = self.baseline not in FORETELLING_BASELINES, self.measurements
-        known = LoadedCalibrations.of(readings, told=told) if self.baseline in NATIVE_BASELINES else ()
-        object.__setattr__(self, "_known", known)
-        object.__setattr__(self, "_tips", self._measured_tips())
-        object.__setattr__(self, "_before", self._tips_before_effects())
+        _ = self._known, self._tips, self._before  # computed here, because they raise LutgenError
 
     @property
     def tips(self) -> Tips:
         """Measured white and primaries over time; constant for baselines that predict later hours from hour 0."""
-        tips: Tips = self.__dict__["_tips"]
-        return tips
+        return self._tips
 
     @property
     def tips_before_effects(self) -> Tips:
         """White and primaries over time before the effects: fitted, otherwise measured."""
-        tips: Tips = self.__dict__["_before"]
-        return tips
+        return self._before
 
     @property
     def known(self) -> tuple[LoadedCalibrations, ...]:
         """Changes by calibrations that files of later sessions hold, for native baselines; known, not fitted."""
-        known: tuple[LoadedCalibrations, ...] = self.__dict__["_known"]
-        return known
+        return self._known
 
     @property
     def baked(self) -> tuple[AppliedEffect, ...]:
@@ -173,8 +163,7 @@ class DisplayModel:
         tips = self.tips_before_effects
         factor = self.luminance.factor(hours, tips) if mode == "chroma-luma" else 1.0
         emission = matrices_of(scale_luminance(tips.referenced(when, self.reference), factor), self._chosen)
-        head: tuple[Link, ...] = (SrgbTransfer(), Selection(self._chosen))
-        return AgedDisplay(mode, float(hours), head, (emission,))
+        return AgedDisplay(mode, float(hours), (SrgbTransfer(), Selection(self._chosen)), (emission,))
 
     def shown_tips(self, hours: float) -> Array:
         """Return xyY in cd/m² of white and primaries with effects, under the model's conditions, (4, 3).
@@ -233,10 +222,7 @@ class DisplayModel:
         return "continuous" if switched else self.selection
 
     def _law(self, mode: str, hours: float, now: Surroundings) -> Callable[[float], float]:
-        """Return a function from white's luminance with the effects alone to white's luminance in the mode.
-
-        Both luminances are relative to hour 0.
-        """
+        """Return white's luminance in the mode as a function of that with the effects alone, relative to hour 0."""
         if mode != "chroma-luma":
             return lambda _measured: 1.0
         if self.luminance.table:
@@ -255,13 +241,20 @@ class DisplayModel:
         kind = self.measurements.metadata.get("display", "")
         return Surroundings(hours, four_tips(now), four_tips(fresh), kind)
 
-    def _measured_tips(self) -> Tips:
+    @cached_property
+    def _known(self) -> tuple[LoadedCalibrations, ...]:
+        told = self.baseline not in FORETELLING_BASELINES
+        return LoadedCalibrations.of(self.measurements, told=told) if self.baseline in NATIVE_BASELINES else ()
+
+    @cached_property
+    def _tips(self) -> Tips:
         if self.baseline in FORETELLING_BASELINES:
             readings = self.measurements
             return constant_tips(np.unique(readings.hours), readings.tips()[1][0], readings.file)
         return Tips.of(self.measurements)
 
-    def _tips_before_effects(self) -> Tips:
+    @cached_property
+    def _before(self) -> Tips:
         if self.latent is None:
             return self.tips
         if self.baseline in FORETELLING_BASELINES:

@@ -61,15 +61,12 @@ def key_text(key: str) -> str:
 
 
 def table_lines(head: str, values: Mapping[str, Any], comments: Mapping[str, str] | None = None) -> list[str]:
-    """Return the lines of a table: its head, then each key with its comment.
-
-    A value of None is left out. A list of lists has one line for each row.
-    """
+    """Return a table's lines: head, keys with comments; None is left out, a list of lists has one line for each row."""
     lines = [head] if head else []
     for key, value in values.items():
         if value is None:
             continue
-        comment = f"  # {(comments or {})[key]}" if comments and key in comments else ""
+        comment = f"  # {comments[key]}" if comments and key in comments else ""
         if isinstance(value, list) and value and isinstance(value[0], list):
             lines += [f"{key_text(key)} = [{comment}", *(f"  {value_text(row)}," for row in value), "]"]
         else:
@@ -150,27 +147,24 @@ def model_text(model: DisplayModel, folder: Path, own_file: str = "") -> bytes:
 
 def _display_lines(readings: Measurements, folder: Path) -> list[str]:
     if not readings.sha256:
-        message = "the model's readings come from no file, so a model file cannot name them. Read them from a file."
-        raise LutgenError(message)
+        raise LutgenError(
+            "the model's readings come from no file, so a model file cannot name them. Read them from a file."
+        )
     built_in = Path(readings.file) == default_display()
     file = None if built_in else Path(os.path.relpath(Path(readings.file).resolve(), folder.resolve())).as_posix()
-    notes = {
-        "file": "the readings, as seen from this file",
-        "sha256": "of the readings that the model was made from",
-    }
+    notes = {"file": "the readings, as seen from this file", "sha256": "of the readings that the model was made from"}
     return table_lines("[display]", {"file": file, "sha256": readings.sha256}, notes)
 
 
 def _model_lines(model: DisplayModel) -> list[str]:
     law = model.luminance
-    own_law = law.name not in LAWS
     values = {
         "baseline": model.baseline,
         "held": model.held if model.baseline in FORETELLING_BASELINES else None,
         "reference": model.reference,
         "selection": model.selection,
         "luminance": law.name,
-        "luminance_table": [list(row) for row in law.table] if own_law else None,
+        "luminance_table": None if law.name in LAWS else [list(row) for row in law.table],
     }
     notes = {"luminance_table": "hour, white's luminance relative to hour 0"}
     return table_lines("[model]", values, notes)

@@ -15,33 +15,25 @@ mixtures, the curves may be fitted to all readings, or may be sRGB's, if these c
 (:mod:`lutgen.display.own_model.native_curves`).
 """
 
-from __future__ import annotations
-
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from lutgen.colorimetry import inverse
-from lutgen.display.own_model import Sample, fit_own_model
+from lutgen.colorimetry import Array, inverse
+from lutgen.display.own_model import OwnModel, Sample, fit_own_model
 from lutgen.display.own_model.ladder import LENGTHS, clearly_better, mixtures_error
 from lutgen.display.own_model.native_curves import FEW, LEAST_MIXTURES, added_up, best_source, curves_of, straight
 from lutgen.display.own_model.stored import StoredModel
 from lutgen.display.trace import Remembered, tip_shares
 from lutgen.display.transfer_curve import TransferCurve, fallen, misread_levels, rising_light
 from lutgen.errors import LutgenError, refuse_unknown
+from lutgen.readings import Measurements
 from lutgen.readings.rest import TIP_DRIVES
 from lutgen.readings.table import is_capped
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
-    from lutgen.display.own_model import OwnModel
-    from lutgen.readings import Measurements
 
 CHANNELS = ("red", "green", "blue")
 
@@ -75,10 +67,7 @@ DARKEST = 0.2
 
 @dataclass(frozen=True)
 class NativeDisplay:
-    """The transfer curves and black of a fresh display.
-
-    Raises LutgenError: black is negative, or above ``DARKEST``.
-    """
+    """The transfer curves and black of a fresh display. Raises LutgenError: black is negative, or above ``DARKEST``."""
 
     #: Transfer curves of red, green and blue.
     curves: tuple[TransferCurve, TransferCurve, TransferCurve]
@@ -94,17 +83,17 @@ class NativeDisplay:
     ladder: OwnModel | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        """Check source and black."""
         refuse_unknown("source of a native display's curves", self.source, SOURCES)
         if not all(0.0 <= share <= DARKEST for share in self.black):
             shares = ", ".join(f"{share:.4g}" for share in self.black)
-            message = f"native display: black is {shares} of white's X, Y, Z; it must lie within 0..{DARKEST:g}."
-            raise LutgenError(message)
+            raise LutgenError(
+                f"native display: black is {shares} of white's X, Y, Z; it must lie within 0..{DARKEST:g}."
+            )
 
     @classmethod
     def of(
         cls, readings: Measurements, leave_out: Sequence[int] = (), *, strict: bool = True, source: str | None = None
-    ) -> NativeDisplay:
+    ) -> "NativeDisplay":
         """Return the native display from the readings at hour 0, at rest.
 
         ``readings``: must contain black, the four tips, and ramps of red, green and blue, or of grey, at hour 0.
@@ -138,7 +127,7 @@ class NativeDisplay:
         return cls(curves, _black_of(sample), chosen, (remark,), ladder=ladder)
 
     @classmethod
-    def _of_ramps(cls, readings: Measurements, leave_out: Sequence[int], *, strict: bool) -> NativeDisplay:
+    def _of_ramps(cls, readings: Measurements, leave_out: Sequence[int], *, strict: bool) -> "NativeDisplay":
         session = _Session.of(readings, leave_out)
         remarks = []
         black = session.black / session.tips[0]
@@ -182,12 +171,11 @@ class NativeDisplay:
         """
         if self.own is None:
             return None
-        code = np.clip(code, 0.0, 1.0)
-        if share is None:
-            own = self.own
-            flat = code.reshape(-1, 3)
-            return self._cache[1].of(code, lambda: self._gain(own, code, own.near(flat).reshape(code.shape)))
-        return self._gain(self.own, code, share)
+        own, code = self.own, np.clip(code, 0.0, 1.0)
+        if share is not None:
+            return self._gain(own, code, share)
+        flat = code.reshape(-1, 3)
+        return self._cache[1].of(code, lambda: self._gain(own, code, own.near(flat).reshape(code.shape)))
 
     def _gain(self, own: StoredModel, code: Array, share: Array) -> Array:
         lit = tip_shares(self.linear(code), code, "continuous")
@@ -211,17 +199,19 @@ class NativeDisplay:
     def as_record(self) -> dict[str, Any]:
         """Return the entries of a model file: texts, numbers and lists of these."""
         points = {
-            curve.channel: [list(point) for point in zip(curve.codes, curve.light, strict=True)]
-            for curve in self.curves
+            each.channel: [list(point) for point in zip(each.codes, each.light, strict=True)] for each in self.curves
         }
         return {"source": self.source, "black": list(self.black), **points, "remarks": list(self.remarks)}
 
     @classmethod
-    def from_record(cls, record: Mapping[str, Any], own: StoredModel | None = None) -> NativeDisplay:
+    def from_record(cls, record: Mapping[str, Any], own: StoredModel | None = None) -> "NativeDisplay":
         """Return the display of the entries of :meth:`as_record`. Raises LutgenError: invalid entries."""
         try:
             x, y, z = (float(share) for share in record["black"])
-            red, green, blue = (_curve_of(name, record[name]) for name in CHANNELS)
+            points = [[(float(code), float(light)) for code, light in record[name]] for name in CHANNELS]
+            red, green, blue = (
+                TransferCurve(name, *zip(*each, strict=True)) for name, each in zip(CHANNELS, points, strict=True)
+            )
             remarks = tuple(str(remark) for remark in record.get("remarks", ()))
             return cls((red, green, blue), (x, y, z), record["source"], remarks, own)
         except LutgenError:
@@ -287,17 +277,9 @@ def _black_of(sample: Sample) -> tuple[float, float, float]:
     return tuple(np.maximum(sample.black, 0.0).tolist())
 
 
-def _curve_of(name: str, points: Sequence[Sequence[float]]) -> TransferCurve:
-    codes, light = zip(*((float(code), float(each)) for code, each in points), strict=True)
-    return TransferCurve(name, codes, light)
-
-
 @dataclass(frozen=True)
 class _Session:
-    """The first session at rest: black, tips, and the ramps for the curves.
-
-    ``codes`` (m, 3) and ``xyz_cd_m2`` (m, 3) are the colours, with replicates averaged.
-    """
+    """The first session at rest: black, tips, and colours, (m, 3) each, with replicates averaged."""
 
     black: Array
     tips: Array
@@ -306,7 +288,7 @@ class _Session:
     source: str
 
     @classmethod
-    def of(cls, readings: Measurements, leave_out: Sequence[int]) -> _Session:
+    def of(cls, readings: Measurements, leave_out: Sequence[int]) -> "_Session":
         rows = first_session_rows(readings, leave_out)
         codes, place = np.unique(readings.drive[rows], axis=0, return_inverse=True)
         place = place.reshape(-1)
@@ -369,9 +351,8 @@ def _check_complete(
     lacks = [] if black.any() else ["black (code 0, 0, 0)"]
     lacks += [f"{name} at full drive" for name, tip in zip(("white", *CHANNELS), tips, strict=True) if not tip.any()]
     if min(ramps) < LEAST_LEVELS and greys < LEAST_LEVELS:
-        counts = ", ".join(
-            f"{count} of {name}" for count, name in zip((*ramps, greys), (*CHANNELS, "grey"), strict=True)
-        )
+        held = zip((*ramps, greys), (*CHANNELS, "grey"), strict=True)
+        counts = ", ".join(f"{count} of {name}" for count, name in held)
         lacks.append(
             f"ramps: {LEAST_LEVELS} levels or more between black and full drive of red, green and blue each, or of "
             f"grey (it has {counts})"

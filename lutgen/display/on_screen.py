@@ -9,8 +9,6 @@ interpolates the logarithm of the ratio between the readings (J. Duchon, Splines
 semi-norms in Sobolev spaces, 1977, doi:10.1007/BFb0086566). Outside the outermost readings the ratio stays constant.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -19,23 +17,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.cells import number_list
-from lutgen.colorimetry import in_chunks
+from lutgen.colorimetry import Array, in_chunks
+from lutgen.display.chain import AgedDisplay, Link
 from lutgen.display.conditions import PLACE
 from lutgen.display.effect_chain import LightLink, PanelLink, Surroundings
 from lutgen.display.fitted import AppliedEffect
-from lutgen.effects import Effect
+from lutgen.display.model import DisplayModel
+from lutgen.effects import Effect, Scene
 from lutgen.effects.probe import reacts_to
 from lutgen.errors import LutgenError
-from lutgen.readings.session import DRIVE_TOLERANCE
+from lutgen.readings.session import DRIVE_TOLERANCE, Session
 
 if TYPE_CHECKING:
     from scipy.interpolate import RegularGridInterpolator
-
-    from lutgen.colorimetry import Array
-    from lutgen.display.chain import AgedDisplay, Link
-    from lutgen.display.model import DisplayModel
-    from lutgen.effects import Scene
-    from lutgen.readings.session import Session
 
 #: Name of the effect of a measured uniformity.
 NAME = "measured-uniformity"
@@ -63,7 +57,7 @@ class MeasuredUniformity:
     sha256: str = ""
 
     @classmethod
-    def of(cls, session: Session) -> MeasuredUniformity:
+    def of(cls, session: Session) -> "MeasuredUniformity":
         """Return the table of the brightest grey that was read at ``LEAST_PLACES`` positions or more, with the centre.
 
         Raises LutgenError: the session has no such grey, or one of its readings has no light.
@@ -78,8 +72,8 @@ class MeasuredUniformity:
             rows = is_grey & (session.drive[:, 0] == grey)
             places, which = np.unique(session.positions[rows], axis=0, return_inverse=True)
             if len(places) >= LEAST_PLACES and grey > 0.0:
-                count = np.bincount(which.reshape(-1))
-                xyz = np.stack([np.bincount(which.reshape(-1), each) / count for each in session.xyz[rows].T], axis=1)
+                which = which.reshape(-1)
+                xyz = np.stack([np.bincount(which, each) / np.bincount(which) for each in session.xyz[rows].T], axis=1)
                 return cls(places, _over_middle(places, xyz, session.file), float(grey), session.file, session.sha256)
         raise LutgenError(
             f"{session.file}: no grey was read at {LEAST_PLACES} places or more. Measure white in the middle, near the "
@@ -109,7 +103,7 @@ class MeasuredUniformity:
         return np.asarray(xyz * self._table(np.clip(at, low, high)))
 
     @cached_property
-    def _table(self) -> RegularGridInterpolator:
+    def _table(self) -> "RegularGridInterpolator":
         from scipy.interpolate import RBFInterpolator, RegularGridInterpolator
 
         try:
@@ -161,7 +155,7 @@ class OnScreen:
             )
 
     @classmethod
-    def parse(cls, text: str, uniformity: MeasuredUniformity | None = None) -> OnScreen:
+    def parse(cls, text: str, uniformity: MeasuredUniformity | None = None) -> "OnScreen":
         """Parse LEFT,TOP,WIDTH,HEIGHT. Raises LutgenError: another form, or a picture that is not inside the screen."""
         shares = number_list(text)
         if shares is None or len(shares) != 4:
@@ -259,12 +253,7 @@ def seen_at(aged: AgedDisplay, place: Array) -> AgedDisplay:
 
 def linear_at(aged: AgedDisplay, code: Array, place: Array) -> Array:
     """Convert code values (n, 3) at positions (n, 2) to linear sRGB of the aged colours (n, 3), unclipped."""
-
-    def seen(some: Array, at: Array) -> Array:
-        at_place = seen_at(aged, at)
-        return at_place.linear(at_place.head_signal(some))
-
-    return in_chunks(seen, code, place)
+    return in_chunks(lambda some, at: seen_at(aged, at).linear(aged.head_signal(some)), code, place)
 
 
 def _placed(link: Link, place: Array) -> Link:

@@ -13,29 +13,19 @@ and the light of the primaries whose matrices the colour uses, and does not age.
 that age.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import XYZ_TO_LINEAR, transform, xyY_to_xyz
-from lutgen.display.chain import MatrixLink, SrgbTransfer
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.display.chain import AgedDisplay
+from lutgen.colorimetry import XYZ_TO_LINEAR, Array, transform, xyY_to_xyz
+from lutgen.display.chain import AgedDisplay, SrgbTransfer
 
 #: Tolerance for equal distances to colour points (model.md, step 6).
 TIE = 1e-9
 
 
 def three_point_matrices(xyz_tips: Array) -> Array:
-    """Return T'_w, T'_r, T'_g, T'_b, step 2 of the paper: shape (4, 3) tips in XYZ → (4, 3, 3).
-
-    T'_i · (drive of j) = XYZ_j for the three tips j ≠ i.
-    """
+    """Return T'_w, T'_r, T'_g, T'_b, step 2: (4, 3) tips in XYZ → (4, 3, 3); T'_i · (drive of j) = XYZ_j for j ≠ i."""
     white, *primaries = xyz_tips
     matrices = np.array([np.column_stack(primaries)] * 4)
     for channel in range(3):
@@ -82,7 +72,6 @@ class Selection:
     """Linear light → channels, and the light that uses the primaries' matrices; the same at every hour."""
 
     name: str
-    stage: str = "emission"
 
     def weights(self, linear: Array) -> Array:
         """Return the shares of the matrices, (n, 4), for linear light (n, 3)."""
@@ -103,7 +92,7 @@ def on_both_sides(signal: Array) -> Array:
 
 
 @dataclass(frozen=True)
-class Matrices(MatrixLink):
+class Matrices:
     """The aged emission of one mode and hour: (n, 4) coordinates of ``Selection`` → XYZ (n, 3).
 
     A primary's matrix differs from white's matrix only in the primary's own column. The difference is the same vector
@@ -112,7 +101,6 @@ class Matrices(MatrixLink):
 
     #: T_i (``nearest``) or T'_i (``continuous``) as nested tuples, which can be compared: 4 × 3 × 3.
     values: tuple[tuple[tuple[float, ...], ...], ...]
-    stage: str = "emission"
 
     @property
     def array(self) -> Array:

@@ -9,23 +9,17 @@ Slopes cost three times as much as a step, so they are reused while steps conver
 search of a colour ends when its residual is small enough, not after a fixed number of steps.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from lutgen.colorimetry import CHUNK, inverse, linear_to_code, transform
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
-    from lutgen.display.chain import AgedDisplay
+from lutgen.colorimetry import CHUNK, Array, cross, inverse, linear_to_code, transform
+from lutgen.display.chain import AgedDisplay
 
 #: Red, green, blue and black as code values.
-_TIPS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
+_TIPS = np.vstack([np.eye(3), np.zeros(3)])
 
 #: Step of the finite differences in linear light: a little more than the square root of double precision.
 _STEP = 1e-7
@@ -99,7 +93,7 @@ class _Problem:
     black: Array
 
     @classmethod
-    def of(cls, aged: AgedDisplay) -> _Problem:
+    def of(cls, aged: AgedDisplay) -> "_Problem":
         xyz = aged.code_to_xyz(_TIPS)
         return cls(aged, inverse((xyz[:3] - xyz[3]).T), xyz[3])
 
@@ -145,10 +139,7 @@ def _ends(drive: Array, missing: Array) -> NDArray[np.bool_]:
 def _descended(
     problem: _Problem, target: Array, start: Array, slopes: Array, rounds: int
 ) -> tuple[Array, Array, NDArray[np.intp]]:
-    """Search from drives, (n, 3), and slopes, (3, 3, n), which are updated in place.
-
-    Returns the last drives and the missing light there, both (n, 3), and the indices of unfinished colours.
-    """
+    """Search from drives, (n, 3); update slopes, (3, 3, n); return drives, missing light, unfinished colours."""
     drive = start.copy()
     missing = target - problem.shown(drive)
     damping = np.full(len(drive), _DAMPING)
@@ -216,9 +207,5 @@ def _dot(a: Array, b: Array) -> Array:
 def _solved(matrix: Array, right: Array) -> Array:
     """Solve n symmetric systems by Cramer's rule, (3, 3, n) and (3, n) → (3, n); without LAPACK, like ``inverse``."""
     a, b, c = matrix
-    over = np.stack([_cross(b, c), _cross(c, a), _cross(a, b)])
+    over = np.array([cross(b, c), cross(c, a), cross(a, b)])
     return np.asarray((over * right[:, np.newaxis]).sum(axis=0) / (a * over[0]).sum(axis=0))
-
-
-def _cross(a: Array, b: Array) -> Array:
-    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])

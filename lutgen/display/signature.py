@@ -6,48 +6,34 @@ every hour. A change of white and primaries alone therefore has no ``rest``, and
 baseline that measures white and primaries again.
 """
 
-from __future__ import annotations
-
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from lutgen.colorimetry import D65, delta_e_2000, linear_to_lab, xyY_to_xyz, xyz_to_linear
-from lutgen.display import Tips, default_display
+from lutgen.colorimetry import D65, Array, delta_e_2000, linear_to_lab, xyY_to_xyz, xyz_to_linear
+from lutgen.display import AppliedEffect, Tips, default_display
 from lutgen.display.trace import SELECTION_STAGE, panel, reported
-from lutgen.effects import Scene
+from lutgen.effects import Effect, Scene
 from lutgen.effects.scene import LIFE_H
 from lutgen.effects.spectra import SpectralDisplay, class_of
 from lutgen.numerals import spaced
 from lutgen.readings import read_measurements
 from lutgen.readings.conditions import COLUMNS
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from lutgen.colorimetry import Array
-    from lutgen.effects import Effect
+from lutgen.readings.rest import TIP_DRIVES
 
 #: Code values for the size of an effect: greys, primaries, secondaries, pale and dark mixtures.
-CODES = np.array(
-    [
-        *np.repeat(np.linspace(0.0, 1.0, 11)[:, np.newaxis], 3, axis=1),
-        *np.vstack([level * (1 - np.eye(3)) for level in (0.5, 1.0)]),
-        *np.vstack([level * np.eye(3) for level in (0.25, 0.5, 0.75, 1.0)]),
-        *((0.9, 0.7, 0.8), (0.8, 0.55, 0.7), (0.6, 0.3, 0.5), (0.4, 0.35, 0.6), (0.95, 0.9, 0.93)),
-    ]
-)
+CODES = np.vstack([
+    np.repeat(np.linspace(0.0, 1.0, 11)[:, np.newaxis], 3, axis=1),
+    *(level * (1 - np.eye(3)) for level in (0.5, 1.0)),
+    *(level * np.eye(3) for level in (0.25, 0.5, 0.75, 1.0)),
+    *((0.9, 0.7, 0.8), (0.8, 0.55, 0.7), (0.6, 0.3, 0.5), (0.4, 0.35, 0.6), (0.95, 0.9, 0.93)),
+])  # fmt: skip
 
 #: Smallest visible ΔE2000 of an effect; and the share of an effect below which the tips count as absorbing the effect.
 LEAST, ABSORBED = 0.005, 0.02
-
-
-@dataclass(frozen=True)
-class _Applied:
-    effect: Effect
-    values: Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -79,7 +65,7 @@ class Signature:
     conditions: Mapping[str, float]
 
     @classmethod
-    def of(cls, effect: Effect) -> Signature:
+    def of(cls, effect: Effect) -> "Signature":
         """Return the signature under conditions that show the effect: off the centre, in a lit room, cold, …."""
         shown = {name: COLUMNS[name].shown for name in effect.needs}
         if "window" in shown or "surround" in shown:
@@ -103,11 +89,10 @@ class Signature:
             light=light,
         )
         without = panel([], rest, self._selection)
-        measured = [self._report(replace(rest, code=np.broadcast_to(drive, (count, 3)))) for drive in _DRIVES]
+        measured = [self._report(replace(rest, code=np.broadcast_to(drive, (count, 3)))) for drive in TIP_DRIVES]
         aged = self._report(replace(rest, **columns))
-        return EffectDifference(
-            *(_lab(xyz, tips[0]) for xyz in (aged, without.emit(tips), without.emit(np.stack(measured, axis=-2))))
-        )
+        seen = aged, without.emit(tips), without.emit(np.stack(measured, axis=-2))
+        return EffectDifference(*(linear_to_lab(xyz_to_linear(xyz / tips[0] * D65)) for xyz in seen))
 
     @property
     def _selection(self) -> str:
@@ -115,7 +100,7 @@ class Signature:
         return "nearest" if self.effect.stage == SELECTION_STAGE else "continuous"
 
     def _report(self, scene: Scene) -> Array:
-        applied = [_Applied(self.effect, self.effect.typical())]
+        applied = [AppliedEffect.of(self.effect, self.effect.typical())]
         tips = _display()[0][np.newaxis]
         return np.broadcast_to(reported(applied, panel(applied, scene, self._selection), tips, scene), scene.code.shape)
 
@@ -134,16 +119,9 @@ class Signature:
         return f"{size}Beside re-measured white and primaries, {remaining:.0%} of that is left."
 
 
-_DRIVES = np.vstack([np.ones(3), np.eye(3)])
-
-
 @cache
 def _display() -> tuple[Array, SpectralDisplay]:
     """Return the tips of the default display at hour 0, (4, 3) in cd/m², and its spectra."""
     readings = read_measurements(default_display())
     tips = xyY_to_xyz(Tips.of(readings).xyY[0])
     return tips, SpectralDisplay.of(class_of(readings.metadata.get("display", "")), tips)
-
-
-def _lab(xyz: Array, white: Array) -> Array:
-    return linear_to_lab(xyz_to_linear(xyz / white * D65))

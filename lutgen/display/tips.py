@@ -3,28 +3,21 @@
 The module also holds the luminance laws: white's luminance if no sensor holds it (section 2.1 of the paper).
 """
 
-from __future__ import annotations
-
 import csv
 from dataclasses import dataclass
 from decimal import Decimal
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lutgen.cells import BLANKS, is_comment, number
-from lutgen.colorimetry import LINEAR_TO_XYZ, SRGB_XY, xyY_to_xyz
+from lutgen.colorimetry import LINEAR_TO_XYZ, SRGB_XY, Array, xyY_to_xyz
 from lutgen.errors import LutgenError, pick_one, refuse_unknown
 from lutgen.files import read_at_most
 from lutgen.names import REFERENCES
-from lutgen.readings import TIP_NAMES
+from lutgen.readings import TIP_NAMES, Measurements
 from lutgen.time_law import between
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.readings import Measurements
 
 #: Largest condition number of a matrix of colour points. Above it the points lie on a line within the noise of a meter.
 MAX_CONDITION = 1e5
@@ -41,7 +34,7 @@ class Tips:
     source: str = "<memory>"
 
     @classmethod
-    def of(cls, measurements: Measurements) -> Tips:
+    def of(cls, measurements: Measurements) -> "Tips":
         """Return the tips of ``measurements``. Raises LutgenError: the primaries lie on a line."""
         return cls(*measurements.tips(), source=measurements.file)
 
@@ -93,17 +86,14 @@ class Tips:
             raise pick_one("reference", reference, REFERENCES)
         luminance = np.concatenate([[1.0], LINEAR_TO_XYZ[1]])
         moved = SRGB_XY + (now[:, :2] - fresh[:, :2])
-        self._check_gamut(moved, hours)
-        return np.column_stack([moved, luminance * (now[:, 2] / fresh[:, 2])])
-
-    def _check_gamut(self, xy: Array, hours: float) -> None:
-        bad = (xy[:, 1] <= 0) | (xy.sum(axis=1) > 1)
-        if bad.any():
-            name = TIP_NAMES[int(np.argmax(bad))]
+        no_colour = (moved[:, 1] <= 0) | (moved.sum(axis=1) > 1)
+        if no_colour.any():
+            name = TIP_NAMES[int(np.argmax(no_colour))]
             raise LutgenError(
                 f"{self.source}: by hour {hours:g} {name} has moved so far that sRGB's {name}, moved alike, is no "
                 f"colour any more. Check these rows, or use --reference absolute."
             )
+        return np.column_stack([moved, luminance * (now[:, 2] / fresh[:, 2])])
 
 
 #: Largest number of hours in one request. More hours count as a typing error: with 1 MB for each LUT they need 10 GB.
@@ -147,8 +137,9 @@ def parse_hours(text: str | None, tips: Tips) -> list[float]:
 def _steps(first: Decimal, last: Decimal, given: str, text: str) -> set[Decimal]:
     step = _number(given, text)
     if step <= 0:
-        message = f"--hours {text}: a step of {given} does not advance. Give one from 0.000001 on, such as 500."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"--hours {text}: a step of {given} does not advance. Give one from 0.000001 on, such as 500."
+        )
     count = int((last - first) / step) + 1
     if count > MAX_HOURS:
         raise LutgenError(f"--hours {text}: that is {count} hours, more than {MAX_HOURS}. Give a larger step.")
@@ -191,10 +182,7 @@ _MAX_FACTOR = 10
 
 @dataclass(frozen=True)
 class LuminanceLaw:
-    """White's luminance relative to hour 0, for ``chroma-luma``: a piecewise linear table, or as measured.
-
-    ``table``: rows of (hour, factor); () for the law ``measured``.
-    """
+    """White's luminance relative to hour 0 for ``chroma-luma``: rows of (hour, factor), or () for ``measured``."""
 
     name: str
     table: tuple[tuple[float, float], ...] = ()
@@ -225,21 +213,14 @@ UNSTATED = LuminanceLaw("")
 
 
 def law_of(readings: Measurements) -> LuminanceLaw:
-    """Return the law that the readings state (``# luminance_law: paper``); default: ``measured``.
-
-    Raises LutgenError: the file names an unknown law.
-    """
+    """Return the law of the line ``# luminance_law: paper``; default: ``measured``. Raises LutgenError: unknown law."""
     stated = readings.metadata.get("luminance_law", "measured")
     refuse_unknown(f"luminance_law in {readings.file}", stated, LAWS)
     return luminance_law(stated)
 
 
 def luminance_law(name: str) -> LuminanceLaw:
-    """Return the law ``paper`` or ``measured``, or read a user's table (a .csv of hour,factor).
-
-    Raises LutgenError: unknown name, or an invalid table: the first row is not factor 1 at hour 0, hours do not
-    increase, or a factor is not above 0 and at most 10.
-    """
+    """Return the law ``paper``, ``measured``, or of a .csv of hour,factor. Raises LutgenError: unknown or invalid."""
     if name == "paper":
         return LuminanceLaw(name, PAPER_LAW)
     if name == "measured":
@@ -252,15 +233,9 @@ def luminance_law(name: str) -> LuminanceLaw:
 def law_of_table(name: str, table: tuple[tuple[float, float], ...], *, where: str) -> LuminanceLaw:
     """Return the law of a table of (hour, factor). Raises LutgenError: an invalid table; see :func:`luminance_law`."""
     numbers = np.array(table, dtype=np.float64).reshape(-1, 2)
-    good = (
-        len(table) >= 2
-        and np.isfinite(numbers).all()
-        and numbers[0].tolist() == [0.0, 1.0]
-        and (np.diff(numbers[:, 0]) > 0).all()
-        and (numbers[:, 1] > 0).all()
-        and (numbers[:, 1] <= _MAX_FACTOR).all()
-    )
-    if not good:
+    hours, factors = numbers.T
+    good = len(table) >= 2 and np.isfinite(numbers).all() and numbers[0].tolist() == [0.0, 1.0]
+    if not good or not ((np.diff(hours) > 0).all() and (factors > 0).all() and (factors <= _MAX_FACTOR).all()):
         raise LutgenError(
             f"{where}: a luminance table needs at least two rows hour,factor, the first of them 0,1: hours increasing "
             f"from 0, factors relative to hour 0 (1 is the un-aged luminance, not 100), above 0 and at most "

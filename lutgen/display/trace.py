@@ -14,7 +14,7 @@ import numpy as np
 
 from lutgen.colorimetry import code_to_linear, transform
 from lutgen.display.paper import continuous_weights, nearest_weights
-from lutgen.effects import STAGES
+from lutgen.effects.declare import chain_order
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -32,16 +32,13 @@ class Applied(Protocol):
     @property
     def effect(self) -> Effect:
         """The effect."""
-        ...
 
     @property
     def values(self) -> Mapping[str, float]:
         """Value of every parameter."""
-        ...
 
     def __hash__(self) -> int:
         """Allow caches of results by effect."""
-        ...
 
 
 #: Smallest slope of the effects after the emission, as a share; and the smallest share of white's light for which a
@@ -60,8 +57,7 @@ def is_soft(each: Applied) -> bool:
 
 def in_chain_order(applied: Sequence[Applied]) -> list[Applied]:
     """Return effects sorted by stage, then by name, so that their order of addition does not matter."""
-    order = list(STAGES)
-    return sorted(applied, key=lambda each: (order.index(each.effect.stage), each.effect.name))
+    return sorted(applied, key=lambda each: chain_order(each.effect))
 
 
 def through(applied: Sequence[Applied], stages: tuple[str, ...], signal: Array, scene: Scene) -> Array:

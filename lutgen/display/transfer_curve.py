@@ -9,30 +9,19 @@ Between its points a curve is a piecewise cubic without overshoot (Fritsch & Car
 nearly straight: few points reproduce an sRGB display exactly, and errors near black have perceptual weight.
 """
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import code_to_linear, linear_to_code
+from lutgen.colorimetry import Array, code_to_linear, linear_to_code
 from lutgen.errors import LutgenError
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from lutgen.colorimetry import Array
 
 
 @dataclass(frozen=True)
 class TransferCurve:
-    """Points of a curve from (0, 0) to (1, 1), and their interpolation.
-
-    Raises LutgenError: fewer than two points, other ends, codes that do not increase, or light that falls. The message
-    names channel and codes.
-    """
+    """A curve through points from (0, 0) to (1, 1). Raises LutgenError: other ends, or codes or light that fall."""
 
     #: Name of the channel, for messages.
     channel: str
@@ -59,7 +48,7 @@ class TransferCurve:
         object.__setattr__(self, "light", tuple(light.tolist()))
 
     @classmethod
-    def through(cls, channel: str, codes: Sequence[float] | Array, light: Sequence[float] | Array) -> TransferCurve:
+    def through(cls, channel: str, codes: Sequence[float] | Array, light: Sequence[float] | Array) -> "TransferCurve":
         """Return the curve through points between the ends; the ends (0, 0) and (1, 1) are added."""
         inner = [(code, each) for code, each in zip(codes, light, strict=True) if 0.0 < code < 1.0]
         return cls(channel, (0.0, *(code for code, _ in inner), 1.0), (0.0, *(each for _, each in inner), 1.0))
@@ -119,19 +108,14 @@ LEVELS_A_MISREADING = 20
 
 
 def misread_levels(codes: Array, light: Array, sigma: Array) -> list[int]:
-    """Return the indices of misread levels, without which a ramp falls within noise; [] if there are too many.
-
-    Each step removes the level whose removal gives the smallest fall. ``codes``, ``light``, ``sigma``: (m,) each.
-    """
+    """Return the indices of misread levels, without which a ramp falls within noise; [] if there are too many."""
     out: list[int] = []
     kept = list(range(codes.size))
     for _ in range(1 + codes.size // LEVELS_A_MISREADING):
         if _fall(light[kept], sigma[kept]) <= FALLS:
             return sorted(out)
-        without = [
-            _fall(light[kept[:place] + kept[place + 1 :]], sigma[kept[:place] + kept[place + 1 :]])
-            for place in range(len(kept))
-        ]
+        others = [kept[:place] + kept[place + 1 :] for place in range(len(kept))]
+        without = [_fall(light[rows], sigma[rows]) for rows in others]
         least = min(without)
         # Of two levels that contradict each other, the level with the larger distance from the line of its neighbours
         # is wrong.
@@ -160,13 +144,7 @@ def _off_line(codes: Array, light: Array, kept: list[int], place: int) -> float:
 
 
 def fallen(codes: Array, light: Array, sigma: Array, who: str) -> str:
-    """Return where a ramp falls within noise, in words; "" for a ramp that does not fall.
-
-    ``codes``, ``light``, ``sigma``: code values between 0 and 1, light there relative to full drive, and its standard
-    deviation, (m,) each. ``who``: the ramp, for messages.
-
-    Raises LutgenError: a fall by more than ``FALLS`` standard deviations.
-    """
+    """Return where a ramp falls within noise, in words; "" if it does not. Raises LutgenError: it falls by more."""
     codes, light = np.array([0.0, *codes, 1.0]), np.array([0.0, *light, 1.0])
     sigma = np.array([sigma[0], *sigma, sigma[-1]])
     highest = np.maximum.accumulate(light)
@@ -184,10 +162,7 @@ def fallen(codes: Array, light: Array, sigma: Array, who: str) -> str:
 
 
 def rising_light(light: Array) -> Array:
-    """Return the least-squares non-decreasing sequence by pooling adjacent violators.
-
-    Ayer et al. 1955, doi:10.1214/aoms/1177728423.
-    """
+    """Return the least-squares non-decreasing sequence (pooling: Ayer et al. 1955, doi:10.1214/aoms/1177728423)."""
     pools: list[tuple[float, int]] = []
     for value in light.tolist():
         pools.append((value, 1))

@@ -5,28 +5,23 @@ or raises :class:`Broken` with a sentence that says with which values the effect
 :mod:`lutgen.effects.child` checks a file under limits of time and memory, for ``lutgen effects --check``.
 """
 
-from __future__ import annotations
-
 import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import redirect_stdout
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects import probe
+from lutgen.effects.declare import Effect
 from lutgen.effects.own import what_was_raised
+from lutgen.effects.probe import ProbeReading
 from lutgen.effects.scene import Scene
 from lutgen.errors import LutgenError
 from lutgen.readings.conditions import COLUMNS
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
-    from pathlib import Path
-
-    from lutgen.colorimetry import Array
-    from lutgen.effects.declare import Effect
-    from lutgen.effects.probe import ProbeReading
 
 
 @dataclass(frozen=True)
@@ -67,14 +62,15 @@ def _shapes(effect: Effect) -> str:
     for case, reading in _cases(effect.stage).items():
         result = _apply(effect, reading, effect.typical())
         expected = reading.signal.shape
-        if case == "tips shared by all readings":
-            # Tips of one hour under many conditions: the result may have one set of tips, or one for each reading.
-            expected = (*expected[:-3], result.shape[-3] if result.ndim == 3 else 0, *expected[-2:])
-            if result.ndim == 3 and result.shape[0] not in {1, probe.READINGS}:
-                expected = reading.signal.shape
+        # Tips of one hour under many conditions: the result may have one set of tips, or one for each reading.
+        shared = case == "tips shared by all readings"
+        if shared and result.shape == (probe.READINGS, *expected[-2:]):
+            continue
         if result.shape != expected:
-            message = f"{case}: takes a signal of shape {reading.signal.shape} and returns {result.shape}."
-            raise Broken(f"{message} Return the shape that came in.")
+            raise Broken(
+                f"{case}: takes a signal of shape {reading.signal.shape} and returns {result.shape}. Return the shape "
+                f"that came in."
+            )
     return f"Returns the shape that comes in: {', '.join(_cases(effect.stage))}."
 
 
@@ -105,9 +101,10 @@ def _finite(effect: Effect) -> str:
             result = _apply(effect, reading, values)
             if not np.isfinite(result).all():
                 worst = _worst(~np.isfinite(result))
+                kinds = ["NaN"] * bool(np.isnan(result).any()) + ["infinity"] * bool(np.isinf(result).any())
                 raise Broken(
-                    f"Gives {_kinds(result)} for {_which(reading, worst)}{_with(values)}. Narrow the bounds, or guard "
-                    f"the formula there (a root or power of a negative number, a division by zero)."
+                    f"Gives {' and '.join(kinds)} for {_which(reading, worst)}{_with(values)}. Narrow the bounds, or "
+                    f"guard the formula there (a root or power of a negative number, a division by zero)."
                 )
     return (
         f"Gives finite numbers in {len(corners)} corners of its parameters' bounds and at {probe.DRAWS} points inside."
@@ -156,18 +153,17 @@ def _pointwise(effect: Effect) -> str:
 
 
 def _columns(effect: Effect) -> str:
-    reacts = [column for column in COLUMNS if _reacts(effect, column, at_rest=False)]
+    reacts = [column for column in COLUMNS if probe.reacts(effect, column, _apply, at_rest=False)]
     idle = [column for column in effect.needs if column not in reacts]
     if idle:
         raise Broken(
             f"Names {_and(idle)} in `needs`, which change nothing. Leave out the columns that it does not read."
         )
+    rest = probe.readings(effect.stage, at_rest=True)
     visible_at_rest = any(
-        not probe.same(_apply(effect, reading, values), reading.signal)
-        for reading in (probe.readings(effect.stage, at_rest=True),)
-        for values in (effect.typical(), *probe.draws(effect))
+        not probe.same(_apply(effect, rest, values), rest.signal) for values in (effect.typical(), *probe.draws(effect))
     )
-    alone = [column for column in reacts if _reacts(effect, column, at_rest=True)] or reacts
+    alone = [column for column in reacts if probe.reacts(effect, column, _apply, at_rest=True)] or reacts
     missing = [] if visible_at_rest else [column for column in alone if column not in effect.needs]
     if missing:
         raise Broken(
@@ -232,18 +228,13 @@ def _apply(effect: Effect, reading: ProbeReading, values: Mapping[str, float], *
     """Apply an effect to a reading; an exception of a user's function breaks the clause."""
     given = probe.copied(reading) if copy else reading
     try:
-        result = effect.function(given.signal, given.scene, **values)
+        result: object = effect.function(given.signal, given.scene, **values)
     except BaseException as error:
         if isinstance(error, KeyboardInterrupt):
             raise
         code = getattr(effect.function, "__code__", None)
         reason = what_was_raised(error, code.co_filename if code else "")
         raise Broken(f"Raises {reason}{_with(values)}.{_hint(effect, reason)}") from None
-    return _array(result)
-
-
-def _array(result: object) -> Array:
-    """Return the result of a user's function if it is an array of float64; otherwise raise Broken."""
     if not isinstance(result, np.ndarray) or result.dtype != np.float64:
         kind = f"an array of {result.dtype}" if isinstance(result, np.ndarray) else type(result).__name__
         raise Broken(f"Returns {kind}. Return a numpy array of float64, as the signal is.")
@@ -257,10 +248,6 @@ def _hint(effect: Effect, message: str) -> str:
     if effect.stage == "emission" and "broadcast" in message:
         return " Columns such as scene.tau are (n, 1) and tips (n, 4, 3): write scene.tau[..., np.newaxis]."
     return ""
-
-
-def _reacts(effect: Effect, column: str, *, at_rest: bool) -> bool:
-    return probe.reacts(effect, column, _apply, at_rest=at_rest)
 
 
 def _worst(change: Array) -> tuple[int, ...]:
@@ -277,11 +264,6 @@ def _which(reading: ProbeReading, row: tuple[int, ...]) -> str:
 def _with(values: Mapping[str, float], names: list[str] | None = None) -> str:
     listed = [f"{name} = {value:g}" for name, value in values.items() if names is None or name in names]
     return f" with {', '.join(listed)}" if listed else ""
-
-
-def _kinds(result: Array) -> str:
-    kinds = [("NaN", np.isnan(result).any()), ("infinity", np.isinf(result).any())]
-    return " and ".join(name for name, holds in kinds if holds)
 
 
 def _and(names: tuple[str, ...] | list[str]) -> str:
@@ -318,10 +300,7 @@ def check(effect: Effect) -> Report:
 
 
 def refuse_unsound(files: Iterable[str | Path] = (), expressions: Iterable[str] = ()) -> None:
-    """Check the contract of a user's own effects and of installed effects, before fits and LUTs use them.
-
-    Raises LutgenError: an effect cannot be loaded, or breaks a clause; the message names the first broken clause.
-    """
+    """Raise LutgenError for a user's or installed effect that cannot be loaded or breaks a clause; name the first."""
     from lutgen.effects.expression import parse
     from lutgen.effects.own import installed, load_file
 

@@ -107,7 +107,6 @@ class Transform(Protocol):
 
     def __call__(self, signal: Array, scene: Scene, /, **parameters: float) -> Array:
         """Return the signal after the effect; shapes broadcast; the input is not changed."""
-        ...
 
 
 class Propose(Protocol):
@@ -119,7 +118,6 @@ class Propose(Protocol):
         ``code``: code values of the readings, (m,). Shifts s of the code values change χ² by
         sᵀ · information · s − 2 · pull · s, with ``pull`` (m,) and ``information`` (m, m).
         """
-        ...
 
 
 @dataclass(frozen=True)

@@ -9,25 +9,19 @@ after semicolons. The name of the effect may precede the formula, with a colon::
 The amplitudes are the smallest set of parameters that leave the signal unchanged when they are 0.
 """
 
-from __future__ import annotations
-
 import re
+from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lutgen.cells import NUMBER
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Effect, Parameter, check_declaration
 from lutgen.effects.formula import FUNCTIONS, QUANTITIES, SIGNALS, Formula, number_of, read_formula, refuse
 from lutgen.effects.probe import parameter_draws, readings
 from lutgen.errors import LutgenError
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from lutgen.colorimetry import Array
 
 #: Largest length and largest number of parameters of a one-line effect; a larger effect belongs in a file.
 MAX_LETTERS, MAX_PARAMETERS = 500, 8
@@ -65,8 +59,9 @@ def parse(text: str) -> Effect:
     _check_spelling(formula, [name for name in formula.parameters if name not in given])
     amplitudes = _amplitudes(formula, given)
     names = formula.parameters
+    names_in_formula = re.findall(r"[a-z][a-z0-9]*", formula.text.lower().replace("_", ""))
     effect = Effect(
-        name=named[1] if named else _name(formula),
+        name=named[1] if named else "-".join(names_in_formula),
         stage=SIGNALS[formula.signal],
         parameters={name: _parameter(name, given.get(name), amplitude=name in amplitudes) for name in names},
         neutral=dict.fromkeys(amplitudes, 0.0),
@@ -78,11 +73,6 @@ def parse(text: str) -> Effect:
     )
     check_declaration(effect)
     return effect
-
-
-def _name(formula: Formula) -> str:
-    """Return a name for the effect, made of the names in its formula."""
-    return "-".join(re.findall(r"[a-z][a-z0-9]*", formula.text.lower().replace("_", "")))
 
 
 def _given(formula: Formula, values: Sequence[str]) -> dict[str, _Given]:

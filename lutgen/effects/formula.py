@@ -4,29 +4,23 @@ A formula holds numbers, + - * / **, parentheses, the functions of ``FUNCTIONS``
 quantity of ``QUANTITIES``, or a parameter.
 """
 
-from __future__ import annotations
-
 import ast
 import re
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from inspect import Parameter as Argument
 from inspect import Signature
 from math import isfinite, pi
 from operator import attrgetter
-from typing import TYPE_CHECKING, NoReturn
+from typing import NoReturn
 
 import numpy as np
 
 from lutgen import cells
-from lutgen.colorimetry import code_to_linear
+from lutgen.colorimetry import Array, code_to_linear
+from lutgen.effects.scene import Scene
 from lutgen.errors import LutgenError
 from lutgen.readings.conditions import COLUMNS
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
-
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
 
 #: Name of a signal → the stage of an effect on it.
 SIGNALS = {"code": "drive", "linear": "transfer", "xyz": "optics"}

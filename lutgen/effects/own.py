@@ -11,28 +11,20 @@ A package lists modules, or single effects, as entry points of the group ``lutge
 :mod:`lutgen.effects.expression`.
 """
 
-from __future__ import annotations
-
 import ast
 import hashlib
 import sys
+from collections.abc import Iterable
 from contextlib import redirect_stdout
 from dataclasses import replace
-from importlib.machinery import ModuleSpec, SourceFileLoader
-from importlib.metadata import entry_points
-from importlib.util import module_from_spec
+from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import ModuleType
 
 from lutgen.effects import catalogue
 from lutgen.effects.declare import BUILT_IN, CODE, Effect, chain_order
 from lutgen.errors import LutgenError, in_one_line, pick_one
 from lutgen.files import read_at_most
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-    from importlib.metadata import EntryPoint
-    from types import ModuleType
 
 #: Group of the entry points. Each entry point is a module that declares effects, or an effect.
 GROUP = "lutgen.effects"
@@ -54,12 +46,7 @@ def everything(files: Iterable[str | Path] = (), expressions: Iterable[str] = ()
     from lutgen.effects.expression import parse
 
     effects = dict(catalogue())
-    own = [
-        *installed(),
-        *(each for path in files for each in load_file(path)),
-        *map(parse, expressions),
-    ]
-    for each in own:
+    for each in (*installed(), *(each for path in files for each in load_file(path)), *map(parse, expressions)):
         if each.name in effects and effects[each.name].origin != each.origin:
             raise LutgenError(
                 f"two effects are named {each.name!r}: of {effects[each.name].origin} and of {each.origin}. Rename "
@@ -79,17 +66,18 @@ def load_file(path: str | Path) -> tuple[Effect, ...]:
     """
     name = _module_name(path)
     module = sys.modules.get(name) or _run(name, path)
-    declared = {name: value for name, value in vars(module).items() if _declared_in(value, module.__name__)}
-    refusals = [
-        f"{each.name!r} is a built-in effect. Rename the function."
-        for each in declared.values()
-        if each.name in catalogue()
-    ]
-    if not declared:
-        refusals = ["declares no effect. Put the decorator `@effect(stage=…, …)` of lutgen.effects on a function."]
-    if refusals:
+    effects = {name: value for name, value in vars(module).items() if isinstance(value, Effect)}
+    # Effects that the module imports are not its own.
+    declared = {name: each for name, each in effects.items() if each.function.__module__ == module.__name__}
+    refused = [each.name for each in declared.values() if each.name in catalogue()]
+    if refused or not declared:
         del sys.modules[module.__name__]
-        raise LutgenError(f"{path}: {refusals[0]}")
+    if refused:
+        raise LutgenError(f"{path}: {refused[0]!r} is a built-in effect. Rename the function.")
+    if not declared:
+        raise LutgenError(
+            f"{path}: declares no effect. Put the decorator `@effect(stage=…, …)` of lutgen.effects on a function."
+        )
     for attribute, each in declared.items():
         # If a file declares several effects, each function's docstring describes its effect.
         text = (len(declared) > 1 and each.function.__doc__) or each.text
@@ -98,10 +86,7 @@ def load_file(path: str | Path) -> tuple[Effect, ...]:
 
 
 def installed() -> tuple[Effect, ...]:
-    """Load the effects of installed packages.
-
-    Raises LutgenError: a package's entry point cannot be loaded, or is no effect.
-    """
+    """Load the effects of installed packages. Raises LutgenError: an entry point cannot be loaded, or is no effect."""
     effects = {}
     for point in sorted(entry_points(group=GROUP), key=lambda point: (_distribution(point), point.name)):
         for each in _effects_of(point):
@@ -146,26 +131,22 @@ def _module_name(path: str | Path) -> str:
     return _PRIVATE + hashlib.sha256(str(Path(path).resolve()).encode() + data).hexdigest()[:16]
 
 
-class _Loader(SourceFileLoader):
-    """Loader that compiles the source; it neither reads nor writes bytecode."""
-
-    def get_code(self, fullname: str) -> Any:  # noqa: ARG002 - importlib's interface
-        return self.source_to_code(self.get_data(self.path), self.path)
-
-
 def _run(name: str, path: str | Path) -> ModuleType:
-    loader = _Loader(name, str(path))
-    module = module_from_spec(ModuleSpec(name, loader, origin=str(path)))
+    module = ModuleType(name)
     module.__file__ = str(path)
     sys.modules[name] = module  # the decorator reads the module's docstring in sys.modules
     try:
+        code = compile(Path(path).read_bytes(), str(path), "exec", dont_inherit=True)
         with redirect_stdout(sys.stderr):  # the file's output must not enter lutgen's JSON
-            loader.exec_module(module)
+            exec(code, vars(module))  # noqa: S102 - a plug-in runs with the rights of the user
     except BaseException as error:
         del sys.modules[name]
         if isinstance(error, KeyboardInterrupt):
             raise
-        raise LutgenError(f"{path}: {_sentence(error, str(path))}") from None
+        reason = what_was_raised(error, str(path))
+        if not isinstance(error, LutgenError):
+            reason = f"cannot be loaded: {reason}. Run it with Python to see more."
+        raise LutgenError(f"{path}: {reason}") from None
     return module
 
 
@@ -179,17 +160,6 @@ def what_was_raised(error: BaseException, file: str) -> str:
     message = in_one_line(error)
     kind = "" if isinstance(error, LutgenError) else type(error).__name__
     return f"line {line}: {': '.join(part for part in (kind, message) if part)}" if line else f"{kind}: {message}"
-
-
-def _sentence(error: BaseException, file: str) -> str:
-    """Return a sentence about an exception of a module: the message of a LutgenError, or type, message and line."""
-    reason = what_was_raised(error, file)
-    return reason if isinstance(error, LutgenError) else f"cannot be loaded: {reason}. Run it with Python to see more."
-
-
-def _declared_in(value: Any, module: str) -> bool:
-    """Whether a value in a module is an effect that the module declares and does not import."""
-    return isinstance(value, Effect) and value.function.__module__ == module
 
 
 def _effects_of(point: EntryPoint) -> tuple[Effect, ...]:

@@ -5,28 +5,22 @@ and in the corners, in dark and lit rooms, with a cold and a warm display (infin
 bright surrounds.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cache
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from lutgen.colorimetry import LINEAR_TO_XYZ, code_to_linear, transform
+from lutgen.colorimetry import LINEAR_TO_XYZ, Array, code_to_linear, transform
+from lutgen.effects.declare import Effect
 from lutgen.effects.scene import LIFE_H, Scene
 from lutgen.effects.spectra import SpectralDisplay
 from lutgen.readings.conditions import COLUMNS
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
-    from lutgen.colorimetry import Array
-    from lutgen.effects.declare import Effect
-
-    #: Function that applies an effect, with values of its parameters, to a reading.
-    Applied = Callable[[Effect, "ProbeReading", Mapping[str, float]], Array]
+#: Function that applies an effect, with values of its parameters, to a reading.
+Applied = Callable[[Effect, "ProbeReading", Mapping[str, float]], Array]
 
 #: Number of readings of a probe. Not 1, 3 or 4, because a wrong formula could broadcast with 1, 3 or 4 unnoticed.
 READINGS = 48
@@ -123,17 +117,6 @@ def at_once(reading: ProbeReading) -> ProbeReading:
     return ProbeReading(signal, replace(reading.scene, white=np.multiply.outer(factors, reading.scene.white)))
 
 
-def with_column(reading: ProbeReading, column: str, values: Array) -> ProbeReading:
-    """Return the readings with ``values`` in one column."""
-    changed: dict[str, Any] = {column: values}
-    return ProbeReading(reading.signal, replace(reading.scene, **changed))
-
-
-def other_values(column: str) -> Array:
-    """Return one value of a column for each reading, different from the reference value."""
-    return np.resize(np.array(COLUMNS[column].tried[1:]), (READINGS, 1))
-
-
 def parameter_corners(bounds: Mapping[str, tuple[float, float]]) -> list[dict[str, float]]:
     """Return every corner of the bounds, or ``MAX_CORNERS`` random corners."""
     if 2 ** len(bounds) <= MAX_CORNERS:
@@ -145,13 +128,8 @@ def parameter_corners(bounds: Mapping[str, tuple[float, float]]) -> list[dict[st
 def parameter_draws(bounds: Mapping[str, tuple[float, float]], count: int) -> list[dict[str, float]]:
     """Return ``count`` random points inside the bounds."""
     shares = np.random.default_rng(7).uniform(size=(count, len(bounds)))
-    return [
-        {
-            name: float(low * (1.0 - share) + high * share)
-            for share, (name, (low, high)) in zip(row, bounds.items(), strict=True)
-        }
-        for row in shares
-    ]
+    low, high = np.array(list(bounds.values())).reshape(-1, 2).T
+    return [dict(zip(bounds, row, strict=True)) for row in (low * (1.0 - shares) + high * shares).tolist()]
 
 
 def draws(effect: Effect) -> list[dict[str, float]]:
@@ -166,10 +144,7 @@ def same(first: Array, second: Array) -> bool:
 
 
 def reacts_to(effect: Effect) -> tuple[str, ...]:
-    """Return the columns of the readings that change the result of the effect, whether ``needs`` names them or not.
-
-    The effect must satisfy the contract; the caller handles exceptions of its function.
-    """
+    """Return the columns that change the result of a sound effect, whether ``needs`` names them or not."""
     with np.errstate(all="ignore"):
         return tuple(column for column in COLUMNS if reacts(effect, column, _apply, at_rest=False))
 
@@ -177,7 +152,9 @@ def reacts_to(effect: Effect) -> tuple[str, ...]:
 def reacts(effect: Effect, column: str, apply: Applied, *, at_rest: bool) -> bool:
     """Whether another value of a column changes the result, at the typical parameters or at random parameters."""
     reading = readings(effect.stage, at_rest=at_rest)
-    other = with_column(reading, column, other_values(column))
+    # One value for each reading, different from the reference value.
+    values: Any = {column: np.resize(np.array(COLUMNS[column].tried[1:]), (READINGS, 1))}
+    other = ProbeReading(reading.signal, replace(reading.scene, **values))
     return any(
         not same(apply(effect, reading, values), apply(effect, other, values))
         for values in (effect.typical(), *draws(effect))

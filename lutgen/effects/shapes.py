@@ -12,7 +12,7 @@ spline reproduces constants and straight lines exactly.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -59,6 +59,12 @@ _BASIS = np.array([[1.0, 4.0, 1.0, 0.0], [-3.0, 0.0, 3.0, 0.0], [3.0, -6.0, 3.0,
 def is_knot(name: str) -> bool:
     """Whether a parameter's name is that of a knot of a Γ by level: the name ends with the code value in per cent."""
     return name.rpartition("_")[2].isdigit()
+
+
+def level_parameters(name: str, meaning: str) -> dict[str, Any]:
+    """Return the parameters of the five knots of a Γ by level; ``meaning`` has a place for the code value."""
+    codes = {"00": "0", "25": "0.25", "50": "0.5", "75": "0.75", "100": "1"}
+    return {f"{name}_{knot}": Parameter(0.0, (-0.6, 2.0), "1", meaning.format(code)) for knot, code in codes.items()}
 
 
 def level_curve(code: Array, knots: Sequence[float] | Array) -> Array:

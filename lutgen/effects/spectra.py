@@ -21,22 +21,16 @@ reality, because the grid has 5 nm steps. The white subpixel of a WRGB OLED emit
 filters transmit parts of this white.
 """
 
-from __future__ import annotations
-
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property, lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from lutgen.colorimetry import inverse
+from lutgen.colorimetry import Array, inverse
 from lutgen.errors import LutgenError, refuse_unknown
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from lutgen.colorimetry import Array
 
 #: Wavelengths of all spectra in nm, (81,).
 WAVELENGTHS = np.arange(380.0, 781.0, 5.0)
@@ -227,7 +221,7 @@ class SpectralDisplay:
         return tuple(lights())
 
     @staticmethod
-    def of(display_class: str, xyz_tips: Array) -> SpectralDisplay:
+    def of(display_class: str, xyz_tips: Array) -> "SpectralDisplay":
         """Estimate the spectra of a display.
 
         ``UNSTATED`` selects the class whose typical spectra need the least correction, in relative entropy. If this
@@ -300,8 +294,7 @@ def _xyz_of(spectra: Array) -> Array:
 
 def _guessed(primaries: Array) -> str:
     """Return the class whose typical spectra need the least correction to the primaries' XYZ (3, 3)."""
-    costs = {name: _cost(light.primaries, primaries) for name, light in lights().items()}
-    nearest = min(costs, key=lambda name: costs[name])
+    nearest = min(lights(), key=lambda name: _cost(lights()[name].primaries, primaries))
     return DEFAULT_CLASS if nearest in BROAD else nearest
 
 

@@ -6,9 +6,6 @@ sessions: it takes a :class:`~lutgen.readings.session.Session` or a pair of sess
 None if patches are missing.
 """
 
-from __future__ import annotations
-
-from lutgen.history.inspect import inspect_session
-from lutgen.history.inspection import Inspection
+from lutgen.history.inspect import Inspection, inspect_session
 
 __all__ = ["Inspection", "inspect_session"]

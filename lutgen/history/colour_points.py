@@ -13,20 +13,14 @@ Learning Algorithms, ch. 27). The evidence contains a penalty for every number t
 numbers does not win over one factor only because the matrix can fit more.
 """
 
-from __future__ import annotations
-
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.history.patches import CHANNELS, mean_xyz, tip
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from lutgen.colorimetry import Array
-    from lutgen.readings.session import Session
+from lutgen.readings.session import Session
 
 #: The order of the colour points, including black.
 COLOURS = (*CHANNELS, "white", "black")
@@ -74,7 +68,7 @@ class ColourPoints:
         """Return XYZ, as read, of red, green, blue, white and black, (5, 3)."""
         return _points(self.channels, self.extra, self.leak)
 
-    def with_gains(self, gains: Array) -> ColourPoints:
+    def with_gains(self, gains: Array) -> "ColourPoints":
         """Return the colours with each channel's light multiplied by its gain; the leak does not change."""
         return replace(self, channels=self.channels * gains[..., np.newaxis], extra=self.extra * self.share_of(gains))
 
@@ -99,10 +93,7 @@ def colour_points(session: Session, *, black_too: bool = True) -> ColourPoints |
 
 
 def changed(before: ColourPoints, values: Mapping[str, Array]) -> Array:
-    """Return XYZ of the colour points after a change, (..., 5, 3).
-
-    ``values``: numbers of ``PARAMETERS``, (..., count) each; 0 is no change.
-    """
+    """Return XYZ of the colour points, (..., 5, 3), after a change by ``values`` of ``PARAMETERS``, (..., count)."""
     log_scale = sum((values[name] for name in ("scale", "gauge", "step") if name in values), np.zeros(1))
     gains, leak = np.exp(values.get("gains", np.zeros(3))), before.leak
     if "aged" in values:
@@ -112,9 +103,8 @@ def changed(before: ColourPoints, values: Mapping[str, Array]) -> Array:
     lit = before.with_gains(gains)
     channels = lit.channels
     if "faded" in values:
-        faded = np.exp(values["faded"])
-        kept = np.ones((*faded.shape[:-1], 3, 3))
-        kept[..., 2, 0], kept[..., 2, 2] = faded[..., 0], faded[..., 1]
+        kept = np.ones((*values["faded"].shape[:-1], 3, 3))
+        kept[..., 2, [0, 2]] = np.exp(values["faded"])
         channels = channels * kept
     if "gamut" in values:
         channels = channels + _square(values["gamut"]) @ channels
@@ -140,7 +130,6 @@ def _points(channels: Array, extra: Array, leak: Array) -> Array:
 
 
 def _square(numbers: Array) -> Array:
-    """Return nine numbers, (..., 9), as matrices, (..., 3, 3)."""
     return numbers.reshape(*numbers.shape[:-1], 3, 3)
 
 
@@ -177,10 +166,7 @@ class ColourFit:
 
 
 def covariance(before: ColourPoints, after: Array, *, noise: float, loose: float = 0.0) -> Array:
-    """Return the (15, 15) covariance of the readings ``after``, (5, 3), of an unchanged display.
-
-    ``noise`` is the relative noise of a reading; ``loose`` is a further relative tolerance of white and primaries.
-    """
+    """Return the (15, 15) covariance of readings ``after``, (5, 3); ``noise``, ``loose`` (white, primaries): shares."""
     size = np.abs(after)
     share = np.array([READING] * 4 + [BLACK])[:, np.newaxis]
     variance = (share**2 + noise**2) * size**2 + FLOOR_CD_M2**2
@@ -228,7 +214,8 @@ def fit(before: ColourPoints, after: Array, free: Sequence[str], *, noise: float
     here = residual(theta)
     slope = np.zeros((here.size, width.size))
     for _ in range(_STEPS if width.size else 0):
-        slope = _slope(residual, theta, here)
+        # The derivative of the residuals by each parameter, (n, p), from one call for all parameters.
+        slope = np.asarray((residual(theta + NUDGE * np.eye(theta.size)) - here).T / NUDGE)
         step = np.linalg.lstsq(slope, -here, rcond=None)[0]
         shrink = 1.0
         while shrink > 1e-3 and (there := residual(theta + shrink * step)) @ there > here @ here:
@@ -246,8 +233,3 @@ def fit(before: ColourPoints, after: Array, free: Sequence[str], *, noise: float
     plain = np.linalg.slogdet(covariance(before, after, noise=noise))[1]
     evidence = -0.5 * (float(here @ here) + occam + float(np.linalg.slogdet(spread)[1] - plain))
     return ColourFit(split(theta), chi2, evidence, after - changed(before, split(theta)))
-
-
-def _slope(residual: Callable[[Array], Array], theta: Array, here: Array) -> Array:
-    """Return the derivative of the residuals by each parameter, (n, p), from one call for all parameters."""
-    return np.asarray((residual(theta + NUDGE * np.eye(theta.size)) - here).T / NUDGE)

@@ -6,20 +6,15 @@ averaging, doi:10.1214/ss/1009212519). Each draw of the future draws law, shape,
 draws include the uncertainty of all four.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+from lutgen.colorimetry import Array
 
-    from lutgen.colorimetry import Array
-
-    #: An axis of a grid: values of equal ratio, centre and spread (natural logarithm) of a log-normal prior.
-    Axis = tuple[Array, float, float]
+#: An axis of a grid: values of equal ratio, centre and spread (natural logarithm) of a log-normal prior.
+Axis = tuple[Array, float, float]
 
 #: Number of sampled points of shapes and scatter for each law.
 _POINTS_A_LAW = 1000
@@ -127,10 +122,7 @@ class _Sample:
 
 
 def decay_of(time: Array, figures: Array, errors: Array, ahead: Array, *, draws: int, seed: list[int]) -> Decay:
-    """Weigh all laws on a history, (n,) each, and draw its future at the times ``ahead``, (m,).
-
-    Times are multiples of the history's span.
-    """
+    """Weigh all laws on a history, (n,) each, and draw its future at ``ahead``, (m,); the span is 1."""
     level = float(np.abs(figures).max()) or 1.0
     rng = np.random.default_rng(seed)
     samples = [_sample(law, (time, figures / level, errors / level), rng) for law in LAWS]
@@ -181,9 +173,8 @@ def _posterior(law: Law, points: Array, history: tuple[Array, Array, Array]) -> 
     columns = law.columns(points[:, :-1], time) / errors[:, np.newaxis]
     target, variance = figures / errors, points[:, -1:] ** 2
     cross = (columns * target[:, np.newaxis]).sum(axis=1) / variance
-    precision = np.swapaxes(columns, -1, -2) @ columns / variance[..., np.newaxis] + np.diag(
-        np.array(law.widths) ** -2.0
-    )
+    prior = np.diag(np.array(law.widths) ** -2.0)
+    precision = np.swapaxes(columns, -1, -2) @ columns / variance[..., np.newaxis] + prior
     mean = np.linalg.solve(precision, cross[..., np.newaxis])[..., 0]
     fit = (target @ target) / variance[:, 0] - (cross * mean).sum(axis=1)
     log_size = np.log(np.linalg.det(precision)) + 2.0 * np.log(law.widths).sum()

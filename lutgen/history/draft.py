@@ -1,11 +1,9 @@
 """Draft a campaign file from session files; lines that only a person can complete stay open."""
 
-from __future__ import annotations
-
 import os
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,11 +13,7 @@ from lutgen.errors import LutgenError
 from lutgen.history.pair import UNKNOWN
 from lutgen.history.patches import CHANNELS, mean_xyz, primaries
 from lutgen.history.transfer import calibration
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from lutgen.readings.session import Session
+from lutgen.readings.session import Session
 
 #: Δu'v' of a primary between two sessions that is too large for aging: another panel, mode or correction of the meter.
 #: In 18 000 hours each primary of the paper's display moves by less than half of this value.
@@ -47,12 +41,12 @@ def displays_of(sessions: Sequence[Session]) -> list[list[Session]]:
     """Group sessions by display, in the given order: same name, and primaries as close as aging allows."""
     groups: list[list[tuple[Session, dict[str, Array]]]] = []
     for session in sessions:
-        entry = (session, _uv(session))
-        match = next((group for group in groups if all(_alike(entry, each) for each in group)), None)
-        if match is None:
-            groups.append([entry])
-        else:
-            match.append(entry)
+        tips = primaries(session)
+        entry = (session, {name: xyz_to_uv(xyz) for name, xyz in tips.xyz.items()} if tips else {})
+        match = next((group for group in groups if all(_alike(entry, each) for each in group)), [])
+        if not match:
+            groups.append(match)
+        match.append(entry)
     return [[session for session, _ in group] for group in groups]
 
 
@@ -91,9 +85,8 @@ def draft(sessions: Sequence[Session], beside: Path, answers: Answers | None = N
     ]
     if not answers.name and "," in names:
         lines[-1] += "  # TODO the files name several; their primaries agree"
-    lines.append(
-        _answered("hours_per_day", answers, "8.0", "dates are no operating hours; or give hours for each session")
-    )
+    why = "dates are no operating hours; or give hours for each session"
+    lines.append(_answered("hours_per_day", answers, "8.0", why))
     for session in ordered:
         lines += ["", *_entry(session, beside, answers)]
     return "\n".join(lines) + "\n"
@@ -103,11 +96,8 @@ def _entry(session: Session, beside: Path, answers: Answers) -> list[str]:
     path = Path(os.path.relpath(Path(session.file).resolve(), beside.resolve())).as_posix()
     lines = ["[[sessions]]", f"# {_summary(session)}", f"file = {toml_text(path)}"]
     lines.append(f"date = {session.created.date()}" if session.created else "# TODO date = 2020-05-26, or hours = 0.0")
-    lines.append(
-        f"instrument = {toml_text(session.instrument)}"
-        if session.instrument
-        else '# TODO instrument = "maker and model"'
-    )
+    known = f"instrument = {toml_text(session.instrument)}"
+    lines.append(known if session.instrument else '# TODO instrument = "maker and model"')
     lines.append(_answered("ambient_lx", answers, "0.0", "light in the room"))
     lines.append(_answered("settings", answers, '"brightness 30 %"', "the display's own"))
     if not session.absolute:
@@ -146,8 +136,3 @@ def _alike(one: tuple[Session, dict[str, Array]], other: tuple[Session, dict[str
     return len(named) < 2 and all(
         float(np.hypot(*(my_uv[name] - their_uv[name]))) <= ANOTHER for name in my_uv.keys() & their_uv.keys()
     )
-
-
-def _uv(session: Session) -> dict[str, Array]:
-    tips = primaries(session)
-    return {name: xyz_to_uv(xyz) for name, xyz in tips.xyz.items()} if tips else {}

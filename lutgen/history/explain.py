@@ -6,27 +6,22 @@ weighed by the evidence of white, primaries and black. A verdict names one cause
 well and the measurements that would separate them.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from itertools import combinations, product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lutgen.errors import LutgenError
 from lutgen.history.causes import causes
 from lutgen.history.colour_points import BY_CONTENT, colour_points, fit
-from lutgen.history.hypothesis import Hypothesis
 from lutgen.history.pair import SessionPair
 from lutgen.history.patches import CHANNELS
 from lutgen.history.steadiness import left_out, steadiness
-from lutgen.history.verdicts import SessionVerdict, in_succession, pronounce
+from lutgen.history.verdicts import Hypothesis, SessionVerdict, in_succession, pronounce
+from lutgen.progress import Progress
+from lutgen.readings.campaign import Campaign, CampaignEntry
 from lutgen.readings.steadiness import drift_by_repeats
-
-if TYPE_CHECKING:
-    from lutgen.progress import Progress
-    from lutgen.readings.campaign import Campaign, CampaignEntry
 
 #: Prior odds of one cause against two causes at once, as a natural logarithm: two changes at once are rarer. A recorded
 #: cause does not count.
@@ -47,10 +42,7 @@ class Explanations:
 
 
 def explain(campaign: Campaign, *, reference: str | None = None, progress: Progress | None = None) -> Explanations:
-    """Say why sessions differ from ``reference`` (default: the first sound session).
-
-    Raises LutgenError: a single session, or no session or several sessions of the name ``reference``.
-    """
+    """Say why sessions differ from ``reference`` (default: the first sound one). Raises LutgenError: fewer than two."""
     if len(campaign.entries) < 2:
         raise LutgenError(f"{campaign.file}: one session; a comparison needs two or more. Add another [[sessions]].")
     place = _reference(campaign, reference)
@@ -87,10 +79,8 @@ def explanations(pair: SessionPair) -> tuple[Hypothesis, ...]:
             if len(set(free)) < len(free):
                 continue
             best_fit = fit(before, after.xyz(), free, noise=pair.noise, loose=loose)
-            if not all(
-                cause.sound({name: best_fit.values[name] for name in way}, pair)
-                for cause, way in zip(together, ways, strict=True)
-            ):
+            values = [{name: best_fit.values[name] for name in way} for way in ways]
+            if not all(cause.sound(each, pair) for cause, each in zip(together, values, strict=True)):
                 continue
             here = Hypothesis(tuple(cause.name for cause in together), best_fit, best_fit.evidence + prior, assumed)
             best = here if best is None or here.weight > best.weight else best
@@ -144,9 +134,7 @@ def explanations_as_json(explanations: Explanations) -> dict[str, Any]:
         "schema": 1,
         "campaign": {"file": campaign.file, "sha256": campaign.sha256, "display": campaign.display or None},
         "reference": campaign.entries[explanations.reference].session.file,
-        "sessions": [
-            _session(pair, verdict) for pair, verdict in zip(explanations.pairs, explanations.verdicts, strict=True)
-        ],
+        "sessions": [*map(_session, explanations.pairs, explanations.verdicts)],
     }
 
 

@@ -1,10 +1,7 @@
 """The history of a display: white, black, contrast, colours and γ over its sessions, and limits for them."""
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -13,12 +10,9 @@ from lutgen.cells import number
 from lutgen.colorimetry import Array, xyz_to_uv
 from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.history.colour_points import ALIKE, BLACK, FLOOR_CD_M2
-from lutgen.history.inspect import inspect_session
+from lutgen.history.inspect import Inspection, inspect_session
 from lutgen.history.transfer import ContrastResponse, contrast_response
-
-if TYPE_CHECKING:
-    from lutgen.history.inspection import Inspection
-    from lutgen.readings.campaign import Campaign
+from lutgen.readings.campaign import Campaign
 
 #: Quantity → description with its unit.
 QUANTITIES = {
@@ -33,8 +27,8 @@ QUANTITIES = {
     "ambient": "room light over black",
 }
 
-#: Repeatability between sessions, 1 σ: of the colour of white or a primary (Δu'v'), γ, evenness, contrast response.
-COLOUR_NOISE, GAMMA_NOISE, EVEN_NOISE, GSDF_NOISE = 0.0010, 0.02, 0.01, 0.03
+#: Repeatability between sessions, 1 σ, of the quantities for which it is the same at every size.
+NOISE = {"white-shift": 0.0010, "primaries-shift": 0.0010, "gamma": 0.02, "non-uniformity": 0.01, "gsdf": 0.03}
 
 
 @dataclass(frozen=True)
@@ -81,7 +75,8 @@ def times(campaign: Campaign) -> tuple[Array, str]:
 def _figures(
     inspections: list[Inspection], responses: tuple[ContrastResponse | None, ...], ambient: float
 ) -> tuple[dict[str, Array], dict[str, Array]]:
-    white, black = (_luminance(inspections, kind) for kind in ("white", "black"))
+    read = [each.white for each in inspections], [each.black for each in inspections]
+    white, black = (np.array([np.nan if xyz is None else float(xyz[1]) for xyz in each]) for each in read)
     with np.errstate(divide="ignore", invalid="ignore"):
         contrast = np.where(black + ambient > 0, (white + ambient) / (black + ambient), np.nan)
         share = np.where(black > 0, ambient / black, np.nan) if ambient else np.full(len(inspections), np.nan)
@@ -106,11 +101,7 @@ def _figures(
         "white": ALIKE * white,
         "black": dark,
         "contrast": contrast * np.hypot(ALIKE, dark / np.maximum(black + ambient, 1e-9)),
-        "white-shift": np.full(len(inspections), COLOUR_NOISE),
-        "primaries-shift": np.full(len(inspections), COLOUR_NOISE),
-        "gamma": np.full(len(inspections), GAMMA_NOISE),
-        "non-uniformity": np.full(len(inspections), EVEN_NOISE),
-        "gsdf": np.full(len(inspections), GSDF_NOISE),
+        **{name: np.full(len(inspections), noise) for name, noise in NOISE.items()},
         "ambient": share * np.hypot(BLACK, FLOOR_CD_M2 / np.maximum(black, 1e-9)),
     }
     if not np.isfinite(white).any():
@@ -120,22 +111,14 @@ def _figures(
     return values, errors
 
 
-def _luminance(inspections: list[Inspection], kind: str) -> Array:
-    read = [getattr(each, kind) for each in inspections]
-    return np.array([np.nan if each is None else float(each[1]) for each in read])
-
-
 def _shift(colours: list[list[Array] | None]) -> Array:
     """Return the largest Δu'v' of each session's colours against the first session that has the colours, (n,)."""
     first = next((each for each in colours if each is not None), None)
     if first is None:
         return np.full(len(colours), np.nan)
-    start = _uv(first)
-    return np.array([np.nan if each is None else float(np.hypot(*(_uv(each) - start).T).max()) for each in colours])
-
-
-def _uv(colours: list[Array]) -> Array:
-    return xyz_to_uv(np.array(colours))
+    start = xyz_to_uv(np.array(first))
+    moves = [None if each is None else xyz_to_uv(np.array(each)) - start for each in colours]
+    return np.array([np.nan if each is None else float(np.hypot(*each.T).max()) for each in moves])
 
 
 _TG18 = "AAPM TG18, Samei et al. 2005, doi:10.1118/1.1861159"

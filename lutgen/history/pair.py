@@ -1,10 +1,7 @@
 """A pair of sessions of one display: differences of their readings, and the records of how they were taken."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,11 +11,9 @@ from lutgen.history.colour_points import ColourPoints, colour_points
 from lutgen.history.patches import CHANNELS, black_xyz, mean_xyz, ramp, tip_rows
 from lutgen.history.steadiness import FEWEST_SHARED, drift_by_order, shared, steadiness
 from lutgen.history.transfer import NEAR, Transfer, bend, clipping, full_light_ratio, transfer
+from lutgen.readings.campaign import CampaignEntry
+from lutgen.readings.session import Session
 from lutgen.readings.steadiness import SessionDrift, drift_by_repeats
-
-if TYPE_CHECKING:
-    from lutgen.readings.campaign import CampaignEntry
-    from lutgen.readings.session import Session
 
 #: Names that systems write for an unknown instrument or display.
 UNKNOWN = ("", "unknown", "color lcd", "generic pnp monitor", "default monitor", "display")
@@ -58,6 +53,11 @@ class SessionPair:
     misread: tuple[str, ...] = ()
 
     @property
+    def sessions(self) -> tuple[Session, Session]:
+        """The readings of the reference and of the session."""
+        return self.before.session, self.after.session
+
+    @property
     def hours(self) -> float | None:
         """Operating hours from the reference to the session; None: not stated for both."""
         one, other = self.before.hours, self.after.hours
@@ -66,57 +66,53 @@ class SessionPair:
     @cached_property
     def seen(self) -> tuple[ColourPoints, ColourPoints] | None:
         """Colour points of both sessions, the reference's with the session's calibration; None: some were not read."""
-        sessions = self.before.session, self.after.session
-        black_too = all(mean_xyz(each, "black") is not None for each in sessions)
-        one, other = (colour_points(each, black_too=black_too) for each in sessions)
-        if one is None or other is None or not all(each.absolute for each in sessions):
+        black_too = all(mean_xyz(each, "black") is not None for each in self.sessions)
+        one, other = (colour_points(each, black_too=black_too) for each in self.sessions)
+        if one is None or other is None or not all(each.absolute for each in self.sessions):
             return None
         return one.with_gains(self.calibration_gain), other
 
     @cached_property
     def calibration_gain(self) -> Array:
         """Factor of each channel's full light by the change of calibration curves, (3,): 1 if a file has no curves."""
-        return full_light_ratio(self.before.session, self.after.session)
+        return full_light_ratio(*self.sessions)
 
     @property
     def curves_known(self) -> bool:
         """Whether both files hold the calibration that was loaded."""
-        return self.before.session.calibration is not None and self.after.session.calibration is not None
+        return all(each.calibration is not None for each in self.sessions)
 
     @cached_property
     def bend(self) -> float | None:
         """Change of the display's own transfer curves, in L*; None: too few levels."""
-        return bend(self.before.session, self.after.session, native=self.curves_known)
+        return bend(*self.sessions, native=self.curves_known)
 
     @cached_property
     def bend_with_calibration(self) -> float | None:
         """Change of the transfer curves including the calibrations, in L*; None: too few levels."""
-        return bend(self.before.session, self.after.session, native=False)
+        return bend(*self.sessions, native=False)
 
     @cached_property
     def drifts(self) -> tuple[SessionDrift, SessionDrift]:
         """Drift within the reference, and within the session."""
-        steady = [steadiness(each.session) for each in (self.before, self.after)]
+        steady = [steadiness(each) for each in self.sessions]
         # One meter has the same noise in both sessions, so the noise of one session bounds the scatter of the other.
         known = [other.noise if other and not self.other_instrument else None for other in reversed(steady)]
         own = [drift_by_repeats(each, scatter) for each, scatter in zip(steady, known, strict=True)]
         if not own[1].ran_away and not own[0].ran_away:
-            beside = drift_by_order(self.after.session, self.before.session)
-            own[1] = beside or own[1]
+            own[1] = drift_by_order(*self.sessions[::-1]) or own[1]
         return own[0], own[1]
 
     @cached_property
     def drift_hidden(self) -> bool:
         """Whether a drift would not show: one session repeats no bright patch, and the sessions share few patches."""
-        sessions = self.before.session, self.after.session
-        few = shared(sessions[1], sessions[0])[0].size < FEWEST_SHARED
-        return few and any(steadiness(each) is None for each in sessions)
+        few = shared(*self.sessions[::-1])[0].size < FEWEST_SHARED
+        return few and any(steadiness(each) is None for each in self.sessions)
 
     @cached_property
     def noise(self) -> float:
         """Combined relative noise of the readings of both sessions, 1 σ, from repeated patches; 0 without repeats."""
-        steady = [steadiness(each.session) for each in (self.before, self.after)]
-        one, other = (min(each.noise, 0.02) if each else 0.0 for each in steady)
+        one, other = (min(steady.noise, 0.02) if steady else 0.0 for steady in map(steadiness, self.sessions))
         return float(np.hypot(one, other))
 
     @cached_property
@@ -166,9 +162,8 @@ class SessionPair:
         if fact == "contrast" and self.contrast:
             return "contrast went from {:.0f} to {:.0f}".format(*self.contrast)
         red, green, blue, _ = np.hypot(*self.shift.T)
-        return (
-            f"blue moved by Δu'v' {blue:.3f}" if fact == "blue" else f"a primary moved by Δu'v' {max(red, green):.3f}"
-        )
+        which, moved = ("blue", blue) if fact == "blue" else ("a primary", max(red, green))
+        return f"{which} moved by Δu'v' {moved:.3f}"
 
     @cached_property
     def largest_shift(self) -> float:
@@ -178,7 +173,7 @@ class SessionPair:
     @property
     def named_alike(self) -> bool:
         """Whether both files name the same display."""
-        one, other = self.before.session.display, self.after.session.display
+        one, other = (each.display for each in self.sessions)
         return one == other and one.lower() not in UNKNOWN
 
     @property
@@ -193,13 +188,10 @@ class SessionPair:
 
     @cached_property
     def clipping_difference(self) -> str:
-        """Sentence on levels that are clipped in one session and distinct in the other; "" without such levels.
-
-        "" also if the files' calibrations differ, since calibrations clip too.
-        """
+        """Sentence on levels clipped in one session only; "" without, or if calibrations, which clip too, differ."""
         if self.recalibrated:
             return ""
-        curves = [_curves(each.session) for each in (self.before, self.after)]
+        curves = [_curves(each) for each in self.sessions]
         sentences = []
         for here, (mine, theirs) in enumerate((curves, curves[::-1])):
             places: dict[str, list[str]] = {}
@@ -237,7 +229,7 @@ class SessionPair:
     @cached_property
     def lines(self) -> float | None:
         """Common shift of the primaries' spectra in nm; None: no spectra, or no common shift."""
-        return line_shift(self.before.session, self.after.session)
+        return line_shift(*self.sessions)
 
     @property
     def other_instrument(self) -> str:
@@ -246,7 +238,7 @@ class SessionPair:
         if one.lower() not in UNKNOWN and other.lower() not in UNKNOWN and one != other:
             return f"the instrument is {other!r}, it was {one!r}"
         for key in _SETTINGS:
-            values = [each.session.metadata.get(key, "") for each in (self.before, self.after)]
+            values = [each.metadata.get(key, "") for each in self.sessions]
             if values[0] != values[1]:
                 return f"the instrument's {key} is {values[1] or 'not said'}, it was {values[0] or 'not said'}"
         return ""
@@ -254,7 +246,7 @@ class SessionPair:
     @property
     def other_display(self) -> str:
         """Clause on another display, from the records; "" without a change."""
-        one, other = self.before.session.display, self.after.session.display
+        one, other = (each.display for each in self.sessions)
         if one.lower() not in UNKNOWN and other.lower() not in UNKNOWN and one != other:
             return f"the file names {other!r}, the reference {one!r}"
         return ""
@@ -273,7 +265,6 @@ class SessionPair:
 
 
 def _curves(session: Session) -> dict[str, Transfer]:
-    """Return channel → curve of its ramp."""
     curves = {name: transfer(ramp(session, name), black_xyz(session)) for name in CHANNELS}
     return {name: curve for name, curve in curves.items() if curve is not None}
 
@@ -293,8 +284,7 @@ def _both(pair: SessionPair) -> tuple[ColourPoints, ColourPoints]:
 
 
 def _uv(colours: ColourPoints) -> Array:
-    light = np.vstack([colours.channels, colours.channels.sum(axis=0) + colours.extra])
-    return xyz_to_uv(light)
+    return xyz_to_uv(np.vstack([colours.channels, colours.channels.sum(axis=0) + colours.extra]))
 
 
 def line_shift(before: Session, after: Session) -> float | None:
@@ -303,17 +293,13 @@ def line_shift(before: Session, after: Session) -> float | None:
         return None
     shifts = []
     for name in CHANNELS:
-        pair = [_tip_spectrum(each, name) for each in (before, after)]
-        if pair[0] is None or pair[1] is None:
+        here, there = tip_rows(before, name), tip_rows(after, name)
+        if not here.size or not there.size:
             return None
-        shifts.append(_spectral_shift(before.wavelengths, pair[0], after.wavelengths, pair[1]))
+        one, other = before.spectra[here].mean(axis=0), after.spectra[there].mean(axis=0)
+        shifts.append(_spectral_shift(before.wavelengths, one, after.wavelengths, other))
     middle = float(np.median(shifts))
     return middle if np.ptp(shifts) <= max(0.2, 0.5 * abs(middle)) else None
-
-
-def _tip_spectrum(session: Session, channel: str) -> Array | None:
-    full = tip_rows(session, channel)
-    return session.spectra[full].mean(axis=0) if full.size and session.spectra is not None else None
 
 
 def _spectral_shift(at: Array, one: Array, at_other: Array, other: Array) -> float:

@@ -1,18 +1,12 @@
 """Patches of a session by kind: white, black, primaries, and ramps of grey and of each channel."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.colorimetry import SRGB_XY, Array, xy_to_uv, xyz_to_uv, xyz_to_xyY
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from lutgen.readings.session import Session
+from lutgen.readings.session import Session
 
 #: Channel → its index in drive; ramps have the same names.
 CHANNELS = {"red": 0, "green": 1, "blue": 2}
@@ -121,10 +115,7 @@ def primaries(session: Session) -> Primaries | None:
 
 
 def additivity(session: Session) -> float | None:
-    """Return Y of white over the sum of Y of red, green and blue, all less black if it was read.
-
-    None if white or a primary is missing.
-    """
+    """Return Y of white over the sum of Y of the primaries, less black if read; None if one is missing."""
     white, dark = mean_xyz(session, "white"), float(black_xyz(session)[1])
     tips = [each for name in CHANNELS if (each := tip(session, name)) is not None]
     if white is None or len(tips) < 3:

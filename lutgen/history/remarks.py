@@ -13,7 +13,7 @@ from lutgen.history.transfer import GreyTracking, Transfer, clipping
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lutgen.history.inspection import Inspection
+    from lutgen.history.inspect import Inspection
     from lutgen.history.transfer import Calibration
     from lutgen.readings.session import Session
     from lutgen.readings.steadiness import Steadiness
@@ -198,49 +198,38 @@ FEWEST_MIXTURES = 8
 
 def missing_patches(session: Session) -> tuple[str, ...]:
     """Return a sentence for each kind of missing patch on the diagnoses that need it, most serious first."""
-    return tuple(sentence for missing, sentence in (*_patches(session), *_circumstances(session)) if missing)
+    return (*_patches(session), *_circumstances(session))
 
 
-def _patches(session: Session) -> list[tuple[bool, str]]:
+def _patches(session: Session) -> Iterator[str]:
     tips = [name for name in CHANNELS if tip(session, name) is None]
     if mean_xyz(session, "white") is None:
         tips.insert(0, "white")
     short = [name for name in CHANNELS if ramp(session, name).drive.size <= FEWEST_LEVELS]
-    once = not any(rows.size > 1 for rows in repeats(session))
-    return [
-        (bool(tips), f"No {' or '.join(tips)} at full drive: no model of the display, no gamut, no additivity."),
-        (
-            mean_xyz(session, "black") is None,
-            "No black: no contrast, no black-level or ambient light, and γ is fitted without subtracting black.",
-        ),
-        (once, "No patch was read twice: no noise, no drift within the session (warm-up, automatic brightness)."),
-        (
-            ramp(session, "grey").drive.size <= FEWEST_LEVELS,
-            f"Fewer than {FEWEST_LEVELS} greys below white: a coarse transfer curve, no drift of γ.",
-        ),
-        (bool(short), f"No ramp of {', '.join(short)}: no γ of these channels alone."),
-        (
-            session.kinds.count("mixture") < FEWEST_MIXTURES,
-            "Hardly any mixtures: no crosstalk, no loading, and no check of the model where it is used.",
-        ),
-    ]
+    if tips:
+        yield f"No {' or '.join(tips)} at full drive: no model of the display, no gamut, no additivity."
+    if mean_xyz(session, "black") is None:
+        yield "No black: no contrast, no black-level or ambient light, and γ is fitted without subtracting black."
+    if not any(rows.size > 1 for rows in repeats(session)):
+        yield "No patch was read twice: no noise, no drift within the session (warm-up, automatic brightness)."
+    if ramp(session, "grey").drive.size <= FEWEST_LEVELS:
+        yield f"Fewer than {FEWEST_LEVELS} greys below white: a coarse transfer curve, no drift of γ."
+    if short:
+        yield f"No ramp of {', '.join(short)}: no γ of these channels alone."
+    if session.kinds.count("mixture") < FEWEST_MIXTURES:
+        yield "Hardly any mixtures: no crosstalk, no loading, and no check of the model where it is used."
 
 
-def _circumstances(session: Session) -> list[tuple[bool, str]]:
-    return [
-        (
-            not session.absolute,
-            "No cd/m²: no fading of the backlight, no black level, no luminance to compare with other dates.",
-        ),
-        (
-            session.calibration is None,
-            "No calibration curves: changes of the panel and of the calibration cannot be separated.",
-        ),
-        (
-            session.positions is None or not np.ptp(session.positions, axis=0).any(),
-            "One place on the screen: no edge fall-off, no uniformity.",
-        ),
-        (session.spectra is None, "No spectra: yellowing, phosphor wear and backlight decay show by colour only."),
-        (session.created is None, "No date: give it in the campaign file."),
-        (not session.instrument, "No instrument named: a change of meter could pass for aging."),
-    ]
+def _circumstances(session: Session) -> Iterator[str]:
+    if not session.absolute:
+        yield "No cd/m²: no fading of the backlight, no black level, no luminance to compare with other dates."
+    if session.calibration is None:
+        yield "No calibration curves: changes of the panel and of the calibration cannot be separated."
+    if session.positions is None or not np.ptp(session.positions, axis=0).any():
+        yield "One place on the screen: no edge fall-off, no uniformity."
+    if session.spectra is None:
+        yield "No spectra: yellowing, phosphor wear and backlight decay show by colour only."
+    if session.created is None:
+        yield "No date: give it in the campaign file."
+    if not session.instrument:
+        yield "No instrument named: a change of meter could pass for aging."

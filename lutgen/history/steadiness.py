@@ -6,22 +6,14 @@ was repeated and the order of reading is known, lutgen compares the patches that
 of their light has terms for the colour of the patches and for the order of reading; a slope over the order is a drift.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
+from lutgen.colorimetry import Array
 from lutgen.history.patches import CHANNELS, black_xyz, ramp, repeats
 from lutgen.history.transfer import lightness
-from lutgen.readings.steadiness import CLEAR, SessionDrift, steadiness_of
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
-    from lutgen.readings.session import Session
-    from lutgen.readings.steadiness import Steadiness
+from lutgen.readings.session import Session
+from lutgen.readings.steadiness import CLEAR, SessionDrift, Steadiness, steadiness_of
 
 #: A reading is misread if its L* differs by ``FAR`` from the value of its neighbours or repeats, and by ``CLEARLY``
 #: times the largest difference of this kind among the other readings.
@@ -77,10 +69,7 @@ def _from_neighbours(drive: Array, level: Array) -> Array:
 
 
 def _off_its_repeats(session: Session, rows: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the row of the only reading that is far from the patch's other readings; empty without one.
-
-    L* is relative to the session's brightest reading.
-    """
+    """Return the row of the only reading whose L* is far from the patch's other readings; empty without one."""
     none = np.empty(0, dtype=np.int64)
     if rows.size < FEWEST_REPEATS or session.xyz[:, 1].max() <= 0:
         return none
@@ -123,9 +112,7 @@ def drift_by_order(session: Session, other: Session) -> SessionDrift | None:
         return None
     ratio = np.log(here[kept] / there[kept])
     change, error = _trend(colour, order, ratio)
-    if abs(change) < CLEAR * error:
-        return None
-    return SessionDrift(float(np.expm1(change)), "order")
+    return None if abs(change) < CLEAR * error else SessionDrift(float(np.expm1(change)), "order")
 
 
 def shared(one: Session, other: Session) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -14,21 +14,16 @@ share of the channel's drive that the calibration uses for white. If the calibra
 compares the native curves.
 """
 
-from __future__ import annotations
-
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from lutgen.colorimetry import Array, code_to_linear, delta_e_2000, xyz_to_lab, xyz_to_uv
 from lutgen.history.patches import CHANNELS, Ramp, black_xyz, mean_xyz, ramp, tip
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from lutgen.readings.session import Session
+from lutgen.readings.session import Session
 
 #: γ is fitted between these code values: below, black and noise are too large a part of the light; above, all curves
 #: meet.
@@ -288,10 +283,7 @@ def full_light_ratio(before: Session, after: Session) -> Array:
 
 
 def _light_kept(session: Session, channel: str, share: float) -> float:
-    """Return a channel's light at a share of its highest drive, relative to full light.
-
-    Between levels the light is interpolated as a power; without enough levels the channel's γ is used.
-    """
+    """Return a channel's light at a share of its highest drive over full light: between levels, else by its γ."""
     drive, xyz = native_ramp(session, channel)
     lit = (drive > 0) & (xyz[:, 1] > 0)
     drive, light = drive[lit], xyz[lit, 1]
@@ -333,11 +325,9 @@ def bend(before: Session, after: Session, *, native: bool) -> float | None:
 
 def _curve(session: Session, name: str, native: bool) -> tuple[Array, Array]:
     """Return drive, (n,), and luminance less black, (n,)."""
-    if native:
-        drive, xyz = native_ramp(session, name)
-        return drive, xyz[:, 1]
     levels = ramp(session, name)
-    return levels.drive, levels.xyz[:, 1] - black_xyz(session)[1]
+    drive = native_ramp(session, name)[0] if native else levels.drive
+    return drive, levels.xyz[:, 1] - black_xyz(session)[1]
 
 
 def _between(one: tuple[Array, Array], other: tuple[Array, Array]) -> float | None:

@@ -5,28 +5,21 @@ like aging. The trend is an average over all laws of ``decay``, weighted by evid
 laws.
 """
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError
 from lutgen.history.causes import causes
-from lutgen.history.decay import decay_of
+from lutgen.history.decay import Decay, decay_of
 from lutgen.history.explain import explain
-from lutgen.history.history import QUANTITIES, History, history
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from lutgen.colorimetry import Array
-    from lutgen.history.decay import Decay
-    from lutgen.history.history import Limit
-    from lutgen.progress import Progress
-    from lutgen.readings.campaign import Campaign
+from lutgen.history.history import QUANTITIES, History, Limit, history
+from lutgen.progress import Progress
+from lutgen.readings.campaign import Campaign
 
 #: Number of draws of the future, their seed, and the share of the draws that an interval holds.
 DRAWS, SEED, INTERVAL = 1000, 270, 0.9
@@ -110,12 +103,12 @@ def trend(
 ) -> Trend:
     """Follow a display and say when each limit is passed. Raises LutgenError: too few sessions, or no times."""
     if len(campaign.entries) < 2:
-        message = f"{campaign.file}: one session; a trend needs two or more. Add another [[sessions]]."
-        raise LutgenError(message)
+        raise LutgenError(f"{campaign.file}: one session; a trend needs two or more. Add another [[sessions]].")
     seen = history(campaign, ambient_cd_m2)
     if seen.time[-1] <= 0:
-        message = f"{campaign.file}: all sessions have the same time; a trend needs sessions that are months apart."
-        raise LutgenError(message)
+        raise LutgenError(
+            f"{campaign.file}: all sessions have the same time; a trend needs sessions that are months apart."
+        )
     why = {} if all_sessions else _left_out(seen, progress)
     kept = np.array([place not in why for place in range(len(seen.places))])
     ahead = np.linspace(0.0, (1.0 + HORIZON) * float(seen.time[-1]), _POINTS)
@@ -134,9 +127,8 @@ def _left_out(seen: History, progress: Progress | None) -> dict[int, str]:
     for here, place in enumerate(seen.places):
         verdict = verdict_of.get(place)
         if verdict and verdict.names and (not telling & {*verdict.names} or {*verdict.sure} - telling):
-            why[here] = " and ".join(verdict.sure) or (" and " if verdict.kind == "several" else " or ").join(
-                verdict.names
-            )
+            join = " and " if verdict.kind == "several" else " or "
+            why[here] = " and ".join(verdict.sure) or join.join(verdict.names)
     return why
 
 
@@ -144,8 +136,8 @@ def _course(seen: History, name: str, kept: Array, ahead: Array) -> tuple[Follow
     """Weigh the laws; return the course of a quantity and the curve of every draw, (draws, m)."""
     values, errors = seen.values[name], seen.errors[name]
     used = kept & np.isfinite(values) & np.isfinite(errors) & (errors > 0)
-    none = np.full(ahead.size, np.nan)
     if np.count_nonzero(used) < 2:
+        none = np.full(ahead.size, np.nan)
         return Followed(name, None, none, none, none), np.empty((0, ahead.size))
     span = float(seen.time[-1])
     decay = decay_of(

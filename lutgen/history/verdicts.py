@@ -5,24 +5,19 @@ by the other sessions of the campaign: a loss of light is no aging if the light 
 sudden after a long time without loss; a steady loss over many sessions is no changed setting.
 """
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from itertools import chain
 
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.history.causes import causes
+from lutgen.history.colour_points import ColourFit
+from lutgen.history.pair import SessionPair
 from lutgen.history.patches import CHANNELS
 from lutgen.history.transfer import DARKEST
 from lutgen.numerals import spaced
-
-if TYPE_CHECKING:
-    from collections.abc import Container, Sequence
-
-    from lutgen.colorimetry import Array
-    from lutgen.history.hypothesis import Hypothesis
-    from lutgen.history.pair import SessionPair
 
 #: Verdict → what it means.
 KINDS = {
@@ -43,6 +38,20 @@ MISFIT = 45.0
 SUM_REPORTED = 0.02
 
 _NOT_READ = "white or a primary at full drive was not read in both, or not in cd/m²"
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """A set of causes, and how well the set explains white, primaries and black."""
+
+    #: The causes; none: nothing changed.
+    names: tuple[str, ...]
+    #: The best fit of the causes.
+    fit: ColourFit
+    #: Natural logarithm of evidence times prior.
+    weight: float
+    #: Number of causes that are not recorded.
+    assumed: int
 
 
 @dataclass(frozen=True)
@@ -127,13 +136,11 @@ def _weighed(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVerd
     untold = {name: why for name, cause in causes().items() if (why := cause.untold(pair))}
     unsaid = [why for name, why in untold.items() if any(name in each.names for each in near)]
     # A cause that the readings cannot tell is named only where it explains the pair alone.
-    near = [replace(each, names=_told(each.names, untold)) for each in near]
+    told = [tuple(name for name in each.names if name not in untold) for each in near]
+    near = [replace(each, names=names or each.names) for each, names in zip(near, told, strict=True)]
     fewest = min(each.assumed for each in near)
-    rivals = [
-        each
-        for each in near
-        if each.assumed == fewest and not any(set(other.names) < set(each.names) for other in near)
-    ]
+    simple = [each for each in near if not any(set(other.names) < set(each.names) for other in near)]
+    rivals = [each for each in simple if each.assumed == fewest]
     simplest = min(len(each.names) for each in rivals)
     signs = _signs(pair)
     facts = (*signs.values(), *_facts(pair), *_records(pair), *unsaid)
@@ -147,16 +154,12 @@ def _weighed(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVerd
         return _one_of((*names, *mistaken), facts)
     if simplest < 2:
         return _joined((*names, *mistaken), bends, facts)
-    doubtful = {name for parameter in mistaken.values() for name in names if parameter in _parameters(name)}
+    doubtful = {name for name in names if {*mistaken.values()} & {*chain.from_iterable(causes()[name].ways)}}
     sure = tuple(name for name in names if name not in doubtful and all(name in each.names for each in rivals))
     names = (*names, *(name for name in (*mistaken, *bends) if name not in names))
     if len(rivals) == 1 and not mistaken:
         return _verdict("several", names, facts)
     return _verdict("one-of", (*sure, *(name for name in names if name not in sure)), facts, sure)
-
-
-def _told(names: tuple[str, ...], untold: Container[str]) -> tuple[str, ...]:
-    return tuple(name for name in names if name not in untold) or names
 
 
 def _unweighed(pair: SessionPair) -> list[str]:
@@ -173,10 +176,6 @@ def _mistaken(pair: SessionPair, rivals: Sequence[Hypothesis], names: tuple[str,
         if name not in names and any(parameters):
             mistaken[name] = next(filter(None, parameters))
     return mistaken
-
-
-def _parameters(name: str) -> set[str]:
-    return {parameter for way in causes()[name].ways for parameter in way}
 
 
 def _one_of(names: tuple[str, ...], evidence: tuple[str, ...]) -> SessionVerdict:
@@ -249,9 +248,8 @@ def _facts(pair: SessionPair) -> tuple[str, ...]:
         whose = "the display's own curves" if pair.curves_known else "curves"
         facts.append(f"{whose} within ΔL* {abs(pair.bend):.1f} above L* {DARKEST:g}")
     if pair.curves_of_files:
-        facts.append(
-            f"with the calibrations in the files, which differ, curves moved by ΔL* {pair.bend_with_calibration:+.1f}"
-        )
+        moved = f"curves moved by ΔL* {pair.bend_with_calibration:+.1f}"
+        facts.append(f"with the calibrations in the files, which differ, {moved}")
     if abs(pair.additivity[1] - pair.additivity[0]) >= SUM_REPORTED:
         facts.append(f"white over red + green + blue {pair.additivity[0]:.3f} → {pair.additivity[1]:.3f}")
     if pair.curves_known and np.abs(pair.calibration_gain - 1.0).max() >= 0.002:
@@ -282,20 +280,16 @@ def in_succession(pairs: Sequence[SessionPair], verdicts: Sequence[SessionVerdic
     revised = list(verdicts)
     still = [pair for pair, each in zip(pairs, verdicts, strict=True) if each.kind == "same"]
     for place, pair in enumerate(pairs):
-        for name in _with_course("steady", revised[place]):
-            if len(revised[place].names) > 1 and (later := _brighter_later(pair, pairs)):
-                revised[place] = without(revised[place], name, f"light came back by {later:+.0%} in a later session")
-            elif _with_course("step", revised[place]) and (within := _lost_within(pair, still)):
-                revised[place] = without(
-                    revised[place], name, f"hardly any of this light was lost until {within} before"
-                )
+        for name in _with_course("steady", verdicts[place]):
+            each = revised[place]
+            if len(each.names) > 1 and (later := _brighter_later(pair, pairs)):
+                revised[place] = without(each, name, f"light came back by {later:+.0%} in a later session")
+            elif _with_course("step", each) and (within := _lost_within(pair, still)):
+                revised[place] = without(each, name, f"hardly any of this light was lost until {within} before")
     steady = [place for place, each in enumerate(revised) if {*each.sure} <= {*_with_course("steady", each)} != set()]
     calm = [place for place, each in enumerate(revised) if each.kind == "same" and pairs[place].days is not None]
-    if (
-        len(steady) + len(calm) >= FEWEST_SESSIONS
-        and len(steady) > 1
-        and _is_steady([pairs[place] for place in steady + calm])
-    ):
+    enough = len(steady) + len(calm) >= FEWEST_SESSIONS and len(steady) > 1
+    if enough and _is_steady([pairs[place] for place in steady + calm]):
         why = f"light was lost steadily over {len(steady) + len(calm) + 1} sessions, which no changed setting does"
         for place in steady:
             revised[place] = only(revised[place], _with_course("steady", revised[place])[0], why)

@@ -6,8 +6,6 @@ for each measurement format, ``conditions`` one file for each condition of a rea
 through the functions of this module.
 """
 
-from __future__ import annotations
-
 from lutgen.readings.formats import read_campaign, read_measurements, read_session
 from lutgen.readings.table import TIP_NAMES, Measurements
 

@@ -3,27 +3,19 @@
 Aging needs the operating hours of each session, or dates and the operating hours per day.
 """
 
-from __future__ import annotations
-
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass
+from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError
-from lutgen.readings.conditions import CONDITIONS
 from lutgen.readings.session import Session
-from lutgen.readings.table import OPTIONAL, Measurements
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from datetime import date
-
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
+from lutgen.readings.table import CELLS, OPTIONAL, Measurements
 
 
 @dataclass(frozen=True)
@@ -68,14 +60,7 @@ class Campaign:
     sha256: str
 
     def hours(self) -> Array:
-        """Return the operating hours of each entry since the earliest entry, (n,).
-
-        The source is ``hours``, or ``date`` and the hours per day.
-
-        A campaign of one session needs neither.
-
-        Raises LutgenError: an entry has neither hours nor date, or some entries have hours and others only dates.
-        """
+        """Return hours since the earliest entry, (n,), stated or by dates. Raises LutgenError: neither, or a mix."""
         if len(self.entries) == 1:
             return np.zeros(1)
         if all(entry.hours is not None for entry in self.entries):
@@ -94,12 +79,7 @@ class Campaign:
         return np.asarray((days - days.min()) * self.hours_per_day)
 
     def measurements(self) -> Measurements:
-        """Return the readings of all sessions as one table, sorted by hour; hour 0 is the earliest session.
-
-        ``files`` and ``lines`` come from the sessions. ``order`` is None unless every session has an order.
-
-        Raises LutgenError: a session is relative, hours are missing, or the table is invalid (tips are missing, …).
-        """
+        """Return all readings as one table, from the earliest session on. Raises LutgenError: no hours, or invalid."""
         hours = self.hours()
         places = np.argsort(hours, kind="stable")
         entries = [self.entries[place] for place in places]
@@ -133,7 +113,7 @@ class Campaign:
         day = f" of {sessions[0].created.date()}" if sessions[0].created else ""
         return sessions[0].metadata.get("source") or f"{simulated}one session{day}, {sessions[0].form}"
 
-    def campaign(self) -> Campaign:
+    def campaign(self) -> "Campaign":
         """Return the campaign itself; required by the interface ``Readable``."""
         return self
 
@@ -153,14 +133,11 @@ def campaign_of(entries: Sequence[CampaignEntry], *, file: str) -> Campaign:
 
 
 def sessions_of(readings: Measurements) -> Campaign:
-    """Split a table of readings into sessions; a session has one hour and one session name.
-
-    Readings away from rest are left out, except readings that are away from rest only by their position on the screen.
-    """
-    cells = [condition.cell for condition in CONDITIONS if condition.name != "position"]
+    """Split a table into sessions by hour and name, without readings away from rest by more than position."""
     rest = np.ones(readings.hours.size, dtype=bool)
-    for cell in cells:
-        rest &= ~readings.rest.away.get(cell, np.zeros_like(rest))
+    for cell, away in readings.rest.away.items():
+        if cell != CELLS["u"]:
+            rest &= ~away
     return campaign_of(
         [_entry_at_rest(readings, np.flatnonzero((readings.sessions == each) & rest))
          for each in np.unique(readings.sessions[rest])],
@@ -202,8 +179,9 @@ def check_once(entries: Sequence[CampaignEntry]) -> None:
     for entry in entries:
         first = seen.setdefault(entry.session.sha256, entry)
         if first is not entry:
-            message = f"{entry.where}: the session holds the same bytes as the session of {first.where}."
-            raise LutgenError(f"{message} Delete one of them.")
+            raise LutgenError(
+                f"{entry.where}: the session holds the same bytes as the session of {first.where}. Delete one of them."
+            )
 
 
 def _calibrations(hours: Array, sessions: Sequence[Session]) -> dict[float, Array]:

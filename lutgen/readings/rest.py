@@ -6,21 +6,14 @@ of a session were read. Each condition declares the span of values about rest th
 colour points under the same conditions takes the rest of the other sessions of its hour, or else the campaign's rest.
 """
 
-from __future__ import annotations
-
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from lutgen.colorimetry import Array
 from lutgen.readings.conditions import COLUMNS, CONDITIONS
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
 
 #: White and the primaries at full drive, in the order of the paper's index i.
 TIP_DRIVES = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
@@ -38,10 +31,7 @@ class Rest:
 
     def reached(self, count: int) -> NDArray[np.bool_]:
         """Return whether all conditions of each reading are at rest, (n,)."""
-        rest = np.ones(count, dtype=bool)
-        for away in self.away.values():
-            rest &= ~away
-        return rest
+        return np.asarray(~np.logical_or.reduce([np.zeros(count, dtype=bool), *self.away.values()]))
 
 
 def is_tip(drive: Array) -> NDArray[np.bool_]:
@@ -75,7 +65,13 @@ def rest_of(
             for name in (column.name for column in condition.columns if column.name in columns):
                 value = float(at[name][here][0])
                 spans[name][here] = (-np.inf, np.inf) if np.isnan(value) else condition.span(columns[name][here], value)
-    return Rest(at, _away(columns, spans))
+    away = {}
+    for condition in CONDITIONS:
+        names = [column.name for column in condition.columns if column.name in columns]
+        if names:
+            outside = [(columns[name] < spans[name][:, 0]) | (columns[name] > spans[name][:, 1]) for name in names]
+            away[condition.cell] = np.logical_or.reduce(outside) & condition.matters(columns)
+    return Rest(at, away)
 
 
 def _filled(values: Array, usual: float, sessions: NDArray[np.intp]) -> Array:
@@ -89,19 +85,6 @@ def _filled(values: Array, usual: float, sessions: NDArray[np.intp]) -> Array:
         shares = {session: blank[sessions == session].mean() for session in np.unique(sessions)}
         blank &= np.isin(sessions, [session for session, share in shares.items() if 0.5 < share < 1.0])
     return np.where(blank, usual, values)
-
-
-def _away(columns: Mapping[str, Array], spans: Mapping[str, Array]) -> dict[str, NDArray[np.bool_]]:
-    away = {}
-    for condition in CONDITIONS:
-        names = [column.name for column in condition.columns if column.name in columns]
-        if names:
-            outside = np.zeros(len(columns[names[0]]), dtype=bool)
-            for name in names:
-                low, high = spans[name].T
-                outside |= (columns[name] < low) | (columns[name] > high)
-            away[condition.cell] = outside & condition.matters(columns)
-    return away
 
 
 def _centre(tips: NDArray[np.bool_], columns: Mapping[str, Array]) -> NDArray[np.intp] | None:

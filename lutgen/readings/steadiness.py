@@ -1,18 +1,12 @@
 """Steadiness of a session: noise and drift of patches that were read more than once."""
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.colorimetry import Array, xyz_to_uv
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
 
 #: Smallest luminance of a bright patch, as a share of the largest luminance. The noise of a bright patch is
 #: proportional to its luminance.

@@ -96,7 +96,6 @@ class Measurements:
     files: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Check ranges, the order of hours, and that white and primaries are present and not swapped."""
         check_rows(self)
         self._part_constants()
         check_tips(self)
@@ -202,26 +201,15 @@ class Measurements:
 
 
 def in_any_order(**columns: Any) -> Measurements:
-    """Return ``Measurements`` from rows in any order; the keywords are the fields of ``Measurements``.
-
-    The rows are sorted by hour, session and all other columns, so that the result does not depend on their order.
-    """
+    """Return ``Measurements`` of these fields, sorted by all columns, so that the order of rows does not matter."""
     session = np.unique(np.array(columns["session"]), return_inverse=True)[1].reshape(-1)
     notes = np.unique(np.array(columns["note"]), return_inverse=True)[1].reshape(-1)
     conditions = [np.where(np.isnan(values), np.inf, values) for values in columns["conditions"].values()]
-    keys = [
-        *columns["xyz_cd_m2"].T[::-1],
-        notes,
-        *conditions[::-1],
-        *columns["drive"].T[::-1],
-        session,
-        columns["hours"],
-    ]
-    place = np.lexsort(keys)
-    sorted_columns = {
-        name: _placed(values, place) if name in _BY_READING else values for name, values in columns.items()
-    }
-    return Measurements(**sorted_columns)
+    light, drive = columns["xyz_cd_m2"].T[::-1], columns["drive"].T[::-1]
+    place = np.lexsort([*light, notes, *conditions[::-1], *drive, session, columns["hours"]])
+    return Measurements(
+        **{name: _placed(values, place) if name in _BY_READING else values for name, values in columns.items()}
+    )
 
 
 #: Fields of ``Measurements`` with one entry for each reading.
@@ -290,11 +278,8 @@ def check_tips(readings: Measurements) -> None:
     x, y, z = readings.xyz_cd_m2.T
     # Noise may bring the Z of red slightly below 0; a value below −1 % of Y is an error.
     dark = (y <= 0) | (np.minimum(x, z) < -0.01 * y)
-    _refuse(
-        readings,
-        tip.any(axis=1) & ~is_capped(readings) & dark,
-        "negative: X, Y and Z of white or a primary at full drive must be above 0",
-    )
+    why = "negative: X, Y and Z of white or a primary at full drive must be above 0"
+    _refuse(readings, tip.any(axis=1) & ~is_capped(readings) & dark, why)
     counts = {}
     for hour in np.unique(readings.hours):
         here = rest & (readings.hours == hour)
@@ -306,8 +291,8 @@ def check_tips(readings: Measurements) -> None:
                 f"{_under(readings)}. The model needs white, red, green and blue at every hour it starts from."
             )
         counts[float(hour)] = int(here.sum()), count
-        means = [readings.xyz_cd_m2[here & tip[:, i]].mean(axis=0) for i in range(4)] if count.any() else []
-        if means:
+        if count.any():
+            means = [readings.xyz_cd_m2[here & tip[:, i]].mean(axis=0) for i in range(4)]
             _check_plausible(readings, float(hour), xyz_to_xyY(np.array(means)))
     _check_repeated_hour(readings, counts)
 

@@ -1,30 +1,23 @@
 """The ladder: rungs in order; each rung is taken only if it lowers the error of held-out readings."""
 
-from __future__ import annotations
-
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from lutgen.colorimetry import delta_e_2000, xyz_to_lab
+from lutgen.colorimetry import Array, delta_e_2000, xyz_to_lab
 from lutgen.display.own_model import curves, residual
-from lutgen.display.own_model.drive import WAYS, Drive
-from lutgen.display.own_model.least_squares import spread
+from lutgen.display.own_model.curves import WAYS, Drive, spread
 from lutgen.display.own_model.residual import SmoothResidual
-from lutgen.display.own_model.sample import FOLDS
+from lutgen.display.own_model.sample import FOLDS, Sample
 from lutgen.errors import LutgenError
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from lutgen.colorimetry import Array
-    from lutgen.display.own_model.sample import Sample
-
-    #: Model: code values (m, 3) → shares of white's X, Y and Z, (m, 3). Fit: sample → model.
-    Model = Callable[[Array], Array]
-    Fit = Callable[[Sample], Model]
+#: Model: code values (m, 3) → shares of white's X, Y and Z, (m, 3). Fit: sample, and constants that the
+#: held-out error selects → model.
+Model = Callable[[Array], Array]
+Fit = Callable[..., Model]
 
 #: Smallest number of distinct mixtures for the ladder: four in every fold.
 LEAST_MIXTURES = 20
@@ -105,27 +98,20 @@ class OwnModel:
 
     def remarks(self) -> tuple[str, ...]:
         """Return one line for every reading of little weight; for a session that drifts, one line with their number."""
-        count, lines = len(self.misread), []
-        if count > MOST_MISREAD * len(self.sample.drive):
-            many = (
-                f"{self.sample.file}: {count} of {len(self.sample.drive)} readings contradict the others and count "
-                f"little: no display's model holds here. Did brightness change within the session?"
-            )
-            return (many,)
-        for row in self.misread:
-            code = ", ".join(f"{value:.4g}" for value in self.sample.drive[row])
-            lines.append(
-                f"{self.sample.file}, line {int(self.sample.lines[row])}: the reading of code {code} contradicts all "
-                f"others and counts little. Measure it again."
-            )
-        return tuple(lines)
+        count, sample = len(self.misread), self.sample
+        if count > MOST_MISREAD * len(sample.drive):
+            many = f"{count} of {len(sample.drive)} readings contradict the others and count little"
+            return (f"{sample.file}: {many}: no display's model holds here. Did brightness change within the session?",)
+        codes = [", ".join(f"{value:.4g}" for value in sample.drive[row]) for row in self.misread]
+        return tuple(
+            f"{sample.file}, line {int(sample.lines[row])}: the reading of code {code} contradicts all others and "
+            f"counts little. Measure it again."
+            for row, code in zip(self.misread, codes, strict=True)
+        )
 
 
 def fit_own_model(sample: Sample) -> OwnModel:
-    """Return the own model of a sample, by five-fold cross-validation by patch, on mixtures; deterministic.
-
-    Raises LutgenError: the session has fewer than ``LEAST_MIXTURES`` distinct mixtures.
-    """
+    """Return a sample's own model, by five-fold cross-validation on mixtures. Raises LutgenError: too few of them."""
     if sample.mixtures < LEAST_MIXTURES:
         raise LutgenError(
             f"{sample.file}: {sample.mixtures} different mixtures; a display's own model is judged on {LEAST_MIXTURES} "
@@ -141,7 +127,7 @@ class _Climb:
         self.sample = sample
         outs = [sample.fold == fold for fold in range(FOLDS)]
         self.parts = [(out, sample.part(~out)) for out in outs if out.any()]
-        self.fit: Fit = curves.fit_srgb
+        self.fit: Fit = lambda part: curves.SrgbCurves(part.tips)
         self.held_out = self._predicted(self.fit)
         self.rungs = [Rung(curves.SRGB_NAME, mixtures_error(sample, self.held_out), taken=True)]
 
@@ -151,50 +137,36 @@ class _Climb:
         if self.sample.calibration is not None:
             drives += [Drive(way, self.sample.calibration) for way in WAYS[1:3]]
         clipped = [Drive(WAYS[3], self.sample.clipped)] if self.sample.clipped is not None else []
-
-        def scalar(stiffness: float, drive: Drive) -> Fit:
-            return partial(curves.fit_scalar, drive=drive, stiffness=stiffness)
-
-        def of_each(stiffness: float, drive: Drive) -> Fit:
-            return partial(curves.fit_xyz, drive=drive, stiffness=stiffness)
-
-        def pairs(stiffness: float) -> Fit:
-            return partial(curves.fit_xyz, drive=drive, stiffness=stiffness, products=True)
-
-        self._try(curves.SCALAR_NAME, scalar, STIFFNESS[:3], [Drive(), *clipped])
-        _, drive = self._try(curves.XYZ_NAME, of_each, STIFFNESS, [*drives, *clipped])
-        self._try(curves.PRODUCTS_NAME, pairs, STIFFNESS)
+        self._try(curves.SCALAR_NAME, curves.fit_scalar, STIFFNESS[:3], [Drive(), *clipped])
+        _, drive = self._try(curves.XYZ_NAME, curves.fit_xyz, STIFFNESS, [*drives, *clipped])
+        self._try(curves.PRODUCTS_NAME, partial(curves.fit_xyz, drive=drive, products=True), STIFFNESS)
         below = _cached(self.fit)
-
-        def smooth(length: float, noise: float) -> Fit:
-            return lambda sample: residual.fit(sample, below(sample), drive, length, noise)
-
-        self._try(residual.NAME, smooth, LENGTHS, NOISES)
+        self._try(residual.NAME, lambda part, *chosen: residual.fit(part, below(part), drive, *chosen), LENGTHS, NOISES)
         model = self.fit(self.sample)
         return OwnModel(model, tuple(self.rungs), self.held_out, _misread(self.sample, model), self.sample)
 
-    def _try(self, name: str, make: Callable[..., Fit], *grids: Sequence[Any]) -> list[Any]:
+    def _try(self, name: str, fit: Fit, *grids: Sequence[Any]) -> list[Any]:
         """Select a rung's constants by held-out error, one after the other; take the rung if it is clearly better."""
         chosen = [grid[0] for grid in grids]
-        held_out = self._predicted(make(*chosen))
+        held_out = self._predicted(fit, *chosen)
         for place, grid in enumerate(grids):
             for option in grid[1:]:
                 other = [*chosen[:place], option, *chosen[place + 1 :]]
-                shares = self._predicted(make(*other))
+                shares = self._predicted(fit, *other)
                 if mixtures_error(self.sample, shares) < mixtures_error(self.sample, held_out):
                     chosen, held_out = other, shares
         taken = clearly_better(self.sample, held_out, self.held_out)
         self.rungs.append(Rung(name, mixtures_error(self.sample, held_out), taken))
         if taken:
-            self.fit, self.held_out = make(*chosen), held_out
+            self.fit, self.held_out = (lambda part: fit(part, *chosen)), held_out
         return chosen
 
-    def _predicted(self, fit: Fit) -> Array:
+    def _predicted(self, fit: Fit, *constants: Any) -> Array:
         """Return the shares at every reading, (n, 3), from models fitted without the reading's patch."""
         shares = np.empty_like(self.sample.share)
         known = self.sample.fold < 0
         for out, part in self.parts:
-            model = fit(part)
+            model = fit(part, *constants)
             shares[out] = model(self.sample.drive[out])
             shares[known] = model(self.sample.drive[known])
         return shares

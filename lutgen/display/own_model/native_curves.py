@@ -5,25 +5,17 @@ each channel. Curves from single-channel ramps are wrong for mixtures, which are
 channels.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from lutgen.display.own_model.curves import SPLINES, fit_scalar, lit
-from lutgen.display.own_model.drive import Drive
+from lutgen.colorimetry import Array
+from lutgen.display.own_model.curves import Drive, fit_scalar, lit
 from lutgen.display.own_model.ladder import STIFFNESS, clearly_better, mixtures_error
-from lutgen.display.own_model.sample import FOLDS
+from lutgen.display.own_model.sample import FOLDS, Sample
 from lutgen.display.trace import tip_shares
 from lutgen.display.transfer_curve import TransferCurve
 
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.display.own_model.sample import Sample
-
-    #: Curves of red, green and blue.
-    Curves3 = tuple[TransferCurve, TransferCurve, TransferCurve]
+#: Curves of red, green and blue.
+Curves3 = tuple[TransferCurve, TransferCurve, TransferCurve]
 
 #: Smallest number of distinct mixtures for curves that are fitted to all readings.
 LEAST_MIXTURES = 50
@@ -40,12 +32,10 @@ POINTS = 65
 
 def curves_of(sample: Sample) -> Curves3:
     """Return the curves of red, green and blue fitted to all readings; outliers have little weight."""
-    coefficients = fit_scalar(sample, Drive(), STIFFNESS[0]).coefficients
-    codes = np.linspace(0.0, 1.0, POINTS)
-    curves = []
-    for channel, name in enumerate(("red", "green", "blue")):
-        start = 1 + channel * SPLINES
-        light = lit(codes) @ coefficients[start : start + SPLINES].sum(axis=1)
+    codes, curves = np.linspace(0.0, 1.0, POINTS), []
+    of_channels = np.split(fit_scalar(sample, STIFFNESS[0], Drive()).coefficients[1:], 3)
+    for name, coefficients in zip(("red", "green", "blue"), of_channels, strict=True):
+        light = lit(codes) @ coefficients.sum(axis=1)
         curves.append(TransferCurve.through(name, codes, np.clip(np.maximum.accumulate(light / light[-1]), 0.0, 1.0)))
     red, green, blue = curves
     return red, green, blue

@@ -5,24 +5,16 @@ covariance. The residual of the rung below is in CIELAB units (X, Y and Z times 
 level is valid for black and white. No formula describes this residual; a 3D LUT can carry it.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy  # scipy loads its parts lazily; most displays need none
 
-from lutgen.display.own_model.least_squares import trust
-from lutgen.display.own_model.sample import lab_slope
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from lutgen.colorimetry import Array
-    from lutgen.display.own_model.drive import Drive
-    from lutgen.display.own_model.sample import Sample
+from lutgen.colorimetry import Array
+from lutgen.display.own_model.curves import Drive, trust
+from lutgen.display.own_model.sample import Sample, lab_slope
 
 NAME = "a smooth residual"
 

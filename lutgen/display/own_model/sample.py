@@ -1,20 +1,14 @@
 """``Sample``: the readings of one session as shares of white, with patches, folds, and CIELAB slopes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
+from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError
 from lutgen.readings.rest import TIP_DRIVES, is_tip
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
 
 #: Number of folds of the cross-validation; each fold is predicted from the other folds.
 FOLDS = 5
@@ -38,10 +32,7 @@ def lab_slope(share: Array) -> Array:
 
 @dataclass(frozen=True)
 class Sample:
-    """Readings of one session for a fit of the display's own model.
-
-    Raises LutgenError: a reading of black, white or a primary at full drive is missing; the message names it.
-    """
+    """Readings of one session for an own model. Raises LutgenError: black, white or a primary is missing."""
 
     #: Code values 0..1, (n, 3).
     drive: Array
@@ -65,15 +56,16 @@ class Sample:
         lines: NDArray[np.int64] | None = None,
         file: str = "<memory>",
         calibration: Array | None = None,
-    ) -> Sample:
+    ) -> "Sample":
         """Return a sample of code values (n, 3) and XYZ (n, 3) in any unit."""
         tips = is_tip(drive)
         names = ("white", "red", "green", "blue")
         lacks = [name for name, is_name in zip(names, tips.T, strict=True) if not is_name.any()]
         lacks += [] if (~drive.any(axis=1)).any() else ["black"]
         if lacks:
-            message = f"{file}: a display's own model needs {' and '.join(lacks)}, which were not read. Measure them."
-            raise LutgenError(message)
+            raise LutgenError(
+                f"{file}: a display's own model needs {' and '.join(lacks)}, which were not read. Measure them."
+            )
         white = xyz[(drive == 1.0).all(axis=1)].mean(axis=0)
         lines = np.arange(1, len(drive) + 1) if lines is None else lines
         return cls(drive, xyz / white, white, lines, file, calibration)
@@ -123,10 +115,7 @@ class Sample:
 
     @cached_property
     def clipped(self) -> Array | None:
-        """Curves of a clipped input, (k, 4) as a calibration: a channel reaches 1 at its first level of full light.
-
-        None if the ramp of every channel rises up to full drive.
-        """
+        """Curves (k, 4) by which each channel reaches 1 at its first level of full light; None: all ramps rise."""
         ends = np.ones(3)
         for channel in range(3):
             ramp = ~np.delete(self.drive, channel, axis=1).any(axis=1) & (self.drive[:, channel] > 0)
@@ -138,6 +127,6 @@ class Sample:
         codes = np.unique([0.0, *ends, 1.0])
         return np.column_stack([codes, *(np.minimum(codes / end, 1.0) for end in ends)])
 
-    def part(self, rows: NDArray[np.bool_]) -> Sample:
+    def part(self, rows: NDArray[np.bool_]) -> "Sample":
         """Return a sample of some of the readings, with the same white."""
         return Sample(self.drive[rows], self.share[rows], self.white, self.lines[rows], self.file, self.calibration)

@@ -1,26 +1,20 @@
 """``StoredModel``: the taken rungs as the bytes of an .npz file, for model files and manifests."""
 
-from __future__ import annotations
-
 import hashlib
 import io
 import zipfile
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from lutgen.display.own_model.curves import COLUMNS, Curves, SrgbCurves
-from lutgen.display.own_model.drive import WAYS, Drive
+from lutgen.colorimetry import Array
+from lutgen.display.own_model.curves import COLUMNS, WAYS, Curves, Drive, SrgbCurves
+from lutgen.display.own_model.ladder import Model
 from lutgen.display.own_model.residual import SmoothResidual
 from lutgen.errors import LutgenError
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from lutgen.colorimetry import Array
-    from lutgen.display.own_model.ladder import Model
 
 #: Arrays of a stored model, with their shapes; −1: any number of rows. The first group is always present.
 SHAPES: dict[str, tuple[int, ...]] = {"black": (3,), "tips": (4, 3), "way": (), "calibration": (-1, 4)}
@@ -36,10 +30,7 @@ MAX_BYTES = 32_000_000
 
 @dataclass(frozen=True)
 class StoredModel:
-    """An own model as the bytes of an .npz file. Two stored models are equal exactly when their bytes are equal.
-
-    Raises LutgenError: the bytes are no stored model.
-    """
+    """An own model as the bytes of an .npz file; equal bytes, equal models. Raises LutgenError: other bytes."""
 
     content: bytes
 
@@ -49,7 +40,7 @@ class StoredModel:
             raise LutgenError("the display's own model: `way` is none of 0 to 3. Make the model again.")
 
     @classmethod
-    def of(cls, model: Model, tips: Array, black: Array) -> StoredModel:
+    def of(cls, model: Model, tips: Array, black: Array) -> "StoredModel":
         """Return the rungs of a model, with the measured shares of white of colour points (4, 3) and black (3,)."""
         arrays: dict[str, Any] = {"tips": tips, "black": black}
         below = model.below if isinstance(model, SmoothResidual) else model

@@ -14,18 +14,11 @@ Sources: definition: Samei et al. (AAPM TG18), Med. Phys. 32, 1205 (2005), doi:1
 Assumption: R_d is as small as 0.002 1/sr on flat panels, at 4 to 150 lx.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from lutgen.colorimetry import D65
+from lutgen.colorimetry import D65, Array
 from lutgen.effects.declare import Parameter, effect
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
+from lutgen.effects.scene import Scene
 
 #: Illuminance in lx at which ``exponent`` changes nothing.
 USUAL_LX = 100.0
@@ -34,11 +27,7 @@ USUAL_LX = 100.0
 @effect(
     stage="viewing",
     neutral={"reflectance": 0.0},
-    forms=(
-        ("reflectance",),
-        ("reflectance", "tint_x", "tint_z"),
-        ("reflectance", "exponent", "tint_x", "tint_z"),
-    ),
+    forms=(("reflectance",), ("reflectance", "tint_x", "tint_z"), ("reflectance", "exponent", "tint_x", "tint_z")),
     needs=("ambient_lx",),
     confused_with={
         "black-level": "a shrouded black: stray light goes, a leak stays; or several levels of ambient light",

@@ -14,17 +14,11 @@ Sources: form for LED lamps: IES TM-21. Avanaki et al., Proc. SPIE 9420 (2015), 
 Assumption: the stretched exponential, and the size of the first rise.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
+from lutgen.effects.scene import Scene
 
 
 @effect(

@@ -12,18 +12,12 @@ doi:10.1063/1.2133922.
 Assumption: the split into two parts, with c of 2 to 10 % and T₁ of 200 to 1500 h.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import Scene
 from lutgen.effects.shapes import scaled
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
 
 
 @effect(

@@ -8,18 +8,12 @@ Source: stretched exponential in time: Féry et al., Appl. Phys. Lett. 87, 21350
 Assumption: unequal rates of the size of an early OLED, on which blue lost 12, green 8 and red 7 % in 1000 h.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import Scene
 from lutgen.effects.shapes import POWER, SATURATION, growth, scaled
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
 
 #: Largest gain of a channel in nepers: keeps the light finite far beyond 18 000 h.
 MAX_GAIN = 20.0
@@ -51,17 +45,9 @@ MAX_GAIN = 20.0
     blue_bend=Parameter(1.0, (0.5, 2.0), "1", "power of blue's loss in time relative to green's"),
 )
 def channel_decay(
-    tips: Array,
-    scene: Scene,
-    *,
-    red: float,
-    green: float,
-    blue: float,
-    power: float,
-    saturation: float,
-    red_bend: float,
-    blue_bend: float,
-) -> Array:
+    tips: Array, scene: Scene, *,
+    red: float, green: float, blue: float, power: float, saturation: float, red_bend: float, blue_bend: float,
+) -> Array:  # fmt: skip
     """Multiply each primary by its decay; white is the sum of the primaries."""
     bends = np.array([red_bend, 1.0, blue_bend])
     size = growth(scene.tau**bends, new=0.0, grown=1.0, power=power, saturation=saturation)

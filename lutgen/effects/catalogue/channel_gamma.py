@@ -10,36 +10,33 @@ Valid for smooth drifts. A curve with steps is ``quantization``; a curve that ch
 Assumption: the mechanism and the size.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from lutgen.colorimetry import linear_to_code
+from lutgen.colorimetry import Array, linear_to_code
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.shapes import GROWING, POWER, SATURATION, bent, growth, level_curve, share_of_final
+from lutgen.effects.scene import Scene
+from lutgen.effects.shapes import (
+    GROWING,
+    POWER,
+    SATURATION,
+    bent,
+    growth,
+    level_curve,
+    level_parameters,
+    share_of_final,
+)
 
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
-
-CODES = {"00": "0", "25": "0.25", "50": "0.5", "75": "0.75", "100": "1"}
-RED, GREEN, BLUE = (tuple(f"{channel}_{code}" for code in CODES) for channel in ("red", "green", "blue"))
-SIZES = tuple(f"{channel}_{date}" for channel in ("red", "green", "blue") for date in ("new", "grown"))
-
-
-def _sizes(channel: str) -> dict[str, Any]:
-    new, grown = f"change of {channel}'s exponent at hour 0", f"further change of {channel}'s exponent by 18 000 h"
-    return {
-        f"{channel}_new": Parameter(0.05, (-0.6, 2.0), "1", new, beside_first=0.0),
-        f"{channel}_grown": Parameter(0.05, (-0.6, 2.0), "1", grown),
-    }
-
-
-def _levels(channel: str) -> dict[str, Any]:
-    text = f"change of {channel}'s exponent near code value {{}}, at 18 000 h"
-    return {f"{channel}_{name}": Parameter(0.0, (-0.6, 2.0), "1", text.format(code)) for name, code in CODES.items()}
+CHANNELS = ("red", "green", "blue")
+SIZES: dict[str, Any] = {}
+for _name in CHANNELS:
+    _new, _grown = f"change of {_name}'s exponent at hour 0", f"further change of {_name}'s exponent by 18 000 h"
+    SIZES[f"{_name}_new"] = Parameter(0.05, (-0.6, 2.0), "1", _new, beside_first=0.0)
+    SIZES[f"{_name}_grown"] = Parameter(0.05, (-0.6, 2.0), "1", _grown)
+RED, GREEN, BLUE = (
+    level_parameters(name, f"change of {name}'s exponent near code value {{}}, at 18 000 h") for name in CHANNELS
+)
 
 
 @effect(
@@ -49,7 +46,7 @@ def _levels(channel: str) -> dict[str, Any]:
         ("red_new", "red_grown"),
         ("green_new", "green_grown"),
         ("blue_new", "blue_grown"),
-        SIZES,
+        (*SIZES,),
         (*RED, "onset"),
         (*GREEN, "onset"),
         (*BLUE, "onset"),
@@ -64,45 +61,22 @@ def _levels(channel: str) -> dict[str, Any]:
         "black-level": "single-channel ramps at dark levels",
     },
     source="size: an assumption",
-    **_sizes("red"),
-    **_sizes("green"),
-    **_sizes("blue"),
+    **SIZES,
     power=POWER,
     saturation=SATURATION,
     onset=GROWING,
-    **_levels("red"),
-    **_levels("green"),
-    **_levels("blue"),
+    **RED,
+    **GREEN,
+    **BLUE,
 )
 def channel_gamma(
-    linear: Array,
-    scene: Scene,
-    *,
-    red_new: float,
-    red_grown: float,
-    green_new: float,
-    green_grown: float,
-    blue_new: float,
-    blue_grown: float,
-    power: float,
-    saturation: float,
-    onset: float,
-    red_00: float,
-    red_25: float,
-    red_50: float,
-    red_75: float,
-    red_100: float,
-    green_00: float,
-    green_25: float,
-    green_50: float,
-    green_75: float,
-    green_100: float,
-    blue_00: float,
-    blue_25: float,
-    blue_50: float,
-    blue_75: float,
-    blue_100: float,
-) -> Array:
+    linear: Array, scene: Scene, *,
+    red_new: float, red_grown: float, green_new: float, green_grown: float, blue_new: float, blue_grown: float,
+    power: float, saturation: float, onset: float,
+    red_00: float, red_25: float, red_50: float, red_75: float, red_100: float,
+    green_00: float, green_25: float, green_50: float, green_75: float, green_100: float,
+    blue_00: float, blue_25: float, blue_50: float, blue_75: float, blue_100: float,
+) -> Array:  # fmt: skip
     """Raise the light of each channel to its own power."""
     parts = (
         (red_new, red_grown, (red_00, red_25, red_50, red_75, red_100)),

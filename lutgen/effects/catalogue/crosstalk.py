@@ -13,18 +13,14 @@ doi:10.1002/col.20187. Crosstalk as one of two departures of an LCD from additiv
 Assumption: sizes of 1 to 4 %.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import Scene
 from lutgen.effects.shapes import LASTING, POWER, SATURATION, growth, share_of_final
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
 
 PAIRS = ("red_by_green", "red_by_blue", "green_by_red", "green_by_blue", "blue_by_red", "blue_by_green")
 
@@ -74,24 +70,11 @@ def _pair(victim: str, neighbour: str) -> Any:
     **{name: _pair(*name.split("_by_")) for name in PAIRS},
 )
 def crosstalk(
-    linear: Array,
-    scene: Scene,
-    *,
-    new: float,
-    grown: float,
-    power: float,
-    saturation: float,
-    exponent: float,
-    own: float,
-    both: float,
-    onset: float,
-    red_by_green: float,
-    red_by_blue: float,
-    green_by_red: float,
-    green_by_blue: float,
-    blue_by_red: float,
-    blue_by_green: float,
-) -> Array:
+    linear: Array, scene: Scene, *,
+    new: float, grown: float, power: float, saturation: float, exponent: float, own: float,
+    both: float, onset: float, red_by_green: float, red_by_blue: float,
+    green_by_red: float, green_by_blue: float, blue_by_red: float, blue_by_green: float,
+) -> Array:  # fmt: skip
     """Subtract from each channel the light that its lit neighbours take."""
     lit = linear if exponent == 1.0 else np.maximum(linear, 0.0) ** exponent
     loss = growth(scene.tau, new=new, grown=grown, power=power, saturation=saturation) * (

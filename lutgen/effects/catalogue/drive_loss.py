@@ -12,18 +12,12 @@ Valid for analogue drive. A digital link passes a code value exactly or fails.
 Assumption: the mechanism, and losses of 0.5 to 10 %.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import Scene
 from lutgen.effects.shapes import LASTING, POWER, SATURATION, growth, share_of_final
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
 
 
 @effect(
@@ -60,24 +54,14 @@ if TYPE_CHECKING:
     blue=Parameter(0.0, (-0.3, 0.5), "1", "share of blue's drive that is lost in addition, at 18 000 h"),
 )
 def drive_loss(
-    code: Array,
-    scene: Scene,
-    *,
-    new: float,
-    grown: float,
-    power: float,
-    saturation: float,
-    onset: float,
-    lean: float,
-    red: float,
-    green: float,
-    blue: float,
-) -> Array:
+    code: Array, scene: Scene, *,
+    new: float, grown: float, power: float, saturation: float, onset: float, lean: float,
+    red: float, green: float, blue: float,
+) -> Array:  # fmt: skip
     """Reduce the code values; clip the loss at 1."""
     loss = growth(scene.tau, new=new, grown=grown, power=power, saturation=saturation)
     loss = loss * (1.0 + lean * code)
     if red or green or blue:
-        loss = loss + share_of_final(scene.tau, onset=onset, power=power, saturation=saturation) * np.array(
-            [red, green, blue]
-        )
+        share = share_of_final(scene.tau, onset=onset, power=power, saturation=saturation)
+        loss = loss + share * np.array([red, green, blue])
     return np.asarray(code * np.maximum(1.0 - loss, 0.0))

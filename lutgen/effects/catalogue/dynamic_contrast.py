@@ -15,17 +15,11 @@ doi:10.1002/jsid.416.
 Assumption: the form and the size.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
+from lutgen.effects.scene import Scene
 
 
 @effect(

@@ -12,18 +12,12 @@ doi:10.1007/s10278-015-9811-7. How to measure uniformity: Samei et al. (AAPM TG1
 Assumption: the form, and the growth with age.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import Scene
 from lutgen.effects.shapes import POWER, SATURATION, growth
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
 
 
 @effect(
@@ -58,21 +52,10 @@ if TYPE_CHECKING:
     tint_z=Parameter(0.0, (-1.0, 2.0), "1", "loss of Z over loss of Y, less 1"),
 )
 def edge_falloff(
-    xyz: Array,
-    scene: Scene,
-    *,
-    new: float,
-    grown: float,
-    power: float,
-    saturation: float,
-    exponent: float,
-    contour: float,
-    stretch: float,
-    slope_u: float,
-    slope_v: float,
-    tint_x: float,
-    tint_z: float,
-) -> Array:
+    xyz: Array, scene: Scene, *,
+    new: float, grown: float, power: float, saturation: float, exponent: float, contour: float, stretch: float,
+    slope_u: float, slope_v: float, tint_x: float, tint_z: float,
+) -> Array:  # fmt: skip
     """Darken by the distance from the centre; keep the centre."""
     across, down = 2.0 * scene.u - 1.0, 2.0 * scene.v - 1.0
     norm = ((1.0 + stretch) * np.abs(across) ** contour + (1.0 - stretch) * np.abs(down) ** contour) / 2.0

@@ -9,23 +9,21 @@ Valid for smooth drifts that are equal in all channels. The drift of one channel
 Assumption: the mechanism, and changes of the gamma of 0.02 to 0.2.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from lutgen.colorimetry import linear_to_code
+from lutgen.colorimetry import Array, linear_to_code
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.shapes import GROWING, POWER, SATURATION, bent, growth, level_curve, share_of_final
+from lutgen.effects.scene import Scene
+from lutgen.effects.shapes import (
+    GROWING,
+    POWER,
+    SATURATION,
+    bent,
+    growth,
+    level_curve,
+    level_parameters,
+    share_of_final,
+)
 
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
-
-LEVELS = ("level_00", "level_25", "level_50", "level_75", "level_100")
-
-
-def _level(code: str) -> Parameter:
-    return Parameter(0.0, (-0.6, 2.0), "1", f"change of the exponent near code value {code}, at 18 000 h")
+LEVELS = level_parameters("level", "change of the exponent near code value {}, at 18 000 h")
 
 
 @effect(
@@ -61,29 +59,13 @@ def _level(code: str) -> Parameter:
     ),
     slope_grown=Parameter(0.0, (-0.6, 0.6), "1", "growth of that difference by 18 000 h"),
     onset=GROWING,
-    level_00=_level("0"),
-    level_25=_level("0.25"),
-    level_50=_level("0.5"),
-    level_75=_level("0.75"),
-    level_100=_level("1"),
+    **LEVELS,
 )
 def eotf_drift(
-    linear: Array,
-    scene: Scene,
-    *,
-    new: float,
-    grown: float,
-    power: float,
-    saturation: float,
-    slope_new: float,
-    slope_grown: float,
-    onset: float,
-    level_00: float,
-    level_25: float,
-    level_50: float,
-    level_75: float,
-    level_100: float,
-) -> Array:
+    linear: Array, scene: Scene, *,
+    new: float, grown: float, power: float, saturation: float, slope_new: float, slope_grown: float, onset: float,
+    level_00: float, level_25: float, level_50: float, level_75: float, level_100: float,
+) -> Array:  # fmt: skip
     """Raise the light of every channel to a power that may depend on its level."""
     change = growth(scene.tau, new=new, grown=grown, power=power, saturation=saturation)
     knots = (level_00, level_25, level_50, level_75, level_100)
@@ -92,7 +74,6 @@ def eotf_drift(
         slope = growth(scene.tau, new=slope_new, grown=slope_grown, power=power, saturation=saturation)
         change = change + slope * (2.0 * code - 1.0)
         if any(knots):
-            change = change + share_of_final(scene.tau, onset=onset, power=power, saturation=saturation) * level_curve(
-                code, knots
-            )
+            share = share_of_final(scene.tau, onset=onset, power=power, saturation=saturation)
+            change = change + share * level_curve(code, knots)
     return bent(linear, change)

@@ -13,18 +13,12 @@ Source: the luminance of an OLED monitor falls when many pixels are lit, most fo
 Assumption: up to 26 % on an OLED with a white surround; that LCDs have the effect too, and its size there.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import Scene
 from lutgen.effects.shapes import POWER, SATURATION, growth
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
 
 
 @effect(
@@ -62,20 +56,10 @@ if TYPE_CHECKING:
     tint_blue=Parameter(0.0, (-1.0, 1.0), "1", "blue's loss relative to green's, less 1"),
 )
 def loading(
-    linear: Array,
-    scene: Scene,
-    *,
-    new: float,
-    grown: float,
-    power: float,
-    saturation: float,
-    exponent: float,
-    bend: float,
-    weight_red: float,
-    weight_blue: float,
-    tint_red: float,
-    tint_blue: float,
-) -> Array:
+    linear: Array, scene: Scene, *,
+    new: float, grown: float, power: float, saturation: float, exponent: float, bend: float,
+    weight_red: float, weight_blue: float, tint_red: float, tint_blue: float,
+) -> Array:  # fmt: skip
     """Darken by the mean code value of the screen, patch and surround."""
     weights = np.array([1.0 + weight_red, 1.0, 1.0 + weight_blue]) / (3.0 + weight_red + weight_blue)
     patch, surround = scene.code, scene.surround

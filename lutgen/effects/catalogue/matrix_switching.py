@@ -12,17 +12,11 @@ Source: Avanaki et al., Proc. SPIE 9420 (2015), doi:10.1117/12.2082315, step 5 o
 Assumption: the power mean.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
+from lutgen.effects.scene import Scene
 
 
 @effect(

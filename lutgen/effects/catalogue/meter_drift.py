@@ -12,28 +12,17 @@ Source: luminance meters built into displays do not stay constant: Silosky & Mar
 Assumption: 0.2 to 1 % a year, so 0.4 to 2 % at 18 000 h.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
+from lutgen.effects.scene import Scene
 
 
 @effect(
     stage="instrument",
     neutral={"drift": 0.0, "drift_x": 0.0, "drift_z": 0.0},
-    forms=(
-        ("drift",),
-        ("drift", "power"),
-        ("drift", "drift_x", "drift_z"),
-        ("drift", "drift_x", "drift_z", "power"),
-    ),
+    forms=(("drift",), ("drift", "power"), ("drift", "drift_x", "drift_z"), ("drift", "drift_x", "drift_z", "power")),
     baseline="first-hour",
     confused_with={
         "backlight-decay": "a second meter or a check source",

@@ -20,22 +20,16 @@ Source: the matrix: ASTM E1455; the observer: CIE 15:2018.
 Assumption: the shift as the form of the change, and its size of some tenths of a nanometre.
 """
 
-from __future__ import annotations
-
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy  # its parts load when they are first used: few readings need this effect
 
-from lutgen.colorimetry import inverse
+from lutgen.colorimetry import Array, inverse
 from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import Scene
 from lutgen.effects.shapes import POWER
 from lutgen.effects.spectra import CMFS, WAVELENGTHS, mapped, of_scene
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
 
 
 @effect(
@@ -67,6 +61,6 @@ def meter_mismatch(xyz: Array, scene: Scene, *, shift: float, power: float) -> A
 
 
 @cache
-def _observer() -> scipy.interpolate.CubicSpline:
+def _observer() -> "scipy.interpolate.CubicSpline":
     """Return a spline of the colour-matching functions, (..., 3); it gives NaN outside the table, where they are 0."""
     return scipy.interpolate.CubicSpline(WAVELENGTHS, CMFS, extrapolate=False)

@@ -10,19 +10,11 @@ Valid for the dark signal of one meter over the whole campaign. Never baked: a m
 Assumption: from about 0.003 cd/m² on.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from lutgen.colorimetry import D65
+from lutgen.colorimetry import D65, Array
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.scene import REFERENCE_C
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
+from lutgen.effects.scene import REFERENCE_C, Scene
 
 
 @effect(
@@ -34,10 +26,7 @@ if TYPE_CHECKING:
         ("offset", "offset_x", "offset_z", "grown"),
         ("offset", "offset_x", "offset_z", "per_kelvin"),
     ),
-    confused_with={
-        "black-level": "read with the lens capped",
-        "ambient-reflection": "read with the lens capped",
-    },
+    confused_with={"black-level": "read with the lens capped", "ambient-reflection": "read with the lens capped"},
     says="the meter adds {offset:.2g} cd/m² to every reading",
     source="size: an assumption",
     offset=Parameter(0.01, (-0.5, 0.5), "cd/m²", "luminance that is added, with X and Z in the ratio of D65"),

@@ -15,19 +15,13 @@ show the common loss of the parts.
 Assumption: which part wears first, its exponential loss, and Δu'v' of 0.002 to 0.007 at 6000 h.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import Scene
 from lutgen.effects.shapes import POWER, SATURATION, growth
 from lutgen.effects.spectra import WAVELENGTHS, mapped, of_scene
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
 
 
 @effect(

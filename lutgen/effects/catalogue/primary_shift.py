@@ -15,18 +15,14 @@ Sources: primary shift and crosstalk as the two departures of an LCD from additi
 Assumption: the form and the size.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import Scene
 from lutgen.effects.shapes import LASTING, POWER, SATURATION, share_of_final
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
 
 SHIFTS = ("red_x", "red_z", "green_x", "green_z", "blue_x", "blue_z")
 
@@ -66,21 +62,10 @@ def _shift(primary: str, axis: str) -> Any:
     saturation=SATURATION,
 )
 def primary_shift(
-    tips: Array,
-    scene: Scene,
-    *,
-    red_x: float,
-    red_z: float,
-    green_x: float,
-    green_z: float,
-    blue_x: float,
-    blue_z: float,
-    level: float,
-    bend: float,
-    onset: float,
-    power: float,
-    saturation: float,
-) -> Array:
+    tips: Array, scene: Scene, *,
+    red_x: float, red_z: float, green_x: float, green_z: float, blue_x: float, blue_z: float,
+    level: float, bend: float, onset: float, power: float, saturation: float,
+) -> Array:  # fmt: skip
     """Shift each primary by the distance of its code value from 1."""
     code = np.clip(scene.code, 0.0, 1.0)
     away = 1.0 - (code if bend == 1.0 else code**bend)

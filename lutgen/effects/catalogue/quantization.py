@@ -15,24 +15,15 @@ Tuytschaever, J. Digit. Imaging 20, 422 (2007), doi:10.1007/s10278-006-1052-3. B
 bits costs up to ±4 % of the luminance at d = 0.1.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from lutgen.colorimetry import code_to_linear, linear_to_code
+from lutgen.colorimetry import Array, code_to_linear, linear_to_code
 from lutgen.effects.declare import PROPOSED, Parameter, effect
-from lutgen.effects.scene import SOON_H
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
-
+from lutgen.effects.scene import SOON_H, Scene
 
 #: Numbers of steps to try after a table or a panel's gamma: all numbers up to 10 bits, and the numbers of 11 and 12
 #: bits.
@@ -172,14 +163,7 @@ def _shifts(bent: Array, slope: Array, added: float, steps: Array) -> Array:
     since=Parameter(0.0, (0.0, 100_000.0), "h", "hour from which codes are rounded", beside_first=SOON_H),
 )
 def quantization(
-    code: Array,
-    scene: Scene,
-    *,
-    bits: float,
-    table_gamma: float,
-    panel_gamma: float,
-    added: float,
-    since: float,
+    code: Array, scene: Scene, *, bits: float, table_gamma: float, panel_gamma: float, added: float, since: float
 ) -> Array:
     """Round the code values; 0 bits mean no rounding."""
     if bits < 1:

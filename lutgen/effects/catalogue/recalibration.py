@@ -11,34 +11,20 @@ Valid for one event in a campaign. Two events need two recalibrations.
 Assumption: the form and the size.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
-
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.shapes import bent, level_curve
+from lutgen.effects.scene import Scene
+from lutgen.effects.shapes import bent, level_curve, level_parameters
 
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
-
-LEVELS: dict[str, Any] = {
-    f"level_{name}": Parameter(0.0, (-0.6, 2.0), "1", f"change of the exponent near code value {code}")
-    for name, code in (("00", "0"), ("25", "0.25"), ("50", "0.5"), ("75", "0.75"), ("100", "1"))
-}
+LEVELS = level_parameters("level", "change of the exponent near code value {}")
 
 
 @effect(
     stage="drive",
     neutral=dict.fromkeys(("gamma", "red", "green", "blue", "gain", *LEVELS), 0.0),
-    forms=(
-        ("hour", "gamma"),
-        ("hour", "gamma", "gain"),
-        ("hour", "red", "green", "blue"),
-        ("hour", *LEVELS),
-    ),
+    forms=(("hour", "gamma"), ("hour", "gamma", "gain"), ("hour", "red", "green", "blue"), ("hour", *LEVELS)),
     confused_with={
         "stabilizer-headroom": "a column or note of events; both change suddenly",
         "eotf-drift": "readings at more dates: a step or a slow growth",
@@ -54,21 +40,10 @@ LEVELS: dict[str, Any] = {
     **LEVELS,
 )
 def recalibration(
-    code: Array,
-    scene: Scene,
-    *,
-    hour: float,
-    gamma: float,
-    red: float,
-    green: float,
-    blue: float,
-    gain: float,
-    level_00: float,
-    level_25: float,
-    level_50: float,
-    level_75: float,
-    level_100: float,
-) -> Array:
+    code: Array, scene: Scene, *,
+    hour: float, gamma: float, red: float, green: float, blue: float, gain: float,
+    level_00: float, level_25: float, level_50: float, level_75: float, level_100: float,
+) -> Array:  # fmt: skip
     """Apply the change of exponent and gain to the code values from ``hour`` on, and clip at full drive."""
     since = (scene.hours >= hour).astype(np.float64)
     change = np.array([gamma + red, gamma + green, gamma + blue])

@@ -12,17 +12,11 @@ Source: of 249 medical displays 4, 20 and 39 could not give 170 cd/m² in three 
 Assumption: the form of the knee, and the size of the reserve.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
+from lutgen.effects.scene import Scene
 
 
 @effect(

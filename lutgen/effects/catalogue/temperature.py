@@ -10,19 +10,12 @@ the room lags behind the lamp.
 Assumption: −0.1 to −0.6 % per kelvin.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.scene import REFERENCE_C
+from lutgen.effects.scene import REFERENCE_C, Scene
 from lutgen.effects.shapes import scaled
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
 
 
 @effect(
@@ -52,17 +45,9 @@ if TYPE_CHECKING:
     tint_z=Parameter(0.0, (-3.0, 3.0), "1", "change of Z over change of Y, less 1"),
 )
 def temperature(
-    tips: Array,
-    scene: Scene,
-    *,
-    slope: float,
-    curve: float,
-    red: float,
-    green: float,
-    blue: float,
-    tint_x: float,
-    tint_z: float,
-) -> Array:
+    tips: Array, scene: Scene, *,
+    slope: float, curve: float, red: float, green: float, blue: float, tint_x: float, tint_z: float,
+) -> Array:  # fmt: skip
     """Multiply all tips by the factor of the temperature."""
     warmer = scene.temperature_c - REFERENCE_C
     if red or green or blue:

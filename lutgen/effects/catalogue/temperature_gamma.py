@@ -12,19 +12,12 @@ Source: threshold voltage and transmittance of liquid crystal displays depend on
 Assumption: the form, and sizes of some thousandths per kelvin.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
-from lutgen.effects.scene import REFERENCE_C
+from lutgen.effects.scene import REFERENCE_C, Scene
 from lutgen.effects.shapes import bent
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
 
 
 @effect(

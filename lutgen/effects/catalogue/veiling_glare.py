@@ -12,19 +12,12 @@ doi:10.1007/BF03168843.
 Assumption: the size on flat panels.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from lutgen.colorimetry import code_to_linear
+from lutgen.colorimetry import Array, code_to_linear
 from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import Scene
 from lutgen.effects.shapes import POWER, growth
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
 
 
 @effect(
@@ -55,15 +48,7 @@ if TYPE_CHECKING:
     tint_z=Parameter(0.0, (-0.5, 1.0), "1", "Z that is scattered relative to Y, less 1"),
 )
 def veiling_glare(
-    xyz: Array,
-    scene: Scene,
-    *,
-    glare: float,
-    grown: float,
-    power: float,
-    reach: float,
-    tint_x: float,
-    tint_z: float,
+    xyz: Array, scene: Scene, *, glare: float, grown: float, power: float, reach: float, tint_x: float, tint_z: float
 ) -> Array:
     """Add a share of the screen's mean light."""
     patch = scene.window**reach

@@ -9,18 +9,12 @@ Valid for a display that was off long enough to be cold, and whose luminance no 
 Assumption: 2 to 20 % within 30 to 100 minutes.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import Scene
 from lutgen.effects.shapes import growth
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
 
 #: Smallest tail that is computed as a tail; below it the exponential gives the same printed digits.
 LEAST_TAIL = 1e-7
@@ -54,17 +48,9 @@ LEAST_TAIL = 1e-7
     tint_z=Parameter(0.0, (-2.0, 2.0), "1", "missing share of Z over missing share of Y, less 1"),
 )
 def warm_up(
-    tips: Array,
-    scene: Scene,
-    *,
-    amount: float,
-    grown: float,
-    minutes: float,
-    tail: float,
-    stretch: float,
-    tint_x: float,
-    tint_z: float,
-) -> Array:
+    tips: Array, scene: Scene, *,
+    amount: float, grown: float, minutes: float, tail: float, stretch: float, tint_x: float, tint_z: float,
+) -> Array:  # fmt: skip
     """Remove the share of the light that the cold lamp does not give yet."""
     age = np.maximum(scene.warmup_min, 0.0) / minutes
     if stretch != 1.0:

@@ -11,30 +11,19 @@ Source: all colour LCDs of a radiology practice yellowed over three years, and d
 Assumption: the exponential in wavelength, and the size.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
+from lutgen.effects.scene import Scene
 from lutgen.effects.shapes import POWER, SATURATION, growth
 from lutgen.effects.spectra import WAVELENGTHS, mapped, of_scene
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.effects.scene import Scene
 
 
 @effect(
     stage="optics",
     neutral={"depth": 0.0},
-    forms=(
-        ("depth",),
-        ("depth", "power"),
-        ("depth", "power", "reach"),
-        ("depth", "power", "saturation", "reach"),
-    ),
+    forms=(("depth",), ("depth", "power"), ("depth", "power", "reach"), ("depth", "power", "saturation", "reach")),
     baseline="first-hour",
     confused_with={
         "phosphor-wear": "a spectrum; with a guessed one both give the same picture",

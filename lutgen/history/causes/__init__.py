@@ -5,22 +5,17 @@ and black, its proof, and the changes with which it may be confused. Verdicts us
 names a cause.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
 from pkgutil import iter_modules
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+from lutgen.colorimetry import Array
+from lutgen.history.pair import SessionPair
 
-    from lutgen.colorimetry import Array
-    from lutgen.history.pair import SessionPair
-
-    #: Parameter of ``colour_points.PARAMETERS`` → its fitted numbers.
-    Values = Mapping[str, Array]
+#: Parameter of ``colour_points.PARAMETERS`` → its fitted numbers.
+Values = Mapping[str, Array]
 
 #: What a verdict with a single cause may say about the display itself.
 ON_THE_DISPLAY = ("unchanged", "changed", "cannot tell")

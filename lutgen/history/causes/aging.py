@@ -4,17 +4,10 @@ Yellowing happens in a part before all channels, such as a sheet or a lens, or i
 emitter.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from lutgen.history.causes import Cause
-
-if TYPE_CHECKING:
-    from lutgen.history.causes import Values
-    from lutgen.history.pair import SessionPair
+from lutgen.history.causes import Cause, Values
+from lutgen.history.pair import SessionPair
 
 #: Days: below the first number a colorimeter measures no aging, from the second number on it may.
 _TOO_SHORT, LONG = 7.0, 60.0

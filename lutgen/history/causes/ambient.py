@@ -1,14 +1,7 @@
 """Room light on the screen: adds the same XYZ to every patch, which shows most in black."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from lutgen.history.causes import Cause
-
-if TYPE_CHECKING:
-    from lutgen.history.causes import Values
-    from lutgen.history.pair import SessionPair
+from lutgen.history.causes import Cause, Values
+from lutgen.history.pair import SessionPair
 
 #: Smallest recorded difference of the room's light that counts, in lux.
 _LUX = 5.0

@@ -1,14 +1,7 @@
 """A session of another display in the campaign: its primaries differ, including red and green."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from lutgen.history.causes import Cause
-
-if TYPE_CHECKING:
-    from lutgen.history.causes import Values
-    from lutgen.history.pair import SessionPair
+from lutgen.history.causes import Cause, Values
+from lutgen.history.pair import SessionPair
 
 #: Smallest ΔL* between native curves that suggests two panels.
 _BEND = 2.0
@@ -19,10 +12,6 @@ _LEAP = 0.15
 
 def _colour(pair: SessionPair) -> str:
     return f"a primary moved by Δu'v' {pair.largest_shift:.3f}" if {"blue", "colour"} & pair.moved else ""
-
-
-def _proof(pair: SessionPair) -> str:
-    return ", and ".join(part for part in (pair.other_display, _colour(pair)) if part) if pair.other_display else ""
 
 
 def _sign(pair: SessionPair) -> str:
@@ -50,7 +39,7 @@ CAUSE = Cause(
     display="cannot tell",
     moves=frozenset({"blue", "colour", "curve", "contrast"}),
     possible=lambda pair: bool(_sign(pair)),
-    proof=_proof,
+    proof=lambda pair: pair.other_display and ", and ".join(filter(None, (pair.other_display, _colour(pair)))),
     rank=3,
     sign=_sign,
     rival=_rival,

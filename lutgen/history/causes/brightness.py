@@ -3,18 +3,10 @@
 A lamp that is dimmed to a small part of its light is colder, which changes its colour and the primaries a little.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from lutgen.history.causes import Cause
-from lutgen.history.pair import COLOUR_MOVED
-
-if TYPE_CHECKING:
-    from lutgen.history.causes import Values
-    from lutgen.history.pair import SessionPair
+from lutgen.history.causes import Cause, Values
+from lutgen.history.pair import COLOUR_MOVED, SessionPair
 
 #: Change of all light, as a natural logarithm, that is too large for a wrong correction.
 _LEAP = 0.15

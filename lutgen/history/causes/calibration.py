@@ -1,7 +1,5 @@
 """Calibration: gains and curves of the channels in the graphics card; black and the colours of primaries stay."""
 
-from __future__ import annotations
-
 from lutgen.history.causes import Cause
 
 CAUSE = Cause(

@@ -1,13 +1,7 @@
 """Warm-up or automatic brightness: the light drifted during the session."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 from lutgen.history.causes import Cause
-
-if TYPE_CHECKING:
-    from lutgen.history.pair import SessionPair
+from lutgen.history.pair import SessionPair
 
 _HOW = {
     "repeats": "as patches that were read again show",

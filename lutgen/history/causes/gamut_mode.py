@@ -1,16 +1,9 @@
 """Another gamut mode (sRGB, Adobe RGB, native): primaries are mixtures of the panel's; black and additivity stay."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from lutgen.history.causes import Cause
-
-if TYPE_CHECKING:
-    from lutgen.history.causes import Values
-    from lutgen.history.pair import SessionPair
+from lutgen.history.causes import Cause, Values
+from lutgen.history.pair import SessionPair
 
 #: Smallest Δu'v' of the second most moved primary: modes of one gamut differ by less, and aging moves only blue.
 _TWO_MOVE = 0.006

@@ -1,13 +1,7 @@
 """HDR tone mapping or dynamic contrast: curve, contrast and additivity change together; no fixed setting does this."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 from lutgen.history.causes import Cause
-
-if TYPE_CHECKING:
-    from lutgen.history.pair import SessionPair
+from lutgen.history.pair import SessionPair
 
 #: Change of white over the sum of the primaries that proves HDR without a second moved fact.
 _NOT_ADDITIVE = 0.06

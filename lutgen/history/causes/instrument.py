@@ -1,15 +1,7 @@
 """The instrument or its correction: another matrix applies to all readings, including black."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-from lutgen.history.causes import Cause
-from lutgen.history.pair import CLEAR_SHIFT
-
-if TYPE_CHECKING:
-    from lutgen.history.causes import Values
-    from lutgen.history.pair import SessionPair
+from lutgen.history.causes import Cause, Values
+from lutgen.history.pair import CLEAR_SHIFT, SessionPair
 
 #: Largest disagreement of two good meters about luminance, as a natural logarithm.
 _GAUGE = 0.06

@@ -1,7 +1,5 @@
 """A misread patch: a window covered the patch, or the instrument slipped. The reading is named and left out."""
 
-from __future__ import annotations
-
 from lutgen.history.causes import Cause
 
 CAUSE = Cause(

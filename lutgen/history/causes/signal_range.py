@@ -4,8 +4,6 @@ A signal of 16 to 235 on an input that expects 0 to 255 clips nothing; a signal 
 to 235 clips both ends. A contrast, or a channel's gain, that is set too high clips the bright end.
 """
 
-from __future__ import annotations
-
 from lutgen.history.causes import Cause
 
 CAUSE = Cause(

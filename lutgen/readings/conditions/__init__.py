@@ -5,23 +5,119 @@ count as rest; its words in tables and sentences; and its variation in a measure
 tables, rest, tables of errors, ``--at``, plans, effects and plots use this registry.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from importlib import import_module
 from pkgutil import iter_modules
 
-from lutgen.readings.conditions.declare import Column, Condition, Variation
+import numpy as np
+from numpy.typing import NDArray
 
-__all__ = ["COLUMNS", "CONDITIONS", "Column", "Condition", "Variation"]
+Array = NDArray[np.float64]
+
+#: Columns of the readings by name, each (n,).
+Values = Mapping[str, Array]
+
+
+@dataclass(frozen=True)
+class Column:
+    """One optional column of the table of readings."""
+
+    #: Heading and unit of the column; the unit of a ratio is "".
+    name: str
+    unit: str
+    #: Allowed range, and a description of the values that completes "must be …". A value outside is a typing error.
+    low: float
+    high: float
+    meaning: str
+    #: Value of an empty cell or a missing column in the table; NaN: unknown, or warm.
+    blank: float
+    #: Value that effects use for a blank cell or a missing column.
+    usual: float
+    #: A possible value of the condition during the whole campaign if nobody logged it.
+    unlogged: float
+    #: Values that the check of an effect's contract uses; the usual value first.
+    tried: tuple[float, ...]
+    #: For plots of an effect: a value at which the effect is visible, the limits of an axis, and the label of the axis.
+    shown: float
+    axis: tuple[float, float]
+    words: str
+
+
+@dataclass(frozen=True)
+class Variation:
+    """Patches for a plan that show a condition: for each the code values, values of columns, and a note."""
+
+    name: str
+    patches: tuple[tuple[tuple[float, float, float], Mapping[str, float], str], ...]
+
+
+def greys(levels: tuple[float, ...], note: str = "", **columns: float) -> Variation:
+    """Return a variation without a name: greys of these code values under these values of columns."""
+    return Variation("", tuple(((level, level, level), columns, note) for level in levels))
+
+
+def joined(name: str, *parts: Variation) -> Variation:
+    """Return one variation that contains the patches of several."""
+    return Variation(name, tuple(patch for part in parts for patch in part.patches))
+
+
+def within(tolerance: float) -> Callable[[Array, float], tuple[float, float]]:
+    """Return a ``span`` function: the value at rest ± ``tolerance``."""
+    return lambda _values, rest: (rest - tolerance, rest + tolerance)
+
+
+def everywhere(values: Values) -> NDArray[np.bool_]:
+    """Return True for every reading, (n,)."""
+    return np.ones(next(iter(values.values())).size, dtype=bool)
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One condition under which a reading is taken."""
+
+    #: Name for people: "room light".
+    name: str
+    #: Position among the conditions in tables and files.
+    place: int
+    #: The columns of the condition.
+    columns: tuple[Column, ...]
+    #: Name, in tables of errors, of the readings that are away from rest by this condition.
+    cell: str
+    #: Values of a column in one session, (n,), and the value at rest → the smallest and the largest value that count as
+    #: rest. NaN counts as rest.
+    span: Callable[[Array, float], tuple[float, float]]
+    #: Words for effects that need the columns: completes "depends on …".
+    depends: str
+    #: Values by column → the condition in words. The conditions window and surround give the same words, because both
+    #: describe one picture.
+    in_words: Callable[[Mapping[str, float]], str]
+    #: Value → label in a table; a condition with several columns takes one value for each column, in order.
+    label: Callable[..., str]
+    #: Phrase around a label in a sentence: "in a room of {}".
+    sentence: str
+    #: Heading of the condition's part of a table of errors; "": no heading.
+    heading: str
+    #: Format of the values in the name of a patch, "{:g} lx", and the words before the name in a sentence.
+    short: str
+    before: str
+    #: Label of the plot axis of the condition.
+    axis: str
+    #: Values → for each reading, whether the condition can affect the reading, (n,).
+    matters: Callable[[Values], NDArray[np.bool_]] = everywhere
+    #: Values, and values at rest → name → weights of a signature in the light, (n,). A diagnosis projects the residual
+    #: of a fit on each signature.
+    signatures: Callable[[Values, Values], dict[str, Array]] = lambda _values, _rest: {}
+    #: Names of the signatures that no effect of the catalogue has.
+    strange: tuple[str, ...] = ()
+    #: Variations of the condition in a measurement plan.
+    variations: tuple[Variation, ...] = ()
+
 
 #: Every condition, in the order of tables.
 CONDITIONS: tuple[Condition, ...] = tuple(
     sorted(
-        (
-            import_module(f"{__name__}.{module.name}").CONDITION
-            for module in iter_modules(__path__)
-            if module.name != "declare"
-        ),
+        (import_module(f"{__name__}.{module.name}").CONDITION for module in iter_modules(__path__)),
         key=lambda condition: condition.place,
     )
 )

@@ -1,8 +1,6 @@
 """The illuminance of the room's light on the screen."""
 
-from __future__ import annotations
-
-from lutgen.readings.conditions.declare import Array, Column, Condition, Values, greys, joined
+from lutgen.readings.conditions import Array, Column, Condition, greys, joined
 
 #: Tolerance for equal room light, in lux and as a share: about the repeatability of a lux meter.
 TOLERANCE_LX, TOLERANCE_SHARE = 0.5, 0.05
@@ -11,10 +9,6 @@ TOLERANCE_LX, TOLERANCE_SHARE = 0.5, 0.05
 def _span(_values: Array, rest: float) -> tuple[float, float]:
     away = max(TOLERANCE_LX, TOLERANCE_SHARE * rest)
     return rest - away, rest + away
-
-
-def _signatures(values: Values, _rest: Values) -> dict[str, Array]:
-    return {"room light": values["ambient_lx"] / (values["ambient_lx"] + 100.0)}
 
 
 CONDITION = Condition(
@@ -46,7 +40,7 @@ CONDITION = Condition(
     short="{:g} lx",
     before="in ",
     axis="room light, lux",
-    signatures=_signatures,
+    signatures=lambda values, _rest: {"room light": values["ambient_lx"] / (values["ambient_lx"] + 100.0)},
     strange=("room light",),
     variations=(
         joined(

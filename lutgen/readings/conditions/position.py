@@ -1,10 +1,9 @@
 """Position of a patch on the screen."""
 
-from __future__ import annotations
-
 from dataclasses import replace
+from itertools import product
 
-from lutgen.readings.conditions.declare import Array, Column, Condition, Values, greys, joined, within
+from lutgen.readings.conditions import Array, Column, Condition, Values, greys, joined, within
 
 
 def _signatures(values: Values, _rest: Values) -> dict[str, Array]:
@@ -55,12 +54,7 @@ CONDITION = Condition(
     variations=(
         joined(
             "nine positions",
-            *(
-                greys((1.0, 0.5), u=u, v=v)
-                for u in (0.1, 0.5, 0.9)
-                for v in (0.1, 0.5, 0.9)
-                if (u, v) != (0.5, 0.5)
-            ),
+            *(greys((1.0, 0.5), u=u, v=v) for u, v in product((0.1, 0.5, 0.9), repeat=2) if (u, v) != (0.5, 0.5)),
         ),
     ),
-)  # fmt: skip
+)

@@ -1,25 +1,15 @@
 """Code value of the grey around a patch that does not fill the screen."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
-from lutgen.readings.conditions.declare import Array, Column, Condition, Values, greys, joined, within
+from lutgen.readings.conditions import Column, Condition, Values, greys, joined, within
 from lutgen.readings.conditions.window import in_words
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 def _matters(values: Values) -> NDArray[np.bool_]:
     """Return whether each patch has a surround, (n,): the patch does not fill the screen."""
     return np.asarray(values["window"] < 1.0) if "window" in values else np.zeros(values["surround"].size, dtype=bool)
-
-
-def _signatures(values: Values, _rest: Values) -> dict[str, Array]:
-    return {"surround": values["surround"]}
 
 
 CONDITION = Condition(
@@ -52,6 +42,6 @@ CONDITION = Condition(
     before="in a ",
     axis="code value of the surround",
     matters=_matters,
-    signatures=_signatures,
+    signatures=lambda values, _rest: {"surround": values["surround"]},
     variations=(joined("black in a white surround", greys((0.0, 0.1, 0.2), window=0.1, surround=1.0)),),
 )

@@ -1,12 +1,10 @@
 """Temperature of the panel, or of the room."""
 
-from __future__ import annotations
-
 from math import isnan, nan
 
 import numpy as np
 
-from lutgen.readings.conditions.declare import Array, Column, Condition, Values, greys, joined, within
+from lutgen.readings.conditions import Array, Column, Condition, Values, greys, joined, within
 
 #: Tolerance in kelvins for equal temperatures within a session. Luminance changes by about 0.3 % per kelvin.
 FEW_KELVINS = 3.0

@@ -1,12 +1,10 @@
 """Minutes since the display was switched on."""
 
-from __future__ import annotations
-
 from math import inf, isfinite, nan
 
 import numpy as np
 
-from lutgen.readings.conditions.declare import Array, Column, Condition, Values, greys, joined
+from lutgen.readings.conditions import Array, Column, Condition, Values, greys, joined
 
 #: Largest ratio of the minutes of neighbouring readings within one span of rest. The minutes of a normal session have
 #: smaller ratios; the readings of a warm-up (2, 5, 10, 20, 40, 60) have larger ratios.

@@ -1,13 +1,8 @@
 """Share of the screen that a patch covers."""
 
-from __future__ import annotations
+from collections.abc import Mapping
 
-from typing import TYPE_CHECKING
-
-from lutgen.readings.conditions.declare import Array, Column, Condition, Values, Variation, within
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
+from lutgen.readings.conditions import Column, Condition, Variation, within
 
 #: White, the primaries, and the secondaries at two levels.
 _COLOURS = (
@@ -21,10 +16,6 @@ def in_words(at: Mapping[str, float]) -> str:
     if at["window"] == 1.0:
         return "full screen"
     return f"a window of {100 * at['window']:g} % in a surround of code value {at['surround']:g}"
-
-
-def _signatures(values: Values, _rest: Values) -> dict[str, Array]:
-    return {"window": 1.0 - values["window"]}
 
 
 CONDITION = Condition(
@@ -56,6 +47,6 @@ CONDITION = Condition(
     short="window {:g}",
     before="in a ",
     axis="share of the screen",
-    signatures=_signatures,
+    signatures=lambda values, _rest: {"window": 1.0 - values["window"]},
     variations=(Variation("10 % windows", tuple((code, {"window": 0.1}, "") for code in _COLOURS)),),
 )

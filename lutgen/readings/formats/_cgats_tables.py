@@ -6,21 +6,16 @@ The parser reads CGATS.5 and ArgyllCMS' own dialect (https://www.argyllcms.com/d
 compares the counts that the file states with its content.
 """
 
-from __future__ import annotations
-
 import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from io import StringIO
-from typing import TYPE_CHECKING
+from itertools import chain
 
 from lutgen.cells import SPREADSHEET_ERROR, first_doubled, whole
 from lutgen.errors import LutgenError
+from lutgen.readings.formats._source import FileText
 from lutgen.readings.session import MOST_READINGS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from lutgen.readings.formats._source import FileText
 
 #: A quoted string with doubled quotes inside, a comment, or a bare word. A spreadsheet's error value counts as a word.
 _TOKEN = re.compile(rf'"([^"]*(?:""[^"]*)*)"|((?!{SPREADSHEET_ERROR}(?:\s|$))#.*)|([^\s"#]+|#\S+)')
@@ -58,11 +53,7 @@ class _Open:
 
 
 def tables(source: FileText) -> list[CgatsTable]:
-    """Read all tables of a CGATS file.
-
-    Raises LutgenError: the file is truncated, a number of fields or sets is wrong, a column occurs twice, or a string
-    does not end. The message names the line.
-    """
+    """Read all tables. Raises LutgenError, with the line: cut off, a wrong count, a doubled column, an open string."""
     closed: list[CgatsTable] = []
     lines = _lines(source)
     current: _Open | None = None
@@ -139,7 +130,8 @@ def _close(
     places: list[int] = []
     row: list[str] = []
     start = begun
-    for at, words in _before_data(first, begun, _until(source, _DATA, begun, lines)):
+    # Words after BEGIN_DATA on its own line belong to the first row.
+    for at, words in chain([(begun, first)] if first else [], _until(source, _DATA, begun, lines)):
         start = start if row else at
         row += words
         if len(row) > width or (len(row) < width and not wraps):
@@ -161,24 +153,14 @@ def _close(
     return CgatsTable(table.kind, table.line, table.keywords, table.fields, tuple(rows), tuple(places))
 
 
-def _before_data(
-    first: list[str], begun: int, lines: Iterator[tuple[int, list[str]]]
-) -> Iterator[tuple[int, list[str]]]:
-    """Yield the words after BEGIN_DATA on its own line, then the lines below."""
-    if first:
-        yield begun, first
-    yield from lines
-
-
 def _until(
     source: FileText, pair: tuple[str, str], begun: int, lines: Iterator[tuple[int, list[str]]]
 ) -> Iterator[tuple[int, list[str]]]:
     begin, end = pair
     for at, words in lines:
-        last = words[-1].upper() == end
-        if last and words[:-1]:
-            yield at, words[:-1]
-        if last:
+        if words[-1].upper() == end:
+            if words[:-1]:
+                yield at, words[:-1]
             return
         if words[0].upper().startswith(("BEGIN_DATA", "END_DATA")):
             raise LutgenError(f"{source.at(at)}: {words[0]} before the {end} of line {begun}: is a line missing?")

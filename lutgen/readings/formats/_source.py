@@ -1,26 +1,21 @@
 """Input and output of a reader, and the rules that all readers share: the range of drive, dates, and white."""
 
-from __future__ import annotations
-
 import csv
 import re
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen import cells
+from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError
+from lutgen.readings.campaign import Campaign
 from lutgen.readings.session import DRIVE_TOLERANCE
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
-    from lutgen.readings.campaign import Campaign
-    from lutgen.readings.table import Measurements
+from lutgen.readings.table import Measurements
 
 #: Value of full drive in files → name of the scale.
 FULL_DRIVE = {1.0: "0..1", 100.0: "percent", 255.0: "8-bit", 1023.0: "10-bit"}
@@ -68,10 +63,7 @@ class Readable(Protocol):
 
 @dataclass(frozen=True)
 class FileText:
-    """A file: its text ("" for an ICC profile), its name from the user, and the hash of its bytes.
-
-    ``data`` holds the bytes, for readers of binary formats; b"" for a text inside another file.
-    """
+    """A file: its text ("" for a profile), its name, the hash of its bytes, and its bytes, if it is a file itself."""
 
     text: str
     file: str
@@ -103,10 +95,7 @@ class FileText:
 
 
 def decoded(data: bytes, file: str) -> str:
-    """Decode UTF-8, UTF-16 with a byte order mark, or otherwise Latin-1, in which every byte is a character.
-
-    Raises LutgenError: the file is binary or empty.
-    """
+    """Decode UTF-8, UTF-16 with a byte order mark, else Latin-1. Raises LutgenError: the file is binary or empty."""
     for head, what in _BINARY:
         if data.startswith(head):
             raise LutgenError(f"{file}: is {what}.")
@@ -126,10 +115,7 @@ def decoded(data: bytes, file: str) -> str:
 
 
 def full_drive(drive: Array, file: str) -> float:
-    """Return full drive (1, 100, 255 or 1023) from the largest value of a file that does not state full drive.
-
-    Raises LutgenError: the largest value is none of these.
-    """
+    """Return full drive by a file's largest value. Raises LutgenError: it is not 1, 100, 255 or 1023."""
     top = float(drive.max(initial=0.0))
     for full in FULL_DRIVE:
         if abs(top - full) <= DRIVE_TOLERANCE * full:

@@ -16,14 +16,12 @@
     white_cd_m2 = 120.0             # for a session whose file is relative to white
 """
 
-from __future__ import annotations
-
 import hashlib
 import re
 from datetime import date, datetime
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from lutgen.documents import from_toml
 from lutgen.errors import LutgenError
@@ -31,10 +29,8 @@ from lutgen.readings.campaign import Campaign, CampaignEntry, check_once
 from lutgen.readings.conditions import COLUMNS
 from lutgen.readings.formats import open_source, reader_of
 from lutgen.readings.formats._source import WHITE_CD_M2, YEARS, FileText
+from lutgen.readings.session import Session
 from lutgen.readings.table import RANGES
-
-if TYPE_CHECKING:
-    from lutgen.readings.session import Session
 
 NAME = "campaign file"
 SUFFIXES = (".toml",)
@@ -60,11 +56,7 @@ def claims(source: FileText) -> bool:
 
 
 def read(source: FileText) -> Campaign:
-    """Read a campaign file and all sessions that the file names, relative to its folder.
-
-    Raises LutgenError: the file is no TOML, a key is unknown or wrong, or a session is unreadable. The message names
-    file and line.
-    """
+    """Read a campaign file and the sessions in its folder that it names. Raises LutgenError, with file and line."""
     text, file = source.text, source.file
     try:
         content = from_toml(text)
@@ -169,8 +161,7 @@ def _position(block: dict[str, Any], where: str) -> dict[str, float]:
     value = block.get("position")
     if value is None:
         return {}
-    numbers = isinstance(value, list) and len(value) == 2 and all(type(each) in (int, float) for each in value)
-    if not numbers:
+    if not (isinstance(value, list) and len(value) == 2 and all(type(each) in (int, float) for each in value)):
         raise LutgenError(f"{where}: position must be two numbers, such as [0.5, 0.5] for the centre, not {value!r}.")
     return {"u": float(value[0]), "v": float(value[1])}
 

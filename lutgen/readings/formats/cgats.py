@@ -6,14 +6,13 @@ are in the order of reading. A second table, CAL, holds the curves in the graphi
 the reader assumes nothing that the file does not state.
 """
 
-from __future__ import annotations
-
 import itertools
 import re
 import shlex
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.cells import number
 from lutgen.colorimetry import D65, Array, xyY_to_xyz
@@ -21,10 +20,6 @@ from lutgen.errors import LutgenError
 from lutgen.readings.formats._cgats_tables import CgatsTable, tables
 from lutgen.readings.formats._source import WHITE_CD_M2, FileText, date_of, full_drive, whites
 from lutgen.readings.session import Session
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
 
 NAME = "CGATS"
 SUFFIXES = (".ti3", ".cgats", ".cgt", ".txt")
@@ -66,8 +61,10 @@ def claims(source: FileText) -> bool:
 def read(source: FileText) -> Session:
     """Read a CGATS file. Raises LutgenError; the message names file, line and column."""
     if not claims(source):
-        message = f"{source.file}: is no CGATS: no table in it begins with BEGIN_DATA: {source.text.lstrip()[:24]!r}."
-        raise LutgenError(f"{message} Readable are .ti3, CGATS or CSV.")
+        raise LutgenError(
+            f"{source.file}: is no CGATS: no table in it begins with BEGIN_DATA: {source.text.lstrip()[:24]!r}. "
+            f"Readable are .ti3, CGATS or CSV."
+        )
     file_tables = tables(source)
     readings = _readings(source, file_tables)
     argyll = readings.kind.upper() == "CTI3"
@@ -118,10 +115,8 @@ def _readings(source: FileText, file_tables: list[CgatsTable]) -> CgatsTable:
             raise LutgenError(
                 f"{source.at(table.line)}: CMYK: a printer's file. lutgen reads displays: R, G, B and XYZ."
             )
-    colours = (_XYZ, *_XYY, _LAB)
-    full = [
-        t for t in file_tables if set(_RGB) <= set(t.fields) and any(set(names) <= set(t.fields) for names in colours)
-    ]
+    lit = [{*_RGB, *names} for names in (_XYZ, *_XYY, _LAB)]
+    full = [table for table in file_tables if any(names <= {*table.fields} for names in lit)]
     if len(full) == 1:
         return full[0]
     if full:
@@ -141,12 +136,12 @@ def _readings(source: FileText, file_tables: list[CgatsTable]) -> CgatsTable:
 
 
 def _columns(source: FileText, table: CgatsTable, names: tuple[str, ...]) -> Array:
-    places = [table.fields.index(name) for name in names]
-    rows = np.empty((len(table.rows), len(names)))
-    for n, (row, line) in enumerate(zip(table.rows, table.lines, strict=True)):
-        for k, (place, name) in enumerate(zip(places, names, strict=True)):
-            rows[n, k] = source.number(row[place], line, name)
-    return rows
+    places = {name: table.fields.index(name) for name in names}
+    numbers = [
+        [source.number(row[place], line, name) for name, place in places.items()]
+        for row, line in zip(table.rows, table.lines, strict=True)
+    ]
+    return np.array(numbers, dtype=np.float64).reshape(-1, len(names))
 
 
 def _drive(source: FileText, table: CgatsTable, *, argyll: bool) -> Array:
@@ -181,10 +176,8 @@ def _light(source: FileText, table: CgatsTable, drive: Array, *, argyll: bool) -
 
 def _from_lab(source: FileText, table: CgatsTable, *, argyll: bool) -> _Light:
     """Convert Lab to XYZ relative to its reference white (CIE 15:2018, 8.2.1)."""
-    keywords = " ".join(
-        table.keywords.get(name, "")
-        for name in ("ILLUMINANT", "ILLUMINATION_NAME", "WEIGHTING_FUNCTION", "WHITE_POINT")
-    ).upper()
+    stating = ("ILLUMINANT", "ILLUMINATION_NAME", "WEIGHTING_FUNCTION", "WHITE_POINT")
+    keywords = " ".join(table.keywords.get(name, "") for name in stating).upper()
     name = "D50" if argyll else next((name for name in _LAB_WHITES if name in keywords), None)
     if name is None:
         raise LutgenError(
@@ -256,14 +249,12 @@ def _undeclared(source: FileText, xyz: Array, white: float | None, *, argyll: bo
             "white."
         )
     looks_relative = white <= 2.0 or abs(white - 100.0) <= _LOOKS_RELATIVE
-    remark = (
-        _RELATIVE
-        if argyll or looks_relative
-        else (
+    remark = _RELATIVE
+    if not (argyll or looks_relative):
+        remark = (
             f"White has Y = {white:g}, but the file does not say that this is in cd/m²: taken as relative. If it is, "
             'add the line NORMALIZED_TO_Y_100 "NO".'
         )
-    )
     remedy = _REMEDY if looks_relative else _IF_ABSOLUTE.format(white)
     return _Light(xyz / white, absolute=False, remarks=(remark,), remedy=remedy)
 
@@ -292,9 +283,8 @@ def _contradiction(luminance: Array, xyz: Array, places: NDArray[np.intp]) -> tu
         return ()
     first = xyz[places[0]] / xyz[places[0], 1]
     off = float(np.abs(first * luminance[1] / luminance - 1.0).max())
-    if off <= 0.02:
-        return ()
-    return (f"LUMINANCE_XYZ_CDM2 and the first white differ in colour by {off:.0%}: one of them was edited.",)
+    remark = f"LUMINANCE_XYZ_CDM2 and the first white differ in colour by {off:.0%}: one of them was edited."
+    return (remark,) if off > 0.02 else ()
 
 
 def _spectra(source: FileText, table: CgatsTable) -> tuple[Array | None, Array | None]:

@@ -9,12 +9,10 @@ value`` is metadata. lutgen subtracts the value of ``# start_hour: 2400`` from e
 separate fields.
 """
 
-from __future__ import annotations
-
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,10 +23,6 @@ from lutgen.readings.campaign import Campaign, sessions_of
 from lutgen.readings.formats._source import FULL_DRIVE, WHITE_CD_M2, FileText, date_of, full_drive, whites
 from lutgen.readings.session import MOST_READINGS, Session
 from lutgen.readings.table import OPTIONAL, RANGES, Measurements, in_any_order
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
 
 NAME = "CSV of readings"
 SUFFIXES = (".csv", ".tsv")
@@ -72,7 +66,7 @@ def claims(source: FileText) -> bool:
     return len(cells) > 5 and {"R", "G", "B"} <= {*cells} and "BEGIN_DATA" not in source.text
 
 
-def read(source: FileText) -> CsvTable:
+def read(source: FileText) -> "CsvTable":
     """Read a table of readings. Raises LutgenError; the message names file, line and column."""
     comments: dict[str, str] = {}
     header: tuple[str, ...] = ()
@@ -298,15 +292,11 @@ class CsvTable:
     def _numbers(self, name: str) -> Array:
         place = self.columns.index(name)
         blank = OPTIONAL.get(name, np.nan) if name in {*OPTIONAL, "order"} else None
-        return np.array(
-            [
-                blank
-                if row[place] == "" and blank is not None
-                else self.source.number(row[place], at, f"column {name}")
-                for row, at in zip(self.cells, self.lines, strict=True)
-            ],
-            dtype=np.float64,
-        )
+        numbers = [
+            blank if row[place] == "" and blank is not None else self.source.number(row[place], at, f"column {name}")
+            for row, at in zip(self.cells, self.lines, strict=True)
+        ]
+        return np.array(numbers, dtype=np.float64)
 
     def _texts(self, name: str, columns: tuple[str, ...] | None = None) -> tuple[str, ...]:
         columns = columns or self.columns

@@ -4,20 +4,14 @@ ICC.1:2022, 9.2.14, defines the tag ``targ`` for this text. ArgyllCMS' colprof, 
 into ``targ``, and again into the private tags ``CIED`` and ``DevD``, in which other programs store colours and drive.
 """
 
-from __future__ import annotations
-
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from lutgen.errors import LutgenError
 from lutgen.icc_tags import Tag, is_profile, tag_table
 from lutgen.readings.formats import cgats
 from lutgen.readings.formats._source import FileText, decoded
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from lutgen.readings.session import Session
+from lutgen.readings.session import Session
 
 NAME = "ICC profile with readings"
 SUFFIXES = (".icc", ".icm")
@@ -35,10 +29,7 @@ def claims(source: FileText) -> bool:
 
 
 def read(source: FileText) -> Session:
-    """Read the session in a profile.
-
-    Raises LutgenError: no tag holds readings, the tag table points outside the file, or the readings are invalid.
-    """
+    """Read the session in a profile. Raises LutgenError: no tag holds valid readings, or the table is wrong."""
     tag, text = _readings_in(source.data, source.file)
     session = cgats.read(FileText(decoded(text, source.file), f"{source.file}, tag {tag}", source.sha256))
     remark = f"Read from the tag {tag} of an ICC profile: the readings that it was made from."

@@ -4,17 +4,11 @@ The table does not state the levels of grey. The reader takes 100, 75, 50 and 25
 a real table follow γ 2.14 within 2 %. X, Y and Z are in cd/m².
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from lutgen.errors import LutgenError
+from lutgen.readings.formats._source import FileText
 from lutgen.readings.session import Session
-
-if TYPE_CHECKING:
-    from lutgen.readings.formats._source import FileText
 
 NAME = "DisplayCAL uniformity table"
 SUFFIXES: tuple[str, ...] = ()
@@ -29,9 +23,8 @@ _MOST = 64
 
 def claims(source: FileText) -> bool:
     """Whether the first line names the columns of a uniformity grid."""
-    return {"row", "col", "level_index"} <= {
-        cell.strip() for cell in source.text.lstrip().partition("\n")[0].split(",")
-    }
+    first = source.text.lstrip().partition("\n")[0]
+    return {"row", "col", "level_index"} <= {cell.strip() for cell in first.split(",")}
 
 
 def read(source: FileText) -> Session:

@@ -7,20 +7,16 @@ readings. A figure that nobody published is marked *Assumption*, or is left out;
 ordinary colorimeter.
 """
 
-from __future__ import annotations
-
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from lutgen.cells import number, number_list
 from lutgen.documents import from_toml
 from lutgen.errors import LutgenError
 from lutgen.files import read_at_most
 from lutgen.names import INSTRUMENTS
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 #: Key of a size in an instrument file → largest allowed value; every size is above 0.
 MOST = {"relative": 0.5, "floor_cd_m2": 100.0, "dark_offset_cd_m2": 100.0, "gain_wander": 0.3}
@@ -57,31 +53,23 @@ class Instrument:
 
 
 def instrument_of(text: str) -> Instrument:
-    """Return the instrument of ``--instrument``: two numbers, a name, or a TOML file.
-
-    Raises LutgenError: the text is none of these, or the file is invalid. The message names file, key and allowed
-    values.
-    """
+    """Return the instrument of two numbers, a name, or a TOML file. Raises LutgenError: none of these, or invalid."""
     if text.endswith(".toml"):
         return _read(Path(text))
     if text in INSTRUMENTS:
         return _read(Path(__file__).with_name(f"{text}.toml"))
     stated = number_list(text)
     if stated is None or len(stated) != 2 or not (0 < stated[0] < 1 and 0 < stated[1] < 100):
-        message = (
+        raise LutgenError(
             f"instrument noise {text!r}: give two numbers above 0, the relative noise and the floor in cd/m², such as "
             f"0.002,0.003; or an instrument, one of {', '.join(INSTRUMENTS)}; or a file of your own (.toml)."
         )
-        raise LutgenError(message)
     relative, floor = stated
     return Instrument((relative,) * 3, (floor,) * 3)
 
 
 def stated_instrument(metadata: Mapping[str, str], text: str | None) -> Instrument | None:
-    """Return the instrument of ``--instrument``, or of a table's metadata; None if neither states one.
-
-    Raises LutgenError as :func:`instrument_of`.
-    """
+    """Return the instrument of ``--instrument``, or of a table's metadata, or None. Raises as :func:`instrument_of`."""
     if text is None and {"noise_relative", "noise_floor_cd_m2"} <= set(metadata):
         text = f"{metadata['noise_relative']},{metadata['noise_floor_cd_m2']}"
     return None if text is None else instrument_of(text)
@@ -94,8 +82,7 @@ def session_gain(metadata: Mapping[str, str], file: str) -> float | None:
         return None
     gain = number(text)
     if gain is None or not 0 <= gain < 0.5:
-        message = f"{file}: session_gain is {text!r}; it is the 1 σ gain of a session, 0..0.5, such as 0.003."
-        raise LutgenError(message)
+        raise LutgenError(f"{file}: session_gain is {text!r}; it is the 1 σ gain of a session, 0..0.5, such as 0.003.")
     return gain
 
 
@@ -108,7 +95,7 @@ def _read(path: Path) -> Instrument:
     if unknown := [key for key in content if key not in Instrument.__dataclass_fields__]:
         known = ", ".join(sorted(Instrument.__dataclass_fields__))
         raise LutgenError(f"{path}: unknown key {unknown[0]!r}. Pick one of: {known}.")
-    for key, meaning in _MEANING.items():
+    for key, meaning in {"name": "what people call it", "source": "where its figures come from"}.items():
         if not isinstance(content.get(key), str) or not content[key].strip():
             raise LutgenError(f'{path}: needs {key} = "…", text: {meaning}.')
     content |= {key: _triple(content.get(key), key, path) for key in ("relative", "floor_cd_m2")}
@@ -121,16 +108,12 @@ def _read(path: Path) -> Instrument:
     return Instrument(**content)
 
 
-_MEANING = {"name": "what people call it", "source": "where its figures come from"}
-
-
 def _triple(value: Any, key: str, path: Path) -> tuple[float, float, float]:
-    if isinstance(value, list) and len(value) == 3:
-        x, y, z = (_size(each, key, path) for each in value)
-        return x, y, z
-    if isinstance(value, list) or value is None:
+    given = value if isinstance(value, list) else [value] * 3
+    if len(given) != 3 or value is None:
         raise LutgenError(f"{path}: needs {key}, 1 σ: one number, or three in a list for X, Y and Z.")
-    return (_size(value, key, path),) * 3
+    x, y, z = (_size(each, key, path) for each in given)
+    return x, y, z
 
 
 def _size(value: Any, key: str, path: Path) -> float:
