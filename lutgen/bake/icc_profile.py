@@ -76,19 +76,8 @@ def display_tags(
 
 
 def _header(size: int, device_class: bytes, pcs: bytes, version: int) -> bytes:
-    return b"".join(
-        (
-            struct.pack(">I4xI", size, version),
-            device_class,
-            b"RGB ",
-            pcs,
-            _DATE,
-            b"acsp",
-            bytes(28),
-            _fixed(D50),
-            bytes(48),
-        )
-    )
+    start = struct.pack(">I4xI", size, version) + device_class + b"RGB " + pcs
+    return start + _DATE + b"acsp" + bytes(28) + _fixed(D50) + bytes(48)
 
 
 def _fixed(values: Array) -> bytes:
@@ -136,17 +125,9 @@ def curve(values: Array) -> bytes:
 def table(values: Array) -> bytes:
     """Pack lut16Type from RGB with identity curves: values 0..1, shape (n, n, n, 3), axes blue, green, red."""
     straight = steps(np.tile([0.0, 1.0], 3)).tobytes()
-    return b"".join(
-        (
-            b"mft2" + struct.pack(">4xBBBx", 3, 3, len(values)),
-            _fixed(np.eye(3)),
-            struct.pack(">HH", 2, 2),
-            straight,
-            # The format requires that red varies slowest.
-            steps(values.transpose(2, 1, 0, 3)).tobytes(),
-            straight,
-        )
-    )
+    head = b"mft2" + struct.pack(">4xBBBx", 3, 3, len(values)) + _fixed(np.eye(3)) + struct.pack(">HH", 2, 2)
+    # The format requires that red varies slowest.
+    return b"".join((head, straight, steps(values.transpose(2, 1, 0, 3)).tobytes(), straight))
 
 
 def table_to_lab(values: Array) -> bytes:

@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 #: ICC's rendering intents.
 PERCEPTUAL, RELATIVE, SATURATION, ABSOLUTE = range(4)
 
-#: Types of tables of version 2 → offset of the byte with the number of points along an edge.
-_TABLES = {b"mft1": 10, b"mft2": 10}
+#: Types of tables of version 2, and the offset of their byte with the number of points along an edge.
+_TABLES, _POINTS_AT = (b"mft1", b"mft2"), 10
 
 #: The table type of version 4, and the position of the offset of its table. The table's first byte is the number of
 #: points along an edge.
@@ -77,8 +77,7 @@ def table_of_profile(path: Path) -> tuple[str, int]:
     if kind == _TABLE_V4:
         (place,) = struct.unpack_from(">I", data.ljust(start + 32, b"\0"), start + _TABLE_V4_AT)
         return space, data[start + place] if 0 < place < len(data) - start else 0
-    size = _TABLES.get(kind)
-    return space, data[start + size] if size else 0
+    return space, data[start + _POINTS_AT] if kind in _TABLES else 0
 
 
 def _read(path: Path) -> bytes:

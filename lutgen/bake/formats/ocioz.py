@@ -116,10 +116,5 @@ def _unpacked(path: Path) -> Iterator[Path]:
 
 
 FORMAT = Format(
-    name="ocioz",
-    suffix=".ocioz",
-    unclipped=True,
-    write=write,
-    candidates=clf.candidates,
-    reader=Reader(_apply, _table),
+    name="ocioz", suffix=".ocioz", unclipped=True, write=write, candidates=clf.candidates, reader=Reader(_apply, _table)
 )

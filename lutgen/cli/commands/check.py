@@ -15,8 +15,8 @@ from lutgen.errors import LutgenError
 from lutgen.names import MODES
 
 if TYPE_CHECKING:
-    from lutgen.bake.budget import Budget
     from lutgen.bake.check import Checked
+    from lutgen.bake.figures import Budget
     from lutgen.progress import Progress
 
 
@@ -60,7 +60,7 @@ def command(
       lutgen check aged/
       lutgen check theirs.cube --mode chroma --hours 10000 --display my-display.csv
     """
-    from lutgen.bake.budget import Budget
+    from lutgen.bake.figures import Budget
 
     budget = Budget(max_delta_e, p99)
     if gone := next((path for path in paths if not Path(path).exists()), None):
