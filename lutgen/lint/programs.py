@@ -301,7 +301,7 @@ def try_cube(scan: CubeScan) -> Iterator[finding.Trial]:
         except Absent as absent:
             yield finding.Trial(program.reader(), "", "", str(absent))
             continue
-        if max(scan.size, scan.size_1d >> 8) > MAX_KEPT or scan.bytes > MAX_BYTES:
+        if max(scan.size, scan.size_1d >> 8) > MAX_KEPT or scan.length > MAX_BYTES:
             yield finding.Trial(
                 program.reader(), version, "", f"not tried: more than {MAX_KEPT} points an axis, or 200 MiB"
             )

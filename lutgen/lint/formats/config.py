@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lutgen import bindings
-from lutgen.errors import LutgenError, in_one_line, reason_of
+from lutgen.errors import LutgenError, in_one_line
 from lutgen.lint.finding import BLENDER, DJV, NUKE, OCIO, OCIO_21, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.programs import try_config
+from lutgen.lint.stream import readable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -75,12 +76,10 @@ class ConfigScan:
 
 def scan_config(path: Path) -> ConfigScan:
     """Load a config and instantiate its parts. Raises LutgenError: it cannot be read, or is larger than any config."""
-    try:
+    with readable(path, "a config"):
         if path.stat().st_size > MAX_BYTES:
             raise LutgenError(f"{path}: has more than {MAX_BYTES >> 20} MiB, which no config has.")
         data = path.read_bytes()
-    except OSError as error:
-        raise LutgenError(f"{path}: cannot be read: {reason_of(error)}. Give the name of a config.") from None
     utf16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     text = data.decode("utf-16" if utf16 else "utf-8", errors="replace")
     stated = re.search(r"^ocio_profile_version:\s*[\"']?([0-9]+)(?:\.([0-9]+))?", text, re.MULTILINE)
@@ -98,16 +97,10 @@ def scan_config(path: Path) -> ConfigScan:
         decodes = config is None or bindings.is_utf8(config)
         if config is not None and decodes:
             broken = _broken(config)
-    return ConfigScan(
-        path=path,
-        text=text,
-        version=version,
-        config=config if decodes else None,
-        decodes=decodes,
-        refusal=refusal if decodes else "",
-        warnings=tuple(dict.fromkeys(warnings)),
-        broken=tuple(broken),
-    )
+    if not decodes:
+        config, refusal = None, ""
+    logged = tuple(dict.fromkeys(warnings))
+    return ConfigScan(path, text, version, config, decodes, refusal, logged, tuple(broken))
 
 
 def _broken(config: Any) -> list[tuple[str, str]]:

@@ -12,9 +12,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, BinaryIO
 
 from lutgen.bake.table_picture import POINTS, TILES, read_table
-from lutgen.errors import LutgenError, reason_of
+from lutgen.errors import LutgenError
 from lutgen.lint.finding import HALDCLUT, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
+from lutgen.lint.stream import readable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -73,13 +74,9 @@ _OF_COLOUR = (b"gAMA", b"cHRM", b"iCCP", b"sRGB", b"cICP")
 
 def scan_hald(path: Path) -> HaldScan:
     """Read the chunks, and count the pixels if the image may be a table. Raises LutgenError: it cannot be read."""
-    try:
-        size = path.stat().st_size
-        with path.open("rb") as file:
-            chunks = _Chunks(file)
-            whole = file.read(8) == SIGNATURE and chunks.read() and file.tell() <= size
-    except OSError as error:
-        raise LutgenError(f"{path}: cannot be read: {reason_of(error)}. Give the name of a PNG.") from None
+    with readable(path, "a PNG"), path.open("rb") as file:
+        size, chunks = path.stat().st_size, _Chunks(file)
+        whole = file.read(8) == SIGNATURE and chunks.read() and file.tell() <= size
     names = tuple(chunks.of_colour)
     return HaldScan(path, size, *chunks.header[:4], names, whole, chunks.missing, whole and _in_tiles(path, chunks))
 

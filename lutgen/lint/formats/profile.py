@@ -13,10 +13,11 @@ import numpy as np
 from lutgen.bake.littlecms import through_profile
 from lutgen.bindings import LARGEST_LUT, littlecms
 from lutgen.cells import first_doubled
-from lutgen.errors import LutgenError, reason_of
+from lutgen.errors import LutgenError
 from lutgen.icc_tags import HEADER, MOST_TAGS, SMALLEST_TAG, Tag, is_profile, tags_claimed
 from lutgen.lint.finding import ARGYLL, CHROMIUM, LCMS_8, LCMS_16, Fate, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
+from lutgen.lint.stream import readable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -113,18 +114,15 @@ class ProfileScan:
 
 def scan_profile(path: Path) -> ProfileScan:
     """Scan a profile. Of a huge profile scan only the heads. Raises LutgenError: the profile cannot be read."""
-    try:
-        with path.open("rb") as file:
-            start = file.read(HEADER + 4 + 12 * MOST_TAGS)
-            size = path.stat().st_size
-            tags = tuple(tags_claimed(start))
-            inside = [tag for tag in tags if tag.name in TABLES and tag.start < size]
-            tables = tuple(head for tag in inside if (head := _table(tag, file)))
-            whole = size <= LARGEST_LUT and is_profile(start)
-            file.seek(0)
-            identifier = _identifier(file.read()) if whole else None
-    except OSError as error:
-        raise LutgenError(f"{path}: cannot be read: {reason_of(error)}. Give the name of a profile.") from None
+    with readable(path, "a profile"), path.open("rb") as file:
+        start = file.read(HEADER + 4 + 12 * MOST_TAGS)
+        size = path.stat().st_size
+        tags = tuple(tags_claimed(start))
+        inside = [tag for tag in tags if tag.name in TABLES and tag.start < size]
+        tables = tuple(head for tag in inside if (head := _table(tag, file)))
+        whole = size <= LARGEST_LUT and is_profile(start)
+        file.seek(0)
+        identifier = _identifier(file.read()) if whole else None
     count = int.from_bytes(start[HEADER : HEADER + 4], "big")
     white, unasked = _white(path) if whole and count <= MOST_TAGS else (None, "")
     return ProfileScan(path, size, start[:HEADER], count, tags, tables, identifier, white, unasked)
