@@ -76,13 +76,9 @@ def add_source_signal(config: Any, name: str) -> None:
     aces = config.getColorSpace(INTERCHANGE)
     square = np.eye(4)
     square[:3, :3] = XYZ_TO_LINEAR
-    from_aces = lib.GroupTransform(
-        [
-            lib.BuiltinTransform(style="UTILITY - ACES-AP0_to_CIE-XYZ-D65_BFD"),
-            lib.MatrixTransform(matrix=square.ravel().tolist()),
-        ],
-        lib.TRANSFORM_DIR_INVERSE,
-    )
+    to_xyz = lib.BuiltinTransform(style="UTILITY - ACES-AP0_to_CIE-XYZ-D65_BFD")
+    to_linear = lib.MatrixTransform(matrix=square.ravel().tolist())
+    from_aces = lib.GroupTransform([to_xyz, to_linear], lib.TRANSFORM_DIR_INVERSE)
     curve = lib.ExponentWithLinearTransform(gamma=[2.4, 2.4, 2.4, 1.0], offset=[0.055, 0.055, 0.055, 0.0])
     signal = lib.ColorSpace(
         referenceSpace=lib.REFERENCE_SPACE_SCENE,
