@@ -233,19 +233,8 @@ def _means(first: statistics.StudySample, second: statistics.StudySample) -> Fur
     difference = second.mean - first.mean
     half = float(student.ppf(0.975, df)) * (first.sd**2 / first.n + second.sd**2 / second.n) ** 0.5
     g, g_ci95 = hedges_g(first, second)
-    return FurtherMeans(
-        first.measure,
-        first.condition,
-        second.condition,
-        difference,
-        (difference - half, difference + half),
-        t,
-        df,
-        p,
-        _rank_p(first, second),
-        g,
-        g_ci95,
-    )
+    compared, interval = (first.measure, first.condition, second.condition), (difference - half, difference + half)
+    return FurtherMeans(*compared, difference, interval, t, df, p, _rank_p(first, second), g, g_ci95)
 
 
 def _rank_p(first: statistics.StudySample, second: statistics.StudySample) -> float:
@@ -273,18 +262,11 @@ def _agreement(
 
     table = [[first.agreed, first.disagreed], [second.agreed, second.disagreed]]
     low, high = statistics.newcombe((second.agreed, second.n), (first.agreed, first.n))
-    odds, odds_ci95 = odds_ratio(first, second)
-    return FurtherAgreement(
-        first.condition,
-        second.condition,
-        float(fisher_exact(table, alternative="greater").pvalue),
-        float(fisher_exact(table).pvalue),
-        100 * (second.share - first.share),
-        (100 * low, 100 * high),
-        odds,
-        odds_ci95,
-        _mcnemar(first.condition, second.condition, reading_pairs),
-    )
+    odds = odds_ratio(first, second)
+    p = [float(fisher_exact(table, alternative=side).pvalue) for side in ("greater", "two-sided")]
+    difference, interval = 100 * (second.share - first.share), (100 * low, 100 * high)
+    paired = _mcnemar(first.condition, second.condition, reading_pairs)
+    return FurtherAgreement(first.condition, second.condition, *p, difference, interval, *odds, paired)
 
 
 def _mcnemar(first: str, second: str, reading_pairs: Sequence[statistics.ReadingPair]) -> McNemar | None:
@@ -302,6 +284,5 @@ def _mcnemar(first: str, second: str, reading_pairs: Sequence[statistics.Reading
     first_only = sum(agreed[first][key] and not agreed[second][key] for key in both)
     second_only = sum(agreed[second][key] and not agreed[first][key] for key in both)
     discordant = first_only + second_only
-    return McNemar(
-        len(both), first_only, second_only, float(binomtest(first_only, discordant).pvalue) if discordant else 1.0
-    )
+    p = float(binomtest(first_only, discordant).pvalue) if discordant else 1.0
+    return McNemar(len(both), first_only, second_only, p)
