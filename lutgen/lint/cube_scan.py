@@ -278,10 +278,7 @@ class CubeScan:
 
 
 def scan_cube(path: Path, *, keep: bool = False) -> CubeScan:
-    """Scan a ``.cube``. With ``keep`` store its rows for comparisons.
-
-    Raises LutgenError: the file cannot be read or is no text.
-    """
+    """Scan a ``.cube``; ``keep`` stores its rows. Raises LutgenError: it cannot be read, or is no text."""
     scan = CubeScan(path, keep)
     for block in blocks(path):
         scan.take(block)

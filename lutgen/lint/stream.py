@@ -45,10 +45,7 @@ def readable(path: Path, what: str) -> Iterator[None]:
 
 
 def blocks(path: Path) -> Iterator[LineBlock]:
-    """Yield a file's lines in blocks.
-
-    Raises LutgenError: the file cannot be read, or a line is longer than ``LONGEST_LINE``.
-    """
+    """Yield a file's lines in blocks. Raises LutgenError: unreadable, or a line is longer than ``LONGEST_LINE``."""
     line, rest = 1, b""
     with readable(path, "a LUT or config"), path.open("rb") as file:
         while chunk := file.read(BLOCK):

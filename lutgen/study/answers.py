@@ -162,10 +162,7 @@ class Answer:
 
 
 def sensible(answers: Sequence[Answer]) -> tuple[tuple[Answer, ...], list[str]]:
-    """Return the answers with a possible time, and a sentence on each other answer.
-
-    Raises LutgenError: none is left.
-    """
+    """Return answers with a possible time, and a sentence on each other answer. Raises LutgenError: none is left."""
     possible = tuple(answer for answer in answers if 0 <= answer.seconds <= MAX_SECONDS)
     left_out = [
         f"Left out: {answer.reader}, session {answer.session}, image {answer.position} ({answer.image}): "

@@ -263,10 +263,11 @@ def _agreement(
     table = [[first.agreed, first.disagreed], [second.agreed, second.disagreed]]
     low, high = statistics.newcombe((second.agreed, second.n), (first.agreed, first.n))
     odds = odds_ratio(first, second)
-    p = [float(fisher_exact(table, alternative=side).pvalue) for side in ("greater", "two-sided")]
+    one_tailed, fisher = (float(fisher_exact(table, alternative=side).pvalue) for side in ("greater", "two-sided"))
     difference, interval = 100 * (second.share - first.share), (100 * low, 100 * high)
     paired = _mcnemar(first.condition, second.condition, reading_pairs)
-    return FurtherAgreement(first.condition, second.condition, *p, difference, interval, *odds, paired)
+    compared = (first.condition, second.condition)
+    return FurtherAgreement(*compared, one_tailed, fisher, difference, interval, *odds, paired)
 
 
 def _mcnemar(first: str, second: str, reading_pairs: Sequence[statistics.ReadingPair]) -> McNemar | None:

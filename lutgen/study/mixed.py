@@ -197,10 +197,7 @@ def _fit_logistic(agreed: Array, fixed: Array, clusters: Any) -> MixedFit:
 
 
 def _fitted(fit: Callable[[], Any], errors: str) -> tuple[Any, Array, tuple[str, ...]]:
-    """Return the result, its standard errors, and each warning once.
-
-    Raises ValueError: a standard error is not finite.
-    """
+    """Return the result, its standard errors, and each warning once. Raises ValueError: an error is not finite."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         result = fit()
@@ -255,10 +252,7 @@ class MixedFit:
 
 
 def fit_crossed(values: Array, fixed: Array, groups: Mapping[str, Sequence[str]]) -> MixedFit:
-    """Fit values (n,) = fixed (n, k)·β + a random effect for each grouping + noise.
-
-    Raises LinAlgError or ValueError.
-    """
+    """Fit values (n,) = fixed (n, k)·β + a random effect of each grouping + noise. Raises LinAlgError or ValueError."""
     from scipy.optimize import minimize
 
     members = [_membership(labels) for labels in groups.values()]

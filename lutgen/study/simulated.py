@@ -166,10 +166,7 @@ def simulate(
 
 
 def nuclear_difference(unaged: Path, aged: Mapping[str, Path]) -> dict[str, float]:
-    """Return the mean ΔE2000 over the nuclei of an un-aged picture, for each aged one.
-
-    Raises LutgenError: unreadable.
-    """
+    """Return the mean ΔE2000 over an un-aged picture's nuclei, for each aged one. Raises LutgenError: unreadable."""
     field = read_field(unaged)
     nuclei = segment(field).labels > 0
     before = linear_to_lab(code_to_linear(code_of(field.keys[nuclei])))

@@ -51,10 +51,7 @@ class ArchiveScan:
 
 @contextmanager
 def scan_archive(path: Path) -> Iterator[tuple[ArchiveScan, Path]]:
-    """Read an archive's directory and unpack its safe files into a temporary folder. Yield the scan and the folder.
-
-    Raises LutgenError: the archive cannot be read.
-    """
+    """Yield an archive's scan, and a folder with its safe files. Raises LutgenError: the archive cannot be read."""
     with scratch() as folder:
         with readable(path, "an archive"):
             size = path.stat().st_size
