@@ -188,8 +188,8 @@ def _bake(work: _Work, displays: tuple[tuple[str, float, str], ...]) -> list[Fil
             size = work.sizes[folder, name] if work.sizes else work.plan.cubesize
             form = format_named(name)
             records.append(_bake_lut(work, aged, f"{folder}/{form.file_in(work.plan.direction)}", form, size))
-        if form := config_format(work.plan):
-            config = config_of_display(aged, form.file_in(work.plan.direction), unclipped=form.unclipped)
+        if read := config_format(work.plan):
+            config = config_of_display(aged, read.file_in(work.plan.direction), unclipped=read.unclipped)
             record = _put_config(work.output, f"{folder}/{CONFIG}", config, mode, hours)
             run = gpu_run(work.output / record.path, JUDGE.code).as_json() if work.plan.gpu else None
             records.append(replace(record, gpu=run))

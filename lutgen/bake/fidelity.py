@@ -164,8 +164,9 @@ class Judge:
             border |= self._crosses(aged, table, self.code)
             gamut = self._mixes_clipped(aged, table) & ~border
         usual = _usual()
-        groups = (figures(error[group], usual[group]) for group in (~border & ~gamut, gamut, border))
-        return Certificate(*groups, float(clipped), self._round_trip(code, aged, border | gamut))
+        groups = (~border & ~gamut, gamut, border)
+        smooth, at_gamut, at_border = (figures(error[group], usual[group]) for group in groups)
+        return Certificate(smooth, at_gamut, at_border, float(clipped), self._round_trip(code, aged, border | gamut))
 
     def _round_trip(self, code: Array, aged: AgedDisplay, border: NDArray[np.bool_]) -> RoundTrip | None:
         link = compensation_of(aged)

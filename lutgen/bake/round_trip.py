@@ -85,6 +85,7 @@ def round_trip(
     aged = without.link.aged
     shown = delta_e_2000(linear_to_lab(aged.code_to_linear(np.clip(code, 0.0, 1.0))), without.target)
     out = outside_gamut(drive)
-    groups = (figures(shown[group], usual[group]) for group in (~out & ~border, ~out & border, out))
+    groups = (~out & ~border, ~out & border, out)
+    reached, at_border, unreachable = (figures(shown[group], usual[group]) for group in groups)
     shares = float(outside_gamut(lattice).mean()), float(out[tissue].mean())
-    return RoundTrip(*groups, without.inverse, *shares, without.link.scale)
+    return RoundTrip(reached, at_border, unreachable, without.inverse, *shares, without.link.scale)
