@@ -77,7 +77,10 @@ def check_config(
         problems.append(differs)
     words = WORDS[direction_of(manifest)]
     luts = [file for file in manifest.files if file.kind == "lut" and format_named(str(file.format)).reader is None]
-    every = _luts_of_configs(luts)
+    # The LUT that each display's config reads: an unclipped LUT where one exists.
+    every: dict[tuple[str, float], FileRecord] = {}
+    for lut in sorted(luts, key=lambda lut: bool(lut.clipped)):
+        every.setdefault((str(lut.mode), float(lut.hours or 0.0)), lut)
     if record.mode is None:
         last_mode = next(reversed(every), ("", 0.0))[0]
         last = last_mode, max((hours for mode, hours in every if mode == last_mode), default=0.0)
@@ -92,14 +95,6 @@ def check_config(
     if own is None:
         return [*problems, "the manifest names no LUT for it"]
     return [*problems, *_Run(config, root / own.path, words, through=through, context=None).problems()]
-
-
-def _luts_of_configs(luts: list[FileRecord]) -> dict[tuple[str, float], FileRecord]:
-    """Return the LUT that each display's config reads: an unclipped LUT where one exists."""
-    chosen: dict[tuple[str, float], FileRecord] = {}
-    for lut in sorted(luts, key=lambda lut: bool(lut.clipped)):
-        chosen.setdefault((str(lut.mode), float(lut.hours or 0.0)), lut)
-    return chosen
 
 
 class _Run:

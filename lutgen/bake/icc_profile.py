@@ -49,7 +49,8 @@ def profile(*, device_class: bytes, pcs: bytes, tags: Sequence[tuple[bytes, byte
     places = dict(zip(contents, accumulate(map(len, padded), initial=start), strict=False))
     table = b"".join(name + struct.pack(">II", places[content], len(content)) for name, content in tags)
     body = struct.pack(">I", len(tags)) + table + b"".join(padded)
-    head = _header(HEADER + len(body), device_class, pcs, _VERSIONS[version])
+    head = struct.pack(">I4xI", HEADER + len(body), _VERSIONS[version]) + device_class + b"RGB " + pcs
+    head += _DATE + b"acsp" + bytes(28) + _fixed(D50) + bytes(48)
     # The ID is the MD5 of the profile, with zeros for flags, intent and ID (ICC.1:2010, 7.2.18).
     identifier = hashlib.md5(head + body, usedforsecurity=False).digest()
     intent = struct.pack(">I", 1)
@@ -73,11 +74,6 @@ def display_tags(
         *((name, xyz(colorant)) for name, colorant in zip((b"rXYZ", b"gXYZ", b"bXYZ"), colorants, strict=True)),
         *((name, tone) for name in (b"rTRC", b"gTRC", b"bTRC")),
     )
-
-
-def _header(size: int, device_class: bytes, pcs: bytes, version: int) -> bytes:
-    start = struct.pack(">I4xI", size, version) + device_class + b"RGB " + pcs
-    return start + _DATE + b"acsp" + bytes(28) + _fixed(D50) + bytes(48)
 
 
 def _fixed(values: Array) -> bytes:

@@ -255,7 +255,12 @@ def _through_table(scan: CubeScan, code: Array) -> Array | None:
 
 def _place(scan: CubeScan, code: Array, keyword: str) -> Array | None:
     """Return the position of code values in the input range of a part, 0..1; None for an empty range."""
-    low, high = _range(scan, keyword)
+    low, high = np.zeros(3), np.ones(3)
+    if keyword == "LUT_3D_INPUT_RANGE" or not scan.size:
+        low, high = scan.domain
+    for entry in scan.named(keyword):
+        if ends := entry.numbers(2):
+            low, high = np.full(3, ends[0]), np.full(3, ends[1])
     return np.clip((code - low) / (high - low), 0, 1) if (high > low).all() else None
 
 
@@ -271,18 +276,6 @@ def trilinear(table: Array, place: Array) -> Array:
         weight = np.where(corner, share, 1.0 - share).prod(axis=1)
         result += weight[:, np.newaxis] * table[blue, green, red]
     return result
-
-
-def _range(scan: CubeScan, keyword: str) -> tuple[Array, Array]:
-    """Return the input values of the first and of the last row of a part, each (3,)."""
-    low, high = np.zeros(3), np.ones(3)
-    if keyword == "LUT_3D_INPUT_RANGE" or not scan.size:
-        low, high = scan.domain
-    for entry in scan.named(keyword):
-        ends = entry.numbers(2)
-        if ends is not None:
-            low, high = np.full(3, ends[0]), np.full(3, ends[1])
-    return low, high
 
 
 def try_cube(scan: CubeScan) -> Iterator[finding.Trial]:

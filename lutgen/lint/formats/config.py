@@ -180,11 +180,10 @@ def config_files(scan: ConfigScan) -> Iterator[LintFinding]:
     if outside:
         fact = f"searches {outside[0]}, outside its folder: moving the folder breaks it"
         yield LintFinding(fact, "Keep LUT files below the config.", scan.line_of(outside[0]))
-    unstated = [
-        transform.getSrc()
-        for transform in scan.file_transforms
-        if transform.getSrc().lower().endswith(TABLES) and _states_no_interpolation(transform)
-    ]
+    tables = [each for each in scan.file_transforms if each.getSrc().lower().endswith(TABLES)]
+    # The text of the object, since its method returns the same value for "default" and for no interpolation.
+    stated = ["interpolation" in str(each) and "interpolation=default" not in str(each) for each in tables]
+    unstated = [each.getSrc() for each, states in zip(tables, stated, strict=True) if not states]
     if unstated:
         yield LintFinding(
             f"states no interpolation for {unstated[0]}: OpenColorIO then takes trilinear, and tetrahedral follows the "
@@ -192,11 +191,6 @@ def config_files(scan: ConfigScan) -> Iterator[LintFinding]:
             "Add interpolation: tetrahedral for 3D tables.",
             scan.line_of(unstated[0]),
         )
-
-
-def _states_no_interpolation(transform: object) -> bool:
-    # Use the text of the object, since its method returns the same value for "default" and for no interpolation.
-    return "interpolation=default" in str(transform) or "interpolation" not in str(transform)
 
 
 def config_environment(scan: ConfigScan) -> Iterator[LintFinding]:
