@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from lutgen.bake.budget import Budget
 from lutgen.bake.build import Plan, build
 from lutgen.bake.check import check, check_lut
+from lutgen.bake.figures import Budget
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
 from lutgen.readings import read_measurements

@@ -23,7 +23,7 @@ from lutgen.lint.cube_scan import scan_cube
 from lutgen.lint.finding import OCIO_21, READS, REFUSES, WRONG, Fate, Linted, LintFinding, Trial
 from lutgen.lint.formats import formats
 from lutgen.lint.programs import OPENCOLORIO, PROGRAMS, Absent, Program, Refusal, read_as_meant
-from lutgen.lint.stream import Gatherer, blocks
+from lutgen.lint.stream import TableStatistics, blocks
 from lutgen.merge import Merging
 from tests.command import in_process
 from tests.lint_cases import BAD, CURVES, GOOD, MARK, PLAIN, SIZE, N, R, curved, lines, rows
@@ -239,16 +239,15 @@ def test_tables_that_are_meant_are_not_taken_for_blue_fastest(swap: tuple[int, i
 @pytest.mark.parametrize("step", [1, 7, 64, 200])
 def test_statistics_do_not_depend_on_where_blocks_end(step: int) -> None:
     table = np.random.default_rng(5).random((N**3, 3))
-    whole, parts = Gatherer(N, keep=True), Gatherer(N, keep=True)
+    whole, parts = TableStatistics(N, keep=True), TableStatistics(N, keep=True)
     whole.add(table)
     for start in range(0, len(table), step):
         parts.add(table[start : start + step])
-    first, second = whole.gathered(), parts.gathered()
-    np.testing.assert_allclose(first.correlation, second.correlation)
-    np.testing.assert_array_equal(first.greys, second.greys)
+    np.testing.assert_allclose(whole.correlation, parts.correlation)
+    np.testing.assert_array_equal(whole.greys, parts.greys)
     axis = np.arange(N**3)
     places = np.stack([axis % N, axis // N % N, axis // N**2])
-    np.testing.assert_allclose(first.correlation, np.corrcoef(table.T, places)[:3, 3:])
+    np.testing.assert_allclose(whole.correlation, np.corrcoef(table.T, places)[:3, 3:])
 
 
 @pytest.mark.parametrize("ends", [b"\n", b"\r\n", b"\r"])

@@ -15,7 +15,7 @@ from lutgen.bake.folder import claim, locked_folder
 from lutgen.bake.formats import format_named
 from lutgen.bake.gpu import check_renderer, gpu_run
 from lutgen.bake.lut import SIZES, Lut
-from lutgen.bake.manifest import FileRecord, HeldFile, Manifest, Recipe, model_as_json, sha256
+from lutgen.bake.manifest import FileRecord, HeldFile, Manifest, model_as_json, recipe_of, sha256
 from lutgen.bake.own_reading import checked_table, is_read_here, refuse_difference
 from lutgen.bake.plan import Plan
 from lutgen.bake.provenance import config_of_all, config_of_display, provenance_of
@@ -103,7 +103,7 @@ def _build(
     force: bool,
     progress: Progress,
 ) -> Built:
-    recipe = Recipe(model_as_json(model, output), plan.as_json())
+    recipe = recipe_of(model_as_json(model, output), plan.as_json())
     paths = paths_of(plan)
     folder = claim(output, recipe, paths, force=force)
     work, parts = _Work(model, plan, output, beside), _parts(plan)
@@ -120,7 +120,7 @@ def _build(
         if form:
             records.append(_write_common_config(plan, output, form))
         order = {path: place for place, path in enumerate(paths)}
-        manifest = Manifest(recipe.as_json(), tuple(sorted(records, key=lambda record: order[record.path])))
+        manifest = Manifest(recipe, tuple(sorted(records, key=lambda record: order[record.path])))
         folder.finish(manifest)
     except LutgenError:
         folder.abandon(paths)
@@ -188,9 +188,11 @@ def _bake(work: _Work, displays: tuple[tuple[str, float, str], ...]) -> list[Fil
             size = work.sizes[folder, name] if work.sizes else work.plan.cubesize
             form = format_named(name)
             records.append(_bake_lut(work, aged, f"{folder}/{form.file_in(work.plan.direction)}", form, size))
-        form_of_config = config_format(work.plan)
-        if form_of_config:
-            records.append(_write_config(work, aged, folder, form_of_config))
+        if read := config_format(work.plan):
+            config = config_of_display(aged, read.file_in(work.plan.direction), unclipped=read.unclipped)
+            record = _put_config(work.output, f"{folder}/{CONFIG}", config, mode, hours)
+            run = gpu_run(work.output / record.path, JUDGE.code).as_json() if work.plan.gpu else None
+            records.append(replace(record, gpu=run))
     return records
 
 
@@ -200,13 +202,12 @@ def _smallest_sizes(work: _Work, displays: tuple[tuple[str, float, str], ...]) -
     for mode, hours, folder in displays:
         for name in work.plan.formats:
             aged, form = work.plan.display(work.model, mode, hours), format_named(name)
-            size = _smallest_size(work, aged, form, work.scratch / f"{os.getpid()}-{form.file}")
-            sizes.append(((folder, name), size))
+            sizes.append(((folder, name), _smallest_size(work, aged, form)))
     return sizes
 
 
-def _smallest_size(work: _Work, aged: AgedDisplay, form: Format, path: Path) -> int:
-    tolerance = work.plan.tolerance or 0.0
+def _smallest_size(work: _Work, aged: AgedDisplay, form: Format) -> int:
+    tolerance, path = work.plan.tolerance or 0.0, work.scratch / f"{os.getpid()}-{form.file}"
     for size in SIZES:
         lut, provenance = best_candidate(work.model, aged, form, size)
         data = form.write(lut, provenance)
@@ -292,14 +293,6 @@ def best_candidate(
         _BAKED[form.name] = links, lut, error.all
     _, baked, figures = _BAKED[form.name]
     return baked, provenance_of(model, aged, baked, figures)
-
-
-def _write_config(work: _Work, aged: AgedDisplay, folder: str, form: Format) -> FileRecord:
-    config = config_of_display(aged, form.file_in(work.plan.direction), unclipped=form.unclipped)
-    record = _put_config(work.output, f"{folder}/{CONFIG}", config, aged.mode, aged.hours)
-    if not work.plan.gpu:
-        return record
-    return replace(record, gpu=gpu_run(work.output / record.path, JUDGE.code).as_json())
 
 
 def _write_common_config(plan: Plan, output: Path, form: Format) -> FileRecord:

@@ -17,11 +17,11 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lutgen.bake.budget import Budget, over_budget
 from lutgen.bake.build import JUDGE, SHOWN_WHOLE, best_candidate, certified, config_format, prepare
 from lutgen.bake.check_config import check_config
 from lutgen.bake.check_manifest import altered, foreign_files, plan_of, stale, strangers, unknown_values, unlisted
 from lutgen.bake.expected import certificate_differences, differs_from
+from lutgen.bake.figures import Budget, over_budget
 from lutgen.bake.formats import format_named, lut_suffixes
 from lutgen.bake.gpu import TOLERANCE as GPU_TOLERANCE
 from lutgen.bake.gpu import GpuRun, check_renderer, gpu_run

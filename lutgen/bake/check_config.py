@@ -77,12 +77,15 @@ def check_config(
         problems.append(differs)
     words = WORDS[direction_of(manifest)]
     luts = [file for file in manifest.files if file.kind == "lut" and format_named(str(file.format)).reader is None]
-    every = _luts_of_configs(luts)
+    # The LUT that each display's config reads: an unclipped LUT where one exists.
+    every: dict[tuple[str, float], FileRecord] = {}
+    for lut in sorted(luts, key=lambda lut: bool(lut.clipped)):
+        every.setdefault((str(lut.mode), float(lut.hours or 0.0)), lut)
     if record.mode is None:
         last_mode = next(reversed(every), ("", 0.0))[0]
         last = last_mode, max((hours for mode, hours in every if mode == last_mode), default=0.0)
         for (mode, hours), lut in every.items():
-            run = _Run(lib, config, root, lut, words, through=through, context=(mode, hour_name(hours)[:-1]))
+            run = _Run(config, root / lut.path, words, through=through, context=(mode, hour_name(hours)[:-1]))
             faults = run.problems() if differs or (mode, hours) == last else run.elsewhere(written.lut)
             problems += [f"AGING_MODE={mode}, AGING_HOURS={hour_name(hours)[:-1]}: {fault}" for fault in faults]
         return problems
@@ -91,33 +94,16 @@ def check_config(
     own = every.get((str(record.mode), float(record.hours or 0.0)))
     if own is None:
         return [*problems, "the manifest names no LUT for it"]
-    return [*problems, *_Run(lib, config, root, own, words, through=through, context=None).problems()]
-
-
-def _luts_of_configs(luts: list[FileRecord]) -> dict[tuple[str, float], FileRecord]:
-    """Return the LUT that each display's config reads: an unclipped LUT where one exists."""
-    chosen: dict[tuple[str, float], FileRecord] = {}
-    for lut in sorted(luts, key=lambda lut: bool(lut.clipped)):
-        chosen.setdefault((str(lut.mode), float(lut.hours or 0.0)), lut)
-    return chosen
+    return [*problems, *_Run(config, root / own.path, words, through=through, context=None).problems()]
 
 
 class _Run:
     """The comparison of one config in one context with its LUT."""
 
     def __init__(
-        self,
-        lib: Any,
-        config: Any,
-        root: Path,
-        lut: FileRecord,
-        words: Words,
-        *,
-        through: Through,
-        context: tuple[str, str] | None,
+        self, config: Any, lut: Path, words: Words, *, through: Through, context: tuple[str, str] | None
     ) -> None:
-        self.lib, self.config, self.words, self.through = lib, config, words, through
-        self.lut = (root / lut.path).resolve()
+        self.config, self.words, self.through, self.lut = config, words, through, lut.resolve()
         self.context = copy.deepcopy(config.getCurrentContext())
         if context:
             self.context["AGING_MODE"], self.context["AGING_HOURS"] = context
@@ -144,7 +130,7 @@ class _Run:
 
     def _parts(self, code: Array, aged: Array) -> Iterator[tuple[str, Any, Array]]:
         """Yield each part's name, its transform (None when the part is missing), and its expected code values."""
-        lib, config, words = self.lib, self.config, self.words
+        lib, config, words = ocio(), self.config, self.words
         yield f"look {words.look}", lib.LookTransform(src=SOURCE, dst=SOURCE, looks=words.look), aged
         if set(words.viewers) - set(config.getDisplays()):
             yield f"display {min(set(words.viewers) - set(config.getDisplays()))}", None, aged
@@ -162,7 +148,7 @@ class _Run:
         yield f"colour space {words.space}", lib.ColorSpaceTransform(src=words.space, dst=LINEAR), code_to_linear(aged)
 
     def _one(self, part: Any, code: Array, expected: Array) -> list[str]:
-        lib = self.lib
+        lib = ocio()
         if part is None:
             return ["missing"]
         try:

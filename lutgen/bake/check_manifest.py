@@ -8,7 +8,6 @@ from __future__ import annotations
 import os
 import stat
 from dataclasses import replace
-from functools import cache
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
@@ -41,16 +40,16 @@ def unlisted(manifest: Manifest, strangers: Sequence[str]) -> list[tuple[str, st
     Raises LutgenError: the manifest's options are not valid options of a build.
     """
     expected, listed = expected_records(plan_of(manifest)), {record.path: record for record in manifest.files}
-    faults = [
-        (path, "the manifest does not list it, though its options ask for it")
-        for path in expected
-        if path not in listed
-    ]
+    missing = [path for path in expected if path not in listed]
+    faults = [(path, "the manifest does not list it, though its options ask for it") for path in missing]
     for path, record in listed.items():
         if path not in expected:
             faults.append((path, "the manifest lists it, though its options do not ask for it"))
-        else:
-            faults += [(path, f"{MANIFEST}: {text}") for text in _contradictions(record, expected[path])]
+            continue
+        for name in ("kind", "mode", "hours", "format", "clipped"):
+            stated, wanted = getattr(record, name), getattr(expected[path], name)
+            if stated != wanted:
+                faults.append((path, f"{MANIFEST}: {name} is {stated!r}, and the options ask for {wanted!r}"))
     return faults + [
         (path, "is not in the manifest, so nothing says what it should be")
         for path in strangers
@@ -73,13 +72,9 @@ def foreign_files(strangers: Sequence[str]) -> list[str]:
 def _looks_built(path: str) -> bool:
     name = PurePosixPath(path).name
     names = {format_named(each).file_in(direction) for each in format_names() for direction in DIRECTIONS}
-    return name in names or name.endswith(PARTIAL) or PurePosixPath(path).suffix.lower() in _lut_suffixes()
-
-
-@cache
-def _lut_suffixes() -> frozenset[str]:
-    """Return the suffixes that programs recognise as LUTs or configs, without suffixes of images."""
-    return frozenset({format_named(name).suffix for name in format_names()} - {".png"} | {".ocio", ".icm"})
+    # Suffixes that programs recognise as LUTs or configs, without suffixes of images.
+    suffixes = {format_named(each).suffix for each in format_names()} - {".png"} | {".ocio", ".icm"}
+    return name in names or name.endswith(PARTIAL) or PurePosixPath(path).suffix.lower() in suffixes
 
 
 def plan_of(manifest: Manifest) -> Plan:
@@ -121,14 +116,6 @@ def expected_records(plan: Plan) -> dict[str, FileRecord]:
         clipped = None if form is None else not format_named(form).unclipped
         records[path] = FileRecord(path, "lut" if form else "config", mode, hours, "", 0, form, clipped=clipped)
     return records
-
-
-def _contradictions(record: FileRecord, expected: FileRecord) -> list[str]:
-    return [
-        f"{name} is {getattr(record, name)!r}, and the options ask for {getattr(expected, name)!r}"
-        for name in ("kind", "mode", "hours", "format", "clipped")
-        if getattr(record, name) != getattr(expected, name)
-    ]
 
 
 def altered(path: Path, record: FileRecord) -> tuple[str | None, HeldFile | None]:

@@ -175,11 +175,14 @@ def _serialised(aged: AgedConfig) -> bytes:
 
 def _add_colour_spaces(lib: Any, config: Any, aged: AgedConfig) -> None:
     to_linear, words = _srgb_curve(lib), aged.words
+    # OpenColorIO's own Bradford-adapted matrices.
+    aces_to_xyz = lib.BuiltinTransform(style="UTILITY - ACES-AP0_to_CIE-XYZ-D65_BFD")
+    from_aces = lib.GroupTransform([aces_to_xyz, _matrix(lib, XYZ_TO_LINEAR)])
     spaces: tuple[tuple[str, str, str, list[str], Any], ...] = (
         (LINEAR, "Linear light of the sRGB primaries.", "scene-linear", ["lin_rec709_srgb", "lin_srgb"], None),
         (SOURCE, "Code values as sent to the display.", "sdr-video", ["srgb", "srgb_tx"], to_linear),
         (words.space, f"{words.space_text} {aged.description}", "sdr-video", [], _aged(lib, aged)),
-        ("ACES2065-1", "Interchange with other configs.", "scene-linear", ["aces2065_1"], _from_aces(lib)),
+        ("ACES2065-1", "Interchange with other configs.", "scene-linear", ["aces2065_1"], from_aces),
     )
     for name, description, encoding, aliases, transform in spaces:
         space = lib.ColorSpace(
@@ -197,26 +200,20 @@ def _add_colour_spaces(lib: Any, config: Any, aged: AgedConfig) -> None:
         config.addColorSpace(space)
     raw = lib.ColorSpace(name="Raw", family="lutgen", isData=True, description="Code values untouched.")
     config.addColorSpace(raw)
-    config.addColorSpace(
-        lib.ColorSpace(referenceSpace=lib.REFERENCE_SPACE_DISPLAY, name=XYZ, family="Viewer", encoding="display-linear")
-    )
+    of_displays = {"referenceSpace": lib.REFERENCE_SPACE_DISPLAY, "family": "Viewer", "encoding": "display-linear"}
+    config.addColorSpace(lib.ColorSpace(name=XYZ, **of_displays))
 
 
 def _add_views(lib: Any, config: Any, aged: AgedConfig) -> None:
     to_xyz, words = _matrix(lib, LINEAR_TO_XYZ), aged.words
     look = lib.Look(name=words.look, processSpace=SOURCE, description=aged.description, transform=_lut(lib, aged))
     config.addLook(look)
-    config.addNamedTransform(
-        lib.NamedTransform(
-            name=words.named_transform,
-            family="lutgen",
-            description=aged.description,
-            forwardTransform=_lut(lib, aged),
-        )
-    )
+    parts = {"family": "lutgen", "description": aged.description, "forwardTransform": _lut(lib, aged)}
+    config.addNamedTransform(lib.NamedTransform(name=words.named_transform, **parts))
+    steps = [_srgb_curve(lib, encode=True), _aged(lib, aged), to_xyz]
     for name, transform, description in (
         (words.plain_view, to_xyz, words.plain_text),
-        (words.view, _group(lib, _srgb_curve(lib, encode=True), _aged(lib, aged), to_xyz), aged.description),
+        (words.view, lib.GroupTransform(steps), aged.description),
     ):
         view = lib.ViewTransform(
             referenceSpace=lib.REFERENCE_SPACE_SCENE, name=name, family="lutgen", description=description
@@ -233,9 +230,8 @@ def _add_views(lib: Any, config: Any, aged: AgedConfig) -> None:
             bitDepth=lib.BIT_DEPTH_F32,
             description=words.viewer_text.format(viewer),
         )
-        space.setTransform(
-            _group(lib, _matrix(lib, inverse(matrix)), _encode(lib, curve)), lib.COLORSPACE_DIR_FROM_REFERENCE
-        )
+        encoded = lib.GroupTransform([_matrix(lib, inverse(matrix)), _encode(lib, curve)])
+        space.setTransform(encoded, lib.COLORSPACE_DIR_FROM_REFERENCE)
         config.addColorSpace(space)
         for name in (words.view, words.plain_view):
             config.addDisplayView(viewer, name, name, words.viewer_name.format(viewer), "", "", "")
@@ -263,7 +259,7 @@ def _lut(lib: Any, aged: AgedConfig) -> Any:
 
 def _aged(lib: Any, aged: AgedConfig) -> Any:
     """Return the transform from code values to the linear light of the aged display, unclipped if the LUT is."""
-    return _group(lib, _lut(lib, aged), _srgb_curve(lib))
+    return lib.GroupTransform([_lut(lib, aged), _srgb_curve(lib)])
 
 
 def _srgb_curve(lib: Any, *, encode: bool = False) -> Any:
@@ -280,18 +276,8 @@ def _encode(lib: Any, curve: str) -> Any:
     return lib.ExponentTransform(value=[gamma, gamma, gamma, 1.0], direction=lib.TRANSFORM_DIR_INVERSE)
 
 
-def _from_aces(lib: Any) -> Any:
-    """Return the transform from ACES2065-1 to linear sRGB with OpenColorIO's own Bradford-adapted matrices."""
-    to_xyz = lib.BuiltinTransform(style="UTILITY - ACES-AP0_to_CIE-XYZ-D65_BFD")
-    return _group(lib, to_xyz, _matrix(lib, XYZ_TO_LINEAR))
-
-
 def _matrix(lib: Any, matrix: Array) -> Any:
     square = np.eye(4)
     # All versions print and read twelve decimals exactly, but not all digits of a double.
     square[:3, :3] = np.round(matrix, 12)
     return lib.MatrixTransform(matrix=square.ravel().tolist())
-
-
-def _group(lib: Any, *transforms: Any) -> Any:
-    return lib.GroupTransform(list(transforms))

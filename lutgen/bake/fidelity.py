@@ -164,16 +164,9 @@ class Judge:
             border |= self._crosses(aged, table, self.code)
             gamut = self._mixes_clipped(aged, table) & ~border
         usual = _usual()
-        smooth, gamut_error, border_error = (
-            figures(error[group], usual[group]) for group in (~border & ~gamut, gamut, border)
-        )
-        return Certificate(
-            smooth,
-            gamut_error,
-            border_error,
-            float(clipped),
-            self._round_trip(code, aged, border | gamut),
-        )
+        groups = (~border & ~gamut, gamut, border)
+        smooth, at_gamut, at_border = (figures(error[group], usual[group]) for group in groups)
+        return Certificate(smooth, at_gamut, at_border, float(clipped), self._round_trip(code, aged, border | gamut))
 
     def _round_trip(self, code: Array, aged: AgedDisplay, border: NDArray[np.bool_]) -> RoundTrip | None:
         link = compensation_of(aged)
@@ -186,16 +179,13 @@ class Judge:
 
     def table_error(self, lut: Lut | MatrixLut, aged: AgedDisplay) -> TableError:
         """Return the ΔE2000 of a table, without a file, on ``self.few`` in double precision: equal on every binding."""
-        error = self._table_errors(lut, aged)
+        code, model = self.few, self._model(aged, self.few)
+        shown = lut.mix(*self._tetrahedra_of(lut, code)) if isinstance(lut, Lut) else lut.apply(code)
+        error = in_chunks(_clipped_delta_e, model, shown)
         smooth = np.arange(len(error)) < len(error) - 2 * JUDGED.pairs
         if lut.size:
             smooth &= ~self._crosses(aged, TableKind(lut.space, lut.size, clipped=False), self.few)
         return TableError(figures(error), figures(error[smooth]))
-
-    def _table_errors(self, lut: Lut | MatrixLut, aged: AgedDisplay) -> Array:
-        code, model = self.few, self._model(aged, self.few)
-        shown = lut.mix(*self._tetrahedra_of(lut, code)) if isinstance(lut, Lut) else lut.apply(code)
-        return in_chunks(_clipped_delta_e, model, shown)
 
     def _tetrahedra_of(self, lut: Lut, code: Array) -> tuple[NDArray[np.intp], Array]:
         key = (lut.space, lut.size, len(code))
@@ -224,7 +214,8 @@ class Judge:
         mixing = self._mixing_in(table, code, source_profile_in(aged))
         if selects_nearest(aged):
             return mixing.crosses | mixing.beside
-        return mixing.crosses & _jumps(aged)
+        nearest = any(isinstance(link, Selection) and link.name == "nearest" for link in aged.head)
+        return mixing.crosses & (nearest or jumps(aged))
 
     def _mixes_clipped(self, aged: AgedDisplay, table: TableKind) -> NDArray[np.bool_]:
         """Return for each colour whether a clipped table mixes clipped and unclipped lattice points, (n,).
@@ -322,7 +313,3 @@ def _region(weights: Array) -> NDArray[np.uint8]:
     """Label colours by the weight of white: 0 for no weight, 1 on the border, 2 for the full weight."""
     white = weights[:, 0]
     return np.asarray((white > 0).astype(np.uint8) + (white == 1))
-
-
-def _jumps(aged: AgedDisplay) -> bool:
-    return jumps(aged) or any(isinstance(link, Selection) and link.name == "nearest" for link in aged.head)

@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from lutgen.bake.manifest import JOURNAL, MANIFEST, Manifest, Recipe, planned, read_manifest, without_ways
+from lutgen.bake.manifest import JOURNAL, MANIFEST, FileRecord, Manifest, read_manifest, without_ways
 from lutgen.errors import LutgenError, reason_of
 from lutgen.files import PARTIAL, cannot_write, file_sha256, is_file, locked, write_atomically
 
@@ -34,9 +34,11 @@ class Folder:
     unfinished: tuple[int, int] | None
     fresh: bool
 
-    def begin(self, recipe: Recipe, paths: list[str]) -> None:
+    def begin(self, recipe: Mapping[str, Any], paths: list[str]) -> None:
         """Write the journal with the planned files, and remove the partial files of a killed build."""
-        write_atomically(self.path / JOURNAL, Manifest(recipe.as_json(), planned(paths)).as_bytes())
+        # Only the paths of these records have a meaning.
+        planned = tuple(FileRecord(path, "planned", None, None, "", 0) for path in paths)
+        write_atomically(self.path / JOURNAL, Manifest(recipe, planned).as_bytes())
         for partial in self.path.rglob(f".*{PARTIAL}"):
             partial.unlink()
 
@@ -61,7 +63,7 @@ class Folder:
         (self.path / JOURNAL).unlink(missing_ok=True)
 
 
-def claim(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Folder:
+def claim(path: Path, recipe: Mapping[str, Any], paths: list[str], *, force: bool) -> Folder:
     """Check, before any file is written, that a build may use the folder ``path``.
 
     Raises LutgenError: the folder is unreadable or holds foreign files. Without ``force`` also: the folder holds
@@ -74,7 +76,7 @@ def claim(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Folde
         raise LutgenError(f"{where}: cannot be read: {reason_of(error)}. Choose another folder with -o.") from None
 
 
-def _checked_folder(path: Path, recipe: Recipe, paths: list[str], *, force: bool) -> Folder:
+def _checked_folder(path: Path, recipe: Mapping[str, Any], paths: list[str], *, force: bool) -> Folder:
     manifest, journal = read_manifest(path / MANIFEST), read_manifest(path / JOURNAL)
     # A link to a folder counts as a user's file, since lutgen never writes behind links.
     present = {file for file in path.rglob("*") if file.is_symlink() or not file.is_dir()}
@@ -97,9 +99,11 @@ def _checked_folder(path: Path, recipe: Recipe, paths: list[str], *, force: bool
     return Folder(path, tuple(sorted(ours & present)), unfinished, fresh=not (manifest or journal))
 
 
-def _refuse_other_build(path: Path, manifest: Manifest | None, journal: Manifest | None, recipe: Recipe) -> None:
+def _refuse_other_build(
+    path: Path, manifest: Manifest | None, journal: Manifest | None, recipe: Mapping[str, Any]
+) -> None:
     for build in (journal, manifest):
-        if build and _without_paths(build.recipe) != _without_paths(json.loads(json.dumps(recipe.as_json()))):
+        if build and _without_paths(build.recipe) != _without_paths(json.loads(json.dumps(recipe))):
             raise LutgenError(
                 f"{path}: holds a build from other measurements, options or another version. Add --force to replace "
                 f"what lutgen wrote there, or choose another folder with -o."
@@ -141,7 +145,11 @@ def locked_folder(path: Path) -> Iterator[None]:
     """
     missing = _missing(path)
     try:
-        _make(missing)
+        for folder in reversed(missing):
+            try:
+                folder.mkdir(exist_ok=True)
+            except OSError as error:
+                raise cannot_write(folder, error) from None
         lock = _wait_for_lock(path)
         try:
             yield
@@ -167,14 +175,6 @@ def _missing(path: Path) -> list[Path]:
             break
         missing.append(place)
     return missing
-
-
-def _make(missing: list[Path]) -> None:
-    for folder in reversed(missing):
-        try:
-            folder.mkdir(exist_ok=True)
-        except OSError as error:
-            raise cannot_write(folder, error) from None
 
 
 def _wait_for_lock(path: Path) -> int | None:

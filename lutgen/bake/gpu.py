@@ -114,8 +114,11 @@ def difference(processor: Any, code: Array) -> Difference:
 
 def drawn_by_gpu(processor: Any, code: NDArray[np.float32]) -> NDArray[np.float32]:
     """Draw colours (n, 3) through a processor's shader into a picture of floats; return float32, (n, 3)."""
-    context = _context()
-    shader = _shader_of(processor)
+    lib, context = ocio(), _context_in(os.getpid())
+    shader = lib.GpuShaderDesc.CreateShaderDesc(language=lib.GPU_LANGUAGE_GLSL_4_0)
+    processor.getDefaultGPUProcessor().extractGpuShaderInfo(shader)
+    if list(shader.getTextures()):
+        raise LutgenError("its shader reads a 1D table. lutgen writes no 1D tables and does not support them here.")
     rows = -(-len(code) // _ROW)
     pixels = np.zeros((rows * _ROW, 4), dtype=np.float32)
     pixels[: len(code), :3] = code
@@ -146,18 +149,9 @@ def drawn_by_gpu(processor: Any, code: NDArray[np.float32]) -> NDArray[np.float3
     return drawn.reshape(-1, 4)[: len(code), :3]
 
 
-def _shader_of(processor: Any) -> Any:
-    lib = ocio()
-    shader = lib.GpuShaderDesc.CreateShaderDesc(language=lib.GPU_LANGUAGE_GLSL_4_0)
-    processor.getDefaultGPUProcessor().extractGpuShaderInfo(shader)
-    if list(shader.getTextures()):
-        raise LutgenError("its shader reads a 1D table. lutgen writes no 1D tables and does not support them here.")
-    return shader
-
-
 def renderer_name() -> str:
     """Return OpenGL's name of the renderer. Raises LutgenError when there is no renderer."""
-    return str(_context().info["GL_RENDERER"])
+    return str(_context_in(os.getpid()).info["GL_RENDERER"])
 
 
 def check_renderer() -> None:
@@ -168,10 +162,6 @@ def check_renderer() -> None:
 
 def _renderer_names(_item: int) -> str:
     return renderer_name()
-
-
-def _context() -> Any:
-    return _context_in(os.getpid())
 
 
 @cache

@@ -49,7 +49,8 @@ def profile(*, device_class: bytes, pcs: bytes, tags: Sequence[tuple[bytes, byte
     places = dict(zip(contents, accumulate(map(len, padded), initial=start), strict=False))
     table = b"".join(name + struct.pack(">II", places[content], len(content)) for name, content in tags)
     body = struct.pack(">I", len(tags)) + table + b"".join(padded)
-    head = _header(HEADER + len(body), device_class, pcs, _VERSIONS[version])
+    head = struct.pack(">I4xI", HEADER + len(body), _VERSIONS[version]) + device_class + b"RGB " + pcs
+    head += _DATE + b"acsp" + bytes(28) + _fixed(D50) + bytes(48)
     # The ID is the MD5 of the profile, with zeros for flags, intent and ID (ICC.1:2010, 7.2.18).
     identifier = hashlib.md5(head + body, usedforsecurity=False).digest()
     intent = struct.pack(">I", 1)
@@ -72,22 +73,6 @@ def display_tags(
         (b"chad", matrix(D65_TO_D50)),
         *((name, xyz(colorant)) for name, colorant in zip((b"rXYZ", b"gXYZ", b"bXYZ"), colorants, strict=True)),
         *((name, tone) for name in (b"rTRC", b"gTRC", b"bTRC")),
-    )
-
-
-def _header(size: int, device_class: bytes, pcs: bytes, version: int) -> bytes:
-    return b"".join(
-        (
-            struct.pack(">I4xI", size, version),
-            device_class,
-            b"RGB ",
-            pcs,
-            _DATE,
-            b"acsp",
-            bytes(28),
-            _fixed(D50),
-            bytes(48),
-        )
     )
 
 
@@ -136,17 +121,9 @@ def curve(values: Array) -> bytes:
 def table(values: Array) -> bytes:
     """Pack lut16Type from RGB with identity curves: values 0..1, shape (n, n, n, 3), axes blue, green, red."""
     straight = steps(np.tile([0.0, 1.0], 3)).tobytes()
-    return b"".join(
-        (
-            b"mft2" + struct.pack(">4xBBBx", 3, 3, len(values)),
-            _fixed(np.eye(3)),
-            struct.pack(">HH", 2, 2),
-            straight,
-            # The format requires that red varies slowest.
-            steps(values.transpose(2, 1, 0, 3)).tobytes(),
-            straight,
-        )
-    )
+    head = b"mft2" + struct.pack(">4xBBBx", 3, 3, len(values)) + _fixed(np.eye(3)) + struct.pack(">HH", 2, 2)
+    # The format requires that red varies slowest.
+    return b"".join((head, straight, steps(values.transpose(2, 1, 0, 3)).tobytes(), straight))
 
 
 def table_to_lab(values: Array) -> bytes:

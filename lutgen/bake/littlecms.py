@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 #: ICC's rendering intents.
 PERCEPTUAL, RELATIVE, SATURATION, ABSOLUTE = range(4)
 
-#: Types of tables of version 2 → offset of the byte with the number of points along an edge.
-_TABLES = {b"mft1": 10, b"mft2": 10}
+#: Types of tables of version 2, and the offset of their byte with the number of points along an edge.
+_TABLES, _POINTS_AT = (b"mft1", b"mft2"), 10
 
 #: The table type of version 4, and the position of the offset of its table. The table's first byte is the number of
 #: points along an edge.
@@ -43,10 +43,7 @@ _TABLE_V4, _TABLE_V4_AT = b"mAB ", 24
 
 
 def through_profile(path: Path, code: Array, *, intent: int = RELATIVE) -> Array:
-    """Convert code values (n, 3) with the profile ``path`` to an sRGB screen, by one of ICC's rendering intents.
-
-    Raises LutgenError: the binding is missing, or LittleCMS refuses the file.
-    """
+    """Convert code values (n, 3) to an sRGB screen. Raises LutgenError: no binding, or LittleCMS refuses the file."""
     return screen_code(_read(path), code, path, intent=intent)
 
 
@@ -64,10 +61,7 @@ def screen_code(data: bytes, code: Array, file: object, *, intent: int = RELATIV
 
 
 def table_of_profile(path: Path) -> tuple[str, int]:
-    """Return the space (a key of ``SPACES``) and the size of a profile's table; size 0 without a table.
-
-    Raises LutgenError: the profile is not valid.
-    """
+    """Return a table's space (a key of ``SPACES``) and size; size 0: none. Raises LutgenError: no valid profile."""
     data = _read(path)
     start = next((tag.start for tag in tag_table(data, path) if tag.name == "A2B0"), None)
     if start is None:
@@ -77,8 +71,7 @@ def table_of_profile(path: Path) -> tuple[str, int]:
     if kind == _TABLE_V4:
         (place,) = struct.unpack_from(">I", data.ljust(start + 32, b"\0"), start + _TABLE_V4_AT)
         return space, data[start + place] if 0 < place < len(data) - start else 0
-    size = _TABLES.get(kind)
-    return space, data[start + size] if size else 0
+    return space, data[start + _POINTS_AT] if kind in _TABLES else 0
 
 
 def _read(path: Path) -> bytes:

@@ -32,7 +32,7 @@ from lutgen.readings.table import Measurements
 from lutgen.version import __version__
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
 MANIFEST = "manifest.json"
 JOURNAL = ".lutgen-build.json"
@@ -42,16 +42,9 @@ SCHEMA = 1
 MAX_BYTES = 256_000_000
 
 
-@dataclass(frozen=True)
-class Recipe:
-    """The inputs that decide the bytes of a build: the model and the options."""
-
-    model: Mapping[str, Any]
-    options: Mapping[str, Any]
-
-    def as_json(self) -> dict[str, Any]:
-        """Return the recipe in the form of the manifest."""
-        return {"schema": SCHEMA, "generator": f"lutgen {__version__}", "model": self.model, "options": self.options}
+def recipe_of(model: Mapping[str, Any], options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the inputs that decide the bytes of a build, in the form of the manifest: the model and the options."""
+    return {"schema": SCHEMA, "generator": f"lutgen {__version__}", "model": model, "options": options}
 
 
 @dataclass(frozen=True)
@@ -125,6 +118,9 @@ def model_as_json(model: DisplayModel, output: Path) -> dict[str, Any]:
     """
     readings = model.measurements
     built_in = Path(readings.file) == default_display()
+    # The calibrations of the sessions' files, if the model uses them.
+    known = readings.calibrations if model.known else {}
+    calibrations = [[hour, curves.tolist()] for hour, curves in known.items()]
     return {
         "display": {
             "file": Path(readings.file).name,
@@ -133,19 +129,13 @@ def model_as_json(model: DisplayModel, output: Path) -> dict[str, Any]:
             "metadata": dict(readings.metadata),
             "hours": model.tips.hours.tolist(),
             "xyY": model.tips.xyY.tolist(),
-            **_calibrations_as_json(model),
+            **({"calibrations": calibrations} if known else {}),
         },
         "reference": model.reference,
         "selection": model.selection,
         "luminance": {"law": model.luminance.name, "table": [list(row) for row in model.luminance.table]},
         **_refinements_as_json(model, output),
     }
-
-
-def _calibrations_as_json(model: DisplayModel) -> dict[str, Any]:
-    """Return the calibrations from the sessions' files, if the model uses them."""
-    known = model.measurements.calibrations if model.known else {}
-    return {"calibrations": [[hour, curves.tolist()] for hour, curves in known.items()]} if known else {}
 
 
 def _refinements_as_json(model: DisplayModel, output: Path) -> dict[str, Any]:
@@ -160,10 +150,7 @@ def _refinements_as_json(model: DisplayModel, output: Path) -> dict[str, Any]:
     if model.conditions != REFERENCE:
         content["conditions"] = model.conditions.stated()
     if model.latent:
-        content["latent"] = {
-            "hours": model.latent.hours.tolist(),
-            "xyz_cd_m2": model.latent.xyz_cd_m2.tolist(),
-        }
+        content["latent"] = {"hours": model.latent.hours.tolist(), "xyz_cd_m2": model.latent.xyz_cd_m2.tolist()}
     if model.effects:
         content["effects"] = [
             {"name": each.effect.name, **record_of(each.effect, output), "parameters": each.values}
@@ -179,12 +166,11 @@ def _refinements_as_json(model: DisplayModel, output: Path) -> dict[str, Any]:
 
 def same_model(model: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
     """Whether two descriptions describe the same display. Paths, conditions and verdict are ignored."""
-    return _display_alone(model) == _display_alone(json.loads(json.dumps(other)))
-
-
-def _display_alone(model: Mapping[str, Any]) -> dict[str, Any]:
-    content = {key: value for key, value in model.items() if key not in {"conditions", "carries", "verdict"}}
-    return without_ways(content)
+    one, another = (
+        {key: value for key, value in each.items() if key not in {"conditions", "carries", "verdict"}}
+        for each in (model, json.loads(json.dumps(other)))
+    )
+    return without_ways(one) == without_ways(another)
 
 
 def without_ways(model: Mapping[str, Any]) -> dict[str, Any]:
@@ -236,17 +222,13 @@ def model_from_json(content: Mapping[str, Any], *, where: str) -> DisplayModel:
         raise LutgenError(f"{where}: the model in the manifest is not complete ({error!r}). Build again.") from None
 
 
-def _native_from_json(record: Mapping[str, Any]) -> NativeDisplay:
-    own = StoredModel(b64decode(record["own"], validate=True)) if "own" in record else None
-    return NativeDisplay.from_record(record, own)
-
-
 def _refinements_from_json(content: Mapping[str, Any], folder: Path) -> dict[str, Any]:
-    latent = content.get("latent")
+    latent, native = content.get("latent"), content.get("native", {})
+    own = StoredModel(b64decode(native["own"], validate=True)) if "own" in native else None
     return {
         "baseline": content.get("baseline", "colour-points"),
         "held": content.get("held", False),
-        "native": _native_from_json(content["native"]) if "native" in content else None,
+        "native": NativeDisplay.from_record(native, own) if "native" in content else None,
         "conditions": conditions_of(content.get("conditions", {})),
         "latent": LatentTips(latent["hours"], latent["xyz_cd_m2"]) if latent else None,
         "effects": tuple(
@@ -276,7 +258,7 @@ def read_manifest(path: Path) -> Manifest | None:
         message = f"{path}: not a manifest of this version of lutgen (schema {SCHEMA}). Build into another folder."
         raise LutgenError(message)
     try:
-        files = tuple(_file_record(record) for record in content.pop("files"))
+        files = tuple(map(_file_record, content.pop("files")))
     except (KeyError, TypeError) as error:
         raise LutgenError(f"{path}: the list of files is damaged ({error}). Build into another folder.") from None
     for record in files:
@@ -295,8 +277,3 @@ def _file_record(content: dict[str, Any]) -> FileRecord:
 def _check_kind(content: Mapping[str, Any], key: str, kind: Any) -> None:
     if not isinstance(content[key], kind):
         raise TypeError(f"{key} is {content[key]!r}")
-
-
-def planned(paths: Sequence[str]) -> tuple[FileRecord, ...]:
-    """Return records for the journal of planned files. Only the paths of these records have a meaning."""
-    return tuple(FileRecord(path, "planned", None, None, "", 0) for path in paths)

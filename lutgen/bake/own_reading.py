@@ -67,13 +67,7 @@ def refuse_difference(path: Path, shown: Array, read: Array) -> None:
 def checked_table(file: HeldFile, baked: Lut, folder: Path) -> Lut:
     """Read a file strictly. Compare its numbers with the baked table, and a sample of it with OpenColorIO's result.
 
-    The sample is written into the private folder ``folder``.
-
-    Raises
-    ------
-    LutgenError
-        The file has another form, holds another table, or OpenColorIO reads other numbers.
-
+    The sample is written into the private folder ``folder``. Raises LutgenError: another form, or other numbers.
     """
     try:
         head, _, rows = _read(file)
@@ -93,10 +87,7 @@ def is_text_of(file: HeldFile, head: bytes, baked: Lut) -> bool:
 
 
 class _Rows:
-    """Rows of a table as characters, (n³, k), and as numbers in units of the last decimal, (n³, 3).
-
-    Raises ValueError as :func:`whole_steps` does.
-    """
+    """Rows of a table as characters, (n³, k), and as numbers in units of the last decimal, (n³, 3)."""
 
     def __init__(self, text: NDArray[np.uint8]) -> None:
         self.text, self.steps = text, whole_steps(text)
@@ -126,10 +117,7 @@ _LAST: list[_Rows] = []
 
 @lru_cache(maxsize=1)
 def _read(file: HeldFile) -> tuple[bytes, int, _Rows]:
-    """Return the head before the size, the offset of the rows, and the rows.
-
-    Raises ValueError: the file has another form.
-    """
+    """Return the head before the size, the rows' offset and the rows. Raises ValueError: the file has another form."""
     match = _HEAD.match(file.data)
     if match is None:
         raise ValueError("its head is not in the form that lutgen writes")

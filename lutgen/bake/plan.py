@@ -83,14 +83,8 @@ class Plan:
 
     def as_json(self) -> dict[str, Any]:
         """Return the options in the form of the manifest. Default direction, ``gpu`` and ``source`` are omitted."""
-        content = {
-            "hours": list(self.hours),
-            "modes": list(self.modes),
-            "formats": list(self.formats),
-            "cubesize": self.cubesize,
-            "tolerance": self.tolerance,
-            "certify": self.certify,
-        }
+        content: dict[str, Any] = {name: list(getattr(self, name)) for name in ("hours", "modes", "formats")}
+        content |= {"cubesize": self.cubesize, "tolerance": self.tolerance, "certify": self.certify}
         if self.direction != "simulate":
             content |= {"direction": self.direction, "unreachable": self.unreachable}
         content |= {"gpu": True} if self.gpu else {}

@@ -16,15 +16,16 @@ if TYPE_CHECKING:
     from lutgen.bake.figures import Figures
     from lutgen.bake.lut import Lut, MatrixLut
     from lutgen.bake.plan import Plan
-    from lutgen.display import AgedDisplay, Compensation, DisplayModel
+    from lutgen.display import AgedDisplay, DisplayModel
     from lutgen.display.trace import Applied
 
 _SENDS = "what to send an aged display, for it to show what it showed when it was new"
+_OUTSIDE = "drives outside 0..1 are for the display to clip"
 
 
 def provenance_of(model: DisplayModel, aged: AgedDisplay, lut: Lut | MatrixLut, error: Figures) -> Provenance:
     """Return the description inside a LUT: its inputs and its errors."""
-    readings, link = model.measurements, compensation_of(aged)
+    readings, link, source = model.measurements, compensation_of(aged), source_profile_in(aged)
     grid = f"{lut.size}^3 in {lut.space} values, tetrahedral" if lut.size else "one matrix in linear light"
     figures = f"dE2000 of the table mean {error.mean:.4f}, 99 % {error.p99:.4f}, max {error.max:.4f}"
     first = _SENDS if link else "what an aged display shows, for an un-aged sRGB viewer"
@@ -36,8 +37,8 @@ def provenance_of(model: DisplayModel, aged: AgedDisplay, lut: Lut | MatrixLut, 
         *_refinements(model),
         f"mode: {aged.mode}",
         f"hours: {aged.hours:g}",
-        *_source(aged),
-        *_unreachable(link),
+        *([f"source profile: {source.name}, SHA-256 {sha256(source.data)}"] if source else []),
+        *([f"light of the un-aged display: times {link.scale:.6f}; {_OUTSIDE}"] if link else []),
         f"grid: {grid}",
         f"fidelity: {figures} over {error.colours} colours, borders included; certificate in manifest.json",
     )
@@ -61,19 +62,6 @@ def _refinements(model: DisplayModel) -> list[str]:
         lines.append(f"effect: {each.effect.name}{f' ({values})' if values else ''}")
     stated = ", ".join(f"{name} = {value:g}" for name, value in model.conditions.stated().items())
     return lines + ([f"at: {stated}"] if stated else [])
-
-
-def _source(aged: AgedDisplay) -> list[str]:
-    """Return a line on the picture's profile, if the file includes it."""
-    source = source_profile_in(aged)
-    return [f"source profile: {source.name}, SHA-256 {sha256(source.data)}"] if source else []
-
-
-def _unreachable(link: Compensation | None) -> list[str]:
-    """Return a line on the treatment of unreachable colours by a correction; no line for a simulation."""
-    if link is None:
-        return []
-    return [f"light of the un-aged display: times {link.scale:.6f}; drives outside 0..1 are for the display to clip"]
 
 
 def config_of_display(aged: AgedDisplay, lut: str, *, unclipped: bool) -> AgedConfig:

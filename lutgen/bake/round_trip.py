@@ -85,15 +85,7 @@ def round_trip(
     aged = without.link.aged
     shown = delta_e_2000(linear_to_lab(aged.code_to_linear(np.clip(code, 0.0, 1.0))), without.target)
     out = outside_gamut(drive)
-    reached, reached_border, unreachable = (
-        figures(shown[group], usual[group]) for group in (~out & ~border, ~out & border, out)
-    )
-    return RoundTrip(
-        reached=reached,
-        reached_border=reached_border,
-        unreachable=unreachable,
-        inverse=without.inverse,
-        unreachable_lattice_share=float(outside_gamut(lattice).mean()),
-        unreachable_tissue_share=float(out[tissue].mean()),
-        scale=without.link.scale,
-    )
+    groups = (~out & ~border, ~out & border, out)
+    reached, at_border, unreachable = (figures(shown[group], usual[group]) for group in groups)
+    shares = float(outside_gamut(lattice).mean()), float(out[tissue].mean())
+    return RoundTrip(reached, at_border, unreachable, without.inverse, *shares, without.link.scale)

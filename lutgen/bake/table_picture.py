@@ -69,16 +69,8 @@ def tiles_of(table: Array) -> Array:
     return table.reshape(TILES, TILES, POINTS, POINTS, 3).transpose(0, 2, 1, 3, 4).reshape(side, side, 3)
 
 
-def _table_of_tiles(pixels: Array) -> Array:
-    tiles = pixels.reshape(TILES, POINTS, TILES, POINTS, 3).transpose(0, 2, 1, 3, 4)
-    return tiles.reshape(POINTS, POINTS, POINTS, 3)
-
-
 def read_table(path: Path) -> tuple[Lut, bool]:
-    """Read a table from a PNG of any depth. Return the table and whether its layout is that of OBS Studio.
-
-    Raises LutgenError: the file cannot be read, or its number of pixels fits no table.
-    """
+    """Read a PNG's table, and whether OBS Studio has its layout. Raises LutgenError: unreadable, or no table."""
     lib = oiio()
     image = lib.ImageInput.open(str(path))
     if image is None:
@@ -99,7 +91,8 @@ def read_table(path: Path) -> tuple[Lut, bool]:
     pixels, points = np.asarray(content, np.float64)[..., :3], level * level
     table = pixels.reshape(points, points, points, 3)
     if points == POINTS:
-        tiles = _table_of_tiles(pixels)
+        squares = pixels.reshape(TILES, POINTS, TILES, POINTS, 3).transpose(0, 2, 1, 3, 4)
+        tiles = squares.reshape(POINTS, POINTS, POINTS, 3)
         if _roughness(tiles) < _roughness(table):
             return Lut("code", tiles), True
     return Lut("code", table), False

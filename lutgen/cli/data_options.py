@@ -49,6 +49,11 @@ class Question:
         """Keyword arguments that compare, diagnose, refine and plan have in common."""
         return {"baseline": self.baseline, "selection": self.selection, "instrument": self.instrument}
 
+    @property
+    def search(self) -> dict[str, Any]:
+        """Keyword arguments that diagnose and refine have in common."""
+        return {**self.settings, "effects": self.effects, "terms": self.terms}
+
 
 def data_options(*, expressions: bool = True) -> Callable[..., Any]:
     """Add DATA, --baseline, --selection, --model, --instrument, --effects, --add-expr, --json and --force."""
@@ -103,6 +108,7 @@ def question_from(
 ) -> Question:
     """Read the files that the options of :func:`data_options` name."""
     from lutgen.criticism.refine import terms_of
+    from lutgen.display import load_model
     from lutgen.effects.contract import refuse_unsound
     from lutgen.effects.expression import parse
     from lutgen.effects.own import everything
@@ -112,7 +118,9 @@ def question_from(
     say_remarks(readings)
     effects = everything(files, expressions)
     refuse_unsound(files, expressions)
-    saved = _saved(model, effects) if model else None
+    # A model file finds built-in effects itself; the file of an own effect may have moved.
+    own = {name: each for name, each in effects.items() if each.origin != "built-in"}
+    saved = load_model(model, own) if model else None
     # A model file names the files of its own effects, so --effects is not needed for these.
     effects |= {each.effect.name: each.effect for each in saved.effects} if saved else {}
     return Question(
@@ -126,13 +134,6 @@ def question_from(
         saved,
         _again(data, files, expressions, baseline=baseline, selection=selection, model=model, instrument=instrument),
     )
-
-
-def _saved(model: str, effects: dict[str, Effect]) -> DisplayModel:
-    from lutgen.display import load_model
-
-    # A model file finds built-in effects itself; the file of an own effect may have moved.
-    return load_model(model, {name: each for name, each in effects.items() if each.origin != "built-in"})
 
 
 def _given_or_saved(option: str, given: str | None, saved: str | None, usual: str) -> str:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from lutgen.display import DisplayModel
     from lutgen.display.on_screen import OnScreen
     from lutgen.readings import Measurements
-    from lutgen.readings.campaign import Campaign
+    from lutgen.readings.session import Session
 
 #: Largest whole number that an option accepts; every sensible value is far smaller.
 _MOST_WHOLE = 10**15
@@ -200,17 +200,11 @@ def model_from(
     )
 
 
-def say_remarks(readings: Measurements) -> None:
-    """Print the remarks of the reader to standard error: its decisions, and the parts of the file that it ignored."""
-    for remark in readings.remarks:
-        say(f"{readings.file}: {remark}", err=True)
-
-
-def say_remarks_on_sessions(campaign: Campaign) -> None:
-    """Print the remarks of the sessions' readers to standard error: decisions, and ignored parts of files."""
-    for entry in campaign.entries:
-        for remark in entry.session.remarks:
-            say(f"{entry.session.file}: {remark}", err=True)
+def say_remarks(*files: Measurements | Session) -> None:
+    """Print the remarks of the files' readers to standard error: their decisions, and the parts that they ignored."""
+    for each in files:
+        for remark in each.remarks:
+            say(f"{each.file}: {remark}", err=True)
 
 
 def split_list(_context: click.Context, _option: click.Parameter, text: str) -> tuple[str, ...]:

@@ -50,16 +50,6 @@ def check_new_file(path: str, *, force: bool, suffixes: Sequence[str] = ()) -> P
     return file
 
 
-def check_pictures(folder: str, names: Iterable[str], *, force: bool) -> Path:
-    """Return the folder if it can hold pictures of these names. Raises LutgenError as :func:`check_new_file`."""
-    place = Path(folder)
-    if place.exists() and not place.is_dir():
-        raise LutgenError(f"{folder}: is a file. Give the name of a folder for the pictures.")
-    for name in names:
-        check_new_file(str(place / name), force=force)
-    return place
-
-
 def write_json(content: Any, to: str) -> None:
     """Write JSON to a file, or to standard output for ``-``; numbers that are not finite become null."""
     text = json.dumps(_plain(content), indent=1, ensure_ascii=False, allow_nan=False)
@@ -125,8 +115,10 @@ class Outputs:
             check_new_file(self.json_to, force=self.force)
         if self.csv_to:
             check_new_file(self.csv_to, force=self.force)
-        if self.plots:
-            check_pictures(self.plots, self.pictures(), force=self.force)
+        if self.plots and Path(self.plots).exists() and not Path(self.plots).is_dir():
+            raise LutgenError(f"{self.plots}: is a file. Give the name of a folder for the pictures.")
+        for name in self.pictures() if self.plots else ():
+            check_new_file(f"{self.plots}/{name}", force=self.force)
 
     @property
     def alone(self) -> bool:
@@ -238,13 +230,12 @@ def tolerate_closed_pipes() -> None:
     A stream that was closed before lutgen began, as by ``>&-``, is replaced by a stream that drops all data.
     """
     for name in ("stdout", "stderr"):
-        if getattr(sys, name) is None:
+        stream = getattr(sys, name)
+        if stream is None:
             setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: PTH123, SIM115 - open to the end
-    # A test or a program may have replaced a stream: keep the replacement.
-    if sys.stdout is sys.__stdout__ and isinstance(sys.stdout, io.TextIOWrapper):
-        sys.stdout = _for_a_pipe(sys.stdout)
-    if sys.stderr is sys.__stderr__ and isinstance(sys.stderr, io.TextIOWrapper):
-        sys.stderr = _for_a_pipe(sys.stderr)
+        # A test or a program may have replaced a stream: keep the replacement.
+        elif stream is getattr(sys, f"__{name}__") and isinstance(stream, io.TextIOWrapper):
+            setattr(sys, name, _for_a_pipe(stream))
 
 
 def _for_a_pipe(stream: io.TextIOWrapper) -> io.TextIOWrapper:

@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from lutgen.cells import number
-from lutgen.lint.stream import BYTE_ORDER_MARK, Gatherer, LineBlock, TableStatistics, blocks, shown
+from lutgen.lint.stream import BYTE_ORDER_MARK, LineBlock, TableStatistics, blocks, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -77,31 +76,50 @@ class Oddity:
         return f"{self.count} row{'s' if self.count != 1 else ''}"
 
 
-@dataclass(frozen=True)
+@dataclass
 class CubeScan:
-    """The result of a scan of a ``.cube``."""
+    """The result of a scan, which is filled block by block: blocks of plain rows at once, other blocks line by line."""
 
     path: Path
-    bytes: int
-    #: The numbers of the first LUT_3D_SIZE and LUT_1D_SIZE; 0 when the line is missing or has no number.
-    size: int
-    size_1d: int
+    #: Whether rows are stored.
+    keep: bool
+    #: Bytes of the file.
+    length: int = 0
+    #: The number of the first LUT_1D_SIZE; 0 when the line is missing or has no number.
+    size_1d: int = 0
     #: Whether the file starts with a UTF-8 byte order mark.
-    marked: bool
+    marked: bool = False
     #: Its kinds of line ends: "LF", "CRLF", "CR".
-    ends: frozenset[str]
+    ends: set[str] = field(default_factory=set)
     #: The lines of the header, at most ``MAX_ENTRIES``.
-    entries: tuple[Entry, ...]
+    entries: list[Entry] = field(default_factory=list)
     #: Kind of irregularity → its position: ``nan``, ``infinite``, ``overflow``, ``subnormal``, ``decimal comma``,
     #: ``comma``, ``comment``, ``columns``, ``text``, ``NUL``, ``tab``, ``not UTF-8``.
-    oddities: Mapping[str, Oddity]
-    #: The number of rows of the 1D part, and the rows if the scan stores rows.
-    shaper_rows: int
-    shaper: Array
-    #: Whether the 1D part is complete and is the identity.
-    shaper_is_identity: bool
+    oddities: dict[str, Oddity] = field(default_factory=dict)
+    #: The number of rows of the 1D part, its stored rows, and their largest distance from the identity.
+    shaper_rows: int = 0
+    _shaper: list[Array] = field(default_factory=list)
+    _bend: float = 0.0
     #: The rows of the 3D part.
-    table: TableStatistics
+    table: TableStatistics = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.table = TableStatistics(0, keep=self.keep)
+
+    @property
+    def size(self) -> int:
+        """The number of the first LUT_3D_SIZE; 0 when the line is missing or has no number."""
+        return self.table.size
+
+    @property
+    def shaper(self) -> Array:
+        """The stored rows of the 1D part, (n, 3)."""
+        return np.concatenate(self._shaper) if self._shaper else np.empty((0, 3))
+
+    @property
+    def shaper_is_identity(self) -> bool:
+        """Whether the 1D part is complete and is the identity."""
+        return self.size_1d > 1 and self.shaper_rows == self.size_1d and self._bend < IDENTITY
 
     def named(self, *keywords: str) -> tuple[Entry, ...]:
         """Return the header lines with one of these keywords, in upper or lower case."""
@@ -120,51 +138,6 @@ class CubeScan:
     def size_line(self) -> int:
         """The line number of the first LUT_3D_SIZE; 0 without a LUT_3D_SIZE."""
         return next((entry.line for entry in self.named("LUT_3D_SIZE")), 0)
-
-
-def scan_cube(path: Path, *, keep: bool = False) -> CubeScan:
-    """Scan a ``.cube``. With ``keep`` store its rows for comparisons.
-
-    Raises LutgenError: the file cannot be read or is no text.
-    """
-    scanner = _Scanner(keep=keep)
-    for block in blocks(path):
-        scanner.take(block)
-    size = scanner.table.size
-    return CubeScan(
-        path=path,
-        bytes=path.stat().st_size,
-        size=size,
-        size_1d=scanner.size_1d,
-        marked=scanner.marked,
-        ends=frozenset(scanner.ends),
-        entries=tuple(scanner.entries),
-        oddities=scanner.oddities,
-        shaper_rows=scanner.shaper_rows,
-        shaper=np.concatenate(scanner.shaper) if scanner.shaper else np.empty((0, 3)),
-        shaper_is_identity=scanner.size_1d > 1 and scanner.shaper_rows == scanner.size_1d and scanner.bend < IDENTITY,
-        table=scanner.table.gathered(),
-    )
-
-
-@dataclass
-class _Scanner:
-    """A scanner reads block after block. It reads a block of plain rows at once, and other blocks line by line."""
-
-    keep: bool
-    marked: bool = False
-    size_1d: int = 0
-    ends: set[str] = field(default_factory=set)
-    entries: list[Entry] = field(default_factory=list)
-    oddities: dict[str, Oddity] = field(default_factory=dict)
-    shaper: list[Array] = field(default_factory=list)
-    shaper_rows: int = 0
-    #: Largest distance between the 1D part and its input.
-    bend: float = 0.0
-    table: Gatherer = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.table = Gatherer(0, keep=self.keep)
 
     def take(self, block: LineBlock) -> None:
         """Scan the next lines."""
@@ -266,14 +239,14 @@ class _Scanner:
     def _keep(self, rows: Array) -> None:
         part = min(max(self.size_1d - self.shaper_rows, 0), len(rows))
         if part:
-            self._bend(rows[:part])
+            self._measure_bend(rows[:part])
         self.shaper_rows += part
         if part and self.keep:
-            self.shaper.append(rows[:part])
+            self._shaper.append(rows[:part])
         if part < len(rows):
             self.table.add(rows[part:])
 
-    def _bend(self, rows: Array) -> None:
+    def _measure_bend(self, rows: Array) -> None:
         low, high = 0.0, 1.0
         for entry in self.entries:
             if entry.keyword.upper() == "LUT_1D_INPUT_RANGE":
@@ -281,7 +254,7 @@ class _Scanner:
         place = np.arange(self.shaper_rows, self.shaper_rows + len(rows)) / max(self.size_1d - 1, 1)
         distance = np.abs(rows - (low + (high - low) * place)[:, np.newaxis]).max()
         # A NaN in the 1D part must count as an infinite distance.
-        self.bend = max(self.bend, float(np.nan_to_num(distance, nan=np.inf)))
+        self._bend = max(self._bend, float(np.nan_to_num(distance, nan=np.inf)))
 
     def _note_numbers(self, rows: Array, lines: NDArray[np.intp]) -> None:
         size = np.abs(rows)
@@ -302,6 +275,15 @@ class _Scanner:
             self.oddities[kind] = replace(seen, count=seen.count + count)
         else:
             self.oddities[kind] = Oddity(line, shown(sample), count)
+
+
+def scan_cube(path: Path, *, keep: bool = False) -> CubeScan:
+    """Scan a ``.cube``; ``keep`` stores its rows. Raises LutgenError: it cannot be read, or is no text."""
+    scan = CubeScan(path, keep)
+    for block in blocks(path):
+        scan.take(block)
+    scan.length = path.stat().st_size
+    return scan
 
 
 def _plain_rows(data: bytes) -> Array | None:

@@ -123,10 +123,7 @@ def _ffmpeg_version() -> str:
 
 
 def _through_ffmpeg(path: Path, code: NDArray[np.uint8]) -> Array:
-    """Apply a file with ffmpeg's filter ``lut3d`` to 16-bit pixels.
-
-    ffmpeg runs in the folder of the file, so that the path needs no quotes.
-    """
+    """Apply a file with ffmpeg's ``lut3d`` to 16-bit pixels, in the file's folder, so that its name needs no quotes."""
     raw = ("-f", "rawvideo", "-pix_fmt", "rgb48le")
     command = [
         "ffmpeg", "-nostdin", "-loglevel", "error", *raw, "-s", f"{len(code)}x1", "-i", "pipe:0",
@@ -228,10 +225,7 @@ MEANINGLESS = {"nan", "infinite", "overflow", "columns", "text", "NUL"}
 
 
 def read_as_meant(scan: CubeScan, code: Array) -> Array | None:
-    """Return the intended colours of a file for code values, (n, 3) both, by trilinear interpolation.
-
-    The scan must have stored the rows. Return None when the file defines no colours.
-    """
+    """Return a file's intended colours for code values, (n, 3), from stored rows; None when it defines no colours."""
     if MEANINGLESS & set(scan.oddities) or len(scan.named("LUT_3D_SIZE")) > 1 or not (scan.size or scan.size_1d):
         return None
     shown: Array | None = code
@@ -261,7 +255,12 @@ def _through_table(scan: CubeScan, code: Array) -> Array | None:
 
 def _place(scan: CubeScan, code: Array, keyword: str) -> Array | None:
     """Return the position of code values in the input range of a part, 0..1; None for an empty range."""
-    low, high = _range(scan, keyword)
+    low, high = np.zeros(3), np.ones(3)
+    if keyword == "LUT_3D_INPUT_RANGE" or not scan.size:
+        low, high = scan.domain
+    for entry in scan.named(keyword):
+        if ends := entry.numbers(2):
+            low, high = np.full(3, ends[0]), np.full(3, ends[1])
     return np.clip((code - low) / (high - low), 0, 1) if (high > low).all() else None
 
 
@@ -279,18 +278,6 @@ def trilinear(table: Array, place: Array) -> Array:
     return result
 
 
-def _range(scan: CubeScan, keyword: str) -> tuple[Array, Array]:
-    """Return the input values of the first and of the last row of a part, each (3,)."""
-    low, high = np.zeros(3), np.ones(3)
-    if keyword == "LUT_3D_INPUT_RANGE" or not scan.size:
-        low, high = scan.domain
-    for entry in scan.named(keyword):
-        ends = entry.numbers(2)
-        if ends is not None:
-            low, high = np.full(3, ends[0]), np.full(3, ends[1])
-    return low, high
-
-
 def try_cube(scan: CubeScan) -> Iterator[finding.Trial]:
     """Yield the trial of each reader on a file that was scanned with ``keep``."""
     code = probe_colours()
@@ -301,7 +288,7 @@ def try_cube(scan: CubeScan) -> Iterator[finding.Trial]:
         except Absent as absent:
             yield finding.Trial(program.reader(), "", "", str(absent))
             continue
-        if max(scan.size, scan.size_1d >> 8) > MAX_KEPT or scan.bytes > MAX_BYTES:
+        if max(scan.size, scan.size_1d >> 8) > MAX_KEPT or scan.length > MAX_BYTES:
             yield finding.Trial(
                 program.reader(), version, "", f"not tried: more than {MAX_KEPT} points an axis, or 200 MiB"
             )

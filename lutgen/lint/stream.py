@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -34,27 +35,33 @@ class LineBlock(NamedTuple):
     ends: frozenset[str]
 
 
-def blocks(path: Path) -> Iterator[LineBlock]:
-    """Yield a file's lines in blocks.
-
-    Raises LutgenError: the file cannot be read, or a line is longer than ``LONGEST_LINE``.
-    """
-    line, rest = 1, b""
+@contextmanager
+def readable(path: Path, what: str) -> Iterator[None]:
+    """Turn an error of the system into a LutgenError, which asks for ``what``, such as "a PNG"."""
     try:
-        with path.open("rb") as file:
-            while chunk := file.read(BLOCK):
-                # A CR at the end of a chunk may be half of a CRLF. It is read together with the next chunk.
-                data = rest + chunk
-                cut = max(data.rfind(b"\n", 0, len(data)), data.rfind(b"\r", 0, len(data) - 1)) + 1
-                rest = data[cut:]
-                if len(rest) > LONGEST_LINE:
-                    raise LutgenError(_no_lines(path, line))
-                if cut:
-                    block = _block(line, data[:cut])
-                    line += block.data.count(b"\n")
-                    yield block
+        yield
     except OSError as error:
-        raise LutgenError(f"{path}: cannot be read: {reason_of(error)}. Give the name of a LUT or config.") from None
+        raise LutgenError(f"{path}: cannot be read: {reason_of(error)}. Give the name of {what}.") from None
+
+
+def blocks(path: Path) -> Iterator[LineBlock]:
+    """Yield a file's lines in blocks. Raises LutgenError: unreadable, or a line is longer than ``LONGEST_LINE``."""
+    line, rest = 1, b""
+    with readable(path, "a LUT or config"), path.open("rb") as file:
+        while chunk := file.read(BLOCK):
+            # A CR at the end of a chunk may be half of a CRLF. It is read together with the next chunk.
+            data = rest + chunk
+            cut = max(data.rfind(b"\n", 0, len(data)), data.rfind(b"\r", 0, len(data) - 1)) + 1
+            rest = data[cut:]
+            if len(rest) > LONGEST_LINE:
+                raise LutgenError(
+                    f"{path}:{line}: a line of more than {LONGEST_LINE >> 20} MiB, so it is no text of a LUT. "
+                    "Give a .cube, .clf, .ctf, .3dl, .spi3d, .csp or .ocio file."
+                )
+            if cut:
+                block = _block(line, data[:cut])
+                line += block.data.count(b"\n")
+                yield block
     if rest:
         yield _block(line, rest if rest.endswith((b"\n", b"\r")) else rest + b"\n")
 
@@ -77,46 +84,22 @@ def _block(first: int, data: bytes) -> LineBlock:
     return LineBlock(first, data, frozenset(ends))
 
 
-def _no_lines(path: Path, line: int) -> str:
-    return (
-        f"{path}:{line}: a line of more than {LONGEST_LINE >> 20} MiB, so it is no text of a LUT. "
-        "Give a .cube, .clf, .ctf, .3dl, .spi3d, .csp or .ocio file."
-    )
-
-
 #: Maximum number of points along an axis of a table that is stored for a trial. OpenColorIO refuses larger tables.
 MAX_KEPT = 129
 
 
-@dataclass(frozen=True)
-class TableStatistics:
-    """Statistics of a table; NaN for a table without finite rows."""
-
-    #: Number of rows.
-    rows: int
-    #: Smallest and largest finite value of each channel, (3,).
-    low: Array
-    high: Array
-    #: Correlation of each channel (row) with the position along the fastest, middle and slowest index (column), (3, 3).
-    correlation: Array
-    #: Channel values of the rows on the neutral axis, (n, 3).
-    greys: Array
-    #: Number of consecutive rows 0 0 0 at the end.
-    black_tail: int
-    #: All rows, (rows, 3); None when they are not stored.
-    table: Array | None
-
-
 @dataclass
-class Gatherer:
-    """A collector of the rows of a table of ``size``³, first index fastest. With size 0 it has no positions."""
+class TableStatistics:
+    """Statistics of a table of ``size``³, first index fastest, in one pass over its rows; size 0: without positions."""
 
     size: int
+    #: Whether all rows are stored, if a trial can read so many.
     keep: bool = False
+    #: Number of rows, and number of consecutive rows 0 0 0 at the end.
     rows: int = 0
     black_tail: int = 0
-    low: Array = field(default_factory=lambda: np.full(3, np.inf))
-    high: Array = field(default_factory=lambda: np.full(3, -np.inf))
+    _low: Array = field(default_factory=lambda: np.full(3, np.inf))
+    _high: Array = field(default_factory=lambda: np.full(3, -np.inf))
     _moments: Array = field(default_factory=lambda: np.zeros((7, 7)))
     _greys: list[Array] = field(default_factory=list)
     _kept: list[Array] = field(default_factory=list)
@@ -125,8 +108,8 @@ class Gatherer:
         """Add the next rows, (n, 3)."""
         finite = rows[np.isfinite(rows).all(axis=1)]
         if len(finite):
-            self.low = np.minimum(self.low, finite.min(axis=0))
-            self.high = np.maximum(self.high, finite.max(axis=0))
+            self._low = np.minimum(self._low, finite.min(axis=0))
+            self._high = np.maximum(self._high, finite.max(axis=0))
         lit = np.flatnonzero((rows != 0).any(axis=1))
         self.black_tail = len(rows) - 1 - int(lit[-1]) if len(lit) else self.black_tail + len(rows)
         if self.keep and self.size <= MAX_KEPT:
@@ -148,21 +131,29 @@ class Gatherer:
         columns = np.column_stack([np.ones(len(rows)), np.clip(rows, -1e6, 1e6), where])
         self._moments += columns.T @ columns
 
-    def gathered(self) -> TableStatistics:
-        """Return the statistics of all rows that were added."""
-        nan = np.full(3, np.nan)
-        has_finite = bool(np.isfinite(self.low).all())
-        return TableStatistics(
-            rows=self.rows,
-            low=self.low if has_finite else nan,
-            high=self.high if has_finite else nan,
-            correlation=self._correlation(),
-            greys=np.concatenate(self._greys) if self._greys else np.empty((0, 3)),
-            black_tail=self.black_tail,
-            table=np.concatenate(self._kept) if self._kept else None,
-        )
+    @property
+    def low(self) -> Array:
+        """Smallest finite value of each channel, (3,); NaN for a table without finite rows."""
+        return np.where(np.isfinite(self._low), self._low, np.nan)
 
-    def _correlation(self) -> Array:
+    @property
+    def high(self) -> Array:
+        """Largest finite value of each channel, (3,); NaN for a table without finite rows."""
+        return np.where(np.isfinite(self._high), self._high, np.nan)
+
+    @property
+    def greys(self) -> Array:
+        """Channel values of the rows on the neutral axis, (n, 3)."""
+        return np.concatenate(self._greys) if self._greys else np.empty((0, 3))
+
+    @property
+    def table(self) -> Array | None:
+        """All rows, (rows, 3); None when they are not stored."""
+        return np.concatenate(self._kept) if self._kept else None
+
+    @property
+    def correlation(self) -> Array:
+        """Correlation of each channel (row) with the place along the fastest, middle and slowest index (column)."""
         count = self._moments[0, 0]
         if count < 2:
             return np.full((3, 3), np.nan)

@@ -76,13 +76,9 @@ def add_source_signal(config: Any, name: str) -> None:
     aces = config.getColorSpace(INTERCHANGE)
     square = np.eye(4)
     square[:3, :3] = XYZ_TO_LINEAR
-    from_aces = lib.GroupTransform(
-        [
-            lib.BuiltinTransform(style="UTILITY - ACES-AP0_to_CIE-XYZ-D65_BFD"),
-            lib.MatrixTransform(matrix=square.ravel().tolist()),
-        ],
-        lib.TRANSFORM_DIR_INVERSE,
-    )
+    to_xyz = lib.BuiltinTransform(style="UTILITY - ACES-AP0_to_CIE-XYZ-D65_BFD")
+    to_linear = lib.MatrixTransform(matrix=square.ravel().tolist())
+    from_aces = lib.GroupTransform([to_xyz, to_linear], lib.TRANSFORM_DIR_INVERSE)
     curve = lib.ExponentWithLinearTransform(gamma=[2.4, 2.4, 2.4, 1.0], offset=[0.055, 0.055, 0.055, 0.0])
     signal = lib.ColorSpace(
         referenceSpace=lib.REFERENCE_SPACE_SCENE,
@@ -99,10 +95,7 @@ def add_source_signal(config: Any, name: str) -> None:
 
 
 def add_aged(config: Any, names: AgedNames, *, source: str, onto: Sequence[str], lut: str) -> None:
-    """Add one aged display: colour space, look, named transform, and a view on each display of ``onto``.
-
-    Raises LutgenError: a name is in use.
-    """
+    """Add an aged display's parts, and a view on each display of ``onto``. Raises LutgenError: a name is in use."""
     lib = ocio()
     table = lib.FileTransform(src=lut, interpolation=lib.INTERP_TETRAHEDRAL)
     description = f"The code values of {source} as the aged display shows them, on a viewer that is not aged."
@@ -136,10 +129,7 @@ def add_aged(config: Any, names: AgedNames, *, source: str, onto: Sequence[str],
 
 
 def _one_way(lib: Any, space: Any, way: Any, back: Any) -> list[Any]:
-    """Return a colour space's transform in one direction, as a list that is empty when it has no transform.
-
-    If only the transform of the opposite direction exists, return its inverse.
-    """
+    """Return a colour space's transform in one direction, else the inverse of its opposite, else nothing, as a list."""
     forward, opposite = space.getTransform(way), space.getTransform(back)
     if forward is not None:
         return [forward]
@@ -159,10 +149,7 @@ SECTIONS = ("looks", "colorspaces", "named_transforms")
 
 
 def inserted(text: str, written: str, names: Sequence[str], views: Sequence[tuple[str, AgedNames]]) -> str | None:
-    """Return ``text`` with the parts ``names`` of ``written`` and the views (display, names).
-
-    Return None when a view cannot be inserted into this text.
-    """
+    """Return ``text`` with the parts ``names`` of ``written`` and the views; None when a view cannot be inserted."""
     lines = _lines(text)
     for section in SECTIONS:
         parts = [part for part in _parts(_lines(written), section) if _name(part) in names]
@@ -178,10 +165,7 @@ def inserted(text: str, written: str, names: Sequence[str], views: Sequence[tupl
 
 
 def with_search_path(text: str) -> str | None:
-    """Return the text of a config without a search path with the search path ``.`` added.
-
-    Return None when the line of the profile version is not found.
-    """
+    """Return a config's text with the search path ``.``; None when the line of the profile version is not found."""
     lines = [line for line in _lines(text) if not re.fullmatch(r"search_path:\s*(\"\"|'')?", line)]
     place = next((place for place, line in enumerate(lines) if line.startswith("ocio_profile_version")), None)
     return None if place is None else "\n".join([*lines[: place + 1], "", "search_path: .", *lines[place + 1 :]]) + "\n"

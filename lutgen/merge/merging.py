@@ -13,9 +13,10 @@ from __future__ import annotations
 
 import os
 import shutil
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any
 
 from lutgen import bindings
 from lutgen.bake.manifest import MANIFEST, FileRecord, read_manifest
@@ -26,7 +27,7 @@ from lutgen.merge.additions import AgedNames, add_aged, add_source_signal, check
 from lutgen.merge.proof import ROUNDING, aged_difference, compare_parts, missing_parts
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
 
 #: The name of the merged config, and of the folder of the LUTs beside it.
 CONFIG, LUTS = "config.ocio", "lutgen-aged"
@@ -95,21 +96,20 @@ def merge(build: str | Path, into: str | Path, output: str | Path, wanted: Mergi
     if output.exists() and not (force and output.is_dir()):
         raise LutgenError(f"{output}: exists already. Add --force to replace its files, or choose another folder.")
     luts = {which: _lut(build, *which) for which in wanted.displays}
-    with bindings.warnings_logged(lib), NewFolder(output) as partial:
+    with bindings.warnings_logged(lib), _new_folder(output) as partial:
         before = _load(lib, into)
         plan = _plan_of(lib, into, wanted, luts)
-        remarks = [*plan.remarks, *copy_files(before, into.parent, partial.path)]
+        remarks = [*plan.remarks, *copy_files(before, into.parent, partial)]
         for which, lut in luts.items():
-            to = partial.path / folder_of_luts(before) / _place(which, lut)
+            to = partial / folder_of_luts(before) / _place(which, lut)
             to.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(build / lut.path, to)
-        merged, compared, change = _write(plan, before, into, output, partial.path)
+        merged, compared, change = _write(plan, before, into, output, partial)
         difference = max(
             aged_difference(build / which[0] / hour_name(which[1]), merged, plan.source, display, names.view)
             for which, names in plan.names.items()
             for display in plan.onto
         )
-        partial.finish()
     if change is not None:
         digits = f"; its digits change pixels by up to {change:.1g}" if change else ""
         remarks.append(f"the config is as OpenColorIO writes it, without comments{digits}: keep the original beside it")
@@ -247,15 +247,6 @@ def _displays(config: Any, wanted: Sequence[str]) -> list[str]:
     return chosen
 
 
-def located(config: Any, folder: Path, source: str) -> Path | None:
-    """Return the file of a relative source, which is searched along the search path; None when it is not found."""
-    for entry in [*bindings.search_path(config), ""]:
-        path = folder / entry / source
-        if path.is_file():
-            return path
-    return None
-
-
 def copy_files(config: Any, folder: Path, output: Path) -> list[str]:
     """Copy the files of a config from ``folder`` to ``output``. Return a remark for each file that was not copied."""
     remarks = []
@@ -265,7 +256,8 @@ def copy_files(config: Any, folder: Path, output: Path) -> list[str]:
         if "$" in source or "%" in source:
             remarks.append(f"{source} is chosen by a context variable, and was not copied: copy its files along")
             continue
-        path = located(config, folder, source)
+        places = (folder / entry / source for entry in [*bindings.search_path(config), ""])
+        path = next((place for place in places if place.is_file()), None)
         if path is None:
             remarks.append(f"{source} is missing in the config that was merged into")
             continue
@@ -301,35 +293,30 @@ def folder_of_luts(config: Any) -> str:
     return "."
 
 
-class NewFolder:
-    """A temporary folder beside ``place``. :meth:`finish` moves it to ``place``. Otherwise it is removed at the end."""
-
-    def __init__(self, place: Path) -> None:
-        self.place = place
-        self.path = place.absolute().with_name(f".{place.name}{PARTIAL}")
-
-    def __enter__(self) -> Self:
-        """Create the temporary folder."""
-        try:
-            shutil.rmtree(self.path, ignore_errors=True)
-            self.path.mkdir(parents=True)
-        except OSError as error:
-            raise cannot_write(self.place, error) from None
-        return self
-
-    def finish(self) -> None:
-        """Move the folder to ``place``. If ``place`` exists already, move the files one by one into it."""
-        try:
-            if not self.place.exists():
-                self.path.rename(self.place)
+@contextmanager
+def _new_folder(place: Path) -> Iterator[Path]:
+    """Yield a folder beside ``place``. At the end move it there, or its files one by one into an existing ``place``."""
+    folder = place.absolute().with_name(f".{place.name}{PARTIAL}")
+    try:
+        with _writing(place):
+            shutil.rmtree(folder, ignore_errors=True)
+            folder.mkdir(parents=True)
+        yield folder
+        with _writing(place):
+            if not place.exists():
+                folder.rename(place)
                 return
-            for file in sorted(each for each in self.path.rglob("*") if each.is_file()):
-                to = self.place / file.relative_to(self.path)
+            for file in sorted(each for each in folder.rglob("*") if each.is_file()):
+                to = place / file.relative_to(folder)
                 to.parent.mkdir(parents=True, exist_ok=True)
                 file.replace(to)
-        except OSError as error:
-            raise cannot_write(self.place, error) from None
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
 
-    def __exit__(self, *_: object) -> None:
-        """Remove the temporary folder."""
-        shutil.rmtree(self.path, ignore_errors=True)
+
+@contextmanager
+def _writing(place: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise cannot_write(place, error) from None

@@ -11,7 +11,7 @@ from lutgen.errors import refuse_unknown
 from lutgen.names import INTERVALS
 from lutgen.numerals import counted
 from lutgen.study import comparisons
-from lutgen.study.answers import Answer, sensible
+from lutgen.study.answers import sensible
 from lutgen.study.comparisons import corrected, samples, table_4
 from lutgen.study.mixed import MISSING, MixedModel, available, mixed_models
 from lutgen.study.power import ALPHA, LEAST, MOST, ONE_TAILED, smallest_difference
@@ -20,6 +20,7 @@ from lutgen.study.statistics import UNAGED, Kappa, condition_order, counts, kapp
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
+    from lutgen.study.answers import Answer
     from lutgen.study.statistics import AgreementCounts, ReadingPair, StudySample
 
 
@@ -206,20 +207,18 @@ def analyse_answers(
     answers, left_out = sensible(answers)
     order = tuple(conditions or condition_order(answers))
     reading_pairs = pairs(answers)
-    rows, measured = counts(order, reading_pairs), samples(order, answers)
+    rows = counts(order, reading_pairs)
     remarks = [] if rows else ["No reader read an image un-aged and a second time: there is no agreement to report."]
-    remarks += [] if available() else [MISSING]
-    remarks += left_out
+    remarks += [*([] if available() else [MISSING]), *left_out]
     return _analysis(
-        measured,
+        samples(order, answers),
         rows,
         ci=ci,
         sources=sources,
-        agreement=comparisons.further_agreement(rows, reading_pairs),
-        kappa_rows=kappas(order, reading_pairs),
-        mixed=mixed_models(order, answers, reading_pairs) if available() else (),
-        limits=tuple(design_limits(order, answers, reading_pairs)),
         remarks=remarks,
+        order=order,
+        answers=answers,
+        reading_pairs=reading_pairs,
     )
 
 
@@ -228,15 +227,7 @@ def analyse_figures(
 ) -> Analysis:
     """Analyse counts of agreement, and samples without values; one may be empty. Raises LutgenError for ``ci``."""
     remarks = ["Rank tests, paired tests, κ and mixed models need the answers themselves, not means and counts."]
-    return _analysis(
-        measured,
-        rows,
-        ci=ci,
-        sources=sources,
-        agreement=comparisons.further_agreement(rows),
-        limits=tuple(design_limits((), (), ())),
-        remarks=remarks,
-    )
+    return _analysis(measured, rows, ci=ci, sources=sources, remarks=remarks)
 
 
 def _analysis(
@@ -245,15 +236,16 @@ def _analysis(
     *,
     ci: str,
     sources: Sequence[str],
-    agreement: tuple[comparisons.FurtherAgreement, ...],
-    limits: tuple[str, ...],
     remarks: Sequence[str],
-    kappa_rows: tuple[Kappa, ...] = (),
-    mixed: tuple[MixedModel, ...] = (),
+    order: Sequence[str] = (),
+    answers: Sequence[Answer] = (),
+    reading_pairs: Sequence[ReadingPair] = (),
 ) -> Analysis:
+    """Analyse samples and counts, and the answers behind them if they are known."""
     refuse_unknown("interval", ci, INTERVALS)
     table2, table4 = comparisons.table_2(measured, ci=ci), table_4(rows)
-    holm = corrected(table2.tests, table4)
+    agreement, holm = comparisons.further_agreement(rows, reading_pairs), corrected(table2.tests, table4)
+    limits = design_limits(order, answers, reading_pairs)
     return Analysis(
         sources=tuple(sources),
         ci=ci,
@@ -263,8 +255,8 @@ def _analysis(
         table4=table4,
         means=comparisons.further_means(measured),
         agreement=agreement,
-        kappas=kappa_rows,
-        mixed=mixed,
+        kappas=kappas(order, reading_pairs),
+        mixed=mixed_models(order, answers, reading_pairs) if answers and available() else (),
         holm=holm,
         limits=(*limits, *figure_limits(rows, table4, agreement, holm)),
         remarks=tuple(remarks),

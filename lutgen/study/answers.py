@@ -124,19 +124,8 @@ def _answers(entries: Sequence[AnswerRow], place: int, path: Path, protocol: Pro
         if trial is None or content["category"] not in categories:
             message = f"{path}: row {entry.row} answers what the protocol does not ask. Restore the file from a copy."
             raise LutgenError(message)
-        answers.append(
-            Answer(
-                reader=reader,
-                session=entry.session,
-                position=trial.position,
-                image=trial.image,
-                condition=trial.condition,
-                seconds=content["seconds"],
-                ease=content["ease"],
-                category=content["category"],
-                positive=categories[content["category"]],
-            )
-        )
+        given = (content["seconds"], content["ease"], content["category"], categories[content["category"]])
+        answers.append(Answer(reader, entry.session, trial.position, trial.image, trial.condition, *given))
     return sorted(answers, key=lambda answer: (answer.session, answer.position))
 
 
@@ -173,10 +162,7 @@ class Answer:
 
 
 def sensible(answers: Sequence[Answer]) -> tuple[tuple[Answer, ...], list[str]]:
-    """Return the answers with a possible time, and a sentence on each other answer.
-
-    Raises LutgenError: none is left.
-    """
+    """Return answers with a possible time, and a sentence on each other answer. Raises LutgenError: none is left."""
     possible = tuple(answer for answer in answers if 0 <= answer.seconds <= MAX_SECONDS)
     left_out = [
         f"Left out: {answer.reader}, session {answer.session}, image {answer.position} ({answer.image}): "

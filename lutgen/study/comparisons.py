@@ -12,6 +12,7 @@ Further tests assume less (Welch, ranks, exact, paired), and the sizes of the ef
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 from math import isfinite, nan
 from typing import TYPE_CHECKING
 
@@ -77,7 +78,12 @@ def table_2(measured: Sequence[statistics.StudySample], *, ci: str = "normal") -
         Mean(each.measure, each.condition, each.n, each.mean, each.sd, statistics.mean_interval(each, ci))
         for each in measured
     )
-    return Table2(means, tuple(_mean_test(first, second) for first, second in same_measure(measured)))
+    tests = []
+    for first, second in same_measure(measured):
+        t, df, p = map(float, statistics.pooled(second, first))
+        difference = second.mean - first.mean
+        tests.append(MeanTest(first.measure, first.condition, second.condition, difference, t, df, p))
+    return Table2(means, tuple(tests))
 
 
 def same_measure(
@@ -87,13 +93,8 @@ def same_measure(
     return [
         pair
         for measure in statistics.MEASURES
-        for pair in statistics.pairs_of(each for each in measured if each.measure == measure and each.n > 1)
+        for pair in combinations((each for each in measured if each.measure == measure and each.n > 1), 2)
     ]
-
-
-def _mean_test(first: statistics.StudySample, second: statistics.StudySample) -> MeanTest:
-    t, df, p = map(float, statistics.pooled(second, first))
-    return MeanTest(first.measure, first.condition, second.condition, second.mean - first.mean, t, df, p)
 
 
 @dataclass(frozen=True)
@@ -109,13 +110,11 @@ class Agreement:
 
 def table_3(rows: Sequence[statistics.AgreementCounts]) -> tuple[Agreement, ...]:
     """Return the table for counts of agreement."""
-    rows_of_table = []
-    for row in rows:
-        low, high = statistics.wilson(row.agreed, row.n)
-        rows_of_table.append(
-            Agreement(row.condition, row.agreed, row.disagreed, 100 * row.share, (100 * low, 100 * high))
-        )
-    return tuple(rows_of_table)
+    intervals = [statistics.wilson(row.agreed, row.n) for row in rows]
+    return tuple(
+        Agreement(row.condition, row.agreed, row.disagreed, 100 * row.share, (100 * low, 100 * high))
+        for row, (low, high) in zip(rows, intervals, strict=True)
+    )
 
 
 @dataclass(frozen=True)
@@ -133,12 +132,11 @@ class AgreementTest:
 def table_4(rows: Sequence[statistics.AgreementCounts]) -> tuple[AgreementTest, ...]:
     """Test each condition against each later condition. Conditions with a single pair are left out."""
     tests = []
-    for greater, less in statistics.pairs_of(row for row in rows if row.n > 1):
+    for greater, less in combinations((row for row in rows if row.n > 1), 2):
         figures = greater.figures(), less.figures()
         t, df, p = map(float, statistics.pooled(*figures, one_tailed=True))
-        tests.append(
-            AgreementTest(greater.condition, less.condition, t, df, p, float(statistics.equal_variances(*figures)))
-        )
+        variances_p = float(statistics.equal_variances(*figures))
+        tests.append(AgreementTest(greater.condition, less.condition, t, df, p, variances_p))
     return tuple(tests)
 
 
@@ -235,19 +233,8 @@ def _means(first: statistics.StudySample, second: statistics.StudySample) -> Fur
     difference = second.mean - first.mean
     half = float(student.ppf(0.975, df)) * (first.sd**2 / first.n + second.sd**2 / second.n) ** 0.5
     g, g_ci95 = hedges_g(first, second)
-    return FurtherMeans(
-        first.measure,
-        first.condition,
-        second.condition,
-        difference,
-        (difference - half, difference + half),
-        t,
-        df,
-        p,
-        _rank_p(first, second),
-        g,
-        g_ci95,
-    )
+    compared, interval = (first.measure, first.condition, second.condition), (difference - half, difference + half)
+    return FurtherMeans(*compared, difference, interval, t, df, p, _rank_p(first, second), g, g_ci95)
 
 
 def _rank_p(first: statistics.StudySample, second: statistics.StudySample) -> float:
@@ -263,7 +250,7 @@ def further_agreement(
     rows: Sequence[statistics.AgreementCounts], reading_pairs: Sequence[statistics.ReadingPair] = ()
 ) -> tuple[FurtherAgreement, ...]:
     """Compare shares of agreement by exact tests and intervals; without ``reading_pairs`` no test is paired."""
-    return tuple(_agreement(first, second, reading_pairs) for first, second in statistics.pairs_of(rows))
+    return tuple(_agreement(first, second, reading_pairs) for first, second in combinations(rows, 2))
 
 
 def _agreement(
@@ -275,18 +262,12 @@ def _agreement(
 
     table = [[first.agreed, first.disagreed], [second.agreed, second.disagreed]]
     low, high = statistics.newcombe((second.agreed, second.n), (first.agreed, first.n))
-    odds, odds_ci95 = odds_ratio(first, second)
-    return FurtherAgreement(
-        first.condition,
-        second.condition,
-        float(fisher_exact(table, alternative="greater").pvalue),
-        float(fisher_exact(table).pvalue),
-        100 * (second.share - first.share),
-        (100 * low, 100 * high),
-        odds,
-        odds_ci95,
-        _mcnemar(first.condition, second.condition, reading_pairs),
-    )
+    odds = odds_ratio(first, second)
+    one_tailed, fisher = (float(fisher_exact(table, alternative=side).pvalue) for side in ("greater", "two-sided"))
+    difference, interval = 100 * (second.share - first.share), (100 * low, 100 * high)
+    paired = _mcnemar(first.condition, second.condition, reading_pairs)
+    compared = (first.condition, second.condition)
+    return FurtherAgreement(*compared, one_tailed, fisher, difference, interval, *odds, paired)
 
 
 def _mcnemar(first: str, second: str, reading_pairs: Sequence[statistics.ReadingPair]) -> McNemar | None:
@@ -304,6 +285,5 @@ def _mcnemar(first: str, second: str, reading_pairs: Sequence[statistics.Reading
     first_only = sum(agreed[first][key] and not agreed[second][key] for key in both)
     second_only = sum(agreed[second][key] and not agreed[first][key] for key in both)
     discordant = first_only + second_only
-    return McNemar(
-        len(both), first_only, second_only, float(binomtest(first_only, discordant).pvalue) if discordant else 1.0
-    )
+    p = float(binomtest(first_only, discordant).pvalue) if discordant else 1.0
+    return McNemar(len(both), first_only, second_only, p)

@@ -26,8 +26,7 @@ effect of readers. The effect of an image that was read once cannot be separated
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, field
-from importlib import import_module
+from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from math import exp, inf, log
 from typing import TYPE_CHECKING, Any
@@ -88,10 +87,6 @@ def available() -> bool:
     return find_spec("statsmodels") is not None
 
 
-def _statsmodels(module: str) -> Any:
-    return import_module(f"statsmodels.{module}")
-
-
 def mixed_models(
     conditions: Sequence[str], answers: Sequence[Answer], reading_pairs: Sequence[ReadingPair]
 ) -> tuple[MixedModel, ...]:
@@ -130,14 +125,13 @@ def _of_answers(
         at_the_end = f"{share:.0%} of the answers are {values.max():g}, the highest given"
         notes.append(f"{at_the_end}: no normal errors, rely on it less")
     sd = {name: variance**0.5 for name, variance in fit.variances.items()}
-    effects = _effects(shown, fit, change)
     # Readers usually react alike: then their variance in the table is 0, which needs no note.
     alike = [
         f"no differences between {name} found: their variance is on its boundary, 0"
         for name in groups
         if name != BY_CONDITION and fit.variances[name] < NOTHING * fit.variances["rest"]
     ]
-    return MixedModel(measure, blank.effect, shown[0], len(answers), effects, sd, (*notes, *alike, *fit.complaints))
+    return replace(blank, effects=_effects(shown, fit, change), sd=sd, notes=(*notes, *alike, *fit.complaints))
 
 
 def _indicators(labels: Sequence[object], levels: Sequence[object]) -> list[Array]:
@@ -188,26 +182,22 @@ def _of_agreement(conditions: Sequence[str], reading_pairs: Sequence[ReadingPair
     except (np.linalg.LinAlgError, ValueError) as error:
         return _not_fitted(blank, f"the fit failed ({error})")
     notes = ["one reader: not valid for others"] if len(levels) == 1 else ["readers are fixed: valid only for them"]
-    effects = _effects(shown, fit, _ratio)
-    return MixedModel("agreement", blank.effect, shown[0], len(reading_pairs), effects, {}, (*notes, *fit.complaints))
+    return replace(blank, effects=_effects(shown, fit, _ratio), notes=(*notes, *fit.complaints))
 
 
 def _fit_logistic(agreed: Array, fixed: Array, clusters: Any) -> MixedFit:
-    structures = _statsmodels("genmod.cov_struct")
-    together = len(set(clusters)) < len(clusters)
-    structure = structures.Exchangeable() if together else structures.Independence()
-    family = _statsmodels("genmod.families").Binomial()
-    equations = _statsmodels("genmod.generalized_estimating_equations")
-    model = equations.GEE(agreed, fixed, groups=clusters, family=family, cov_struct=structure)
+    from statsmodels.genmod.cov_struct import Exchangeable, Independence
+    from statsmodels.genmod.families import Binomial
+    from statsmodels.genmod.generalized_estimating_equations import GEE
+
+    structure = Exchangeable() if len(set(clusters)) < len(clusters) else Independence()
+    model = GEE(agreed, fixed, groups=clusters, family=Binomial(), cov_struct=structure)
     result, errors, complaints = _fitted(model.fit, "bse")
     return MixedFit(np.asarray(result.params), errors, np.full(len(errors), inf), {}, complaints)
 
 
 def _fitted(fit: Callable[[], Any], errors: str) -> tuple[Any, Array, tuple[str, ...]]:
-    """Return the result, its standard errors, and each warning once.
-
-    Raises ValueError: a standard error is not finite.
-    """
+    """Return the result, its standard errors, and each warning once. Raises ValueError: an error is not finite."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         result = fit()
@@ -240,7 +230,7 @@ def _ratio(logarithm: float) -> float:
 
 
 def _not_fitted(blank: MixedModel, why: str) -> MixedModel:
-    return MixedModel(blank.measure, blank.effect, blank.against, blank.n, (), {}, (f"not fitted: {why}",))
+    return replace(blank, notes=(f"not fitted: {why}",))
 
 
 #: A grouping whose variance is a smaller share of the noise's variance counts as without variance.
@@ -262,10 +252,7 @@ class MixedFit:
 
 
 def fit_crossed(values: Array, fixed: Array, groups: Mapping[str, Sequence[str]]) -> MixedFit:
-    """Fit values (n,) = fixed (n, k)·β + a random effect for each grouping + noise.
-
-    Raises LinAlgError or ValueError.
-    """
+    """Fit values (n,) = fixed (n, k)·β + a random effect of each grouping + noise. Raises LinAlgError or ValueError."""
     from scipy.optimize import minimize
 
     members = [_membership(labels) for labels in groups.values()]

@@ -109,7 +109,16 @@ class ReadingSession:
 
     def picture(self, task: Task) -> bytes:
         """Return an image's file. Raises LutgenError when the file has changed since the study was planned."""
-        return picture_of(self.study, task)
+        path = self.study / task.file
+        try:
+            data = path.read_bytes()
+        except OSError as error:
+            raise LutgenError(f"{path}: {reason_of(error)}. Restore the study's images from a copy.") from None
+        if hashlib.sha256(data).hexdigest() != task.sha256:
+            raise LutgenError(
+                f"{path}: has changed since the study was planned (its hash does not fit). Restore it from a copy."
+            )
+        return data
 
     def showings(self, task: Task) -> int:
         """Return how often an image was shown, now included; more than 1 after a reload or a crash."""
@@ -137,12 +146,17 @@ class ReadingSession:
         kind = answers.PRACTISED if practice else answers.ANSWERED
         self._check(decision)
         if number <= self._done[kind]:
-            self._check_same(kind, number, decision)
+            before = answers.answered(self._file.entries, self.session, kind)[number - 1]
+            if {**before, **asdict(decision)} != before:
+                raise PastError(
+                    f"image {number} was answered already, and otherwise: that answer stays. There is no going back."
+                )
             return
         task = self.task()
         if task is None or (task.practice, task.number) != (practice, number) or not self.showings(task):
-            message = f"image {number} is not the one to be read now. Reload the page to go on with the right one."
-            raise PastError(message)
+            raise PastError(
+                f"image {number} is not the one to be read now. Reload the page to go on with the right one."
+            )
         content = {"position": number, "showings": self.showings(task), **asdict(decision)}
         events: list[tuple[str, Mapping[str, Any]]] = [(kind, content)]
         if not practice and number == len(self.images):
@@ -167,12 +181,6 @@ class ReadingSession:
             if not 0 <= value <= most:
                 raise LutgenError(f"{name} {str(value)[:12]}: give 0 to {most:g}.")
 
-    def _check_same(self, kind: str, number: int, decision: Decision) -> None:
-        before = answers.answered(self._file.entries, self.session, kind)[number - 1]
-        if {**before, **asdict(decision)} != before:
-            message = f"image {number} was answered already, and otherwise: that answer stays. There is no going back."
-            raise PastError(message)
-
 
 def tasks_of(protocol: Protocol, place: int, session: int) -> tuple[list[Task], list[Task]]:
     """Return a session's practice images and its images to read. Raises LutgenError: no such session or image."""
@@ -193,20 +201,6 @@ def tasks_of(protocol: Protocol, place: int, session: int) -> tuple[list[Task], 
         ]
 
     return numbered(practice, practice=True), numbered(images, practice=False)
-
-
-def picture_of(study: Path, task: Task) -> bytes:
-    """Return an image's file. Raises LutgenError when the file has changed since the study was planned."""
-    path = study / task.file
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        reason = reason_of(error)
-        raise LutgenError(f"{path}: {reason}. Restore the study's images from a copy.") from None
-    if hashlib.sha256(data).hexdigest() != task.sha256:
-        message = f"{path}: has changed since the study was planned (its hash does not fit). Restore it from a copy."
-        raise LutgenError(message)
-    return data
 
 
 def when(time: datetime) -> str:
@@ -235,7 +229,9 @@ def begin_reading(
 ) -> Iterator[ReadingSession]:
     """Begin or resume a reader's session for the ``with`` block. Raises LutgenError: it may not begin now."""
     protocol = read_protocol(study)
-    name, why = answers.reader_name(reader), _reason(override)
+    name, why = answers.reader_name(reader), None if override is None else override.strip()
+    if override is not None and why is not None and not (why.isprintable() and 1 <= len(why) <= LONGEST_REASON):
+        raise LutgenError(f"--override {override[:80]!a}: give a reason of 1 to {LONGEST_REASON} visible letters.")
     if not 1 <= session <= protocol.sessions:
         raise LutgenError(f"--session {session}: the study has sessions 1 to {protocol.sessions}. Pick one of these.")
     file = answers.take_place(study, protocol, name, session=session, at=text_of(clock()))
@@ -244,7 +240,7 @@ def begin_reading(
             reading = ReadingSession(study, protocol, file, session, clock)
             tasks = [*reading.practice, *reading.images]
             for done, task in enumerate(tasks, start=1):
-                picture_of(study, task)
+                reading.picture(task)
                 if progress:
                     progress(done, len(tasks))
             _begin(reading, file, clock(), why)
@@ -291,12 +287,3 @@ def _forbidden(protocol: Protocol, file: AnswerFile, session: int, now: datetime
         message = f"--session {session}: {next(iter(reasons.values()))}, or give --override REASON, which is recorded."
         raise LutgenError(message)
     return list(reasons)
-
-
-def _reason(text: str | None) -> str | None:
-    if text is None:
-        return None
-    reason = text.strip()
-    if reason.isprintable() and 1 <= len(reason) <= LONGEST_REASON:
-        return reason
-    raise LutgenError(f"--override {text[:80]!a}: give a reason of 1 to {LONGEST_REASON} visible letters.")

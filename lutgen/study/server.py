@@ -10,6 +10,7 @@ import json
 import secrets
 import time
 from contextlib import contextmanager
+from dataclasses import fields
 from pathlib import Path
 from threading import Event, RLock
 from typing import TYPE_CHECKING, Any
@@ -34,16 +35,8 @@ LEASE = 7.0
 #: Events that the page may record, apart from answers.
 NOTES = ("paused", "continued", "warned", "accepted")
 
-#: Fields of an answer, and their JSON types.
-_ANSWER: dict[str, type | tuple[type, ...]] = {
-    "category": str,
-    "ease": int,
-    "seconds": (int, float),
-    "first_choice_seconds": (int, float),
-    "pauses": int,
-    "paused_seconds": (int, float),
-    "paint": str,
-}
+#: Type of a field of :class:`Decision`, as its source names it → JSON types of the field.
+_KINDS: dict[object, tuple[type, ...]] = {"str": (str,), "int": (int,), "float": (int, float)}
 
 #: Sources of the time of the first paint.
 PAINTS = ("element-timing", "animation-frame")
@@ -151,13 +144,8 @@ class Conversation:
             raise RefusedError(500, "fault", message) from None
         self._reading.show(task)
         self._shown = (secrets.token_urlsafe(18), task, data)
-        return {
-            "done": False,
-            "practice": task.practice,
-            "number": task.number,
-            "of": task.of,
-            "picture": self._shown[0],
-        }
+        place = {"practice": task.practice, "number": task.number, "of": task.of}
+        return {"done": False, **place, "picture": self._shown[0]}
 
     def _answer(self, _tab: str, body: Mapping[str, Any]) -> dict[str, Any]:
         number, practice = body.get("number"), body.get("practice")
@@ -184,10 +172,10 @@ class Conversation:
 
 
 def _decision(body: Mapping[str, Any]) -> Decision:
-    values = {name: body.get(name) for name in _ANSWER}
-    for name, kind in _ANSWER.items():
-        if not isinstance(values[name], kind) or isinstance(values[name], bool):
-            raise RefusedError(400, "bad", f"{name}: missing, or not of its kind.")
+    values = {field.name: body.get(field.name) for field in fields(Decision)}
+    for field in fields(Decision):
+        if not isinstance(values[field.name], _KINDS[field.type]) or isinstance(values[field.name], bool):
+            raise RefusedError(400, "bad", f"{field.name}: missing, or not of its kind.")
     if values["paint"] not in PAINTS:
         raise RefusedError(400, "bad", f"paint: pick one of {', '.join(PAINTS)}.")
     return Decision(**values)  # type: ignore[arg-type]

@@ -159,27 +159,14 @@ def simulate(
     for trial in trials:
         difference = differences.get((trial.image, trial.condition), 0.0)
         seconds, ease, category = reader.answer(trial, difference, reader.difficulty(trial.image))
-        answers.append(
-            Answer(
-                reader=f"simulated {trial.reader}",
-                session=trial.session,
-                position=trial.position,
-                image=trial.image,
-                condition=trial.condition,
-                seconds=seconds,
-                ease=ease,
-                category=category,
-                positive=positive[category],
-            )
-        )
+        given = (seconds, ease, category, positive[category])
+        reader_name = f"simulated {trial.reader}"
+        answers.append(Answer(reader_name, trial.session, trial.position, trial.image, trial.condition, *given))
     return tuple(answers)
 
 
 def nuclear_difference(unaged: Path, aged: Mapping[str, Path]) -> dict[str, float]:
-    """Return the mean ΔE2000 over the nuclei of an un-aged picture, for each aged one.
-
-    Raises LutgenError: unreadable.
-    """
+    """Return the mean ΔE2000 over an un-aged picture's nuclei, for each aged one. Raises LutgenError: unreadable."""
     field = read_field(unaged)
     nuclei = segment(field).labels > 0
     before = linear_to_lab(code_to_linear(code_of(field.keys[nuclei])))
@@ -198,7 +185,7 @@ def measured_differences(study: Path, protocol: Protocol, progress: Progress = u
     files: dict[str, dict[str, Path]] = {}
     for render in protocol.renders:
         files.setdefault(render.image, {})[render.condition] = study / render.file
-    differences = {}
+    differences: dict[tuple[str, str], float] = {}
     images = [image.name for image in protocol.images]
     for done, image in enumerate(images):
         aged = {condition: path for condition, path in files.get(image, {}).items() if condition != UNAGED}
@@ -206,7 +193,7 @@ def measured_differences(study: Path, protocol: Protocol, progress: Progress = u
             if UNAGED not in files[image]:
                 message = f"{image}: is not shown un-aged in this study, so that its ΔE at nuclei cannot be measured."
                 raise LutgenError(f"{message} Give --difference for each aged condition.")
-            for condition, value in nuclear_difference(files[image][UNAGED], aged).items():
-                differences[image, condition] = value
+            measured = nuclear_difference(files[image][UNAGED], aged)
+            differences |= {(image, condition): value for condition, value in measured.items()}
         progress(done + 1, len(images))
     return differences

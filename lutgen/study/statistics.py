@@ -19,10 +19,9 @@ from __future__ import annotations
 
 from collections import defaultdict
 from dataclasses import dataclass
-from itertools import combinations
 from math import exp, lgamma, nan, sqrt
 from statistics import NormalDist, fmean, stdev
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -33,8 +32,6 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.study.answers import Answer
-
-Item = TypeVar("Item")
 
 #: Measure other than the diagnosis → its name and unit: the paper's TTS and EOR.
 MEASURES = {"time": "time to score, s", "ease": "ease of reading"}
@@ -60,11 +57,6 @@ def sample_of(measure: str, condition: str, values: Sequence[float]) -> StudySam
     """Return n, mean and SD of at least one answer, with the answers."""
     sd = stdev(values) if len(values) > 1 else float("nan")
     return StudySample(measure, condition, len(values), fmean(values), sd, tuple(map(float, values)))
-
-
-def pairs_of(items: Iterable[Item]) -> list[tuple[Item, Item]]:
-    """Return each item with each later item: conditions are compared in their order, the un-aged condition first."""
-    return list(combinations(items, 2))
 
 
 #: Low and high end of an interval.

@@ -18,7 +18,7 @@ from lutgen.study.answers import MAX_SECONDS, Answer
 from lutgen.study.statistics import MEASURES, AgreementCounts, StudySample, half_width
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
     from lutgen.study.analysis import Analysis
 
@@ -210,43 +210,35 @@ def _check_once(rows: Sequence[Row], keys: Sequence[tuple[str, ...]]) -> None:
             raise row.error("condition", f"appears twice{f' for {key[0]}' if len(key) > 1 else ''}. Keep one line.")
 
 
-#: Files that ``--csv`` may write; a table without rows is left out.
-TABLE_FILES = (
-    "table2.csv",
-    "table2-tests.csv",
-    "table3.csv",
-    "table4.csv",
-    "beyond-means.csv",
-    "beyond-agreement.csv",
-    "beyond-kappa.csv",
-    "beyond-mixed.csv",
-    "beyond-holm.csv",
-)
+def _effects_of_models(analysis: Analysis) -> list[dict[str, Any]]:
+    return [
+        {"measure": model.measure, "effect": model.effect, "against": model.against, "n": model.n, **asdict(each)}
+        for model in analysis.mixed
+        for each in model.effects
+    ]
+
+
+#: File that ``--csv`` may write → its rows; a table without rows is left out.
+TABLE_FILES: dict[str, Callable[[Analysis], Iterable[Mapping[str, Any]]]] = {
+    "table2.csv": lambda analysis: map(asdict, analysis.table2.means),
+    "table2-tests.csv": lambda analysis: map(asdict, analysis.table2.tests),
+    "table3.csv": lambda analysis: map(asdict, analysis.table3),
+    "table4.csv": lambda analysis: map(asdict, analysis.table4),
+    "beyond-means.csv": lambda analysis: map(asdict, analysis.means),
+    "beyond-agreement.csv": lambda analysis: map(asdict, analysis.agreement),
+    "beyond-kappa.csv": lambda analysis: map(asdict, analysis.kappas),
+    "beyond-mixed.csv": _effects_of_models,
+    "beyond-holm.csv": lambda analysis: map(asdict, analysis.holm),
+}
 
 
 def tables_csv(analysis: Analysis) -> dict[str, str]:
     """Return name → text of every table that has rows. The first line states the source of the figures."""
-    rows: tuple[Iterable[Mapping[str, Any]], ...] = (
-        map(asdict, analysis.table2.means),
-        map(asdict, analysis.table2.tests),
-        map(asdict, analysis.table3),
-        map(asdict, analysis.table4),
-        map(asdict, analysis.means),
-        map(asdict, analysis.agreement),
-        map(asdict, analysis.kappas),
-        [
-            {"measure": model.measure, "effect": model.effect, "against": model.against, "n": model.n, **asdict(each)}
-            for model in analysis.mixed
-            for each in model.effects
-        ],
-        map(asdict, analysis.holm),
-    )
-    flat = {name: [dict(_flat(row)) for row in table] for name, table in zip(TABLE_FILES, rows, strict=True)}
+    tables = {name: [dict(_flat(row)) for row in rows(analysis)] for name, rows in TABLE_FILES.items()}
+    remark = " ".join(analysis.sources)
     return {
-        name: cells.csv_text(
-            [table[0], *(map(_cell, row.values()) for row in table)], remark=" ".join(analysis.sources)
-        )
-        for name, table in flat.items()
+        name: cells.csv_text([table[0], *(map(_cell, row.values()) for row in table)], remark=remark)
+        for name, table in tables.items()
         if table
     }
 

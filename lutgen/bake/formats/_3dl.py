@@ -44,10 +44,4 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     return b"".join((provenance.comments(), places.encode(), b"\n", rows))
 
 
-FORMAT = Format(
-    name="3dl",
-    suffix=".3dl",
-    unclipped=False,
-    write=write,
-    candidates=candidates,
-)
+FORMAT = Format(name="3dl", suffix=".3dl", unclipped=False, write=write, candidates=candidates)

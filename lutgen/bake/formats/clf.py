@@ -84,10 +84,4 @@ def _table(lut: Lut) -> bytes:
     return b"".join((head.encode(), rows_of_text(values), b"    </Array>\n  </LUT3D>\n"))
 
 
-FORMAT = Format(
-    name="clf",
-    suffix=".clf",
-    unclipped=True,
-    write=write,
-    candidates=candidates,
-)
+FORMAT = Format(name="clf", suffix=".clf", unclipped=True, write=write, candidates=candidates)

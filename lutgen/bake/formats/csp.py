@@ -28,10 +28,4 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     return rows_of_text(table.reshape(-1, 3), head=b"".join((head, prelut, size)))
 
 
-FORMAT = Format(
-    name="csp",
-    suffix=".csp",
-    unclipped=True,
-    write=write,
-    spaces=("code", "shaped"),
-)
+FORMAT = Format(name="csp", suffix=".csp", unclipped=True, write=write, spaces=("code", "shaped"))

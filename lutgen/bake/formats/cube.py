@@ -23,10 +23,4 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     return rows_of_text(table_of(lut).reshape(-1, 3), head=head(lut, provenance))
 
 
-FORMAT = Format(
-    name="cube",
-    suffix=".cube",
-    unclipped=False,
-    write=write,
-    head=head,
-)
+FORMAT = Format(name="cube", suffix=".cube", unclipped=False, write=write, head=head)

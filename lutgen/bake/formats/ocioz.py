@@ -11,7 +11,7 @@ import zipfile
 import zlib
 from contextlib import contextmanager
 from io import BytesIO
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -66,10 +66,16 @@ def files_of(data: bytes) -> dict[str, bytes]:
 def _apply(path: Path, code: Array) -> Array:
     """Apply the archive's look, which does not clip, to code values (n, 3)."""
     lib = ocio()
-    with _opened(path) as config:
-        (name,) = config.getLookNames()
-        look = lib.LookTransform(src=SOURCE, dst=SOURCE, looks=name)
-        processor = _or_refuse(path, lambda: config.getProcessor(look).getDefaultCPUProcessor())
+    lib.ClearAllCaches()
+    with _unpacked(path) as folder:
+        source = path if hasattr(lib, "ExtractOCIOZArchive") else folder / CONFIG
+        try:
+            config = lib.Config.CreateFromFile(named_for_ocio(source))
+            (name,) = config.getLookNames()
+            look = lib.LookTransform(src=SOURCE, dst=SOURCE, looks=name)
+            processor = config.getProcessor(look).getDefaultCPUProcessor()
+        except ocio_errors() as error:
+            raise LutgenError(f"{path}: OpenColorIO {lib.__version__} cannot use it: {in_one_line(error)}") from None
     shown = np.ascontiguousarray(code, dtype=np.float32).copy()
     processor.applyRGB(shown)
     return shown.astype(np.float64)
@@ -78,23 +84,6 @@ def _apply(path: Path, code: Array) -> Array:
 def _table(path: Path) -> tuple[str, int]:
     with _unpacked(path) as folder:
         return table_of_ocio(folder / TABLE)
-
-
-@contextmanager
-def _opened(path: Path) -> Iterator[Any]:
-    lib = ocio()
-    lib.ClearAllCaches()
-    with _unpacked(path) as folder:
-        archives = hasattr(lib, "ExtractOCIOZArchive")
-        source = path if archives else folder / CONFIG
-        yield _or_refuse(path, lambda: lib.Config.CreateFromFile(named_for_ocio(source)))
-
-
-def _or_refuse(path: Path, call: Any) -> Any:
-    try:
-        return call()
-    except ocio_errors() as error:
-        raise LutgenError(f"{path}: OpenColorIO {ocio().__version__} cannot use it: {in_one_line(error)}") from None
 
 
 @contextmanager
@@ -116,10 +105,5 @@ def _unpacked(path: Path) -> Iterator[Path]:
 
 
 FORMAT = Format(
-    name="ocioz",
-    suffix=".ocioz",
-    unclipped=True,
-    write=write,
-    candidates=clf.candidates,
-    reader=Reader(_apply, _table),
+    name="ocioz", suffix=".ocioz", unclipped=True, write=write, candidates=clf.candidates, reader=Reader(_apply, _table)
 )

@@ -24,9 +24,4 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     return b"".join((head, body, provenance.comments()))
 
 
-FORMAT = Format(
-    name="spi3d",
-    suffix=".spi3d",
-    unclipped=True,
-    write=write,
-)
+FORMAT = Format(name="spi3d", suffix=".spi3d", unclipped=True, write=write)

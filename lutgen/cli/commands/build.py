@@ -8,7 +8,7 @@ import click
 
 from lutgen.bake.formats import format_names
 from lutgen.cli.command import Advanced, Command, Section
-from lutgen.cli.options import NUMBER, WHOLE, WholeFrom, model_from, model_options, split_list
+from lutgen.cli.options import NUMBER, WHOLE, WholeFrom, hours_option, model_from, model_options, split_list
 from lutgen.cli.outputs import print_json, progress_bar, say
 from lutgen.names import AGING_MODES, DIRECTIONS, MODES, UNREACHABLE
 
@@ -23,12 +23,7 @@ def _modes(context: click.Context, option: click.Parameter, text: str) -> tuple[
 
 
 @click.command(cls=Command, section=Section.SIMULATE, place=1)
-@click.option(
-    "--hours",
-    metavar="HOURS",
-    help="0..18000: every measured time in the span; 0..18000:500: a step; 0,5000,10000: a list "
-    "[default: all measured times].",
-)
+@hours_option
 @click.option(
     "--mode",
     "modes",

@@ -15,9 +15,7 @@ from lutgen.errors import LutgenError
 from lutgen.names import MODES
 
 if TYPE_CHECKING:
-    from lutgen.bake.budget import Budget
     from lutgen.bake.check import Checked
-    from lutgen.progress import Progress
 
 
 @click.command(cls=Command, section=Section.SIMULATE, place=2)
@@ -60,7 +58,7 @@ def command(
       lutgen check aged/
       lutgen check theirs.cube --mode chroma --hours 10000 --display my-display.csv
     """
-    from lutgen.bake.budget import Budget
+    from lutgen.bake.figures import Budget
 
     budget = Budget(max_delta_e, p99)
     if gone := next((path for path in paths if not Path(path).exists()), None):
@@ -79,17 +77,8 @@ def command(
         sys.exit(1)
 
 
-def _check(
-    path: str,
-    mode: str | None,
-    hours: float | None,
-    options: dict[str, Any],
-    *,
-    budget: Budget,
-    gpu: bool,
-    jobs: int | None,
-    progress: Progress,
-) -> Checked:
+def _check(path: str, mode: str | None, hours: float | None, options: dict[str, Any], **settings: Any) -> Checked:
+    """Check a folder or a LUT file; ``settings`` are those of a folder."""
     from lutgen.bake.check import check, check_lut
 
     if Path(path).is_dir():
@@ -98,14 +87,14 @@ def _check(
         if options["at"]:
             raise click.UsageError("--at is for LUT files; a folder's manifest holds its own conditions.")
         model = model_from(**options) if any(options.values()) else None
-        return check(path, model=model, budget=budget, gpu=gpu, jobs=jobs, progress=progress)
-    if gpu:
+        return check(path, model=model, **settings)
+    if settings["gpu"]:
         raise click.UsageError("--gpu is for folders: lutgen draws the views of their configs.")
     if mode is None or hours is None:
         raise click.UsageError(
             f"{path} is no folder; for a LUT file give the display that it should show: --mode and --hours."
         )
-    return check_lut(path, model_from(**options).at(mode, hours), budget=budget)
+    return check_lut(path, model_from(**options).at(mode, hours), budget=settings["budget"])
 
 
 def _report(path: str, result: Checked) -> None:

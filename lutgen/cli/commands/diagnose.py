@@ -54,14 +54,7 @@ def command(
         check_new_file(stub, force=force, suffixes=(".py",))
     question = question_from(**options)
     with progress_bar("trying effects", quiet=outputs.alone) as progress:
-        diagnosis = diagnose(
-            question.readings,
-            **question.settings,
-            effects=question.effects,
-            without=without,
-            terms=question.terms,
-            progress=progress,
-        )
+        diagnosis = diagnose(question.readings, **question.search, without=without, progress=progress)
     written = _write_stub(diagnosis, stub)
     outputs.write(
         diagnose_page(diagnosis, question.effects, question.again, written, verbose=verbose),

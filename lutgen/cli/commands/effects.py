@@ -144,9 +144,8 @@ def _explain(effect: Effect, plot: str | None, *, force: bool, as_json: bool) ->
 
 def _unwrapped(text: str) -> str:
     """Join lines that were broken only because the next word did not fit, so that they can be wrapped again."""
-    first, *others = text.split("\n")
-    joined = first
-    last = first
+    joined, *others = text.split("\n")
+    last = joined
     for line in others:
         # Letters in a line of the built-in effects' docstrings.
         broken = line and last and len(last) + 1 + len(line.split()[0]) > 120
@@ -183,17 +182,12 @@ def _parameters(effect: Effect) -> Page:
         neutral = f"{effect.neutral[name]:g}" if name in effect.neutral else "–"
         rows.append((name, f"{each.value:g}", bounds, each.unit, neutral, each.meaning))
     heads = ("parameter", "typical", "bounds", "unit", "neutral", "meaning")
-    refined = (index >= effect.refined for index in range(len(effect.forms)))
     forms = (
-        f"  {', '.join(form)}{'  (refined)' if freer else ''}"
-        for form, freer in zip(effect.forms, refined, strict=True)
+        f"  {', '.join(form)}{'  (refined)' if index >= effect.refined else ''}"
+        for index, form in enumerate(effect.forms)
     )
-    return [
-        Table(heads, rows, words=range(len(heads)), unbroken=True),
-        "\nParameters that a fit frees, simplest form first:",
-        *forms,
-        "",
-    ]
+    table = Table(heads, rows, words=range(len(heads)), unbroken=True)
+    return [table, "\nParameters that a fit frees, simplest form first:", *forms, ""]
 
 
 def _check(file: str, data: str | None, time_limit: float | None, *, as_json: bool) -> None:
@@ -212,10 +206,8 @@ def _check(file: str, data: str | None, time_limit: float | None, *, as_json: bo
 
 
 def _report(report: Report) -> Page:
-    broken = sum(not clause.passed for clause in report.clauses)
-    state = (
-        f"breaks {broken} of {len(report.clauses)} clauses" if broken else f"keeps all {len(report.clauses)} clauses"
-    )
+    broken, every = sum(not clause.passed for clause in report.clauses), len(report.clauses)
+    state = f"breaks {broken} of {every} clauses" if broken else f"keeps all {every} clauses"
     rows = [(clause.clause, "yes" if clause.passed else "NO", clause.sentence) for clause in report.clauses]
     return [
         f"{report.effect} {state} of the contract.\n",
@@ -236,14 +228,8 @@ def _rehearse(file: str, data: str, reports: tuple[Report, ...]) -> dict[str, An
 
 
 def _rehearsal_json(rehearsal: Any) -> dict[str, Any]:
-    if rehearsal is None:
-        return {}
-    return {
-        "rehearsal": {
-            key: getattr(rehearsal, key)
-            for key in ("absorbed", "smallest_detectable", "unit", "likeness", "recovered", "sentence")
-        }
-    }
+    keys = ("absorbed", "smallest_detectable", "unit", "likeness", "recovered", "sentence")
+    return {"rehearsal": {key: getattr(rehearsal, key) for key in keys}} if rehearsal else {}
 
 
 def _rehearsed(rehearsal: Any) -> Page:

@@ -42,9 +42,7 @@ def command(*, files: tuple[str, ...], ask_readers: bool, json_to: str | None, f
         for place, file in enumerate(files):
             results.append(lint(file, ask_readers=ask_readers))
             progress(place + 1, len(files))
-    outputs.write(
-        (part for result in results for part in lint_page(result)),
-        lambda: {"schema": 1, "files": [result.as_json() for result in results]},
-    )
+    page = (part for result in results for part in lint_page(result))
+    outputs.write(page, lambda: {"schema": 1, "files": [result.as_json() for result in results]})
     if not all(result.clean for result in results):
         sys.exit(1)

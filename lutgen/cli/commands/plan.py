@@ -42,6 +42,7 @@ def command(
     if pair and effect:
         raise click.UsageError("--between and --effect ask for two different plans. Leave one out.")
     from lutgen.criticism.plan import plan
+    from lutgen.files import write_atomically
     from lutgen.report.diagnosis import plan_page
 
     outputs = Outputs(json_to, force=force)
@@ -49,17 +50,11 @@ def command(
     for path, suffix in outputs_of_plan.items():
         check_new_file(path, force=force, suffixes=(suffix,))
     question = question_from(**options)
-    measurement_plan = plan(
-        question.readings, between=pair, effect=effect, **question.settings, effects=question.effects
-    )
-    from lutgen.files import write_atomically
-
+    planned = plan(question.readings, between=pair, effect=effect, **question.settings, effects=question.effects)
     for path, suffix in outputs_of_plan.items():
-        write_atomically(
-            Path(path), (measurement_plan.as_csv() if suffix == ".csv" else measurement_plan.as_ti1()).encode()
-        )
+        write_atomically(Path(path), (planned.as_csv() if suffix == ".csv" else planned.as_ti1()).encode())
     kind = "between" if pair else "effect" if effect else "coverage"
-    outputs.write(plan_page(measurement_plan, kind, list(outputs_of_plan)), measurement_plan.as_json)
+    outputs.write(plan_page(planned, kind, list(outputs_of_plan)), planned.as_json)
 
 
 def _pair(between: str | None) -> tuple[str, str] | None:

@@ -69,18 +69,11 @@ def command(
         check_new_file(output, force=force, suffixes=(".toml",))
     question = question_from(**options)
     with progress_bar("trying effects", quiet=outputs.alone) as progress:
-        refinement = refine(
-            question.readings,
-            (*add, *question.own),
-            auto=auto,
-            **question.settings,
-            effects=question.effects,
-            terms=question.terms,
-            progress=progress,
-        ).of_saved(question.saved)
+        added = (*add, *question.own)
+        refinement = refine(question.readings, added, auto=auto, **question.search, progress=progress)
+    refinement = refinement.of_saved(question.saved)
     if luminance:
-        model = replace(refinement.model, luminance=luminance_law(luminance))
-        refinement = replace(refinement, model=model)
+        refinement = replace(refinement, model=replace(refinement.model, luminance=luminance_law(luminance)))
     kept = refinement.improves or keep
     if output and kept:
         save_model(refinement.to_save, output, force=force)

@@ -112,13 +112,6 @@ def _evidence(data: str, model: DisplayModel, options: dict[str, Any], instrumen
         data, baseline=None, selection=options["selection"], model=options["model"], instrument=instrument, files=()
     )
     with progress_bar("trying effects") as progress:
-        refinement = refine(
-            question.readings,
-            auto=True,
-            **question.settings,
-            effects=question.effects,
-            terms=question.terms,
-            progress=progress,
-        )
+        refinement = refine(question.readings, auto=True, **question.search, progress=progress)
     other = model.measurements.sha256 != question.readings.sha256
     return Evidence(refinement, question.effects, question.again, model.measurements.file if other else "")

@@ -61,16 +61,10 @@ def command(
     path = check_output(output, image, force=force)
     model, screen = where.on(model_from(**options))
     chosen = check_hours(model.tips.spread(_COLUMNS) if hours is None else parse_hours(hours, model.tips))
+    drawn, size = tuple(dict.fromkeys(modes)) or AGING_MODES, longest(len(chosen))
     with progress_bar("aging") as progress:
         series = aged_series(
-            image,
-            model,
-            tuple(dict.fromkeys(modes)) or AGING_MODES,
-            chosen,
-            longest=longest(len(chosen)),
-            on_screen=screen,
-            source=source,
-            progress=progress,
+            image, model, drawn, chosen, longest=size, on_screen=screen, source=source, progress=progress
         )
     age_sheet(series, chosen, path, force=force)
     say(model.luminance.sentence())

@@ -70,13 +70,12 @@ def _report(shown: Shown, plot: str | None) -> None:
         shifts = (f"{shift:.4f}" for shift in shown.shift[row])
         relative, excess = f"{shown.luminance[row, 0]:.3f}", f"{100 * shown.non_additivity[row]:+.2f}"
         rows.append((*white, *shifts, relative, excess))
-    table = Table(heads, rows, words=())
     verdict = f" ({shown.verdict})" if shown.verdict else ""
     print_page(
         [
             shown.sentence(),
             f"{shown.provenance}\n",
-            table,
+            Table(heads, rows, words=()),
             "\nadd.: non-additivity of luminance, (R + G + B − W) / W.",
             *([f"\nThe model's effects{verdict}:"] if shown.effects else []),
             *shown.effects_in_words(),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import json_option, replace_option, say_remarks_on_sessions
+from lutgen.cli.options import json_option, replace_option, say_remarks
 from lutgen.cli.outputs import Outputs, check_new_file, progress_bar
 from lutgen.errors import LutgenError
 from lutgen.names import DRIFT, LIMIT_SETS, TG18_SECONDARY
@@ -75,7 +75,7 @@ def command(
     chosen = sets or (() if own else (TG18_SECONDARY, DRIFT))
     limits = [*(limit for name in chosen for limit in limits_of(name)), *(parse_limit(text) for text in own)]
     campaign = read_campaign(*files)
-    say_remarks_on_sessions(campaign)
+    say_remarks(*(entry.session for entry in campaign.entries))
     with progress_bar("following", quiet=outputs.alone) as progress:
         result = trend(campaign, limits, all_sessions=all_sessions, ambient_cd_m2=ambient, progress=progress)
     if path:

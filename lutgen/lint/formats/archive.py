@@ -15,6 +15,7 @@ from lutgen.errors import LutgenError, reason_of
 from lutgen.files import scratch
 from lutgen.lint.finding import OCIO_26, Linted, LintFinding, refused
 from lutgen.lint.formats import FileKind, clf, config, cube, findings, tables
+from lutgen.lint.stream import readable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -50,19 +51,15 @@ class ArchiveScan:
 
 @contextmanager
 def scan_archive(path: Path) -> Iterator[tuple[ArchiveScan, Path]]:
-    """Read an archive's directory and unpack its safe files into a temporary folder. Yield the scan and the folder.
-
-    Raises LutgenError: the archive cannot be read.
-    """
+    """Yield an archive's scan, and a folder with its safe files. Raises LutgenError: the archive cannot be read."""
     with scratch() as folder:
-        try:
+        with readable(path, "an archive"):
             size = path.stat().st_size
-            broken = _too_much(path, size)
-            scan = ArchiveScan(path, size, broken, (), ()) if broken else _unpack(path, size, folder)
-        except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, ValueError, RuntimeError) as error:
-            scan = ArchiveScan(path, size, f"cannot be unpacked: {error}", (), ())
-        except OSError as error:
-            raise LutgenError(f"{path}: cannot be read: {reason_of(error)}. Give the name of an archive.") from None
+            try:
+                broken = _too_much(path, size)
+                scan = ArchiveScan(path, size, broken, (), ()) if broken else _unpack(path, size, folder)
+            except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, ValueError, RuntimeError) as error:
+                scan = ArchiveScan(path, size, f"cannot be unpacked: {error}", (), ())
         yield scan, folder
 
 

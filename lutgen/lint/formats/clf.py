@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING
 from xml.parsers import expat
 
 from lutgen.cells import LONGEST, NON_FINITE, number
-from lutgen.errors import LutgenError, reason_of
 from lutgen.lint.finding import CLF_IO, OCIO, OCIO_21, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.programs import MAX_BYTES, loading, refusal
-from lutgen.lint.stream import BLOCK, shown
+from lutgen.lint.stream import BLOCK, readable, shown
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -78,19 +77,17 @@ def scan_clf(path: Path) -> ClfScan:
     """Scan a CLF in one pass, then try the installed OpenColorIO. Raises LutgenError: the file cannot be read."""
     reader = _Reader()
     broken, line = "", 0
-    try:
-        with path.open("rb") as file:
+    with readable(path, "a LUT"), path.open("rb") as file:
+        try:
             while chunk := file.read(BLOCK):
                 reader.parser.Parse(chunk, False)  # noqa: FBT003 - expat takes no keyword
             reader.parser.Parse(b"", True)  # noqa: FBT003 - expat takes no keyword
-    except OSError as error:
-        raise LutgenError(f"{path}: cannot be read: {reason_of(error)}. Give the name of a LUT.") from None
-    except expat.ExpatError as error:
-        broken, line = expat.ErrorString(error.code), error.lineno
-    except (LookupError, ValueError) as error:
-        broken, line = f"XML readers do not know its encoding: {error}", 1
-    except _EntityError:
-        broken, line = "it declares entities, which can fill any memory", reader.parser.CurrentLineNumber
+        except expat.ExpatError as error:
+            broken, line = expat.ErrorString(error.code), error.lineno
+        except (LookupError, ValueError) as error:
+            broken, line = f"XML readers do not know its encoding: {error}", 1
+        except _EntityError:
+            broken, line = "it declares entities, which can fill any memory", reader.parser.CurrentLineNumber
     size = path.stat().st_size
     reason = refusal(path) if not broken and size <= MAX_BYTES else None
     return ClfScan(path, size, reader.root, tuple(reader.nodes), broken, line, reason)

@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lutgen import bindings
-from lutgen.errors import LutgenError, in_one_line, reason_of
+from lutgen.errors import LutgenError, in_one_line
 from lutgen.lint.finding import BLENDER, DJV, NUKE, OCIO, OCIO_21, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.programs import try_config
+from lutgen.lint.stream import readable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -75,12 +76,10 @@ class ConfigScan:
 
 def scan_config(path: Path) -> ConfigScan:
     """Load a config and instantiate its parts. Raises LutgenError: it cannot be read, or is larger than any config."""
-    try:
+    with readable(path, "a config"):
         if path.stat().st_size > MAX_BYTES:
             raise LutgenError(f"{path}: has more than {MAX_BYTES >> 20} MiB, which no config has.")
         data = path.read_bytes()
-    except OSError as error:
-        raise LutgenError(f"{path}: cannot be read: {reason_of(error)}. Give the name of a config.") from None
     utf16 = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
     text = data.decode("utf-16" if utf16 else "utf-8", errors="replace")
     stated = re.search(r"^ocio_profile_version:\s*[\"']?([0-9]+)(?:\.([0-9]+))?", text, re.MULTILINE)
@@ -98,16 +97,10 @@ def scan_config(path: Path) -> ConfigScan:
         decodes = config is None or bindings.is_utf8(config)
         if config is not None and decodes:
             broken = _broken(config)
-    return ConfigScan(
-        path=path,
-        text=text,
-        version=version,
-        config=config if decodes else None,
-        decodes=decodes,
-        refusal=refusal if decodes else "",
-        warnings=tuple(dict.fromkeys(warnings)),
-        broken=tuple(broken),
-    )
+    if not decodes:
+        config, refusal = None, ""
+    logged = tuple(dict.fromkeys(warnings))
+    return ConfigScan(path, text, version, config, decodes, refusal, logged, tuple(broken))
 
 
 def _broken(config: Any) -> list[tuple[str, str]]:
@@ -131,10 +124,7 @@ def _broken(config: Any) -> list[tuple[str, str]]:
 
 
 def config_version(scan: ConfigScan) -> Iterator[LintFinding]:
-    """Find unsupported versions: OpenColorIO 2.1 refuses version 2.2 and later.
-
-    Any other refusal of the installed OpenColorIO counts for all readers.
-    """
+    """Find versions that OpenColorIO 2.1 refuses; any other refusal of the installed one counts for all readers."""
     line = scan.line_of("ocio_profile_version")
     installed = str(bindings.ocio().__version__)
     if scan.version == (0, 0) and not scan.refusal:
@@ -190,11 +180,10 @@ def config_files(scan: ConfigScan) -> Iterator[LintFinding]:
     if outside:
         fact = f"searches {outside[0]}, outside its folder: moving the folder breaks it"
         yield LintFinding(fact, "Keep LUT files below the config.", scan.line_of(outside[0]))
-    unstated = [
-        transform.getSrc()
-        for transform in scan.file_transforms
-        if transform.getSrc().lower().endswith(TABLES) and _states_no_interpolation(transform)
-    ]
+    tables = [each for each in scan.file_transforms if each.getSrc().lower().endswith(TABLES)]
+    # The text of the object, since its method returns the same value for "default" and for no interpolation.
+    stated = ["interpolation" in str(each) and "interpolation=default" not in str(each) for each in tables]
+    unstated = [each.getSrc() for each, states in zip(tables, stated, strict=True) if not states]
     if unstated:
         yield LintFinding(
             f"states no interpolation for {unstated[0]}: OpenColorIO then takes trilinear, and tetrahedral follows the "
@@ -202,11 +191,6 @@ def config_files(scan: ConfigScan) -> Iterator[LintFinding]:
             "Add interpolation: tetrahedral for 3D tables.",
             scan.line_of(unstated[0]),
         )
-
-
-def _states_no_interpolation(transform: object) -> bool:
-    # Use the text of the object, since its method returns the same value for "default" and for no interpolation.
-    return "interpolation=default" in str(transform) or "interpolation" not in str(transform)
 
 
 def config_environment(scan: ConfigScan) -> Iterator[LintFinding]:

@@ -74,7 +74,7 @@ def cube_size(scan: CubeScan) -> Iterator[LintFinding]:
     """Find a LUT_3D_SIZE that is missing, malformed, repeated, after the rows, or too large for a reader."""
     sizes = scan.named("LUT_3D_SIZE")
     if not sizes and not scan.named("LUT_1D_SIZE"):
-        fact = "is empty" if not scan.bytes else "has no LUT_3D_SIZE"
+        fact = "is empty" if not scan.length else "has no LUT_3D_SIZE"
         fates = refused(*EVERYONE, how="finds no size")
         yield LintFinding(fact, "Export it again; no reader knows its size.", 0, fates)
     for entry in sizes[:1]:
@@ -391,7 +391,7 @@ def lint_cube(path: Path, ask_readers: bool) -> Linted:
     scan = scan_cube(path, keep=ask_readers)
     trials = tuple(try_cube(scan)) if ask_readers else ()
     part = f", a 1D part of {scan.size_1d}" if scan.size_1d else ""
-    facts = (f"{scan.size}³ points{part}, {scan.table.rows} rows, {scan.bytes} bytes",)
+    facts = (f"{scan.size}³ points{part}, {scan.table.rows} rows, {scan.length} bytes",)
     return Linted(path, "cube", facts, tuple(findings(RULES, scan)), trials)
 
 

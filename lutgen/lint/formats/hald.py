@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import struct
 import zlib
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, BinaryIO
 
 from lutgen.bake.table_picture import POINTS, TILES, read_table
-from lutgen.errors import LutgenError, reason_of
+from lutgen.errors import LutgenError
 from lutgen.lint.finding import HALDCLUT, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
+from lutgen.lint.stream import readable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -41,25 +43,33 @@ FINE = 16
 COLOURS = {2: "RGB", 6: "RGB and alpha"}
 
 
-@dataclass(frozen=True)
+#: Chunks that state a colour space or gamma.
+_OF_COLOUR = (b"gAMA", b"cHRM", b"iCCP", b"sRGB", b"cICP")
+
+
+@dataclass
 class HaldScan:
-    """The result of a scan of a PNG."""
+    """The result of a scan of a PNG, which is filled chunk by chunk."""
 
     path: Path
     bytes: int
     #: Values of its header, 0 without a header. ``colour`` is PNG's colour type.
-    width: int
-    height: int
-    depth: int
-    colour: int
-    #: Names of its chunks that state a colour space or gamma: gAMA, cHRM, iCCP, sRGB, cICP.
-    chunks: tuple[str, ...]
+    width: int = 0
+    height: int = 0
+    depth: int = 0
+    colour: int = 0
+    interlaced: int = 0
+    #: Names of its chunks in ``_OF_COLOUR``.
+    chunks: list[str] = field(default_factory=list)
     #: Whether it is a PNG and its last chunk is complete.
-    whole: bool
+    whole: bool = False
     #: Number of missing bytes of pixels, compared with the header; 0 when pixels were not read.
-    missing: int
+    missing: int = 0
     #: Whether its pixels have the layout of OBS Studio, in tiles of 64 × 64.
-    tiles: bool
+    tiles: bool = False
+
+    def __post_init__(self) -> None:
+        self._unpacker = zlib.decompressobj()
 
     @property
     def level(self) -> int:
@@ -67,76 +77,38 @@ class HaldScan:
         level = round(self.width ** (1 / 3))
         return level if level**3 == self.width else 0
 
-
-_OF_COLOUR = (b"gAMA", b"cHRM", b"iCCP", b"sRGB", b"cICP")
-
-
-def scan_hald(path: Path) -> HaldScan:
-    """Read the chunks, and count the pixels if the image may be a table. Raises LutgenError: it cannot be read."""
-    try:
-        size = path.stat().st_size
-        with path.open("rb") as file:
-            chunks = _Chunks(file)
-            whole = file.read(8) == SIGNATURE and chunks.read() and file.tell() <= size
-    except OSError as error:
-        raise LutgenError(f"{path}: cannot be read: {reason_of(error)}. Give the name of a PNG.") from None
-    names = tuple(chunks.of_colour)
-    return HaldScan(path, size, *chunks.header[:4], names, whole, chunks.missing, whole and _in_tiles(path, chunks))
-
-
-def _in_tiles(path: Path, chunks: _Chunks) -> bool:
-    """Whether a PNG has the layout of OBS Studio. The pixels decide when the size fits both layouts."""
-    if chunks.missing or chunks.header[:2] != (TILES * POINTS,) * 2:
-        return False
-    try:
-        return read_table(path)[1]
-    except LutgenError:
-        return False
-
-
-class _Chunks:
-    """A reader of the chunks of a PNG after its signature."""
-
-    def __init__(self, file: BinaryIO) -> None:
-        self.file = file
-        #: Width, height, bits, colour type, and whether it is interlaced.
-        self.header = (0, 0, 0, 0, 0)
-        self.of_colour: list[str] = []
-        self.missing = 0
-        self._unpacker = zlib.decompressobj()
-
-    def read(self) -> bool:
-        """Read all chunks, and return whether the file has its last chunk, IEND."""
+    def read(self, file: BinaryIO) -> bool:
+        """Read all chunks after the signature, and return whether the file has its last chunk, IEND."""
         # Read at most 100 000 chunks. Writers split pixels into chunks of 8 kB or more, so images of all levels have
         # fewer chunks.
         for _ in range(100_000):
-            head = self.file.read(8)
+            head = file.read(8)
             if len(head) < 8:
                 return False
             length, name = struct.unpack(">I4s", head)
-            end = self.file.tell() + length + 4
+            end = file.tell() + length + 4
             if name == b"IHDR" and length == 13:
-                self.header = struct.unpack(">IIBBxxB", self.file.read(13).ljust(13, b"\0"))
+                header = struct.unpack(">IIBBxxB", file.read(13).ljust(13, b"\0"))
+                self.width, self.height, self.depth, self.colour, self.interlaced = header
                 self.missing = self._expected_bytes()
             elif name == b"IDAT":
-                self._unpack(length)
-            elif name in _OF_COLOUR and name.decode() not in self.of_colour:
-                self.of_colour.append(name.decode())
-            self.file.seek(end)
+                self._unpack(file, length)
+            elif name in _OF_COLOUR and name.decode() not in self.chunks:
+                self.chunks.append(name.decode())
+            file.seek(end)
             if name == b"IEND":
                 return True
         return True
 
     def _expected_bytes(self) -> int:
         """Return the number of bytes of all rows with their filter bytes; 0 when they are not counted."""
-        width, height, depth, colour, interlaced = self.header
-        if interlaced or colour not in _NUMBERS or max(width, height) > WIDEST:
+        if self.interlaced or self.colour not in _NUMBERS or max(self.width, self.height) > WIDEST:
             return 0
-        return height * (1 + (width * _NUMBERS[colour] * depth + 7) // 8)
+        return self.height * (1 + (self.width * _NUMBERS[self.colour] * self.depth + 7) // 8)
 
-    def _unpack(self, length: int) -> None:
+    def _unpack(self, file: BinaryIO, length: int) -> None:
         while self.missing and length:
-            packed = self.file.read(min(length, BLOCK))
+            packed = file.read(min(length, BLOCK))
             length = length - len(packed) if packed else 0
             try:
                 while packed and self.missing:
@@ -144,6 +116,18 @@ class _Chunks:
                     packed = self._unpacker.unconsumed_tail
             except zlib.error:
                 return
+
+
+def scan_hald(path: Path) -> HaldScan:
+    """Read the chunks, and count the pixels if the image may be a table. Raises LutgenError: it cannot be read."""
+    with readable(path, "a PNG"), path.open("rb") as file:
+        scan = HaldScan(path, path.stat().st_size)
+        scan.whole = file.read(8) == SIGNATURE and scan.read(file) and file.tell() <= scan.bytes
+    # The pixels decide when the size fits both layouts.
+    if scan.whole and not scan.missing and (scan.width, scan.height) == (TILES * POINTS,) * 2:
+        with suppress(LutgenError):
+            scan.tiles = read_table(path)[1]
+    return scan
 
 
 def hald_form(scan: HaldScan) -> Iterator[LintFinding]:

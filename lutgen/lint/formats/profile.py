@@ -13,10 +13,11 @@ import numpy as np
 from lutgen.bake.littlecms import through_profile
 from lutgen.bindings import LARGEST_LUT, littlecms
 from lutgen.cells import first_doubled
-from lutgen.errors import LutgenError, reason_of
+from lutgen.errors import LutgenError
 from lutgen.icc_tags import HEADER, MOST_TAGS, SMALLEST_TAG, Tag, is_profile, tags_claimed
 from lutgen.lint.finding import ARGYLL, CHROMIUM, LCMS_8, LCMS_16, Fate, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
+from lutgen.lint.stream import readable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -54,10 +55,7 @@ _V4, _V4_HEAD, _V4_NUMBERS = b"mAB ", 32, 20
 
 
 class TableHead(NamedTuple):
-    """The head of a table of type mft1, mft2 or mAB.
-
-    ``points`` is the smallest number of points along an edge. ``needs`` is the number of bytes that the tag needs.
-    """
+    """The head of a table: ``points``, the fewest along an edge, and ``needs``, the bytes that the tag needs."""
 
     tag: Tag
     kind: bytes
@@ -113,18 +111,15 @@ class ProfileScan:
 
 def scan_profile(path: Path) -> ProfileScan:
     """Scan a profile. Of a huge profile scan only the heads. Raises LutgenError: the profile cannot be read."""
-    try:
-        with path.open("rb") as file:
-            start = file.read(HEADER + 4 + 12 * MOST_TAGS)
-            size = path.stat().st_size
-            tags = tuple(tags_claimed(start))
-            inside = [tag for tag in tags if tag.name in TABLES and tag.start < size]
-            tables = tuple(head for tag in inside if (head := _table(tag, file)))
-            whole = size <= LARGEST_LUT and is_profile(start)
-            file.seek(0)
-            identifier = _identifier(file.read()) if whole else None
-    except OSError as error:
-        raise LutgenError(f"{path}: cannot be read: {reason_of(error)}. Give the name of a profile.") from None
+    with readable(path, "a profile"), path.open("rb") as file:
+        start = file.read(HEADER + 4 + 12 * MOST_TAGS)
+        size = path.stat().st_size
+        tags = tuple(tags_claimed(start))
+        inside = [tag for tag in tags if tag.name in TABLES and tag.start < size]
+        tables = tuple(head for tag in inside if (head := _table(tag, file)))
+        whole = size <= LARGEST_LUT and is_profile(start)
+        file.seek(0)
+        identifier = _identifier(file.read()) if whole else None
     count = int.from_bytes(start[HEADER : HEADER + 4], "big")
     white, unasked = _white(path) if whole and count <= MOST_TAGS else (None, "")
     return ProfileScan(path, size, start[:HEADER], count, tags, tables, identifier, white, unasked)
@@ -338,10 +333,7 @@ def _fates_unusable(scan: ProfileScan, table: TableHead) -> dict[str, Fate]:
 
 
 def profile_white(scan: ProfileScan) -> Iterator[LintFinding]:
-    """Find a white other than the screen's.
-
-    When LittleCMS resamples a profile it maps white to white, except with the absolute intent.
-    """
+    """Find a white other than the screen's. When LittleCMS resamples, only the absolute intent keeps it."""
     if scan.unasked:
         yield LintFinding(f"was not checked for its white: {scan.unasked}", "Install it to check.")
     if scan.white is None or np.abs(np.clip(scan.white, 0, 1) - 1).max() <= SAME:

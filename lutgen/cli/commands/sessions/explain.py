@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from lutgen.cli.command import Command
-from lutgen.cli.options import json_option, replace_option, say_remarks_on_sessions
+from lutgen.cli.options import json_option, replace_option, say_remarks
 from lutgen.cli.outputs import Outputs, progress_bar
 
 
@@ -37,7 +37,7 @@ def command(*, files: tuple[str, ...], reference: str | None, json_to: str | Non
 
     outputs = Outputs(json_to, force=force)
     campaign = read_campaign(*files)
-    say_remarks_on_sessions(campaign)
+    say_remarks(*(entry.session for entry in campaign.entries))
     with progress_bar("explaining", quiet=outputs.alone) as progress:
         explanations = explain(campaign, reference=reference, progress=progress)
     outputs.write(explanation_page(explanations), lambda: explanations_as_json(explanations))

@@ -38,6 +38,7 @@ def command(*, files: tuple[str, ...], output: str, same_display: bool, force: b
       lutgen sessions init examples/session.ti3 -o campaign.toml
     """
     from lutgen.history.draft import check_one_display, displays_of, draft
+    from lutgen.numerals import counted
     from lutgen.readings import read_session
 
     path = check_new_file(output, force=force, suffixes=(".toml",))
@@ -53,12 +54,9 @@ def command(*, files: tuple[str, ...], output: str, same_display: bool, force: b
     write_atomically(path, text.encode())
     left = text.count("# TODO ")
     opened = f"; complete the {left} lines that begin with # TODO" if left else ""
-    several = (
-        f" They look like {len(displays_of(sessions))} displays."
-        if same_display and len(displays_of(sessions)) > 1
-        else ""
-    )
-    say(f"{path}: {len(sessions)} {'session' if len(sessions) == 1 else 'sessions'}{opened}.{several}")
+    displays = len(displays_of(sessions)) if same_display else 1
+    several = f" They look like {displays} displays." if displays > 1 else ""
+    say(f"{path}: {counted(len(sessions), 'session')}{opened}.{several}")
 
 
 def _ask(sessions: Sequence[Session]) -> Answers:
@@ -68,10 +66,11 @@ def _ask(sessions: Sequence[Session]) -> Answers:
     names = ", ".join(dict.fromkeys(each.display for each in sessions if each.display))
     say("Enter alone: not known, and left open in the file.", err=True)
     name = click.prompt("Display", default=names, err=True)
-    values: dict[str, float | str] = {}
-    for key, question in {**OF_DISPLAY, **OF_SESSION}.items():
-        values[key] = click.prompt(question, default="", show_default=False, err=True).strip()
-    return Answers(name, {key: _value(key, str(text)) for key, text in values.items() if text})
+    values = {
+        key: click.prompt(question, default="", show_default=False, err=True).strip()
+        for key, question in {**OF_DISPLAY, **OF_SESSION}.items()
+    }
+    return Answers(name, {key: _value(key, text) for key, text in values.items() if text})
 
 
 def _value(key: str, text: str) -> float | str:
