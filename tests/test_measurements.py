@@ -415,7 +415,7 @@ def test_a_white_that_its_primaries_cannot_add_up_to_is_refused(white: str, said
         read_measurements(file_with(tmp_path, SMALL.replace("0.3290,250", f"0.3290,{white}", 1)))
 
 
-@pytest.mark.parametrize("name", ["time", "operating_hours", "h", "Age (months)"])
+@pytest.mark.parametrize("name", ["time", "operating_hours", "h", "Age (months)", "date", "Year"])
 def test_a_table_without_hours_is_not_one_session_where_another_column_holds_times(name: str, tmp_path: Path) -> None:
     with pytest.raises(LutgenError, match=rf"column '{re.escape(name)}' looks like times, .* Call it hour"):
         read_measurements(file_with(tmp_path, SMALL.replace("hour,", f"{name},", 1)))

@@ -47,7 +47,10 @@ _SEPARATOR_LINE = re.compile(r"\ufeff?\"?sep=.\"?[,;\t]*", re.IGNORECASE)
 _NEAR = 0.7
 
 #: Words of a column's name that make it a time.
-_TIMES = {"h", "hr", "hrs", "hour", "hours", "time", "t", "day", "days", "week", "weeks", "month", "months", "age"}
+_TIMES = {
+    *("h", "hr", "hrs", "hour", "hours", "time", "t", "age", "date", "dates"),
+    *("day", "days", "week", "weeks", "month", "months", "year", "years"),
+}
 
 #: Smallest allowed y. The smallest y of a colour is 0.005, at the violet end of the spectrum; a far smaller y overflows
 #: xY/y.
@@ -152,7 +155,8 @@ class CsvTable:
             if is_time and 2 <= len(times) <= len(self.cells) / 2:
                 raise LutgenError(
                     f"{self.source.file}: column {name[:40]!r} looks like times, and there is no column hour. "
-                    "Call it hour if it holds operating hours; remove it if all readings are of one session."
+                    "Call it hour if it holds operating hours; else add a column hour, or remove this column if all "
+                    "readings are of one session."
                 )
 
     def _session(self) -> Session:
