@@ -11,7 +11,7 @@ import shutil
 import subprocess
 import warnings
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as version_of
@@ -82,13 +82,6 @@ def probe_colours() -> NDArray[np.uint8]:
     greys = np.repeat(np.arange(0, 256, 15)[:, np.newaxis], 3, axis=1)
     random = np.random.default_rng(SEED).integers(0, 256, (COLOURS - len(corners) - len(greys), 3))
     return np.concatenate([corners, greys, random]).astype(np.uint8)
-
-
-def _colour_version() -> str:
-    """Return the version of colour-science, which lutgen requires."""
-    import colour
-
-    return str(colour.__version__)
 
 
 def _through_colour(path: Path, code: NDArray[np.uint8]) -> Array:
@@ -187,6 +180,8 @@ def _through_pillow(path: Path, code: NDArray[np.uint8]) -> Array:
     shown = import_module("PIL.Image").fromarray(code[np.newaxis]).filter(table)
     return np.asarray(np.asarray(shown)[0] / 255)
 
+
+_colour_version = partial(version_of, "colour-science")  # which lutgen requires
 
 COLOUR_SCIENCE = Program(lambda: finding.COLOUR, _colour_version, _through_colour, tolerance=1e-5, clips=False)
 FFMPEG_LUT3D = Program(lambda: finding.FFMPEG, _ffmpeg_version, _through_ffmpeg, tolerance=4 / 65535, clips=True)

@@ -71,7 +71,7 @@ class ConfigScan:
     @property
     def file_transforms(self) -> list[Any]:
         """Every FileTransform of the config."""
-        return list(bindings.file_transforms(self.config)) if self.config else []
+        return list(bindings.file_transforms(self.config))
 
 
 def scan_config(path: Path) -> ConfigScan:
@@ -169,8 +169,6 @@ def config_files(scan: ConfigScan) -> Iterator[LintFinding]:
 
     The findings are notes, since the config works in this folder.
     """
-    if scan.config is None:
-        return
     files = [transform.getSrc() for transform in scan.file_transforms]
     absolute = [each for each in [*files, *bindings.search_path(scan.config)] if Path(each).is_absolute()]
     if absolute:
@@ -195,8 +193,6 @@ def config_files(scan: ConfigScan) -> Iterator[LintFinding]:
 
 def config_environment(scan: ConfigScan) -> Iterator[LintFinding]:
     """Find context variables. A variable without a default is an error in each program that does not set it."""
-    if scan.config is None:
-        return
     sources = [*(each.getSrc() for each in scan.file_transforms), *scan.config.getSearchPaths()]
     used = {name: text for text in sources for name in re.findall(r"[$%]\{?(\w+)", text)}
     without = [name for name in used if not scan.config.getEnvironmentVarDefault(name)]
@@ -219,8 +215,6 @@ def config_keys(scan: ConfigScan) -> Iterator[LintFinding]:
 
 def config_roles(scan: ConfigScan) -> Iterator[LintFinding]:
     """Find missing roles. The findings are notes, since programs then choose another colour space."""
-    if scan.config is None:
-        return
     expected = {role: why for role, why in ROLE_USES.items() if scan.version >= (2, 0) or "interchange" not in role}
     missing = {role: why for role, why in expected.items() if not scan.config.hasRole(role)}
     if missing:
@@ -237,8 +231,6 @@ def config_roles(scan: ConfigScan) -> Iterator[LintFinding]:
 
 def config_views(scan: ConfigScan) -> Iterator[LintFinding]:
     """Find too many views, and views with looks, which DJV ignores."""
-    if scan.config is None:
-        return
     pairs = [(display, view) for display in scan.config.getDisplays() for view in scan.config.getViews(display)]
     if len(pairs) > MANY:
         yield LintFinding(
@@ -268,17 +260,17 @@ def config_encoding(scan: ConfigScan) -> Iterator[LintFinding]:
         yield LintFinding("has comments that are not UTF-8", "Save it as UTF-8.", line)
 
 
-RULES = (
-    config_version, config_encoding, config_parts, config_files, config_environment, config_keys, config_roles,
-    config_views,
-)  # fmt: skip
+#: Rules on a config that OpenColorIO has loaded, and all rules.
+OF_LOADED = (config_files, config_environment, config_roles, config_views)
+RULES = (config_version, config_encoding, config_parts, config_keys, *OF_LOADED)
 
 
 def lint_config(path: Path, ask_readers: bool) -> Linted:
     """Lint a config. Raises LutgenError when it cannot be read, or is larger than any config."""
     scan = scan_config(path)
     trials = tuple(try_config(path)) if ask_readers else ()
-    return Linted(path, "config", (f"profile version {_version_text(scan)}",), tuple(findings(RULES, scan)), trials)
+    rules = [rule for rule in RULES if scan.config is not None or rule not in OF_LOADED]
+    return Linted(path, "config", (f"profile version {_version_text(scan)}",), tuple(findings(rules, scan)), trials)
 
 
 FORMAT = FileKind((".ocio",), lint_config, RULES)

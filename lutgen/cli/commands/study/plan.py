@@ -99,7 +99,8 @@ def command(
     from lutgen.study.protocol import categories_of, ease_of
 
     outputs = Outputs(json_to, force=force)
-    design_of = _design(design, conditions, readers, seed, per_condition=per_condition, sessions=sessions)
+    sizes = {"per_condition": per_condition, "readers": readers, "sessions": sessions}
+    design_of = _design(design, conditions, seed, sizes)
     model = model_from(**options)
     with progress_bar("rendering", quiet=outputs.alone) as progress:
         planned = plan_study(
@@ -120,29 +121,16 @@ def command(
 
 
 def _design(
-    table: str | None,
-    conditions: str | None,
-    readers: int | None,
-    seed: int,
-    *,
-    per_condition: int | None,
-    sessions: int | None,
+    table: str | None, conditions: str | None, seed: int, sizes: dict[str, int | None]
 ) -> Callable[[Sequence[str]], Design]:
-    from lutgen.study import design
-    from lutgen.study.design import read_design
+    from lutgen.study.design import PAPER_CONDITIONS, balanced_design, conditions_of, read_design
 
-    if table is not None:
-        if not (conditions is None and per_condition is None and sessions is None):
-            raise click.UsageError(
-                "--design holds the whole design: leave --conditions, --per-condition and --sessions out."
-            )
-        return lambda names: read_design(Path(table), names, readers=readers, seed=seed)
-    compared = design.conditions_of((design.PAPER_CONDITIONS if conditions is None else conditions).split(","))
-    return lambda names: design.balanced_design(
-        names,
-        compared,
-        per_condition=design.PAPER_PER_CONDITION if per_condition is None else per_condition,
-        readers=1 if readers is None else readers,
-        sessions=design.PAPER_SESSIONS if sessions is None else sessions,
-        seed=seed,
-    )
+    if table is None:
+        compared = conditions_of((PAPER_CONDITIONS if conditions is None else conditions).split(","))
+        given = {name: size for name, size in sizes.items() if size is not None}
+        return lambda names: balanced_design(names, compared, seed=seed, **given)
+    if not (conditions is None and sizes["per_condition"] is None and sizes["sessions"] is None):
+        raise click.UsageError(
+            "--design holds the whole design: leave --conditions, --per-condition and --sessions out."
+        )
+    return lambda names: read_design(Path(table), names, readers=sizes["readers"], seed=seed)
