@@ -75,7 +75,7 @@ bench: more-programs ## measure the speed of lutgen against other programs
 consumers: more-programs ## results of real programs with lutgen's files, by version, compared with lutgen's claims
 	@$(PYTHON) -m tests.consumers
 
-# A slow test runs 2 000 of these mutations too. The nightly run is make fuzz ARGS="--count 100000 --seed $$(date +%j)".
+# A slow test runs 500 of these mutations too. The nightly run is make fuzz ARGS="--count 100000 --seed $$(date +%j)".
 fuzz: setup ## seeded mutations of every reader, faults in builds, builds that are killed: ARGS="--count 100000"
 	@$(ALONE) $(PYTHON) -m tests.fuzz $(ARGS)
 

@@ -15,6 +15,7 @@ from lutgen.bindings import ocio, oiio
 from tests.browser import browser
 from tests.command import in_process
 from tests.firefox import FIREFOX, firefox
+from tests.quick import DRAWS, FEWER_DRAWS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -32,7 +33,8 @@ T = TypeVar("T")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # No deadline, because a busy machine is not a fault of the code. Derandomised, so that failures are reproducible.
-settings.register_profile("lutgen", deadline=None, derandomize=True)
+settings.register_profile("lutgen", deadline=None, derandomize=True, max_examples=FEWER_DRAWS)
+settings.register_profile("everything", deadline=None, derandomize=True, max_examples=DRAWS)
 settings.load_profile("lutgen")
 
 # Imported modules and collected tests stay until the end. Garbage collection of them takes a fifth of the collecting.
@@ -50,6 +52,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     """Add ``--everything`` and ``--draw``."""
     parser.addoption("--everything", action="store_true", help="all slow cases, not a seeded sample of each test's")
     parser.addoption("--draw", type=int, default=0, help="seed of that sample; the same one each time without it")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """With ``--everything``, draw as many examples of a property as hypothesis does by itself."""
+    if config.getoption("everything"):
+        settings.load_profile("everything")
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

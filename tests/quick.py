@@ -1,13 +1,23 @@
-"""A few cases of a slow table for ``make test``; ``make test-all`` runs the others."""
+"""A few cases of a slow table, and a few draws of a property, for ``make test``; ``--everything`` runs all."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from hypothesis import settings
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
+
+
+#: Draws of a property with ``--everything``, and without it.
+DRAWS, FEWER_DRAWS = 100, 25
+
+
+def draws(most: int, **options: Any) -> settings:
+    """Return the settings of a property that is drawn ``most`` times with ``--everything``, else a quarter of that."""
+    return settings(max_examples=most * settings.default.max_examples // DRAWS, **options)
 
 
 def mostly_slow(cases: Iterable[Any], *quick: object) -> list[Any]:

@@ -233,14 +233,14 @@ def test_a_build_that_was_moved_can_be_built_again(tmp_path: Path) -> None:
 @pytest.fixture(scope="module")
 def nearest_33(model: DisplayModel, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Built]:
     folder = tmp_path_factory.mktemp("nearest") / "aged"
-    return folder, build(model, Plan(HOURS, modes=AGING), folder)
+    return folder, build(model, Plan(HOURS, modes=AGING), folder, jobs=1)
 
 
 @pytest.fixture(scope="module")
 def continuous(tmp_path_factory: pytest.TempPathFactory) -> Built:
     model = DisplayModel(read_measurements(default_display()), selection="continuous")
     folder = tmp_path_factory.mktemp("continuous") / "aged"
-    return build(model, Plan(HOURS, modes=AGING, formats=("clf",)), folder)
+    return build(model, Plan(HOURS, modes=AGING, formats=("clf",)), folder, jobs=1)
 
 
 @pytest.mark.parametrize("mode", AGING)

@@ -18,7 +18,7 @@ from lutgen.pictures import cohort_workers
 from lutgen.report.lifetimes import hours_or_never
 from tests.altered import altered
 from tests.cohort_slides import break_slide, make_slides, model, seven_colours, waiting_model
-from tests.command import Done, in_process, words
+from tests.command import Done, here, in_process, words
 from tests.schemas import validator
 
 if TYPE_CHECKING:
@@ -134,6 +134,15 @@ def test_json_is_as_the_schema_says_and_csv_says_the_same(run: Callable[..., Don
     assert len({len(row) for row in (head, *rows[:14], *rows[15:])}) == 1
 
 
+@pytest.fixture(scope="module")
+def content(tmp_path_factory: pytest.TempPathFactory) -> Any:
+    """The JSON of a cohort of one slide."""
+    folder = tmp_path_factory.mktemp("content")
+    (slide,) = make_slides(folder / "in", 1, side=24)
+    hours = ("--hours", "0..18000:6000")
+    return json.loads(here("cohort", slide, "-o", folder / "run", "--json", "-", *hours).stdout)
+
+
 @pytest.mark.parametrize(
     ("path", "value"),
     [
@@ -145,8 +154,7 @@ def test_json_is_as_the_schema_says_and_csv_says_the_same(run: Callable[..., Don
         (("broken",), None),
     ],
 )
-def test_the_schema_refuses_what_is_wrong(run: Callable[..., Done], path: tuple[Any, ...], value: object) -> None:
-    content = json.loads(run("in/s00.png", "-o", "run", "--json", "-").out)
+def test_the_schema_refuses_what_is_wrong(content: Any, path: tuple[Any, ...], value: object) -> None:
     validator("cohort").validate(content)
     with pytest.raises(ValidationError):
         validator("cohort").validate(altered(content, path, value))

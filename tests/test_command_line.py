@@ -236,12 +236,16 @@ def test_an_interrupt_while_modules_load_ends_with_130_in_silence(
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="only Linux says which signals a process handles")
 @pytest.mark.parametrize(
     "command",
-    [
-        "build --hours 0..18000 --jobs 2 --force -o OUT/built",
-        "build --hours 0..18000 --jobs 1 --force -o OUT/built",
-        "diagnose examples/display-a.csv",
-        "cohort slides -o OUT/run",
-    ],
+    mostly_slow(
+        [
+            WORKERS := "build --hours 0..18000 --jobs 2 --force -o OUT/built",
+            "build --hours 0..18000 --jobs 1 --force -o OUT/built",
+            ALONE := "diagnose examples/display-a.csv",
+            "cohort slides -o OUT/run",
+        ],
+        WORKERS,
+        ALONE,
+    ),
 )
 def test_an_interrupt_ends_with_130_and_without_a_traceback(command: str, folder: Path, tmp_path: Path) -> None:
     # A background process of a shell ignores Ctrl-C, and its children inherit this setting.

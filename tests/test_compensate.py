@@ -152,11 +152,11 @@ GAP = (-0.05, -0.08, -0.02)
 def test_no_drive_of_the_twin_looks_more_alike_than_the_one_found(bonus: tuple[float, float, float]) -> None:
     """Many starts of scipy's bounded least squares find nothing better, even at folds and gaps."""
     display = a_display("nearest", bonus)
-    asked = np.random.default_rng(11).uniform(0.25, 0.75, (24, 3))
+    asked = np.random.default_rng(11).uniform(0.25, 0.75, (12, 3))
     drive = drive_of(display, asked @ LINEAR_TO_XYZ.T, asked)
     wanted = look(asked @ LINEAR_TO_XYZ.T)
     found = delta_e_2000(look(display.code_to_xyz(linear_to_code(np.clip(drive, 0, 1)))), wanted)
-    ways = np.random.default_rng(12).normal(0.0, 0.03, (6, 3))
+    ways = np.random.default_rng(12).normal(0.0, 0.03, (4, 3))
     for colour, lab, error in zip(asked, wanted, found, strict=True):
 
         def away(linear: Array, lab: Array = lab) -> Array:
@@ -251,7 +251,7 @@ def test_search_and_closed_form_agree_on_the_papers_display(selection: str, read
 
 
 @pytest.mark.parametrize("selection", SELECTIONS)
-@pytest.mark.parametrize("unreachable", ["clip", "scale"])
+@pytest.mark.parametrize("unreachable", mostly_slow(["clip", "scale"], "clip"))
 def test_starting_from_neighbours_finds_what_each_colour_finds_alone(
     unreachable: str, selection: str, readings: Measurements
 ) -> None:

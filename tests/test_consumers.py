@@ -30,7 +30,7 @@ CONTINUOUS = next(case for case in CASES if case.selection == "continuous")
 
 @pytest.fixture(scope="module")
 def gallery(tmp_path_factory: pytest.TempPathFactory) -> Gallery:
-    return Gallery(tmp_path_factory.mktemp("consumers"))
+    return Gallery(tmp_path_factory.mktemp("consumers"), formats=("clf",))
 
 
 @pytest.mark.parametrize("case", CASES, ids=str)

@@ -14,7 +14,6 @@ from lutgen.criticism.compare.direction import placed
 from lutgen.criticism.compare.slices import Slice
 from lutgen.criticism.search.separate import POOL, Separation
 from lutgen.display import load_model
-from lutgen.effects.child import check_file
 from lutgen.effects.contract import check
 from lutgen.effects.own import load_file
 from lutgen.numerals import percent, readable, with_error
@@ -195,7 +194,8 @@ def test_a_condition_without_a_sketch_of_its_own_is_sketched_from_its_declaratio
     path = tmp_path / "sketch.py"
     path.write_text(sketched(f"light by {condition.cell}, growing", misfit="a test"))
     assert f'needs=("{condition.columns[0].name}",)' in path.read_text()
-    (report,) = check_file(path)
+    (effect,) = load_file(path)
+    report = check(effect)
     assert report.passed, report.failure
 
 

@@ -160,7 +160,8 @@ def test_means_do_not_depend_on_how_the_picture_is_cut(factor_to: int) -> None:
             place = (slice(top, bottom), slice(left, right))
             parts.add(Place(top, bottom, left, right), values[place], counted[place])
     np.testing.assert_allclose(parts.means(), whole.means(), rtol=1e-12)
-    for row, column in np.ndindex(*whole.means().shape[:2]):
+    squares = list(np.ndindex(*whole.means().shape[:2]))
+    for row, column in squares[:: 1 + len(squares) // 150]:
         square = values[size * row : size * (row + 1), size * column : size * (column + 1)]
         if np.isfinite(square).any():
             np.testing.assert_allclose(whole.means()[row, column], np.nanmean(square, axis=(0, 1)))

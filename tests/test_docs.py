@@ -55,8 +55,21 @@ def of(page: Path) -> str:
 # Text and commands of the pages
 
 
+#: The tutorial runs the same commands as this page.
+LONG = DOCS / "guides/what-a-model-misses.md"
+RUN = "test_a_page_says_what_its_commands_print_and_shows_what_they_draw"
+
+
 @pytest.mark.slow(every=True)
-@pytest.mark.parametrize("page", [page for page in PAGES if items(TEXTS[page])], ids=of)
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, marks=pytest.mark.rare(instead=RUN) if page == LONG else ())
+        for page in PAGES
+        if items(TEXTS[page])
+    ],
+    ids=of,
+)
 def test_a_page_says_what_its_commands_print_and_shows_what_they_draw(page: Path, tmp_path: Path) -> None:
     text = TEXTS[page]
     prepare(tmp_path)

@@ -26,6 +26,7 @@ from lutgen.readings.session import Session
 from lutgen.readings.steadiness import drift_by_repeats
 from lutgen.report.campaign import explanation_page
 from lutgen.report.parts import Table
+from tests.quick import mostly_slow
 from tests.real_data import real_data
 from tests.virtual_sessions import __main__ as scoring
 from tests.virtual_sessions.campaigns import life, write
@@ -57,7 +58,15 @@ def verdict(folder: Path, cause: str, size: float, seed: int) -> tuple[SessionVe
     return explain(read_campaign(path), reference="0.txt").verdicts[0], made.label
 
 
-@pytest.mark.parametrize("size", [(cause, size) for cause, sizes in SIZES.items() for size in sizes], ids=str)
+@pytest.mark.parametrize(
+    "size",
+    [
+        pytest.param((cause, size), marks=() if size == sizes[0] else pytest.mark.slow)
+        for cause, sizes in SIZES.items()
+        for size in sizes
+    ],
+    ids=str,
+)
 def test_a_simulated_cause_is_named_alone_or_among_its_rivals(size: tuple[str, float], tmp_path: Path) -> None:
     # A seed that no tuning has used.
     found, label = verdict(tmp_path, *size, 901)
@@ -236,7 +245,7 @@ def test_a_noisy_instrument_and_no_repeats_are_no_cause(seed: int, tmp_path: Pat
     assert (found.kind, found.names) == ("same", ())
 
 
-@pytest.mark.parametrize("readings", [6, 12, 20])
+@pytest.mark.parametrize("readings", mostly_slow([6, 12, 20], 12))
 @pytest.mark.parametrize(
     ("noise", "moved", "share"),
     [
@@ -600,7 +609,23 @@ REAL = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", REAL)
+@pytest.mark.parametrize(
+    "name",
+    mostly_slow(
+        REAL,
+        "one day, twice",
+        "Dell",
+        "LG, the same range",
+        "HDR on",
+        "wrong matrix",
+        "wrong matrix, and dimmed",
+        "drift, June",
+        "X61, three years",
+        "X61, dimmed",
+        "two models",
+        "white less than its primaries in 2017",
+    ),
+)
 def test_real_sessions_are_explained_as_their_authors_noted(name: str) -> None:
     before, after, expected = REAL[name]
     entries = tuple(_entry(real_data(), start) for start in (before, after))

@@ -7,7 +7,7 @@ from inspect import signature
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from lutgen.colorimetry import code_to_linear
@@ -16,6 +16,7 @@ from lutgen.effects.contract import check
 from lutgen.effects.expression import parse
 from lutgen.effects.formula import read_formula
 from lutgen.errors import LutgenError
+from tests.quick import draws
 
 pytestmark = pytest.mark.numbers
 
@@ -166,7 +167,7 @@ TOKENS = (
 )
 
 
-@settings(max_examples=400)
+@draws(400)
 @given(st.one_of(st.lists(st.sampled_from(TOKENS), max_size=24).map("".join), st.text(max_size=40)))
 def test_whatever_is_written_is_read_or_refused_in_a_sentence(text: str) -> None:
     try:

@@ -10,6 +10,7 @@ from lutgen.bake.fidelity import CERTIFIED, Counts, Judge, certificate_colours
 from lutgen.bake.lut import Sampler
 from lutgen.bake.readback import TableKind
 from lutgen.display import default_display
+from tests.quick import mostly_slow
 
 pytestmark = pytest.mark.numbers
 
@@ -17,8 +18,8 @@ pytestmark = pytest.mark.numbers
 MANY = Counts(150_000, 0, 0, 0, 150_000)
 
 
-@pytest.mark.parametrize("hours", [6_000.0, 18_000.0])
-@pytest.mark.parametrize("mode", ["chroma", "chroma-luma"])
+@pytest.mark.parametrize("hours", mostly_slow([6_000.0, 18_000.0], 18_000.0))
+@pytest.mark.parametrize("mode", mostly_slow(["chroma", "chroma-luma"], "chroma"))
 def test_seven_tenths_of_the_largest_smooth_error_are_found(
     mode: str, hours: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:

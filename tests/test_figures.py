@@ -22,6 +22,7 @@ from lutgen.report.animation import LONGEST, SECONDS, animate, frame
 from lutgen.report.lifetimes import plot_lifetime
 from lutgen.report.sheets import COLUMNS, Layout, check_hours, draw_figure, longest
 from tests.command import Done, replaces_by_force_alone
+from tests.quick import mostly_slow
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -112,7 +113,7 @@ def test_the_published_captions_are_the_papers() -> None:
     assert difference_map.MAP_RANGE == (1.0, 8.0)
 
 
-@pytest.mark.parametrize("number", ["2", "3", "4"])
+@pytest.mark.parametrize("number", mostly_slow(["2", "3", "4"], "2"))
 def test_figures_2_to_4_lie_as_the_captions_say(
     number: str, run: Callable[..., Done], tmp_path: Path, model: DisplayModel
 ) -> None:

@@ -101,11 +101,11 @@ def test_two_effects_are_fitted_together_as_the_twin_does() -> None:
 
 
 def test_the_gain_between_two_sessions_of_one_hour_is_fitted_as_the_twin_does() -> None:
-    truth, _ = TRUTHS["crosstalk"]
+    truth, _ = TRUTHS["black-level"]
     patches = [each for hour in HOURS for each in session(hour)] + session(HOURS[-1], "b")
-    readings = noisy(patches, display(), FAULTS["crosstalk"], truth, seed=2)
-    found = fitted(readings, "crosstalk", tuple(truth), "colour-points")
-    assert_same(found, solve(readings, FAULTS["crosstalk"], bounds_of("crosstalk", tuple(truth))))
+    readings = noisy(patches, display(), FAULTS["black-level"], truth, seed=2)
+    found = fitted(readings, "black-level", tuple(truth), "colour-points")
+    assert_same(found, solve(readings, FAULTS["black-level"], bounds_of("black-level", tuple(truth))))
     assert np.count_nonzero(found.gains) == 2
 
 

@@ -29,6 +29,7 @@ from lutgen.errors import LutgenError
 from lutgen.lint import lint
 from lutgen.pictures.engines import engine_for
 from lutgen.readings import read_measurements
+from tests.quick import mostly_slow
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -230,7 +231,10 @@ def mixed(code: Array) -> Array:
     return np.asarray(np.clip(code @ np.array([[0.2, 0.5, 0.0], [0.1, 0.4, 0.6], [0.7, 0.0, 0.4]]), 0, 1))
 
 
-@pytest.mark.parametrize("change", [np.array, np.sqrt, lambda code: 1 - code, lambda code: code[:, ::-1], mixed])
+@pytest.mark.parametrize(
+    "change",
+    mostly_slow([np.array, np.sqrt, lambda code: 1 - code, lambda code: code[:, ::-1], mixed], np.sqrt, mixed),
+)
 def test_the_two_layouts_of_512_pixels_are_told_apart_by_their_pixels(
     change: Callable[[Array], Array], tmp_path: Path
 ) -> None:
@@ -416,7 +420,7 @@ def test_a_build_of_every_format_is_certified_and_checked(built: Path) -> None:
         assert certificate.smooth.max < 2.0, path
 
 
-@pytest.mark.parametrize("name", format_names())
+@pytest.mark.parametrize("name", mostly_slow(format_names(), "cube", "icc", "spi3d", "hald"))
 def test_a_file_of_another_hour_fails_the_check(name: str, built: Path, lutgen: Callable[..., Done]) -> None:
     path = built / "chroma/18000h" / format_named(name).file
     display = ("--mode", "chroma", "--selection", "continuous")

@@ -14,6 +14,7 @@ from tests.generators.real import BASES, KINDS, OUTSIDE, campaign
 from tests.generators.real.aging import KINDS as DECAYS
 from tests.generators.real.groups import select
 from tests.generators.real.response import display
+from tests.quick import mostly_slow
 from tests.real_data import needs_sessions
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ SIGNATURES = (
 
 
 @needs_sessions
-@pytest.mark.parametrize("base", SOME)
+@pytest.mark.parametrize("base", mostly_slow(SOME, X61))
 @pytest.mark.parametrize(("kind", "where", "least", "nowhere"), SIGNATURES, ids=[row[0] for row in SIGNATURES])
 def test_an_effect_changes_readings_where_its_signature_says_and_nowhere_else(
     kind: str, where: str, least: float, nowhere: tuple[str, ...], base: str
@@ -93,7 +94,7 @@ PARTIAL = (
 
 
 @needs_sessions
-@pytest.mark.parametrize("base", SOME)
+@pytest.mark.parametrize("base", mostly_slow(SOME, X61))
 @pytest.mark.parametrize(("kind", "where", "least", "nowhere"), PARTIAL, ids=[row[0] for row in PARTIAL])
 def test_an_irregular_effect_changes_most_readings_where_it_acts_and_none_elsewhere(
     kind: str, where: str, least: float, nowhere: tuple[str, ...], base: str
@@ -137,7 +138,7 @@ SIZES = (
 @needs_sessions
 @pytest.mark.parametrize(("kind", "where", "low", "high"), SIZES, ids=[row[0] for row in SIZES])
 def test_strength_one_is_a_typical_size(kind: str, where: str, low: float, high: float) -> None:
-    for seed, base in enumerate(BASES[::3]):
+    for seed, base in enumerate(BASES[::9]):
         truth, changed = change(kind, base, seed)
         assert low < changed[select(truth, where)].max() < high
 

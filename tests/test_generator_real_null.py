@@ -13,6 +13,7 @@ from tests.generators.real.designs import COLUMNS
 from tests.generators.real.groups import select
 from tests.generators.real.noise import session_spread
 from tests.generators.real.response import display, observer, spectra
+from tests.quick import mostly_slow
 from tests.real_data import needs_sessions
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ def healthy(seed: int, base: str | None = None) -> Truth:
 
 
 @needs_sessions
-@pytest.mark.parametrize("base", BASES)
+@pytest.mark.parametrize("base", mostly_slow(BASES, *BASES[::5]))
 def test_on_a_healthy_display_re_measured_primaries_carry_every_reading_at_rest(base: str) -> None:
     truth, real = healthy(11, base), display(base)
     for hour in np.unique(truth.hours):
@@ -70,7 +71,7 @@ def test_displays_age_plausibly_and_differently() -> None:
 
 
 @needs_sessions
-@pytest.mark.parametrize("base", BASES)
+@pytest.mark.parametrize("base", mostly_slow(BASES, *BASES[::5]))
 def test_every_session_can_be_the_base_of_every_design(base: str) -> None:
     for design, hours, least, most in (("full", 10, 100, 125), ("grey", 10, 24, 45), ("colour", 10, 60, 90)):
         truth = campaign(5, {}, design=design, base=base)
@@ -130,7 +131,7 @@ def test_noise_has_the_spread_of_the_sessions_own_repeated_readings() -> None:
 
 
 @needs_sessions
-@pytest.mark.parametrize("base", BASES)
+@pytest.mark.parametrize("base", mostly_slow(BASES, *BASES[::5]))
 def test_guessed_spectra_have_the_measured_tristimulus_values_of_the_primaries(base: str) -> None:
     assert spectra(base).min() >= 0
     np.testing.assert_allclose(observer().T @ spectra(base), display(base).primaries, rtol=0.005)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -251,6 +252,9 @@ def test_scatter_is_even_where_only_bright_patches_have_more_of_it_than_lucky_re
     assert found.verdict.name == "measurement-problem", found.verdict.sentence
 
 
+#: Enough hours for an effect that grows with time.
+FEWER = (0.0, 2500.0, 6000.0, 18_000.0)
+
 NOT_HIDDEN = "test_an_effect_that_explains_nearly_all_of_chi2_does_not_hide_another_that_is_seen"
 
 
@@ -293,7 +297,7 @@ COLD = (("warm-up", 0.05, "same"),)
 @pytest.mark.slow
 def test_an_effect_that_needs_a_free_curve_is_one_of_those_that_change_curves() -> None:
     hidden = (("eotf-drift", 0.05, "other"),)
-    found = diagnose(read(csv_text(replace(LUCKY, seed=1, hidden=hidden)), file="curve.csv", sha256=""))
+    found = diagnose(read(csv_text(replace(LUCKY, hours=FEWER, seed=1, hidden=hidden)), file="curve.csv", sha256=""))
     (step,) = (each for each in found.explanation.steps if each.name == "eotf-drift")
     assert any(is_knot(name) for name in step.chosen.form)
     assert found.verdict.name == "one-of", found.verdict.sentence
@@ -305,7 +309,7 @@ def test_an_effect_that_needs_a_free_curve_is_one_of_those_that_change_curves() 
 def test_an_effect_that_the_catalogue_lacks_is_not_named_after_its_kin() -> None:
     """Without recalibration in the catalogue, a free eotf-drift fits it, and would fit other effects as well."""
     hidden = (("recalibration", 0.02, "other"),)
-    readings = read(csv_text(replace(LUCKY, seed=1, hidden=hidden)), file="curve.csv", sha256="")
+    readings = read(csv_text(replace(LUCKY, hours=FEWER, seed=1, hidden=hidden)), file="curve.csv", sha256="")
     found = diagnose(readings, without=("recalibration",))
     (step,) = found.explanation.steps
     alike = nearest(step, found.explanation.final, found.error.scale)
@@ -319,7 +323,7 @@ def test_an_effect_that_the_catalogue_lacks_is_not_named_after_its_kin() -> None
 def test_a_form_that_owes_most_to_its_freedom_proves_no_family() -> None:
     """One channel's gamma follows another law: eight parameters fit it, and one parameter explains next to nothing."""
     hidden = (("channel-gamma", 0.02, "other"),)
-    found = diagnose(read(csv_text(replace(LUCKY, seed=1, hidden=hidden)), file="gamma.csv", sha256=""))
+    found = diagnose(read(csv_text(replace(LUCKY, hours=FEWER, seed=1, hidden=hidden)), file="gamma.csv", sha256=""))
     assert (found.verdict.name, found.verdict.effects) == ("one-of", ("channel-gamma",))
     assert "owes its fit mainly to its free parameters: the effect's simplest form explains" in found.verdict.sentence
 
@@ -350,7 +354,9 @@ def test_an_hour_is_no_wrong_session_where_a_later_one_is_no_sound_one() -> None
 def test_of_two_effects_that_do_the_same_none_is_a_finding() -> None:
     """A drift of the curve at these hours equals a recalibration in one step. A dim edge is a different effect."""
     readings = read(
-        csv_text(replace(LUCKY, seed=1, hidden=(("eotf-drift", 0.05, "same"),))), file="curve.csv", sha256=""
+        csv_text(replace(LUCKY, hours=FEWER, seed=1, hidden=(("eotf-drift", 0.05, "same"),))),
+        file="curve.csv",
+        sha256="",
     )
     base = fit(Problem.of(readings))
     chosen = {name: family(base, catalogue()[name]).best for name in ("eotf-drift", "recalibration", "edge-falloff")}
@@ -362,7 +368,9 @@ def test_of_two_effects_that_do_the_same_none_is_a_finding() -> None:
 def test_a_form_passes_for_an_effect_only_where_it_follows_all_sizes_of_it() -> None:
     """An equal drift of three channels is a drift of the curve. A drift of one channel is not."""
     readings = read(
-        csv_text(replace(LUCKY, seed=1, hidden=(("eotf-drift", 0.05, "same"),))), file="curve.csv", sha256=""
+        csv_text(replace(LUCKY, hours=FEWER, seed=1, hidden=(("eotf-drift", 0.05, "same"),))),
+        file="curve.csv",
+        sha256="",
     )
     kin = [catalogue()[name] for name in ("eotf-drift", "channel-gamma")]
     explanation = explain(fit(Problem.of(readings)), kin, PureError.of(Problem.of(readings)))
@@ -385,7 +393,7 @@ def test_choosing_forms_again_never_makes_a_fit_worse() -> None:
 
 def test_a_shape_at_the_limit_of_what_may_be_proves_no_family() -> None:
     """The hidden warm-up takes 30 minutes. The bounds of this effect allow 27 at most."""
-    readings = read(csv_text(replace(LUCKY, seed=1, hidden=COLD)), file="cold.csv", sha256="")
+    readings = read(csv_text(replace(LUCKY, hours=FEWER, seed=1, hidden=COLD)), file="cold.csv", sha256="")
     warm = catalogue()["warm-up"]
     quick = replace(warm.parameters["minutes"], bounds=(1.0, 27.0), value=10.0)
     said = {}
@@ -402,7 +410,7 @@ def test_a_shape_at_the_limit_of_what_may_be_proves_no_family() -> None:
 
 
 def test_a_rival_pays_for_a_parameter_that_explains_nothing() -> None:
-    readings = read(csv_text(replace(LUCKY, seed=1, hidden=COLD)), file="cold.csv", sha256="")
+    readings = read(csv_text(replace(LUCKY, hours=FEWER, seed=1, hidden=COLD)), file="cold.csv", sha256="")
     plain = replace(catalogue()["warm-up"], forms=(("amount", "minutes"),), confused_with={})
     base = fit(Problem.of(readings))
     rivals = []
@@ -461,13 +469,18 @@ def test_an_effect_that_ties_with_a_free_term_is_named_with_a_doubt() -> None:
     assert "channel-gamma" in found.verdict.effects
 
 
+@cache
+def of_the_curve() -> Explanation:
+    return diagnose(readings("curve")).explanation
+
+
 @pytest.mark.parametrize(
     ("clean", "seen", "said"), [(True, 0.3, "several"), (False, 0.3, "unexplained"), (True, 0.0, "unexplained")]
 )
 def test_three_effects_that_leave_something_or_do_not_show_are_no_finding(
     monkeypatch: pytest.MonkeyPatch, clean: bool, seen: float, said: str
 ) -> None:
-    explanation = diagnose(readings("curve")).explanation
+    explanation = of_the_curve()
     (step,) = explanation.steps
     names = ("black-level", "edge-falloff", "eotf-drift")
     kept = tuple(_stub(name=name, effect=step.effect, chosen=step.chosen, rivals=()) for name in names)
@@ -484,7 +497,7 @@ def test_three_effects_that_leave_something_or_do_not_show_are_no_finding(
 
 
 def test_effects_that_leave_noise_without_an_imitation_are_named_without_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    explanation = diagnose(readings("curve")).explanation
+    explanation = of_the_curve()
     (step,) = explanation.steps
     names = ("black-level", "edge-falloff", "eotf-drift")
     kept = tuple(_stub(name=name, effect=step.effect, chosen=step.chosen, rivals=()) for name in names)
@@ -553,7 +566,7 @@ def test_kin_that_is_tied_leaves_out_kin_that_is_not(
     monkeypatch: pytest.MonkeyPatch, ahead: float, left: list[str]
 ) -> None:
     """An effect stands alone only if its related effects are clearly worse. A tied related effect is the rival."""
-    mine = diagnose(readings("curve")).explanation.first[0].best
+    mine = of_the_curve().first[0].best
     kin = next(each for each in catalogue().values() if each.is_kin(mine.effect))
 
     def rival(name: str, behind: float) -> Any:

@@ -20,6 +20,7 @@ from lutgen.history.patches import GAMUTS, _covered
 from lutgen.history.transfer import native_gamma, native_ramp
 from lutgen.readings import read_session
 from lutgen.report.inspection import headline, inspect_page, picture_names, plot_inspection
+from tests.quick import mostly_slow
 from tests.real_data import real_data
 from tests.schemas import validator
 from tests.session_files import DRIVE, GAMMA, LEAK, WHITE_CD_M2, curves, light, ti3
@@ -166,7 +167,12 @@ def test_what_a_session_lacks_is_null_and_named(tmp_path: Path, name: str) -> No
     assert {key for key in null if content[key] is not None} == set()
     validator("inspect").validate(plain(inspections_json([found])))
     assert [*inspect_page([found])]
-    plot_inspection(found, tmp_path / "page.png")
+
+
+@pytest.mark.parametrize("name", mostly_slow(LACKING, "tips alone"))
+def test_a_session_that_lacks_something_is_drawn(tmp_path: Path, name: str) -> None:
+    plot_inspection(inspected(tmp_path, ti3(DRIVE[LACKING[name][0]])), tmp_path / "page.png")
+    assert (tmp_path / "page.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_a_relative_session_says_that_it_is_one(tmp_path: Path) -> None:

@@ -27,6 +27,7 @@ from lutgen.lint.stream import TableStatistics, blocks
 from lutgen.merge import Merging
 from tests.command import in_process
 from tests.lint_cases import BAD, CURVES, GOOD, MARK, PLAIN, SIZE, N, R, curved, lines, rows
+from tests.quick import draws
 from tests.schemas import validator
 
 if TYPE_CHECKING:
@@ -336,7 +337,7 @@ def mutated(data: bytes) -> st.SearchStrategy[bytes]:
 
 
 @given(mutated(lines('TITLE "a"', "# b", "DOMAIN_MIN 0 0 0", "DOMAIN_MAX 1 1 1", SIZE, *R)))
-@settings(max_examples=400)
+@draws(400)
 def test_no_mutation_of_a_cube_brings_lint_down(data: bytes) -> None:
     fuzz("cube", data)
 
@@ -346,7 +347,7 @@ CONFIG = (ROOT / "configs/default/chroma/10000h/config.ocio").read_bytes()
 
 
 @given(mutated(CLF))
-@settings(max_examples=150)
+@draws(150)
 def test_no_mutation_of_a_clf_brings_lint_down(data: bytes) -> None:
     fuzz("clf", data)
 
@@ -374,7 +375,7 @@ def fuzz(suffix: str, data: bytes) -> None:
 
 
 @given(mutated(PLAIN))
-@settings(max_examples=60)
+@draws(60)
 def test_a_mutation_that_lint_calls_clean_is_read_as_meant_by_opencolorio(data: bytes) -> None:
     """OpenColorIO reads a clean file with the intended colours."""
     import tempfile

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from lutgen.bindings import ocio, ocio_errors
@@ -20,6 +20,7 @@ from lutgen.lint import lint
 from lutgen.lint.finding import HALDCLUT, OCIO_26, READS, REFUSES, WRONG
 from lutgen.lint.formats import archive
 from tests.hald_cases import HALDS, PLAIN, made
+from tests.quick import draws
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -204,7 +205,7 @@ SMALL = zipped(("config.ocio", b"x" * 40), ("luts/a.txt", b"y" * 40))
 
 
 @given(st.sampled_from([("a.ocioz", SMALL), ("a.png", PLAIN)]), edits(300), st.integers(0, 400))
-@settings(max_examples=120)
+@draws(120)
 def test_no_mutation_brings_lint_down(
     folder: Path, file: tuple[str, bytes], changes: list[tuple[int, bytes]], end: int
 ) -> None:

@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from lutgen.bake.readback import apply_lut
@@ -19,6 +19,7 @@ from lutgen.lint import lint, programs
 from lutgen.lint.finding import CLF_IO, FFMPEG, OCIO_21, OCIO_26, OCIOCHECK, READS, REFUSES, WRONG, Linted, Trial
 from lutgen.lint.programs import OPENCOLORIO, Refusal, opencolorio_reader, probe_colours, through_opencolorio
 from tests.mesh_cases import BLUE, GREEN, MESHES, PLACES, mesh
+from tests.quick import draws
 
 ROOT = Path(__file__).parents[1]
 OURS = ROOT / "configs/default/chroma/10000h"
@@ -221,7 +222,7 @@ GAPS = {
 
 
 @given(st.text("0123456789.,;:'/_eE+-xX%$#abcdfin \t\0", min_size=1, max_size=7), st.sampled_from(list(GAPS)))
-@settings(max_examples=300, deadline=None)
+@draws(300)
 def test_what_lint_calls_clean_opencolorio_reads_as_the_number_that_stands_there(word: str, suffix: str) -> None:
     with TemporaryDirectory() as folder:
         path = Path(folder, f"lut{suffix}")

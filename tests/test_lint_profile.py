@@ -5,13 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from lutgen.errors import LutgenError
 from lutgen.lint import lint
 from lutgen.lint.finding import ARGYLL, CHROMIUM, LCMS_8, LCMS_16, READS
 from tests.profile_cases import CASES, made, put
+from tests.quick import draws
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -91,7 +92,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @given(st.sampled_from(["icc", "icc-v2", "icc-matrix", "devicelink"]), changes(3000), st.integers(0, 3000))
-@settings(max_examples=150)
+@draws(150)
 def test_no_mutation_of_a_profile_brings_lint_down(
     folder: Path, name: str, edits: list[tuple[int, bytes]], end: int
 ) -> None:

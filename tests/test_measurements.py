@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
 from lutgen.readings import read_measurements
 from tests.command import here
+from tests.quick import draws
 from tests.real_data import real_data
 
 if TYPE_CHECKING:
@@ -474,7 +475,7 @@ def read_or_refused(folder: Path, content: bytes) -> None:
         assert np.isfinite(shown).all()
 
 
-FUZZ = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+FUZZ = draws(150, suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
 @FUZZ

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from skimage.io import imread, imsave
 
@@ -52,7 +52,7 @@ from lutgen.pictures.apply import apply_to_image
 from lutgen.readings import Measurements, read_measurements
 from lutgen.readings.conditions import COLUMNS
 from tests.command import exit_code
-from tests.quick import mostly_slow
+from tests.quick import draws, mostly_slow
 from tests.twin import PAPER_LAW, Twin, rows_of_csv
 
 if TYPE_CHECKING:
@@ -437,7 +437,7 @@ def test_saving_replaces_nothing_unasked(readings: Measurements, tmp_path: Path)
     number=st.floats(allow_nan=False, allow_infinity=False),
     at_bound=st.booleans(),
 )
-@settings(max_examples=60)
+@draws(60)
 def test_every_number_and_text_survives_a_file(
     *, new: float, power: float, stderr: float | None, text: str, number: float, at_bound: bool
 ) -> None:
@@ -781,15 +781,22 @@ def test_a_model_without_effects_adds_nothing_to_the_manifest(readings: Measurem
         assert set(model_as_json(model, tmp_path)) == {"display", "reference", "selection", "luminance"}
 
 
-@pytest.fixture
-def built(readings: Measurements, tmp_path: Path) -> Path:
+@pytest.fixture(scope="module")
+def pristine(readings: Measurements, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a model of an own effect, and its build."""
-    (tmp_path / "glow.py").write_text(GLOW)
-    (glow,) = load_file(tmp_path / "glow.py")
-    save_model(a_model(readings, AppliedEffect.of(glow, {"amount": 0.01})), tmp_path / "my.toml")
+    folder = tmp_path_factory.mktemp("glow")
+    (folder / "glow.py").write_text(GLOW)
+    (glow,) = load_file(folder / "glow.py")
+    save_model(a_model(readings, AppliedEffect.of(glow, {"amount": 0.01})), folder / "my.toml")
     plan = Plan((9000.0,), modes=("chroma",), formats=("clf",), cubesize=17)
-    build(load_model(tmp_path / "my.toml"), plan, tmp_path / "built", jobs=1)
-    return tmp_path
+    build(load_model(folder / "my.toml"), plan, folder / "built", jobs=1)
+    return folder
+
+
+@pytest.fixture
+def built(pristine: Path, tmp_path: Path) -> Path:
+    """A copy of that folder for a test to change."""
+    return Path(shutil.copytree(pristine, tmp_path, dirs_exist_ok=True))
 
 
 def problems(folder: Path, model: DisplayModel | None = None) -> str:

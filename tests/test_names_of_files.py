@@ -19,6 +19,7 @@ from lutgen.display import default_display
 from lutgen.errors import LutgenError
 from lutgen.files import write_atomically
 from tests.command import here
+from tests.quick import mostly_slow
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="names are Unicode elsewhere")
 
@@ -71,7 +72,7 @@ def test_a_pipe_in_the_place_of_a_manifest_is_not_waited_for(built: Path, name: 
     (folder / name).unlink(missing_ok=True)
     os.mkfifo(folder / name)
     if name == MANIFEST:
-        (finding,) = check(folder).findings
+        (finding,) = check(folder, jobs=1).findings
         assert "is no file" in finding.problem
     with pytest.raises(LutgenError, match="is no file"):
         build(DisplayModel(read_measurements(default_display())), PLAN, folder, jobs=1)
@@ -87,7 +88,7 @@ def test_a_text_with_such_a_name_is_one_sentence_too(monkeypatch: pytest.MonkeyP
     assert "'display = \\udcff.csv': holds a name that is no UTF-8" in done.stderr
 
 
-@pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
+@pytest.mark.parametrize("encoding", mostly_slow(["ascii", "latin-1"], "ascii"))
 def test_an_encoding_without_dashes_costs_letters_alone(encoding: str) -> None:
     environment = {**os.environ, "PYTHONIOENCODING": encoding, "PYTHONUTF8": "0"}
     command = [sys.executable, "-m", "lutgen", "effects"]

@@ -20,6 +20,7 @@ from lutgen.display.tips import luminance_law
 from lutgen.errors import LutgenError
 from tests import native_displays as native
 from tests.criticism_twin import TIPS, Fault, Reading, display, noisy, table
+from tests.quick import mostly_slow
 from tests.readings_text import read
 from tests.virtual_display.campaign import Campaign, csv_text, truth
 
@@ -143,7 +144,12 @@ def _of_two_sessions() -> Course:
 
 
 @pytest.mark.parametrize(
-    ("effect", "right"), [("channel-decay", True), ("crosstalk", False), ("loading", False), ("eotf-drift", False)]
+    ("effect", "right"),
+    mostly_slow(
+        [("channel-decay", True), ("crosstalk", False), ("loading", False), ("eotf-drift", False)],
+        "channel-decay",
+        "crosstalk",
+    ),
 )
 def test_of_two_sessions_the_colours_of_the_later_one_are_withheld(effect: str, *, right: bool) -> None:
     """Blue fades. Any other effect lowers its own error on one later session, but predicts no withheld colour."""

@@ -24,6 +24,9 @@ PATCHES = (
     ("0,0,1", "36,14,190"),
     ("0.5,0.5,0.5", "41,43,47"),
 )
+#: Hours that a test leaves out of a long campaign.
+MIDDLE = ("1000", "1700", "2500", "4500", "5200", "6000")
+
 EXTRA = PATCHES[:1] + PATCHES[4:]
 
 
@@ -173,6 +176,7 @@ def test_a_refined_model_is_baked_at_the_rest_of_its_campaign() -> None:
         if (cells := row.split(","))[0].replace(".", "").isdigit()
         else row
         for row in rows
+        if row.split(",")[0] not in MIDDLE
     ]
     readings = read("\n".join(moved) + "\n", file="lit.csv", sha256="")
     assert readings.usual()["ambient_lx"] == 5.0

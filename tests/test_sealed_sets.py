@@ -27,7 +27,9 @@ pytestmark = pytest.mark.numbers
 @pytest.fixture(scope="module")
 def sets(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("sealed")
-    sealed.make(folder, seed=3, counts=dict.fromkeys(sealed.KINDS, 4) | {"blind": 12}, noise="good")
+    sealed.make(
+        folder, seed=3, counts=dict.fromkeys(sealed.KINDS, 2) | {"null": 4, "blind": 6, "broken": 4}, noise="good"
+    )
     return folder
 
 
@@ -84,10 +86,10 @@ def oracle(answer: dict[str, Any]) -> Reply:
 def test_the_command_writes_its_figures_and_fails_on_a_missed_gate(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], verdict: str, code: int
 ) -> None:
-    options = ["--kinds", "null", "--per-kind", "7", "--noise", "good", "--workers", "0", "--folder", str(tmp_path)]
+    options = ["--kinds", "null", "--per-kind", "3", "--noise", "good", "--workers", "0", "--folder", str(tmp_path)]
     assert main(options, ask=lambda *_: Reply(verdict, ("crosstalk",) * (verdict == "named"))) == code
     assert "| false alarms on null and hard null | " in capsys.readouterr().out
-    assert len(answers_of(tmp_path)) == 7 * OFTENER["null"]
+    assert len(answers_of(tmp_path)) == 3 * OFTENER["null"]
 
 
 def asked(folder: Path, ask: Callable[[dict[str, Any]], Reply]) -> list[Scored]:

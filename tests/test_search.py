@@ -135,7 +135,7 @@ def test_grids_are_tried_one_by_one_and_charged_as_a_parameter() -> None:
     assert bic(found.best) == pytest.approx(found.best.fit.chi2 + np.log(3 * base.problem.rows.size))
     by_hand = {
         bits: fit(base.problem, (Term.at_rest(catalogue()["quantization"], ("bits",), bits=bits),)).chi2
-        for bits in map(float, range(4, 13))
+        for bits in (7.0, 8.0, 9.0)
     }
     assert min(by_hand, key=lambda bits: by_hand[bits]) == 8.0
     assert found.best.fit.chi2 == pytest.approx(by_hand[8.0])
@@ -165,7 +165,10 @@ def in_a_panel(code: Array) -> Array:
 
 @pytest.mark.parametrize(
     ("rounded", "steps", "setting"),
-    [(behind_a_table, 719, {"table_gamma": 0.9165}), (in_a_panel, 2047, {"panel_gamma": 2.2, "added": 0.4})],
+    mostly_slow(
+        [(behind_a_table, 719, {"table_gamma": 0.9165}), (in_a_panel, 2047, {"panel_gamma": 2.2, "added": 0.4})],
+        behind_a_table,
+    ),
 )
 def test_the_rounding_that_codes_ask_for_is_proposed_first(
     rounded: Callable[[Array], Array], steps: int, setting: dict[str, float]

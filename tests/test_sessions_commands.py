@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -88,7 +89,12 @@ def test_trend_prints_draws_and_writes(run: Callable[..., Done]) -> None:
 
 
 def test_a_limit_of_two_sets_that_no_session_tells_is_said_once(run: Callable[..., Done]) -> None:
-    done = run("trend", CAMPAIGN, "--limits", "tg18-primary", "--limits", "acr-diagnostic")
+    folder = Path(CAMPAIGN).parent
+    for name in ("2021-01.ti3", "2024-12.ti3"):
+        shutil.copyfile(folder / name, name)
+    sessions = "".join(f'[[sessions]]\nfile = "{year}.ti3"\ndate = {year}-15\n' for year in ("2021-01", "2024-12"))
+    Path("two.toml").write_text(f"schema = 1\n{sessions}")
+    done = run("trend", "two.toml", "--limits", "tg18-primary", "--limits", "acr-diagnostic")
     (told,) = [line for line in done.lines if line.startswith("No session tells: ")]
     assert told.count("non-uniformity<=30%") == 1
 

@@ -7,13 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from lutgen import LutgenError
 from lutgen.bake import icc_profile as icc
 from lutgen.readings import read_session
 from tests.command import in_process
+from tests.quick import draws
 from tests.session_files import DRIVE, curves, ti3
 
 if TYPE_CHECKING:
@@ -118,7 +119,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @given(changes(len(WHOLE)), st.integers(0, len(WHOLE)))
-@settings(max_examples=150)
+@draws(150)
 def test_a_mutated_profile_is_read_or_refused(folder: Path, edits: list[tuple[int, bytes]], end: int) -> None:
     data = bytearray(WHOLE)
     for place, put in edits:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from examples.make_session import FILE, alike, session_text
@@ -18,6 +18,7 @@ from lutgen import LutgenError
 from lutgen.readings import read_session
 from lutgen.readings.formats import readers
 from lutgen.readings.formats._source import FileText
+from tests.quick import draws
 from tests.real_data import real_data
 from tests.session_files import DRIVE, LEAK, WHITE_CD_M2, curves, light, ti3
 
@@ -463,7 +464,7 @@ SEEDS = {
 
 @pytest.mark.parametrize("name", SEEDS)
 @given(changes=st.lists(MUTATION, min_size=1, max_size=4))
-@settings(max_examples=150)
+@draws(150)
 def test_mutated_files_are_read_or_refused(
     tmp_path_factory: pytest.TempPathFactory, name: str, changes: list[tuple[str, float, int, bytes]]
 ) -> None:
@@ -521,7 +522,7 @@ def test_every_real_session_is_read_in_cd_m2() -> None:
 
 @pytest.mark.slow
 @given(data=st.data())
-@settings(max_examples=60)
+@draws(60)
 def test_mutated_real_sessions_are_read_or_refused(
     tmp_path_factory: pytest.TempPathFactory, data: st.DataObject
 ) -> None:

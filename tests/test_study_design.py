@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from lutgen import LutgenError
@@ -20,6 +20,7 @@ from lutgen.study.design import (
     conditions_of,
     read_design,
 )
+from tests.quick import draws
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -58,7 +59,7 @@ def test_the_papers_design_is_120_images_40_under_each_condition_and_all_of_them
 SIZES = st.tuples(st.integers(1, 4), st.integers(1, 6), st.integers(1, 5), st.integers(1, 3), st.integers(0, 5))
 
 
-@settings(max_examples=60)
+@draws(60)
 @given(sizes=SIZES, seed=st.integers(0, 2**40))
 def test_every_design_is_balanced_whole_and_in_blocks(sizes: tuple[int, int, int, int, int], seed: int) -> None:
     count, per_condition, readers, sessions, more = sizes

@@ -5,11 +5,13 @@ from __future__ import annotations
 import http.client
 import json
 import os
+import shutil
 import signal
 import socket
 import subprocess
 import sys
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -24,7 +26,6 @@ from tests.studies import Clock, make_study, read_on, said
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
-    from pathlib import Path
 
     from lutgen.study.reading import ReadingSession
 
@@ -78,10 +79,17 @@ def desk(study: Path, reader: str = "Dr A") -> Iterator[Desk]:
             yield Desk(address, reading, time, told)
 
 
+@pytest.fixture(scope="module")
+def planned(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("planned") / "study"
+    make_study(folder)
+    return folder
+
+
 @pytest.fixture
-def study(tmp_path: Path) -> Path:
-    make_study(tmp_path / "study")
-    return tmp_path / "study"
+def study(planned: Path, tmp_path: Path) -> Path:
+    """A copy of the study for a test to change."""
+    return Path(shutil.copytree(planned, tmp_path / "study"))
 
 
 @pytest.fixture

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from lutgen.readings import read_measurements
+from tests.quick import mostly_slow
 from tests.virtual_display import physics
 from tests.virtual_display.campaign import Campaign, csv_text, measured, noise_free, truth
 from tests.virtual_display.designs import DESIGNS, HOURS, OFF_KNOT_HOURS, TIPS
@@ -239,7 +240,9 @@ def test_a_session_shares_its_gain() -> None:
     assert gains[:, 1].std() == pytest.approx(0.005, rel=0.05)
 
 
-@pytest.mark.parametrize(("display", "design", "noise"), list(product(CLASSES, DESIGNS, NOISE)))
+@pytest.mark.parametrize("noise", NOISE)
+@pytest.mark.parametrize("design", DESIGNS)
+@pytest.mark.parametrize("display", mostly_slow(CLASSES, next(iter(CLASSES))))
 def test_lutgen_reads_every_table(tmp_path: Path, display: str, design: str, noise: str) -> None:
     campaign = Campaign(display=display, design=design, noise=noise, seed=8)
     path = tmp_path / "display.csv"
@@ -254,11 +257,11 @@ def test_lutgen_reads_every_table(tmp_path: Path, display: str, design: str, noi
 
 
 def test_a_table_is_the_same_every_time_and_does_not_say_what_is_hidden() -> None:
-    campaigns = [campaign_with(physics.find(name, form)) for name, form in CASES]
+    campaigns = [campaign_with(physics.find(name, form)) for name, form in CASES[::4]]
     texts = [csv_text(campaign) for campaign in campaigns]
     assert texts[0] == csv_text(campaigns[0])
     assert texts[0] != csv_text(replace(campaigns[0], seed=5))
-    for text, (name, _) in zip(texts, CASES, strict=True):
+    for text, (name, _) in zip(texts, CASES[::4], strict=True):
         assert name not in text.replace("temperature_c", "")
 
 

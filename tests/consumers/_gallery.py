@@ -20,6 +20,7 @@ from lutgen.readings import read_measurements
 from tests.consumers import Job
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -77,15 +78,15 @@ class Errors:
 
 
 class Gallery:
-    """Build all files into ``folder`` once; make and judge one picture at a time."""
+    """Build all files into ``folder`` once, or those of ``formats`` and CLF; make and judge one picture at a time."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, formats: Iterable[str] = ()) -> None:
         self.folder = folder
         self.image = tissue()
         for selection in dict.fromkeys(case.selection for case in CASES):
             # Certificates have their own tests.
-            formats = ("clf", *(name for name in format_names() if name != "clf"))
-            plan = Plan(hours=HOURS, modes=MODES, formats=formats, certify=False)
+            written = tuple(dict.fromkeys(("clf", *(formats or format_names()))))
+            plan = Plan(hours=HOURS, modes=MODES, formats=written, certify=False)
             build(model(selection), plan, self.build(selection), jobs=1)
 
     def build(self, selection: str) -> Path:
