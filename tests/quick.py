@@ -17,7 +17,8 @@ DRAWS, FEWER_DRAWS = 100, 25
 
 def draws(most: int, **options: Any) -> settings:
     """Return the settings of a property that is drawn ``most`` times with ``--everything``, else a quarter of that."""
-    return settings(max_examples=most * settings.default.max_examples // DRAWS, **options)
+    share = settings().max_examples / DRAWS
+    return settings(max_examples=round(most * share), **options)
 
 
 def mostly_slow(cases: Iterable[Any], *quick: object) -> list[Any]:
