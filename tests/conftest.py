@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lutgen import DisplayModel, Measurements
+    from lutgen.display.own_model import OwnModel, Sample
     from tests import browser as chromium_browser
     from tests import firefox as firefox_browser
     from tests.command import Done
@@ -151,6 +152,27 @@ def model(readings: Measurements) -> DisplayModel:
     from lutgen import DisplayModel
 
     return DisplayModel(readings)
+
+
+@pytest.fixture(scope="module")
+def fitted_once() -> Iterator[None]:
+    """Fit an own model once for all tests of a file that read the same session. A fit is deterministic."""
+    from lutgen.display.own_model import fit_own_model
+
+    known: dict[tuple[object, ...], OwnModel] = {}
+
+    def fit(sample: Sample) -> OwnModel:
+        arrays = (sample.drive, sample.share, sample.white, sample.lines)
+        curves = None if sample.calibration is None else sample.calibration.tobytes()
+        key = (*(each.tobytes() for each in arrays), sample.file, curves)
+        if key not in known:
+            known[key] = fit_own_model(sample)
+        return known[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        for module in ("lutgen.display.native", "lutgen.criticism.first_session.baselines"):
+            patch.setattr(f"{module}.fit_own_model", fit)
+        yield
 
 
 @pytest.fixture(scope="session")

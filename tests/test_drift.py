@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.readings import Measurements
 
-pytestmark = pytest.mark.numbers
+pytestmark = [pytest.mark.numbers, pytest.mark.usefixtures("fitted_once")]
 
 WHITE = (1.0, 1.0, 1.0)
 MIXTURES = [tuple(code) for code in np.round(np.random.default_rng(7).uniform(0.05, 1.0, (60, 3)), 3).tolist()]

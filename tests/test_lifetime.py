@@ -89,7 +89,7 @@ def by_hand(pixels: Pixels, mode: str, hours: float) -> Array:
 
 
 def test_the_curve_is_that_of_every_pixel_taken_by_itself(tissue: Pixels, model: DisplayModel, tmp_path: Path) -> None:
-    pixels = tissue[100:400:9, 50:450:11]
+    pixels = tissue[100:400:18, 50:450:16]
     (image,) = lifetime([save(tmp_path / "in.png", pixels)], model, hours=HOURS).images
     for mode in AGING_MODES:
         found = image.curves[mode]

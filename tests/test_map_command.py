@@ -16,6 +16,7 @@ from lutgen.cli.commands import map as map_command
 from lutgen.pictures.lifetime import TABLE_1, TABLE_1_COLUMNS
 from lutgen.report.difference_map import RANGE
 from tests.command import Done, replaces_by_force_alone, words
+from tests.quick import mostly_slow
 from tests.schemas import validator
 
 if TYPE_CHECKING:
@@ -84,7 +85,7 @@ def test_conditions_are_said(run: Callable[..., Done]) -> None:
     )
 
 
-@pytest.mark.parametrize("name", ["m.png", "m.exr", "m.json"])
+@pytest.mark.parametrize("name", mostly_slow(["m.png", "m.exr", "m.json"], "m.png", "m.json"))
 def test_nothing_is_replaced_without_force(name: str, run: Callable[..., Done], tmp_path: Path) -> None:
     arguments = ("map", "a.png", *AGE, "-o", "m.png", "-o", "m.exr", "--json", "m.json")
     (tmp_path / name).write_text("mine")

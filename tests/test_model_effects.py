@@ -437,7 +437,7 @@ def test_saving_replaces_nothing_unasked(readings: Measurements, tmp_path: Path)
     number=st.floats(allow_nan=False, allow_infinity=False),
     at_bound=st.booleans(),
 )
-@draws(60)
+@draws(32)
 def test_every_number_and_text_survives_a_file(
     *, new: float, power: float, stderr: float | None, text: str, number: float, at_bound: bool
 ) -> None:

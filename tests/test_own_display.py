@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-pytestmark = pytest.mark.numbers
+pytestmark = [pytest.mark.numbers, pytest.mark.usefixtures("fitted_once")]
 
 #: Repeatability of the simulated meter.
 NOISE = 0.0005

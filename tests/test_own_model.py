@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
+from functools import cache
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from lutgen.colorimetry import Array
+    from lutgen.display.own_model import OwnModel
 
 pytestmark = pytest.mark.numbers
 
@@ -60,6 +62,12 @@ def sample_of(display: Callable[[Array], Array], noise: float = 0.0005, calibrat
     return Sample.of(code, xyz * (1.0 + noise * rng.standard_normal(xyz.shape)), calibration=calibration)
 
 
+@cache
+def own_model_of(display: Callable[[Array], Array]) -> OwnModel:
+    """Return the own model of readings of a display; several tests look at one."""
+    return fit_own_model(sample_of(display))
+
+
 def taken(sample: Sample) -> set[str]:
     return {rung.name for rung in fit_own_model(sample).rungs if rung.taken}
 
@@ -77,14 +85,14 @@ def test_an_srgb_display_stays_near_the_lowest_rung() -> None:
     (coupled, curves.PRODUCTS_NAME, 0.12),
 ])  # fmt: skip
 def test_the_rung_that_a_display_needs_is_taken(display: Callable[[Array], Array], rung: str, least: float) -> None:
-    model = fit_own_model(sample_of(display))
+    model = own_model_of(display)
     assert rung in {each.name for each in model.rungs if each.taken}
     assert model.error < least
     assert model.error < model.rungs[0].error / 5
 
 
 def test_a_display_with_one_curve_a_channel_needs_no_products() -> None:
-    found = {rung.name: rung.error for rung in fit_own_model(sample_of(gamma)).rungs}
+    found = {rung.name: rung.error for rung in own_model_of(gamma).rungs}
     assert found[curves.SCALAR_NAME] < found[curves.SRGB_NAME] / 5
     assert found[curves.PRODUCTS_NAME] > 0.8 * found[curves.SCALAR_NAME]
 
@@ -96,7 +104,7 @@ def bumped(code: Array) -> Array:
 
 
 def test_what_no_formula_names_is_in_the_residual() -> None:
-    model = fit_own_model(sample_of(bumped))
+    model = own_model_of(bumped)
     errors = {rung.name: rung.error for rung in model.rungs}
     assert model.rungs[-1].name == residual.NAME
     assert model.rungs[-1].taken
@@ -104,7 +112,7 @@ def test_what_no_formula_names_is_in_the_residual() -> None:
 
 
 def test_the_standard_error_is_small_at_readings_and_large_far_from_them() -> None:
-    model = fit_own_model(sample_of(bumped))
+    model = own_model_of(bumped)
     assert isinstance(model.model, residual.SmoothResidual)
     sparse = replace(model.model, centres=model.model.centres[:9], noise=model.model.noise[:9])
     near, far = sparse.standard_error(np.vstack([sparse.centres[:1], [[1.0, 0.0, 1.0]]]))
@@ -113,7 +121,7 @@ def test_the_standard_error_is_small_at_readings_and_large_far_from_them() -> No
     whole = model.standard_error(chart())
     assert whole is not None
     assert (whole > 0).all()
-    assert fit_own_model(sample_of(gamma)).standard_error(chart()) is None
+    assert own_model_of(gamma).standard_error(chart()) is None
 
 
 def test_one_misread_level_is_named_and_hardly_counts() -> None:
@@ -122,7 +130,7 @@ def test_one_misread_level_is_named_and_hardly_counts() -> None:
     share = good.share.copy()
     share[row] *= 0.4
     bad = Sample(good.drive, share, good.white, good.lines, "panel.ti3")
-    model, right = fit_own_model(bad), fit_own_model(good)
+    model, right = fit_own_model(bad), own_model_of(coupled)
     assert model.misread == (row,)
     (remark,) = model.remarks()
     assert re.search(rf"panel.ti3, line {row + 1}: the reading of code 0, 0.4706, 0 contradicts all others", remark)
@@ -195,7 +203,7 @@ def test_a_model_never_depends_on_the_order_of_the_readings() -> None:
     sample = sample_of(coupled)
     turned = np.random.default_rng(1).permutation(len(sample.drive))
     other = Sample(sample.drive[turned], sample.share[turned], sample.white, sample.lines[turned])
-    np.testing.assert_allclose(fit_own_model(other)(chart()), fit_own_model(sample)(chart()), atol=1e-9)
+    np.testing.assert_allclose(fit_own_model(other)(chart()), own_model_of(coupled)(chart()), atol=1e-9)
 
 
 def test_few_mixtures_and_a_missing_black_are_refused() -> None:

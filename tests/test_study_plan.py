@@ -7,6 +7,7 @@ import json
 import shutil
 import subprocess
 import sys
+from contextlib import chdir
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +25,7 @@ from lutgen.pictures.apply import apply_to_images
 from lutgen.study.pictures import blind_name, find_images, look_at, render_images, shown_pixels
 from lutgen.study.protocol import ANSWERS, IMAGES, PROTOCOL, read_protocol
 from tests.altered import altered
-from tests.command import Done, in_process, words
+from tests.command import Done, here, in_process, words
 from tests.schemas import validator
 
 if TYPE_CHECKING:
@@ -41,17 +42,32 @@ def tile(place: int, side: int = 24) -> Any:
     return TISSUE[row * side : (row + 1) * side, column * side : (column + 1) * side]
 
 
+def write_images(folder: Path) -> None:
+    """Write in/s0.png to in/s6.png."""
+    (folder / "in").mkdir()
+    for place in range(7):
+        imsave(folder / f"in/s{place}.png", tile(place), check_contrast=False)
+
+
 @pytest.fixture
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Callable[..., Done]:
     """Run `lutgen study plan` in this process, in a folder with in/s0.png to in/s6.png."""
     monkeypatch.chdir(tmp_path)
-    (tmp_path / "in").mkdir()
-    for place in range(7):
-        imsave(tmp_path / f"in/s{place}.png", tile(place), check_contrast=False)
+    write_images(tmp_path)
     return in_process(monkeypatch, capsys, "study", "plan")
 
 
 SMALL = ("--per-condition", "2", "--seed", "3")
+
+
+@pytest.fixture(scope="module")
+def planned(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the images and their study for three readers, which no test changes."""
+    folder = tmp_path_factory.mktemp("planned")
+    write_images(folder)
+    with chdir(folder):
+        assert here("study", "plan", "in", *SMALL, "--readers", "3", "-o", "study").returncode == 0
+    return folder
 
 
 def pixels(path: Path) -> Any:
@@ -101,23 +117,19 @@ def test_a_study_is_planned_whole(run: Callable[..., Done], tmp_path: Path) -> N
         assert file_sha256(tmp_path / "study" / render.file) == render.sha256
 
 
-def test_what_is_rendered_is_what_a_trial_shows_and_nothing_else(run: Callable[..., Done], tmp_path: Path) -> None:
-    assert run("in", *SMALL, "-o", "study").code == 0
-    protocol = read_protocol(tmp_path / "study")
+def test_what_is_rendered_is_what_a_trial_shows_and_nothing_else(planned: Path) -> None:
+    protocol = read_protocol(planned / "study")
     assert {(each.image, each.condition) for each in protocol.renders} == {
         (trial.image, trial.condition) for trial in protocol.trials
     }
-    assert set(files(tmp_path / "study")) == {PROTOCOL, *(each.file for each in protocol.renders)}
+    assert set(files(planned / "study")) == {PROTOCOL, *(each.file for each in protocol.renders)}
 
 
-def test_unaged_pictures_are_the_images_and_aged_ones_what_the_model_shows(
-    run: Callable[..., Done], tmp_path: Path
-) -> None:
-    assert run("in", *SMALL, "--readers", "3", "-o", "study").code == 0
-    protocol, model = read_protocol(tmp_path / "study"), DisplayModel(read_measurements(default_display()))
+def test_unaged_pictures_are_the_images_and_aged_ones_what_the_model_shows(planned: Path) -> None:
+    protocol, model = read_protocol(planned / "study"), DisplayModel(read_measurements(default_display()))
     aged = {each.name: model.at(each.mode, each.hours) for each in protocol.conditions}
     for render in protocol.renders:
-        source, shown = pixels(tmp_path / f"in/{render.image}.png"), pixels(tmp_path / "study" / render.file)
+        source, shown = pixels(planned / f"in/{render.image}.png"), pixels(planned / "study" / render.file)
         expected = np.rint(255 * np.clip(aged[render.condition].code_to_code(source / 255), 0, 1))
         if render.condition == "none":
             assert np.array_equal(shown, source)
@@ -143,12 +155,9 @@ def test_pictures_hold_pixels_only_and_their_names_hint_at_nothing(run: Callable
     assert np.abs(shown - pixels(tmp_path / "in/photo.jpg")).max() <= 1
 
 
-def test_neither_time_nor_size_nor_the_order_of_writing_tells_a_condition(
-    run: Callable[..., Done], tmp_path: Path
-) -> None:
-    assert run("in", *SMALL, "--readers", "3", "-o", "study").code == 0
-    protocol = read_protocol(tmp_path / "study")
-    kept = [(tmp_path / "study" / each.file).stat() for each in protocol.renders]
+def test_neither_time_nor_size_nor_the_order_of_writing_tells_a_condition(planned: Path) -> None:
+    protocol = read_protocol(planned / "study")
+    kept = [(planned / "study" / each.file).stat() for each in protocol.renders]
     assert len({each.st_mtime_ns for each in kept}) == 1
     assert len({each.st_size for each in kept}) == 1
     by_change = sorted(zip(protocol.renders, kept, strict=True), key=lambda each: each[1].st_ctime_ns)
