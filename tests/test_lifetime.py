@@ -268,7 +268,7 @@ def test_a_model_of_bare_readings_has_no_intervals(tissue: Pixels, model: Displa
 def test_intervals_hold_the_lifetime_and_are_the_same_again(
     tissue: Pixels, refined: DisplayModel, tmp_path: Path
 ) -> None:
-    file = save(tmp_path / "in.png", tissue[200:232, 200:232])
+    file = save(tmp_path / "in.png", tissue[200:264, 200:264])
     first, again = (lifetime([file], refined, hours=HOURS).images[0] for _ in range(2))
     assert first.intervals == again.intervals
     assert first.intervals is not None
