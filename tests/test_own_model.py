@@ -13,7 +13,8 @@ import pytest
 
 from lutgen.colorimetry import LINEAR_TO_XYZ, code_to_linear
 from lutgen.display.own_model import Sample, curves, fit_own_model, residual
-from lutgen.display.own_model.curves import WAYS, Drive, solve
+from lutgen.display.own_model.drive import WAYS, Drive
+from lutgen.display.own_model.least_squares import solve
 from lutgen.display.own_model.stored import StoredModel
 from lutgen.errors import LutgenError
 

@@ -13,7 +13,7 @@ from lutgen.criticism.fit.anchored import anchored
 from lutgen.criticism.fit.problem import Problem
 from lutgen.display.native import NativeDisplay
 from lutgen.display.own_model import OwnModel, Sample, fit_own_model
-from lutgen.display.own_model.curves import WAYS
+from lutgen.display.own_model.drive import WAYS
 from lutgen.display.own_model.ladder import mixtures_error
 from lutgen.display.own_model.native_curves import added_up, best_source, held_out_of_all, straight
 from lutgen.errors import LutgenError

@@ -26,46 +26,10 @@ import numpy as np
 import scipy  # scipy loads its parts lazily; most displays need none
 
 from lutgen.colorimetry import Array, code_to_linear
+from lutgen.display.own_model.drive import Drive
+from lutgen.display.own_model.least_squares import solve, trust
 from lutgen.display.own_model.sample import Sample
 from lutgen.display.trace import tip_shares
-
-#: Names of the conversions from code values to the drive of the panel.
-WAYS = (
-    "as asked",
-    "through the calibration",
-    "through the calibration in 8-bit steps",
-    "up to the code from which light no longer rises",
-)
-
-#: Number of steps of 8 bits.
-EIGHT_BITS = 255.0
-
-
-@dataclass(frozen=True)
-class Drive:
-    """Code values (m, 3) → drive of the panel (m, 3), 0..1: the code value itself, or that after card and input.
-
-    ArgyllCMS stores the loaded curves with the readings (table CAL, 256 rows). It depends on the card and its cable
-    whether the output of the curves has 8 bits, so the ladder tries both on the readings. A display that expects
-    another signal range, or whose contrast is set too high, clips: above some code value its light is constant.
-    """
-
-    #: One of ``WAYS``.
-    way: str = WAYS[0]
-    #: Curves of the calibration or of the clipped input, (k, 4); None if ``way`` is "as asked".
-    calibration: Array | None = None
-
-    def __call__(self, code: Array) -> Array:
-        """Return the drives of code values; clip code values to 0..1."""
-        code = np.clip(code, 0.0, 1.0)
-        if self.calibration is None or self.way == WAYS[0]:
-            return code
-        curves = self.calibration
-        sent = [np.interp(code[..., c], curves[:, 0], curves[:, 1 + c]) for c in range(3)]
-        driven = np.stack(sent, axis=-1)
-        driven = np.round(driven * EIGHT_BITS) / EIGHT_BITS if self.way == WAYS[2] else driven
-        return np.asarray(np.clip(driven, 0.0, 1.0))
-
 
 SRGB_NAME = "curves of sRGB with white and primaries as measured"
 SCALAR_NAME = "one curve of each channel"
@@ -92,7 +56,10 @@ ROUNDS = 3
 
 @dataclass(frozen=True)
 class SrgbCurves:
-    """Code values → shares of white's X, Y and Z, (m, 3), by the paper's ``nearest`` matrices of ``tips``, (4, 3)."""
+    """Code values (m, 3) → shares of white's X, Y and Z, (m, 3), by the paper's ``nearest`` matrices.
+
+    ``tips`` (4, 3) are the shares of white's X, Y and Z for white, red, green and blue.
+    """
 
     tips: Array
 
@@ -210,47 +177,3 @@ def lit(code: Array) -> Array:
     return np.asarray(
         scipy.interpolate.BSpline.design_matrix(within, _KNOTS, 3).toarray() * code_to_linear(within)[:, np.newaxis]
     )
-
-
-#: Largest residual with full weight, in robust standard deviations; beyond, the weight is the fourth power of the
-#: ratio.
-FULL = 6.0
-
-#: Median of the norm of three normal components, in standard deviations of one component.
-NORM_MEDIAN = 1.538
-
-#: Ridge that keeps the normal equations regular for splines without readings.
-RIDGE = 1e-9
-
-
-def solve(columns: Array, target: Array, penalty: Array, rises: Array | None = None) -> Array:
-    """Return the c, (p,), that minimises ‖columns·c − target‖² + ‖penalty·c‖² subject to ``rises``·c ≥ 0, rises (q, p).
-
-    Lawson & Hanson, Solving Least Squares Problems (1974), chapter 23, problem LDP.
-    """
-    normal = columns.T @ columns + penalty.T @ penalty
-    normal += RIDGE * np.trace(normal) / len(normal) * np.eye(len(normal))
-    root = scipy.linalg.cholesky(normal, lower=True)
-    middle = scipy.linalg.solve_triangular(root, columns.T @ target, lower=True)
-    coefficients = scipy.linalg.solve_triangular(root, middle, lower=True, trans="T")
-    if rises is None or (rises @ coefficients).min() >= 0:
-        return np.asarray(coefficients)
-    # The nearest point to the unconstrained solution, in the metric of its covariance, that satisfies the inequalities.
-    inequalities = scipy.linalg.solve_triangular(root, rises.T, lower=True).T
-    rows = np.vstack([inequalities.T, -(inequalities @ middle)])
-    goal = np.zeros(len(rows))
-    goal[-1] = 1.0
-    residual = rows @ scipy.optimize.nnls(rows, goal)[0] - goal
-    return np.asarray(scipy.linalg.solve_triangular(root, middle - residual[:-1] / residual[-1], lower=True, trans="T"))
-
-
-def trust(residual: Array) -> Array:
-    """Return the weight of each reading, (n,), from residuals (n, 3) in CIELAB units: 1, or less for an outlier."""
-    size = np.linalg.norm(residual, axis=1)
-    usual = spread(residual)
-    return np.asarray(np.minimum(1.0, (FULL * usual / np.maximum(size, usual)) ** 4))
-
-
-def spread(residual: Array) -> float:
-    """Return the robust standard deviation of residuals (n, 3)."""
-    return max(float(np.median(np.linalg.norm(residual, axis=1))) / NORM_MEDIAN, 1e-9)

@@ -9,7 +9,8 @@ import numpy as np
 
 from lutgen.colorimetry import Array, delta_e_2000, xyz_to_lab
 from lutgen.display.own_model import curves, residual
-from lutgen.display.own_model.curves import WAYS, Drive, spread
+from lutgen.display.own_model.drive import WAYS, Drive
+from lutgen.display.own_model.least_squares import spread
 from lutgen.display.own_model.residual import SmoothResidual
 from lutgen.display.own_model.sample import FOLDS, Sample
 from lutgen.errors import LutgenError
@@ -111,7 +112,10 @@ class OwnModel:
 
 
 def fit_own_model(sample: Sample) -> OwnModel:
-    """Return a sample's own model, by five-fold cross-validation on mixtures. Raises LutgenError: too few of them."""
+    """Return the own model of a sample, by five-fold cross-validation by patch, on mixtures; deterministic.
+
+    Raises LutgenError: the session has fewer than ``LEAST_MIXTURES`` distinct mixtures.
+    """
     if sample.mixtures < LEAST_MIXTURES:
         raise LutgenError(
             f"{sample.file}: {sample.mixtures} different mixtures; a display's own model is judged on {LEAST_MIXTURES} "

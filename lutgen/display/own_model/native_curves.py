@@ -8,7 +8,8 @@ channels.
 import numpy as np
 
 from lutgen.colorimetry import Array
-from lutgen.display.own_model.curves import Drive, fit_scalar, lit
+from lutgen.display.own_model.curves import fit_scalar, lit
+from lutgen.display.own_model.drive import Drive
 from lutgen.display.own_model.ladder import STIFFNESS, clearly_better, mixtures_error
 from lutgen.display.own_model.sample import FOLDS, Sample
 from lutgen.display.trace import tip_shares

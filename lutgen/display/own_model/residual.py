@@ -13,7 +13,8 @@ import numpy as np
 import scipy  # scipy loads its parts lazily; most displays need none
 
 from lutgen.colorimetry import Array
-from lutgen.display.own_model.curves import Drive, trust
+from lutgen.display.own_model.drive import Drive
+from lutgen.display.own_model.least_squares import trust
 from lutgen.display.own_model.sample import Sample, lab_slope
 
 NAME = "a smooth residual"

@@ -32,7 +32,10 @@ def lab_slope(share: Array) -> Array:
 
 @dataclass(frozen=True)
 class Sample:
-    """Readings of one session for an own model. Raises LutgenError: black, white or a primary is missing."""
+    """Readings of one session for a fit of the display's own model.
+
+    Raises LutgenError: a reading of black, white or a primary at full drive is missing; the message names it.
+    """
 
     #: Code values 0..1, (n, 3).
     drive: Array
@@ -115,7 +118,10 @@ class Sample:
 
     @cached_property
     def clipped(self) -> Array | None:
-        """Curves (k, 4) by which each channel reaches 1 at its first level of full light; None: all ramps rise."""
+        """Curves of a clipped input, (k, 4) as a calibration: a channel reaches 1 at its first level of full light.
+
+        None if the ramp of every channel rises up to full drive.
+        """
         ends = np.ones(3)
         for channel in range(3):
             ramp = ~np.delete(self.drive, channel, axis=1).any(axis=1) & (self.drive[:, channel] > 0)

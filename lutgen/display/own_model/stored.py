@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from lutgen.colorimetry import Array
-from lutgen.display.own_model.curves import COLUMNS, WAYS, Curves, Drive, SrgbCurves
+from lutgen.display.own_model.curves import COLUMNS, Curves, SrgbCurves
+from lutgen.display.own_model.drive import WAYS, Drive
 from lutgen.display.own_model.ladder import Model
 from lutgen.display.own_model.residual import SmoothResidual
 from lutgen.errors import LutgenError
@@ -30,7 +31,10 @@ MAX_BYTES = 32_000_000
 
 @dataclass(frozen=True)
 class StoredModel:
-    """An own model as the bytes of an .npz file; equal bytes, equal models. Raises LutgenError: other bytes."""
+    """An own model as the bytes of an .npz file. Two stored models are equal exactly when their bytes are equal.
+
+    Raises LutgenError: the bytes are no stored model.
+    """
 
     content: bytes
 
