@@ -149,7 +149,7 @@ class _Rest:
     def __init__(self, fitted: Fit) -> None:
         self.residual = fitted.projection.residual
         self.limits = limits(fitted.terms, len(fitted.projection.free))
-        q, r = np.linalg.qr(fitted.projection.free.T)
+        q, r = fitted.projection.factors
         size = np.linalg.norm(r, axis=0)
         size = np.where(size > 0, size, 1.0)
         u, s, vt = np.linalg.svd(r / size)

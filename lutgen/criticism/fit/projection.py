@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -21,11 +22,13 @@ if TYPE_CHECKING:
 class Part:
     """The rows of one block: three for each of its readings ``here``, then one for each prior of its local unknowns.
 
-    ``basis`` (rows, l): orthonormal basis of the changes by local unknowns. ``off``: right sides of the priors.
-    ``rows``: the place of the block's rows among the rows of all blocks.
+    ``at``: the same readings, as a slice where they are consecutive. ``basis`` (rows, l): orthonormal basis of the
+    changes by local unknowns. ``off``: right sides of the priors. ``rows``: the place of the block's rows among those
+    of all blocks.
     """
 
     here: NDArray[np.intp]
+    at: NDArray[np.intp] | slice
     basis: Array
     off: Array
     rows: slice
@@ -54,10 +57,16 @@ class Projection:
             basis = local_basis(problem, linear.local, state, here)
             hour, shared = int(problem.hour_of[first]), len(problem.shared[first])
             off = prior_rows(problem, state, hour, problem.gains_of[first], shared)[1]
-            self.parts.append(Part(here, basis, off, slice(start, start + len(basis))))
+            self.parts.append(Part(here, readings_at(here), basis, off, slice(start, start + len(basis))))
             start += len(basis)
         self._count = start
         self.free, self.residual = self.of(linear.free), self.of(linear.residual, priors=True)
+
+    @cached_property
+    def factors(self) -> tuple[Array, Array]:
+        """Orthonormal columns that span the rows of the global unknowns, (rows, p), and these rows in them, (p, p)."""
+        q, r = np.linalg.qr(self.free.T)
+        return q, r
 
     def of(self, columns: Array, *, priors: bool = False) -> Array:
         """Project columns (..., n, 3) to rows (..., rows); ``priors``: with the right sides of the priors."""
@@ -67,7 +76,7 @@ class Projection:
         rows = np.empty((*columns.shape[:-2], self._count + sizes.shape[-1]))
         for part in self.parts:
             place, readings = rows[..., part.rows], 3 * part.here.size
-            place[..., :readings] = columns[..., readings_at(part.here), :].reshape(*columns.shape[:-2], readings)
+            place[..., :readings] = columns[..., part.at, :].reshape(*columns.shape[:-2], readings)
             place[..., readings:] = part.off if priors else 0.0
             place -= (place @ part.basis) @ part.basis.T
         rows[..., self._count :] = -sizes

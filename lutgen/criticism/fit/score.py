@@ -32,8 +32,7 @@ class Score:
         self.before = self.problem.panel(base.terms)
         self.predicted = self.problem.predict(base.terms, self.before, base.tips)
         self.projection = base.projection
-        free = self.projection.free
-        self.free = np.linalg.qr(free.T)[0] if len(free) else None
+        self.free = self.projection.factors[0] if len(self.projection.free) else None
         self.residual = self._without_free(self.projection.residual)
         self._proposed: dict[str, tuple[list[dict[str, float]], int]] = {}
         self._last_effect = ""
