@@ -199,10 +199,10 @@ def sessions(trend: Trend) -> Table:
 
 def laws(trend: Trend) -> Table:
     """Tabulate for each quantity the likeliest law, its share of the evidence, and the laws beside it."""
+    followed = [(name, course.as_good, course.decay) for name, course in trend.courses.items()]
     rows = [
         (name, decay.law.name, f"{decay.weights[decay.law.name]:.0%}", "; ".join(also) or "–", f"{decay.scatter:.1f}")
-        for name, course in trend.courses.items()
-        for also, decay in ((course.as_good, course.decay),)
+        for name, also, decay in followed
         if decay
     ]
     return Table(("quantity", "likeliest law", "share", "also", "scatter"), rows)

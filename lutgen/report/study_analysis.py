@@ -47,8 +47,13 @@ def _paper(analysis: Analysis) -> Iterator[Part]:
     if analysis.table2.tests:
         rows = [
             (
-                *(test.measure, f"{test.first} → {test.second}", signed(test.difference, _DIGITS[test.measure])),
-                *(signed(test.t, 2), f"{test.df:.0f}", p_value(test.p), _yes(test.p)),
+                test.measure,
+                f"{test.first} → {test.second}",
+                signed(test.difference, _DIGITS[test.measure]),
+                signed(test.t, 2),
+                f"{test.df:.0f}",
+                p_value(test.p),
+                _yes(test.p),
             )
             for test in analysis.table2.tests
         ]
@@ -128,16 +133,14 @@ def _agreement(analysis: Analysis) -> Iterator[Part]:
 
 def _means_table(analysis: Analysis) -> Table:
     ranked = any(isfinite(each.rank_p) for each in analysis.means)
-    rows = [
-        (
-            *(each.measure, f"{each.first} → {each.second}"),
-            f"{signed(each.difference, digits)} {between(each.difference_ci95, digits)}",
-            *(p_value(each.welch_p), *([p_value(each.rank_p)] if ranked else [])),
-            f"{signed(each.hedges_g, 2)} {between(each.hedges_g_ci95, 2)}",
-        )
-        for each in analysis.means
-        for digits in (_DIGITS[each.measure],)
-    ]
+    rows = []
+    for each in analysis.means:
+        digits = _DIGITS[each.measure]
+        difference = f"{signed(each.difference, digits)} {between(each.difference_ci95, digits)}"
+        size = f"{signed(each.hedges_g, 2)} {between(each.hedges_g_ci95, 2)}"
+        ranks_p = [p_value(each.rank_p)] if ranked else []
+        compared = f"{each.first} → {each.second}"
+        rows.append((each.measure, compared, difference, p_value(each.welch_p), *ranks_p, size))
     ranks = ["Mann–Whitney p"] if ranked else []
     headings = ("", "conditions", "difference [95 %]", "Welch p", *ranks, "Hedges' g [95 %]")
     return Table(headings, rows, words=range(2))
@@ -152,7 +155,8 @@ def _agreement_table(analysis: Analysis) -> Table:
             f"{each.first} → {each.second}",
             f"{signed(each.difference, 1)} {between(each.difference_ci95, 1)}",
             f"{figure(each.odds_ratio, 2)} {between(each.odds_ratio_ci95, 2)}",
-            *(p_value(each.fisher_one_tailed), p_value(each.fisher)),
+            p_value(each.fisher_one_tailed),
+            p_value(each.fisher),
             *([f"{p_value(tested.p)} ({tested.pairs})" if tested else "–"] if paired else []),
         )
         rows.append(row)
@@ -169,8 +173,10 @@ def _mixed_table(analysis: Analysis) -> Table:
         for place, each in enumerate(model.effects):
             row = (
                 "" if place else model.measure,
-                *(f"{model.against} → {each.condition}", model.effect),
-                *(f"{figure(each.estimate, 2)} {between(each.ci95, 2)}", p_value(each.p)),
+                f"{model.against} → {each.condition}",
+                model.effect,
+                f"{figure(each.estimate, 2)} {between(each.ci95, 2)}",
+                p_value(each.p),
                 "" if place else spreads,
             )
             rows.append(row)

@@ -94,8 +94,13 @@ def seen_table(power: Power) -> Table:
     heads = ("between", "the paper saw", "test", "in the paper", f"with {power.answers}", f"{percent(TARGET)} takes")
     rows = [
         (
-            *(each.measure, " – ".join(each.between), seen_values(each), TESTS[each.test]),
-            *(percent(each.paper), percent(each.yours), f"> {MOST}" if each.needed is None else str(each.needed)),
+            each.measure,
+            " – ".join(each.between),
+            seen_values(each),
+            TESTS[each.test],
+            percent(each.paper),
+            percent(each.yours),
+            f"> {MOST}" if each.needed is None else str(each.needed),
         )
         for each in power.seen
     ]
@@ -257,8 +262,12 @@ def study_status_page(status: StudyStatus) -> Iterator[Part]:
     headings = ("reader", "session", "state", "images", "began", "ended", "remarks")
     rows = [
         (
-            *(reader.reader or f"place {reader.place}, free", str(session.session), session.state),
-            *(f"{session.read} of {session.images}", _when(session.started), _when(session.ended)),
+            reader.reader or f"place {reader.place}, free",
+            str(session.session),
+            session.state,
+            f"{session.read} of {session.images}",
+            _when(session.started),
+            _when(session.ended),
             _remarks(session, begin),
         )
         for reader in status.readers
