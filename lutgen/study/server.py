@@ -10,10 +10,9 @@ import json
 import secrets
 import time
 from contextlib import contextmanager
-from dataclasses import fields
 from pathlib import Path
 from threading import Event, RLock
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_type_hints
 
 from lutgen.errors import LutgenError
 from lutgen.server import NOTHING, RefusedError, application, json_body, page_file, port_taken, served
@@ -35,8 +34,8 @@ LEASE = 7.0
 #: Events that the page may record, apart from answers.
 NOTES = ("paused", "continued", "warned", "accepted")
 
-#: Type of a field of :class:`Decision`, as its source names it → JSON types of the field.
-_KINDS: dict[object, tuple[type, ...]] = {"str": (str,), "int": (int,), "float": (int, float)}
+#: Type of a field of :class:`Decision` → types of its value in JSON, in which 2.0 may be written 2.
+_KINDS: dict[type, tuple[type, ...]] = {str: (str,), int: (int,), float: (int, float)}
 
 #: Sources of the time of the first paint.
 PAINTS = ("element-timing", "animation-frame")
@@ -172,10 +171,11 @@ class Conversation:
 
 
 def _decision(body: Mapping[str, Any]) -> Decision:
-    values = {field.name: body.get(field.name) for field in fields(Decision)}
-    for field in fields(Decision):
-        if not isinstance(values[field.name], _KINDS[field.type]) or isinstance(values[field.name], bool):
-            raise RefusedError(400, "bad", f"{field.name}: missing, or not of its kind.")
+    kinds = get_type_hints(Decision)
+    values = {name: body.get(name) for name in kinds}
+    for name, kind in kinds.items():
+        if not isinstance(values[name], _KINDS[kind]) or isinstance(values[name], bool):
+            raise RefusedError(400, "bad", f"{name}: missing, or not of its kind.")
     if values["paint"] not in PAINTS:
         raise RefusedError(400, "bad", f"paint: pick one of {', '.join(PAINTS)}.")
     return Decision(**values)  # type: ignore[arg-type]
