@@ -225,7 +225,9 @@ def _of_block(
 ) -> Singles:
     """Return ΔE2000 of a block, (rows, columns); NaN where alpha is 0."""
     flat = stored.reshape(-1, storage.channels)
-    seen: Any = flat[:, 3] != 0 if storage.alpha else slice(None)
+    seen = flat[:, 3] != 0 if storage.alpha else None
+    if seen is None or seen.all():
+        return find(flat, places).reshape(stored.shape[:2])
     values = np.full(len(flat), np.nan, np.float32)
     values[seen] = find(flat[seen], None if places is None else places[seen])
     return values.reshape(stored.shape[:2])
