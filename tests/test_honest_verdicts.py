@@ -474,48 +474,48 @@ def of_the_curve() -> Explanation:
     return diagnose(readings("curve")).explanation
 
 
+def three_kept(error: PureError, *, seen: float, clean: bool) -> Weighed:
+    """The explanation of the curve, weighed as if three effects were kept; ``seen``: their shares of ΔE2000."""
+    (step,) = of_the_curve().steps
+    names = ("black-level", "edge-falloff", "eotf-drift")
+    kept = tuple(_stub(name=name, effect=step.effect, chosen=step.chosen, rivals=()) for name in names)
+    return replace(
+        Weighed.of(of_the_curve(), error), kept=kept, minor=(), shares=dict.fromkeys(names, 0.3),
+        seen=dict.fromkeys(names, seen), clean=clean, explains=True, sound=True,
+    )  # fmt: skip
+
+
 @pytest.mark.parametrize(
     ("clean", "seen", "said"), [(True, 0.3, "several"), (False, 0.3, "unexplained"), (True, 0.0, "unexplained")]
 )
 def test_three_effects_that_leave_something_or_do_not_show_are_no_finding(
     monkeypatch: pytest.MonkeyPatch, clean: bool, seen: float, said: str
 ) -> None:
-    explanation = of_the_curve()
-    (step,) = explanation.steps
-    names = ("black-level", "edge-falloff", "eotf-drift")
-    kept = tuple(_stub(name=name, effect=step.effect, chosen=step.chosen, rivals=()) for name in names)
-    error = PureError.of(explanation.base.problem)
-    weighed = replace(
-        Weighed.of(explanation, error), kept=kept, minor=(), shares=dict.fromkeys(names, 0.3),
-        seen=dict.fromkeys(names, seen), clean=clean, explains=True, sound=True,
-    )  # fmt: skip
+    explanation, error = of_the_curve(), PureError.of(of_the_curve().base.problem)
+    weighed = three_kept(error, seen=seen, clean=clean)
     monkeypatch.setattr("lutgen.criticism.verdict.pronounce.Weighed.of", lambda *_: weighed)
     monkeypatch.setattr("lutgen.criticism.verdict.pronounce.overlap", lambda *_: False)
     monkeypatch.setattr("lutgen.criticism.verdict.pronounce._imitations", lambda *_: [])
-    monkeypatch.setattr("lutgen.criticism.search.explanation.Explanation.of", lambda self, _: replace(self, steps=kept))
+    monkeypatch.setattr(
+        "lutgen.criticism.search.explanation.Explanation.of", lambda self, _: replace(self, steps=weighed.kept)
+    )
     assert pronounce(explanation, error, (), Suspicion((), (), "")).name == said
 
 
 def test_effects_that_leave_noise_without_an_imitation_are_named_without_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    explanation = of_the_curve()
-    (step,) = explanation.steps
-    names = ("black-level", "edge-falloff", "eotf-drift")
-    kept = tuple(_stub(name=name, effect=step.effect, chosen=step.chosen, rivals=()) for name in names)
-    error = PureError.of(explanation.base.problem)
-    weighed = replace(
-        Weighed.of(explanation, error), kept=kept, minor=(), shares=dict.fromkeys(names, 0.3),
-        seen=dict.fromkeys(names, 0.3), clean=True, explains=True, sound=True,
-    )  # fmt: skip
+    explanation, error = of_the_curve(), PureError.of(of_the_curve().base.problem)
+    weighed = three_kept(error, seen=0.3, clean=True)
+    named = ("black-level", "edge-falloff")
     for name, result in {
         "Weighed.of": weighed, "overlap": False, "_imitations": ["eotf-drift"], "is_noise": True,
-        "free_term": _stub(names=()), "shares_of_delta_e": dict.fromkeys(names[:2], 0.5),
+        "free_term": _stub(names=()), "shares_of_delta_e": dict.fromkeys(named, 0.5),
     }.items():  # fmt: skip
         monkeypatch.setattr(f"lutgen.criticism.verdict.pronounce.{name}", lambda *_, result=result: result)
-    monkeypatch.setattr(Explanation, "of", lambda self, _: replace(self, steps=kept[:2]))
+    monkeypatch.setattr(Explanation, "of", lambda self, _: replace(self, steps=weighed.kept[:2]))
     found = pronounce(explanation, error, (), Suspicion((), (), ""))
-    assert (found.name, found.effects) == ("several", names[:2])
+    assert (found.name, found.effects) == ("several", named)
     assert found.sentence.endswith("; what remains could also be eotf-drift, or something that the catalogue lacks.")
-    assert found.shares_delta_e.keys() == {*names[:2]}
+    assert found.shares_delta_e.keys() == {*named}
 
 
 def test_a_gain_counts_in_units_of_the_noise_that_replicates_show() -> None:
