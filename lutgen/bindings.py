@@ -77,7 +77,10 @@ def littlecms() -> Any:
 
 
 def optional(module: str, use: str, *, extra: str, otherwise: str) -> Any:
-    """Import a module of an extra. Raises LutgenError with ``use``, how to install ``extra``, and ``otherwise``."""
+    """Import a module of one of lutgen's extras.
+
+    Raises LutgenError: the module is missing. The message is ``use``, how to install ``extra``, and ``otherwise``.
+    """
     try:
         return import_module(module)
     except ImportError as error:
@@ -87,7 +90,11 @@ def optional(module: str, use: str, *, extra: str, otherwise: str) -> Any:
 
 
 def lut_processor(path: Path) -> Any:
-    """Return OpenColorIO's tetrahedral processor for a LUT. Raises LutgenError: missing, of wrong size, unreadable."""
+    """Return OpenColorIO's processor for a LUT file of code values, interpolated tetrahedrally.
+
+    Raises LutgenError: the file is missing, empty or too large, its header states a size that OpenColorIO does not
+    accept, or OpenColorIO cannot read the file.
+    """
     lib, name = ocio(), named_for_ocio(path.absolute())
     refuse_unlikely(path)
     with path.open("rb") as file:
@@ -209,7 +216,10 @@ def _binding(module: str) -> Any:
 
 
 def all_parts(config: Any) -> Iterator[tuple[str, Any]]:
-    """Yield name and transform to or from :func:`first_space` of each view, space and look. Raises as that does."""
+    """Yield the name of each view, colour space and look, and a transform between this part and :func:`first_space`.
+
+    Raises LutgenError: every colour space of the config is a data space.
+    """
     lib, start = ocio(), first_space(config)
     for display in config.getDisplaysAll():
         for view in config.getViews(display):
@@ -222,7 +232,10 @@ def all_parts(config: Any) -> Iterator[tuple[str, Any]]:
 
 
 def first_space(config: Any) -> str:
-    """Return scene_linear, default, or the first space that is not data. Raises LutgenError: all are data."""
+    """Return a colour space for pictures: the role scene_linear or default, else the first that is not a data space.
+
+    Raises LutgenError: every colour space of the config is a data space.
+    """
     roles = [name for name in ("scene_linear", "default") if config.hasRole(name)]
     for name in [*roles, *config.getColorSpaceNames()]:
         # The space is None when a role names a colour space that does not exist.

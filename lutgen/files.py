@@ -64,7 +64,10 @@ def read_at_most(path: Path, most: int, *, what: str, none: str, advice: str = "
 
 
 def bytes_at_most(path: Path, most: int, *, none: str, advice: str = "") -> bytes:
-    """Read as :func:`read_at_most`, but leave an OSError to the caller. Raises LutgenError: larger than ``most``."""
+    """Read a file as :func:`read_at_most` does, but leave an OSError to the caller, who words its own message.
+
+    Raises OSError: the file cannot be read. Raises LutgenError: the file is larger than ``most``.
+    """
     with path.open("rb") as file:
         # A device or a pipe reports no size and may never end: read at most one byte more than is allowed.
         data = file.read(most + 1) if os.fstat(file.fileno()).st_size <= most else None
@@ -84,7 +87,12 @@ def file_sha256(path: Path) -> str:
 
 
 def files_below(folder: Path, suffixes: Sequence[str]) -> list[Path] | None:
-    """Return the sorted files of ``suffixes`` below ``folder``, none hidden; None: no folder. Raises LutgenError."""
+    """Return the sorted files with one of ``suffixes`` in ``folder`` and its subfolders; None when it is no folder.
+
+    Hidden files and the contents of hidden folders are skipped.
+
+    Raises LutgenError: the folder cannot be listed.
+    """
     try:
         if not folder.is_dir():
             return None
@@ -101,7 +109,11 @@ def files_below(folder: Path, suffixes: Sequence[str]) -> list[Path] | None:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a path beside ``path``; rename it on success, else remove it. Raises LutgenError: it cannot be written."""
+    """Yield a temporary path beside ``path``. On success rename it to ``path``; on failure remove it.
+
+    Raises LutgenError: the folder is read-only or full, a file stands in the place of a folder, or ``path`` is a device
+    or a pipe.
+    """
     if _is_device(path):
         raise LutgenError(
             f"{path}: is a device or a pipe, which a file would replace. Choose another place to write to."
@@ -135,7 +147,11 @@ def _partial(path: Path) -> Path:
 
 
 def check_new_file(path: str | Path, *, force: bool, suffixes: Iterable[str] = ()) -> Path:
-    """Return ``path`` if it may be written. Raises LutgenError: other suffix, folder, or exists without ``force``."""
+    """Return ``path`` when a file may be written there. Callers check this before they do the work.
+
+    Raises LutgenError: the suffix is not one of ``suffixes``, ``path`` is a folder, or the file exists and ``force`` is
+    false.
+    """
     file, suffixes = Path(path), tuple(suffixes)
     if suffixes and file.suffix.lower() not in suffixes:
         raise LutgenError(f"{path}: give a name that ends in {' or '.join(suffixes)}.")

@@ -39,7 +39,10 @@ def tags_claimed(data: bytes) -> Iterator[Tag]:
 
 
 def tag_table(data: bytes, file: object) -> tuple[Tag, ...]:
-    """Return the tags of a profile, all inside the file. Raises LutgenError, naming ``file``: no profile, or wrong."""
+    """Return the tags of a whole profile, after a check that each tag lies in the file. ``file`` is named in errors.
+
+    Raises LutgenError: the data is no profile, or its tag table is wrong.
+    """
     if len(data) < HEADER + 4 or not is_profile(data):
         raise LutgenError(f"{file}: is no ICC profile: it has {len(data)} bytes and not ICC's signature.")
     (count,) = struct.unpack_from(">I", data, HEADER)

@@ -11,5 +11,8 @@ def unseen(_done: int, _all: int) -> None:
 
 
 def part_of(progress: Progress, start: int, length: int, whole: int = 1000) -> Progress:
-    """Return a progress function for the part from ``start`` to ``start + length`` of a work that ends at ``whole``."""
+    """Return a progress function for one part of a longer work.
+
+    The part goes from ``start`` to ``start + length`` on the scale of ``progress``, which ends at ``whole``.
+    """
     return lambda done, total: progress(start + length * done // max(total, 1), whole)

@@ -212,7 +212,10 @@ def page_file(folder: Path, name: str) -> tuple[bytes, str]:
 
 
 def port_taken(port: int) -> socket:
-    """Bind a port (0: any free one) before other work. Raises LutgenError: it is taken, or packages are missing."""
+    """Bind a port of this computer (0: any free port), before other work begins.
+
+    Raises LutgenError: another program uses the port, there is no such port, or starlette or uvicorn is not installed.
+    """
     check_installed()
     if not 0 <= port <= 65535:
         raise LutgenError(f"--port {port}: give 1 to 65535, or 0 for any that is free.")

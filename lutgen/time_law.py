@@ -32,7 +32,10 @@ def between(times: Array, values: Array, when: float) -> Array:
 
 
 def error_between(times: Array, values: Array, when: float) -> Array:
-    """Return the error (1 σ) of :func:`between`, of one value's shape, from the curvature at both measured times."""
+    """Return the error (1 σ) of :func:`between`, from the curvature at the two measured times around ``when``.
+
+    Parameters as :func:`between`. Returns the shape of one value.
+    """
     after = _after(times, when)
     span = times[after] - times[after - 1]
     bends = []

@@ -48,7 +48,10 @@ _POINTS = 9
 
 
 def differs_from(path: Path, data: bytes, expected: bytes, lut: Lut | MatrixLut, *, same_version: bool) -> str:
-    """Describe how a LUT file differs from a new one, or "" when they agree. Raises LutgenError: it cannot be read."""
+    """Describe how a LUT file differs from the newly written file ``expected``; "" when they agree.
+
+    Raises LutgenError: the file cannot be read.
+    """
     if data == expected:
         return ""
     if path.suffix == ARCHIVE:

@@ -43,7 +43,10 @@ _TABLE_V4, _TABLE_V4_AT = b"mAB ", 24
 
 
 def through_profile(path: Path, code: Array, *, intent: int = RELATIVE) -> Array:
-    """Convert code values (n, 3) to an sRGB screen. Raises LutgenError: no binding, or LittleCMS refuses the file."""
+    """Convert code values (n, 3) with the profile ``path`` to an sRGB screen, by one of ICC's rendering intents.
+
+    Raises LutgenError: the binding is missing, or LittleCMS refuses the file.
+    """
     return screen_code(_read(path), code, path, intent=intent)
 
 
@@ -61,7 +64,10 @@ def screen_code(data: bytes, code: Array, file: object, *, intent: int = RELATIV
 
 
 def table_of_profile(path: Path) -> tuple[str, int]:
-    """Return a table's space (a key of ``SPACES``) and size; size 0: none. Raises LutgenError: no valid profile."""
+    """Return the space (a key of ``SPACES``) and the size of a profile's table; size 0 without a table.
+
+    Raises LutgenError: the profile is not valid.
+    """
     data = _read(path)
     start = next((tag.start for tag in tag_table(data, path) if tag.name == "A2B0"), None)
     if start is None:

@@ -63,7 +63,10 @@ class Lut:
         return self.mix(*tetrahedra(code, self.space, self.size))
 
     def mix(self, nodes: NDArray[np.intp], weights: Array) -> Array:
-        """Return weighted sums of lattice points, as :func:`tetrahedra` gives them, as code values (n, 3)."""
+        """Return weighted sums of lattice points as code values (n, 3).
+
+        ``nodes`` and ``weights``, (n, 4) each, are the results of :func:`tetrahedra`.
+        """
         values = self.mix_in_space(nodes, weights)
         return SPACES[self.space].shown(values)
 
@@ -103,7 +106,10 @@ def table_of(lut: Lut | MatrixLut) -> Array:
 
 
 def shaper(lut: Lut | MatrixLut, points: int) -> tuple[Array, Array]:
-    """Return the curve before a table, code values and places, with ``points`` points, or two for code values."""
+    """Return the curve before a table: code values, and their places along the table's edge.
+
+    The curve has ``points`` points, or two points when the table is indexed by code values.
+    """
     code = np.linspace(0.0, 1.0, 2 if lut.space == "code" else points)
     return code, SPACES[lut.space].index(code)
 

@@ -87,7 +87,10 @@ def is_text_of(file: HeldFile, head: bytes, baked: Lut) -> bool:
 
 
 class _Rows:
-    """Rows of a table as characters, (n³, k), and as numbers in units of the last decimal, (n³, 3)."""
+    """Rows of a table as characters, (n³, k), and as numbers in units of the last decimal, (n³, 3).
+
+    Raises ValueError as :func:`whole_steps` does.
+    """
 
     def __init__(self, text: NDArray[np.uint8]) -> None:
         self.text, self.steps = text, whole_steps(text)

@@ -70,7 +70,10 @@ def tiles_of(table: Array) -> Array:
 
 
 def read_table(path: Path) -> tuple[Lut, bool]:
-    """Read a PNG's table, and whether OBS Studio has its layout. Raises LutgenError: unreadable, or no table."""
+    """Read a table from a PNG of any depth. Return the table and whether its layout is that of OBS Studio.
+
+    Raises LutgenError: the file cannot be read, or its number of pixels fits no table.
+    """
     lib = oiio()
     image = lib.ImageInput.open(str(path))
     if image is None:

@@ -67,7 +67,10 @@ class Shown:
         return self.measurements.provenance
 
     def sentence(self) -> str:
-        """Summarise the last hour (white point, luminance, most changed primary), or say that there is one session."""
+        """Summarise the last hour in one sentence: white point, luminance, the primary that has changed most.
+
+        Readings of one hour show no aging, and the sentence says so.
+        """
         if np.unique(self.measurements.hours).size == 1:
             return f"There is one session, at {spaced(self.hours[-1])} h, so that no aging can be shown."
         parts = [f"By {spaced(self.hours[-1])} h {self._white()}", self._luminance(), self._primary()]

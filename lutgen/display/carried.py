@@ -25,7 +25,10 @@ def what_luts_carry(model: DisplayModel) -> list[str]:
 
 
 def what_pictures_carry(model: DisplayModel, on_screen: OnScreen | None = None) -> list[str]:
-    """Return a sentence on each condition that a picture of ``model`` fixes; ``on_screen``: each pixel's own place."""
+    """Return a sentence on each condition that is fixed when ``model`` is applied to a picture.
+
+    ``on_screen``: position of the picture on the screen, which gives each pixel its own position.
+    """
     fixed = _fixed(model, "Shown at", "which is taken as the same in all of the picture", PLACE if on_screen else ())
     return [*on_screen.sentences(), *fixed] if on_screen else fixed
 

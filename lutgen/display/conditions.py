@@ -63,7 +63,10 @@ def conditions_of(values: Mapping[str, float]) -> Conditions:
 
 
 def parse_at(texts: Iterable[str], usual: Conditions = REFERENCE) -> Conditions:
-    """Parse ``--at``: NAME=VALUE, repeated or as a comma list. Raises LutgenError: wrong form, name or value."""
+    """Parse ``--at``: NAME=VALUE, repeated or as a comma list.
+
+    Raises LutgenError: another form, an unknown name, a repeated name, or an invalid value.
+    """
     values: dict[str, float] = {}
     for part in (part for text in texts for part in text.split(",")):
         name, equals, text = (piece.strip(BLANKS) for piece in part.partition("="))

@@ -112,7 +112,11 @@ class AppliedEffect:
 
 @dataclass(frozen=True)
 class LatentTips:
-    """Fitted tips before the effects. Raises LutgenError: wrong shapes, wrong hours, or a tip without light."""
+    """Fitted white and primaries of the display before its effects.
+
+    Raises LutgenError: inconsistent shapes, hours that do not increase from 0, or a tip that is not finite or has no
+    light.
+    """
 
     #: Hours, increasing from 0, (N,).
     hours: Array
@@ -155,7 +159,10 @@ LOOSE = 1e-5
 
 @dataclass(frozen=True, eq=False)
 class FitCovariance:
-    """The covariance of fitted parameters and latent tips. Raises LutgenError: numbers that are no covariance."""
+    """The covariance of all fitted parameters and latent tips.
+
+    Raises LutgenError: inconsistent shapes, a number that is not finite, or a matrix that is no covariance.
+    """
 
     #: Effect and name of each fitted parameter.
     of: tuple[tuple[str, str], ...]
@@ -276,7 +283,10 @@ def record_of(effect: Effect, folder: Path) -> dict[str, str]:
 
 
 def found_by(name: str, record: Mapping[str, str], folder: Path) -> Effect:
-    """Return the effect of an entry of :func:`record_of`. Raises LutgenError: it is missing, changed, or unsound."""
+    """Return the effect of an entry of :func:`record_of` in a file in ``folder``.
+
+    Raises LutgenError: the effect is missing, its file has changed, or a user's effect breaks the contract.
+    """
     from lutgen.effects.contract import refuse_unsound
     from lutgen.effects.own import recall
 

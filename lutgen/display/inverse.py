@@ -96,7 +96,10 @@ class Compensation:
         return (without_steps(self.fresh) or self.fresh).code_to_xyz(code) * self.scale
 
     def side(self, linear: Array) -> NDArray[np.uint8]:
-        """Return on which side of the jump drives (n, 3) lie, (n,): 0 primary, 1 border, 2 white; 0 without a jump."""
+        """Return the side of the border of the jump for drives (n, 3): 0 primary, 1 on the border, 2 white; (n,).
+
+        All labels are 0 for a display that does not jump.
+        """
         if not self.jumps:
             return np.zeros(len(linear), dtype=np.uint8)
         beyond = _smaller_two(linear) - 1.0
@@ -191,7 +194,11 @@ def _lattice_drives(link: Compensation) -> _LatticeDrives:
 
 
 def drive_of(aged: AgedDisplay, xyz: Array, requested: Array, start: Start | None = None) -> Array:
-    """Return linear drives with which ``aged`` shows ``xyz``, (n, 3), unclipped; of two, the one near ``requested``."""
+    """Return the linear drives with which ``aged`` shows ``xyz``, both (n, 3); outside 0..1 for colours out of reach.
+
+    ``requested``: linear light of the requested colours, (n, 3). Of two drives that show the same colour, the result is
+    the drive nearer to ``requested``. ``start``: see :func:`searched`.
+    """
     paper = paper_links(aged)
     if paper is None:
         return searched(without_steps(aged) or aged, xyz, start)[0]

@@ -222,7 +222,10 @@ class DisplayModel:
         return "continuous" if switched else self.selection
 
     def _law(self, mode: str, hours: float, now: Surroundings) -> Callable[[float], float]:
-        """Return white's luminance in the mode as a function of that with the effects alone, relative to hour 0."""
+        """Return a function from white's luminance with the effects alone to white's luminance in the mode.
+
+        Both luminances are relative to hour 0.
+        """
         if mode != "chroma-luma":
             return lambda _measured: 1.0
         if self.luminance.table:

@@ -61,7 +61,10 @@ def key_text(key: str) -> str:
 
 
 def table_lines(head: str, values: Mapping[str, Any], comments: Mapping[str, str] | None = None) -> list[str]:
-    """Return a table's lines: head, keys with comments; None is left out, a list of lists has one line for each row."""
+    """Return the lines of a table: its head, then each key with its comment.
+
+    A value of None is left out. A list of lists has one line for each row.
+    """
     lines = [head] if head else []
     for key, value in values.items():
         if value is None:

@@ -67,7 +67,10 @@ DARKEST = 0.2
 
 @dataclass(frozen=True)
 class NativeDisplay:
-    """The transfer curves and black of a fresh display. Raises LutgenError: black is negative, or above ``DARKEST``."""
+    """The transfer curves and black of a fresh display.
+
+    Raises LutgenError: black is negative, or above ``DARKEST``.
+    """
 
     #: Transfer curves of red, green and blue.
     curves: tuple[TransferCurve, TransferCurve, TransferCurve]
@@ -279,7 +282,10 @@ def _black_of(sample: Sample) -> tuple[float, float, float]:
 
 @dataclass(frozen=True)
 class _Session:
-    """The first session at rest: black, tips, and colours, (m, 3) each, with replicates averaged."""
+    """The first session at rest: black, tips, and the ramps for the curves.
+
+    ``codes`` (m, 3) and ``xyz_cd_m2`` (m, 3) are the colours, with replicates averaged.
+    """
 
     black: Array
     tips: Array

@@ -139,7 +139,10 @@ def _ends(drive: Array, missing: Array) -> NDArray[np.bool_]:
 def _descended(
     problem: _Problem, target: Array, start: Array, slopes: Array, rounds: int
 ) -> tuple[Array, Array, NDArray[np.intp]]:
-    """Search from drives, (n, 3); update slopes, (3, 3, n); return drives, missing light, unfinished colours."""
+    """Search from drives, (n, 3), and slopes, (3, 3, n), which are updated in place.
+
+    Returns the last drives and the missing light there, both (n, 3), and the indices of unfinished colours.
+    """
     drive = start.copy()
     missing = target - problem.shown(drive)
     damping = np.full(len(drive), _DAMPING)

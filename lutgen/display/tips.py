@@ -182,7 +182,10 @@ _MAX_FACTOR = 10
 
 @dataclass(frozen=True)
 class LuminanceLaw:
-    """White's luminance relative to hour 0 for ``chroma-luma``: rows of (hour, factor), or () for ``measured``."""
+    """White's luminance relative to hour 0, for ``chroma-luma``: a piecewise linear table, or as measured.
+
+    ``table``: rows of (hour, factor); () for the law ``measured``.
+    """
 
     name: str
     table: tuple[tuple[float, float], ...] = ()
@@ -213,14 +216,21 @@ UNSTATED = LuminanceLaw("")
 
 
 def law_of(readings: Measurements) -> LuminanceLaw:
-    """Return the law of the line ``# luminance_law: paper``; default: ``measured``. Raises LutgenError: unknown law."""
+    """Return the law that the readings state (``# luminance_law: paper``); default: ``measured``.
+
+    Raises LutgenError: the file names an unknown law.
+    """
     stated = readings.metadata.get("luminance_law", "measured")
     refuse_unknown(f"luminance_law in {readings.file}", stated, LAWS)
     return luminance_law(stated)
 
 
 def luminance_law(name: str) -> LuminanceLaw:
-    """Return the law ``paper``, ``measured``, or of a .csv of hour,factor. Raises LutgenError: unknown or invalid."""
+    """Return the law ``paper`` or ``measured``, or read a user's table (a .csv of hour,factor).
+
+    Raises LutgenError: unknown name, or an invalid table: the first row is not factor 1 at hour 0, hours do not
+    increase, or a factor is not above 0 and at most 10.
+    """
     if name == "paper":
         return LuminanceLaw(name, PAPER_LAW)
     if name == "measured":

@@ -21,7 +21,11 @@ from lutgen.errors import LutgenError
 
 @dataclass(frozen=True)
 class TransferCurve:
-    """A curve through points from (0, 0) to (1, 1). Raises LutgenError: other ends, or codes or light that fall."""
+    """Points of a curve from (0, 0) to (1, 1), and their interpolation.
+
+    Raises LutgenError: fewer than two points, other ends, codes that do not increase, or light that falls. The message
+    names channel and codes.
+    """
 
     #: Name of the channel, for messages.
     channel: str
@@ -108,7 +112,10 @@ LEVELS_A_MISREADING = 20
 
 
 def misread_levels(codes: Array, light: Array, sigma: Array) -> list[int]:
-    """Return the indices of misread levels, without which a ramp falls within noise; [] if there are too many."""
+    """Return the indices of misread levels, without which a ramp falls within noise; [] if there are too many.
+
+    Each step removes the level whose removal gives the smallest fall. ``codes``, ``light``, ``sigma``: (m,) each.
+    """
     out: list[int] = []
     kept = list(range(codes.size))
     for _ in range(1 + codes.size // LEVELS_A_MISREADING):
@@ -144,7 +151,13 @@ def _off_line(codes: Array, light: Array, kept: list[int], place: int) -> float:
 
 
 def fallen(codes: Array, light: Array, sigma: Array, who: str) -> str:
-    """Return where a ramp falls within noise, in words; "" if it does not. Raises LutgenError: it falls by more."""
+    """Return where a ramp falls within noise, in words; "" for a ramp that does not fall.
+
+    ``codes``, ``light``, ``sigma``: code values between 0 and 1, light there relative to full drive, and its standard
+    deviation, (m,) each. ``who``: the ramp, for messages.
+
+    Raises LutgenError: a fall by more than ``FALLS`` standard deviations.
+    """
     codes, light = np.array([0.0, *codes, 1.0]), np.array([0.0, *light, 1.0])
     sigma = np.array([sigma[0], *sigma, sigma[-1]])
     highest = np.maximum.accumulate(light)

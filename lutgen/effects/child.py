@@ -27,7 +27,14 @@ MAX_MEMORY = 4_000_000_000
 
 
 def check_file(path: str | Path, *, limit_s: float = LIMIT_S) -> tuple[Report, ...]:
-    """Check the effects of a file in a child, for ``limit_s`` at most. Raises LutgenError: it cannot be loaded."""
+    """Check the contract of every effect in a file.
+
+    If the child ends during a clause, this clause is broken, and later effects are not checked.
+
+    ``limit_s``: seconds after which the child is stopped.
+
+    Raises LutgenError: as :func:`lutgen.effects.own.load_file`, or the child ended while loading the file.
+    """
     answers, ended = _ask(path, limit_s)
     reports: list[Report] = []
     stopped_at = ""

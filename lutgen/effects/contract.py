@@ -300,7 +300,10 @@ def check(effect: Effect) -> Report:
 
 
 def refuse_unsound(files: Iterable[str | Path] = (), expressions: Iterable[str] = ()) -> None:
-    """Raise LutgenError for a user's or installed effect that cannot be loaded or breaks a clause; name the first."""
+    """Check the contract of a user's own effects and of installed effects, before fits and LUTs use them.
+
+    Raises LutgenError: an effect cannot be loaded, or breaks a clause; the message names the first broken clause.
+    """
     from lutgen.effects.expression import parse
     from lutgen.effects.own import installed, load_file
 

@@ -144,7 +144,10 @@ def same(first: Array, second: Array) -> bool:
 
 
 def reacts_to(effect: Effect) -> tuple[str, ...]:
-    """Return the columns that change the result of a sound effect, whether ``needs`` names them or not."""
+    """Return the columns of the readings that change the result of the effect, whether ``needs`` names them or not.
+
+    The effect must satisfy the contract; the caller handles exceptions of its function.
+    """
     with np.errstate(all="ignore"):
         return tuple(column for column in COLUMNS if reacts(effect, column, _apply, at_rest=False))
 

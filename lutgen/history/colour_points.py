@@ -93,7 +93,10 @@ def colour_points(session: Session, *, black_too: bool = True) -> ColourPoints |
 
 
 def changed(before: ColourPoints, values: Mapping[str, Array]) -> Array:
-    """Return XYZ of the colour points, (..., 5, 3), after a change by ``values`` of ``PARAMETERS``, (..., count)."""
+    """Return XYZ of the colour points after a change, (..., 5, 3).
+
+    ``values``: numbers of ``PARAMETERS``, (..., count) each; 0 is no change.
+    """
     log_scale = sum((values[name] for name in ("scale", "gauge", "step") if name in values), np.zeros(1))
     gains, leak = np.exp(values.get("gains", np.zeros(3))), before.leak
     if "aged" in values:
@@ -166,7 +169,10 @@ class ColourFit:
 
 
 def covariance(before: ColourPoints, after: Array, *, noise: float, loose: float = 0.0) -> Array:
-    """Return the (15, 15) covariance of readings ``after``, (5, 3); ``noise``, ``loose`` (white, primaries): shares."""
+    """Return the (15, 15) covariance of the readings ``after``, (5, 3), of an unchanged display.
+
+    ``noise`` is the relative noise of a reading; ``loose`` is a further relative tolerance of white and primaries.
+    """
     size = np.abs(after)
     share = np.array([READING] * 4 + [BLACK])[:, np.newaxis]
     variance = (share**2 + noise**2) * size**2 + FLOOR_CD_M2**2

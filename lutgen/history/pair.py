@@ -188,7 +188,10 @@ class SessionPair:
 
     @cached_property
     def clipping_difference(self) -> str:
-        """Sentence on levels clipped in one session only; "" without, or if calibrations, which clip too, differ."""
+        """Sentence on levels that are clipped in one session and distinct in the other; "" without such levels.
+
+        "" also if the files' calibrations differ, since calibrations clip too.
+        """
         if self.recalibrated:
             return ""
         curves = [_curves(each) for each in self.sessions]

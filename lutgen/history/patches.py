@@ -115,7 +115,10 @@ def primaries(session: Session) -> Primaries | None:
 
 
 def additivity(session: Session) -> float | None:
-    """Return Y of white over the sum of Y of the primaries, less black if read; None if one is missing."""
+    """Return Y of white over the sum of Y of red, green and blue, all less black if it was read.
+
+    None if white or a primary is missing.
+    """
     white, dark = mean_xyz(session, "white"), float(black_xyz(session)[1])
     tips = [each for name in CHANNELS if (each := tip(session, name)) is not None]
     if white is None or len(tips) < 3:

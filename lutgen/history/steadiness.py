@@ -69,7 +69,10 @@ def _from_neighbours(drive: Array, level: Array) -> Array:
 
 
 def _off_its_repeats(session: Session, rows: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the row of the only reading whose L* is far from the patch's other readings; empty without one."""
+    """Return the row of the only reading that is far from the patch's other readings; empty without one.
+
+    L* is relative to the session's brightest reading.
+    """
     none = np.empty(0, dtype=np.int64)
     if rows.size < FEWEST_REPEATS or session.xyz[:, 1].max() <= 0:
         return none

@@ -283,7 +283,10 @@ def full_light_ratio(before: Session, after: Session) -> Array:
 
 
 def _light_kept(session: Session, channel: str, share: float) -> float:
-    """Return a channel's light at a share of its highest drive over full light: between levels, else by its γ."""
+    """Return a channel's light at a share of its highest drive, relative to full light.
+
+    Between levels the light is interpolated as a power; without enough levels the channel's γ is used.
+    """
     drive, xyz = native_ramp(session, channel)
     lit = (drive > 0) & (xyz[:, 1] > 0)
     drive, light = drive[lit], xyz[lit, 1]

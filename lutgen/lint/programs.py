@@ -116,7 +116,10 @@ def _ffmpeg_version() -> str:
 
 
 def _through_ffmpeg(path: Path, code: NDArray[np.uint8]) -> Array:
-    """Apply a file with ffmpeg's ``lut3d`` to 16-bit pixels, in the file's folder, so that its name needs no quotes."""
+    """Apply a file with ffmpeg's filter ``lut3d`` to 16-bit pixels.
+
+    ffmpeg runs in the folder of the file, so that the path needs no quotes.
+    """
     raw = ("-f", "rawvideo", "-pix_fmt", "rgb48le")
     command = [
         "ffmpeg", "-nostdin", "-loglevel", "error", *raw, "-s", f"{len(code)}x1", "-i", "pipe:0",
@@ -220,7 +223,10 @@ MEANINGLESS = {"nan", "infinite", "overflow", "columns", "text", "NUL"}
 
 
 def read_as_meant(scan: CubeScan, code: Array) -> Array | None:
-    """Return a file's intended colours for code values, (n, 3), from stored rows; None when it defines no colours."""
+    """Return the intended colours of a file for code values, (n, 3) both, by trilinear interpolation.
+
+    The scan must have stored the rows. Return None when the file defines no colours.
+    """
     if MEANINGLESS & set(scan.oddities) or len(scan.named("LUT_3D_SIZE")) > 1 or not (scan.size or scan.size_1d):
         return None
     shown: Array | None = code

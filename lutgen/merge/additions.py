@@ -129,7 +129,10 @@ def add_aged(config: Any, names: AgedNames, *, source: str, onto: Sequence[str],
 
 
 def _one_way(lib: Any, space: Any, way: Any, back: Any) -> list[Any]:
-    """Return a colour space's transform in one direction, else the inverse of its opposite, else nothing, as a list."""
+    """Return a colour space's transform in one direction, as a list that is empty when it has no transform.
+
+    If only the transform of the opposite direction exists, return its inverse.
+    """
     forward, opposite = space.getTransform(way), space.getTransform(back)
     if forward is not None:
         return [forward]
@@ -149,7 +152,10 @@ SECTIONS = ("looks", "colorspaces", "named_transforms")
 
 
 def inserted(text: str, written: str, names: Sequence[str], views: Sequence[tuple[str, AgedNames]]) -> str | None:
-    """Return ``text`` with the parts ``names`` of ``written`` and the views; None when a view cannot be inserted."""
+    """Return ``text`` with the parts ``names`` of ``written`` and the views (display, names).
+
+    Return None when a view cannot be inserted into this text.
+    """
     lines = _lines(text)
     for section in SECTIONS:
         parts = [part for part in _parts(_lines(written), section) if _name(part) in names]
@@ -165,7 +171,10 @@ def inserted(text: str, written: str, names: Sequence[str], views: Sequence[tupl
 
 
 def with_search_path(text: str) -> str | None:
-    """Return a config's text with the search path ``.``; None when the line of the profile version is not found."""
+    """Return the text of a config without a search path with the search path ``.`` added.
+
+    Return None when the line of the profile version is not found.
+    """
     lines = [line for line in _lines(text) if not re.fullmatch(r"search_path:\s*(\"\"|'')?", line)]
     place = next((place for place, line in enumerate(lines) if line.startswith("ocio_profile_version")), None)
     return None if place is None else "\n".join([*lines[: place + 1], "", "search_path: .", *lines[place + 1 :]]) + "\n"

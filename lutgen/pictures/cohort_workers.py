@@ -212,7 +212,10 @@ _DEADLY_WORKERS = "the Dask workers that took it died, one after the other (out 
 
 @contextmanager
 def on_cluster(address: str) -> Iterator[Callable[[CohortTask, Sequence[CohortSlide]], Outcomes]]:
-    """Connect to a scheduler; yield the function for slides on its workers. Raises LutgenError: no Dask, no worker."""
+    """Connect to a scheduler; yield the function that computes slides on its workers.
+
+    Raises LutgenError: no Dask, scheduler or worker.
+    """
     otherwise = "leave --scheduler out to use this machine's cores"
     dask = optional("distributed", "--scheduler needs Dask", extra="cluster", otherwise=otherwise)
     if not _ADDRESS.fullmatch(address):

@@ -60,7 +60,14 @@ class Campaign:
     sha256: str
 
     def hours(self) -> Array:
-        """Return hours since the earliest entry, (n,), stated or by dates. Raises LutgenError: neither, or a mix."""
+        """Return the operating hours of each entry since the earliest entry, (n,).
+
+        The source is ``hours``, or ``date`` and the hours per day.
+
+        A campaign of one session needs neither.
+
+        Raises LutgenError: an entry has neither hours nor date, or some entries have hours and others only dates.
+        """
         if len(self.entries) == 1:
             return np.zeros(1)
         if all(entry.hours is not None for entry in self.entries):
@@ -79,7 +86,12 @@ class Campaign:
         return np.asarray((days - days.min()) * self.hours_per_day)
 
     def measurements(self) -> Measurements:
-        """Return all readings as one table, from the earliest session on. Raises LutgenError: no hours, or invalid."""
+        """Return the readings of all sessions as one table, sorted by hour; hour 0 is the earliest session.
+
+        ``files`` and ``lines`` come from the sessions. ``order`` is None unless every session has an order.
+
+        Raises LutgenError: a session is relative, hours are missing, or the table is invalid (tips are missing, …).
+        """
         hours = self.hours()
         places = np.argsort(hours, kind="stable")
         entries = [self.entries[place] for place in places]
@@ -133,7 +145,10 @@ def campaign_of(entries: Sequence[CampaignEntry], *, file: str) -> Campaign:
 
 
 def sessions_of(readings: Measurements) -> Campaign:
-    """Split a table into sessions by hour and name, without readings away from rest by more than position."""
+    """Split a table of readings into sessions; a session has one hour and one session name.
+
+    Readings away from rest are left out, except readings that are away from rest only by their position on the screen.
+    """
     rest = np.ones(readings.hours.size, dtype=bool)
     for cell, away in readings.rest.away.items():
         if cell != CELLS["u"]:

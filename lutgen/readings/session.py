@@ -129,7 +129,10 @@ class Session:
         return self.campaign().measurements()
 
     def with_white(self, cd_m2: float, source: str) -> Session:
-        """Return a relative session whose white has ``cd_m2``, by ``source``. Raises LutgenError: it is absolute."""
+        """Return a relative session in cd/m²; white has ``cd_m2``. ``source``: origin of ``cd_m2``, for messages.
+
+        Raises LutgenError: the session is already in cd/m².
+        """
         if self.absolute:
             raise LutgenError(f"{self.file}: is in cd/m², and white_cd_m2 is stated, {source}. Delete white_cd_m2.")
         remark = f"White is {cd_m2:g} cd/m², {source}; all other light is relative to it."

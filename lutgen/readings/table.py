@@ -201,7 +201,10 @@ class Measurements:
 
 
 def in_any_order(**columns: Any) -> Measurements:
-    """Return ``Measurements`` of these fields, sorted by all columns, so that the order of rows does not matter."""
+    """Return ``Measurements`` from rows in any order; the keywords are the fields of ``Measurements``.
+
+    The rows are sorted by hour, session and all other columns, so that the result does not depend on their order.
+    """
     session = np.unique(np.array(columns["session"]), return_inverse=True)[1].reshape(-1)
     notes = np.unique(np.array(columns["note"]), return_inverse=True)[1].reshape(-1)
     conditions = [np.where(np.isnan(values), np.inf, values) for values in columns["conditions"].values()]

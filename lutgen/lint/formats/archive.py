@@ -51,7 +51,10 @@ class ArchiveScan:
 
 @contextmanager
 def scan_archive(path: Path) -> Iterator[tuple[ArchiveScan, Path]]:
-    """Yield an archive's scan, and a folder with its safe files. Raises LutgenError: the archive cannot be read."""
+    """Read an archive's directory and unpack its safe files into a temporary folder. Yield the scan and the folder.
+
+    Raises LutgenError: the archive cannot be read.
+    """
     with scratch() as folder:
         with readable(path, "an archive"):
             size = path.stat().st_size

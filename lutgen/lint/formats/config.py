@@ -124,7 +124,10 @@ def _broken(config: Any) -> list[tuple[str, str]]:
 
 
 def config_version(scan: ConfigScan) -> Iterator[LintFinding]:
-    """Find versions that OpenColorIO 2.1 refuses; any other refusal of the installed one counts for all readers."""
+    """Find unsupported versions: OpenColorIO 2.1 refuses version 2.2 and later.
+
+    Any other refusal of the installed OpenColorIO counts for all readers.
+    """
     line = scan.line_of("ocio_profile_version")
     installed = str(bindings.ocio().__version__)
     if scan.version == (0, 0) and not scan.refusal:

@@ -55,7 +55,10 @@ _V4, _V4_HEAD, _V4_NUMBERS = b"mAB ", 32, 20
 
 
 class TableHead(NamedTuple):
-    """The head of a table: ``points``, the fewest along an edge, and ``needs``, the bytes that the tag needs."""
+    """The head of a table of type mft1, mft2 or mAB.
+
+    ``points`` is the smallest number of points along an edge. ``needs`` is the number of bytes that the tag needs.
+    """
 
     tag: Tag
     kind: bytes
@@ -333,7 +336,10 @@ def _fates_unusable(scan: ProfileScan, table: TableHead) -> dict[str, Fate]:
 
 
 def profile_white(scan: ProfileScan) -> Iterator[LintFinding]:
-    """Find a white other than the screen's. When LittleCMS resamples, only the absolute intent keeps it."""
+    """Find a white other than the screen's.
+
+    When LittleCMS resamples a profile it maps white to white, except with the absolute intent.
+    """
     if scan.unasked:
         yield LintFinding(f"was not checked for its white: {scan.unasked}", "Install it to check.")
     if scan.white is None or np.abs(np.clip(scan.white, 0, 1) - 1).max() <= SAME:

@@ -144,7 +144,10 @@ class _CspLines:
 
 
 def scan_table(path: Path) -> TableScan:
-    """Scan a file, then try OpenColorIO if it would not fill the memory. Raises LutgenError: unreadable, or no text."""
+    """Scan a file in one pass, then try OpenColorIO, unless the file would fill the memory.
+
+    Raises LutgenError: the file cannot be read or is no text.
+    """
     scan = TableScan(path)
     for block in blocks(path):
         scan.ends |= block.ends

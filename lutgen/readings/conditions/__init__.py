@@ -46,7 +46,10 @@ class Column:
 
 @dataclass(frozen=True)
 class Variation:
-    """Patches for a plan that show a condition: for each the code values, values of columns, and a note."""
+    """Patches for a measurement plan that show the influence of a condition.
+
+    ``patches``: for each patch the code values, the values of columns, and a note ("shrouded").
+    """
 
     name: str
     patches: tuple[tuple[tuple[float, float, float], Mapping[str, float], str], ...]

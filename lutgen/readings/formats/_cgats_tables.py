@@ -53,7 +53,11 @@ class _Open:
 
 
 def tables(source: FileText) -> list[CgatsTable]:
-    """Read all tables. Raises LutgenError, with the line: cut off, a wrong count, a doubled column, an open string."""
+    """Read all tables of a CGATS file.
+
+    Raises LutgenError: the file is truncated, a number of fields or sets is wrong, a column occurs twice, or a string
+    does not end. The message names the line.
+    """
     closed: list[CgatsTable] = []
     lines = _lines(source)
     current: _Open | None = None

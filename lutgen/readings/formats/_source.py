@@ -63,7 +63,10 @@ class Readable(Protocol):
 
 @dataclass(frozen=True)
 class FileText:
-    """A file: its text ("" for a profile), its name, the hash of its bytes, and its bytes, if it is a file itself."""
+    """A file: its text ("" for an ICC profile), its name from the user, and the hash of its bytes.
+
+    ``data`` holds the bytes, for readers of binary formats; b"" for a text inside another file.
+    """
 
     text: str
     file: str
@@ -95,7 +98,10 @@ class FileText:
 
 
 def decoded(data: bytes, file: str) -> str:
-    """Decode UTF-8, UTF-16 with a byte order mark, else Latin-1. Raises LutgenError: the file is binary or empty."""
+    """Decode UTF-8, UTF-16 with a byte order mark, or otherwise Latin-1, in which every byte is a character.
+
+    Raises LutgenError: the file is binary or empty.
+    """
     for head, what in _BINARY:
         if data.startswith(head):
             raise LutgenError(f"{file}: is {what}.")
@@ -115,7 +121,10 @@ def decoded(data: bytes, file: str) -> str:
 
 
 def full_drive(drive: Array, file: str) -> float:
-    """Return full drive by a file's largest value. Raises LutgenError: it is not 1, 100, 255 or 1023."""
+    """Return full drive (1, 100, 255 or 1023) from the largest value of a file that does not state full drive.
+
+    Raises LutgenError: the largest value is none of these.
+    """
     top = float(drive.max(initial=0.0))
     for full in FULL_DRIVE:
         if abs(top - full) <= DRIVE_TOLERANCE * full:

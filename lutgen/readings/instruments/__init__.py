@@ -53,7 +53,11 @@ class Instrument:
 
 
 def instrument_of(text: str) -> Instrument:
-    """Return the instrument of two numbers, a name, or a TOML file. Raises LutgenError: none of these, or invalid."""
+    """Return the instrument of ``--instrument``: two numbers, a name, or a TOML file.
+
+    Raises LutgenError: the text is none of these, or the file is invalid. The message names file, key and allowed
+    values.
+    """
     if text.endswith(".toml"):
         return _read(Path(text))
     if text in INSTRUMENTS:
