@@ -12,7 +12,7 @@ import pytest
 
 from lutgen.bake.build import Plan, build
 from lutgen.bake.check import check, check_lut
-from lutgen.bake.figures import Budget
+from lutgen.bake.fidelity import Budget
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
 from lutgen.readings import read_measurements

@@ -15,8 +15,7 @@ import pytest
 
 from lutgen.bake.build import Plan, build
 from lutgen.bake.check import check, check_lut
-from lutgen.bake.fidelity import CERTIFIED, Judge
-from lutgen.bake.figures import Budget
+from lutgen.bake.fidelity import CERTIFIED, Budget, Judge
 from lutgen.bake.formats import Provenance, format_named, format_names, lut_suffixes
 from lutgen.bake.lut import Lut, Sampler
 from lutgen.bake.readback import TableKind, apply_lut, table_kind

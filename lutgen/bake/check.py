@@ -21,7 +21,7 @@ from lutgen.bake.build import JUDGE, SHOWN_WHOLE, best_candidate, certified, con
 from lutgen.bake.check_config import check_config
 from lutgen.bake.check_manifest import altered, foreign_files, plan_of, stale, strangers, unknown_values, unlisted
 from lutgen.bake.expected import certificate_differences, differs_from
-from lutgen.bake.figures import Budget, over_budget
+from lutgen.bake.fidelity import Budget, over_budget
 from lutgen.bake.formats import format_named, lut_suffixes
 from lutgen.bake.gpu import TOLERANCE as GPU_TOLERANCE
 from lutgen.bake.gpu import GpuRun, check_renderer, gpu_run

@@ -133,7 +133,7 @@ def _config_difference(config: Any, text: bytes) -> str:
 def certificate_differences(certified: Mapping[str, Any] | None, now: Mapping[str, Any]) -> list[str]:
     """Return the differences between a certificate and a new certificate, as sentences.
 
-    :func:`lutgen.bake.figures.over_budget` reports figures that are worse than certified.
+    :func:`lutgen.bake.fidelity.over_budget` reports figures that are worse than certified.
     """
     if not isinstance(certified, dict):
         return ["there is no certificate"]

@@ -5,7 +5,7 @@ model of four colour points holds for real displays too:
 
     XYZ(d) = K + Σ_i s_i(l(d)) · (T_i − K),    i over white, red, green and blue,
 
-with l the measured transfer curves, s the shares of :func:`lutgen.display.trace.tip_shares` and T the measured tips.
+with l the measured transfer curves, s the shares of :func:`lutgen.display.paper.tip_shares` and T the measured tips.
 Black K is a constant share of white in X, Y and Z, because black follows the backlight. Curves and the share of black
 are constant over time; effects (``black-level``, ``eotf-drift``, …) describe their change with age.
 
@@ -15,7 +15,7 @@ mixtures, the curves may be fitted to all readings, or may be sRGB's, if these c
 (:mod:`lutgen.display.own_model.native_curves`).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -28,7 +28,7 @@ from lutgen.display.own_model import OwnModel, Sample, fit_own_model
 from lutgen.display.own_model.ladder import LENGTHS, clearly_better, mixtures_error
 from lutgen.display.own_model.native_curves import FEW, LEAST_MIXTURES, added_up, best_source, curves_of, straight
 from lutgen.display.own_model.stored import StoredModel
-from lutgen.display.trace import Remembered, tip_shares
+from lutgen.display.paper import tip_shares
 from lutgen.display.transfer_curve import TransferCurve, fallen, misread_levels, rising_light
 from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.readings import Measurements
@@ -63,6 +63,33 @@ ENDS = np.array([(0.0, 0.0, 0.0), *TIP_DRIVES])
 
 #: Largest share of black in white.
 DARKEST = 0.2
+
+
+#: Number of cached results, and largest number of values of a cached set of code values: a table is cached, an image is
+#: not.
+KEPT, MOST = 8, 30_000
+
+
+class Remembered:
+    """A cache of the last results by code values, in read-only arrays; a fit uses the same code values often."""
+
+    def __init__(self) -> None:
+        self._results: dict[tuple[tuple[int, ...], bytes], Array] = {}
+
+    def of(self, code: Array, compute: Callable[[], Array]) -> Array:
+        """Return the result for code values (..., 3), from the cache or from ``compute``."""
+        if code.size > MOST:
+            return compute()
+        key = code.shape, code.tobytes()
+        result = self._results.pop(key, None)
+        if result is None:
+            result = compute()
+            result.flags.writeable = False
+        self._results[key] = result
+        # Another thread may have removed an old result already.
+        for old in list(self._results)[:-KEPT]:
+            self._results.pop(old, None)
+        return result
 
 
 @dataclass(frozen=True)

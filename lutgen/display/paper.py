@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lutgen.colorimetry import XYZ_TO_LINEAR, Array, transform, xyY_to_xyz
+from lutgen.colorimetry import XYZ_TO_LINEAR, Array, code_to_linear, transform, xyY_to_xyz
 from lutgen.display.chain import AgedDisplay, SrgbTransfer
 
 #: Tolerance for equal distances to colour points (model.md, step 6).
@@ -142,3 +142,27 @@ def selects_nearest(aged: AgedDisplay) -> bool:
     """Whether the chain is exactly the paper's, and jumps at white's border."""
     paper = paper_links(aged)
     return paper is not None and paper[0].name == "nearest"
+
+
+def tip_shares(
+    linear: Array, code: Array, selection: str, weights: Array | None = None, grey: Array | None = None
+) -> Array:
+    """Return the share of each tip, (n, 4), for linear light (n, 3): the closed form of the paper's emission.
+
+    With D = W − R − G − B: ``continuous`` gives Σ l_c P_c + D·(smallest channel), ``nearest`` gives
+    Σ l_c P_c + ⅓D·(Σ l − Σ_i w_i l_i), w_i the share of primary i's matrix. ``weights``: shares of ``nearest``, (n, 4),
+    if known. ``grey``: replacement of the smallest channel, (n,); None: the smallest channel.
+    """
+    if selection == "nearest":
+        weights = nearest_weights(code_to_linear(code)) if weights is None else weights
+    else:
+        weights = continuous_weights(linear)
+    # By channels, because NumPy's sum along a short last axis is many times slower.
+    red, green, blue = np.moveaxis(linear, -1, 0)
+    _, *(of_red, of_green, of_blue) = weights.T
+    extra = of_red * red + of_green * green + of_blue * blue
+    if selection == "nearest":
+        extra = (red + green + blue - extra) / 3.0
+    if grey is not None:
+        extra = grey
+    return np.stack([extra, red - extra, green - extra, blue - extra], axis=-1)

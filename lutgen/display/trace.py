@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from lutgen.colorimetry import code_to_linear, transform
-from lutgen.display.paper import continuous_weights, nearest_weights
+from lutgen.display.paper import nearest_weights, tip_shares
 from lutgen.effects.declare import chain_order
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -141,30 +141,6 @@ class Panel:
         return replace(self.times(factor), offset=offset)
 
 
-def tip_shares(
-    linear: Array, code: Array, selection: str, weights: Array | None = None, grey: Array | None = None
-) -> Array:
-    """Return the share of each tip, (n, 4), for linear light (n, 3): the closed form of the paper's emission.
-
-    With D = W − R − G − B: ``continuous`` gives Σ l_c P_c + D·(smallest channel), ``nearest`` gives
-    Σ l_c P_c + ⅓D·(Σ l − Σ_i w_i l_i), w_i the share of primary i's matrix. ``weights``: shares of ``nearest``, (n, 4),
-    if known. ``grey``: replacement of the smallest channel, (n,); None: the smallest channel.
-    """
-    if selection == "nearest":
-        weights = nearest_weights(code_to_linear(code)) if weights is None else weights
-    else:
-        weights = continuous_weights(linear)
-    # By channels, because NumPy's sum along a short last axis is many times slower.
-    red, green, blue = np.moveaxis(linear, -1, 0)
-    _, *(of_red, of_green, of_blue) = weights.T
-    extra = of_red * red + of_green * green + of_blue * blue
-    if selection == "nearest":
-        extra = (red + green + blue - extra) / 3.0
-    if grey is not None:
-        extra = grey
-    return np.stack([extra, red - extra, green - extra, blue - extra], axis=-1)
-
-
 def panel(
     applied: Sequence[Applied],
     scene: Scene,
@@ -237,30 +213,3 @@ def metered(applied: Sequence[Applied], xyz: Array, scene: Scene) -> Array:
     """Return the XYZ that a meter reports, (..., n, 3), for emitted XYZ."""
     xyz = through(applied, ("optics", "viewing"), xyz, scene)
     return through(applied, ("instrument",), xyz * (1.0 - scene.capped), scene)
-
-
-#: Number of cached results, and largest number of values of a cached set of code values: a table is cached, an image is
-#: not.
-KEPT, MOST = 8, 30_000
-
-
-class Remembered:
-    """A cache of the last results by code values, in read-only arrays; a fit uses the same code values often."""
-
-    def __init__(self) -> None:
-        self._results: dict[tuple[tuple[int, ...], bytes], Array] = {}
-
-    def of(self, code: Array, compute: Callable[[], Array]) -> Array:
-        """Return the result for code values (..., 3), from the cache or from ``compute``."""
-        if code.size > MOST:
-            return compute()
-        key = code.shape, code.tobytes()
-        result = self._results.pop(key, None)
-        if result is None:
-            result = compute()
-            result.flags.writeable = False
-        self._results[key] = result
-        # Another thread may have removed an old result already.
-        for old in list(self._results)[:-KEPT]:
-            self._results.pop(old, None)
-        return result

@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 
 from lutgen.colorimetry import Array, xyz_to_xyY
-from lutgen.history import transfer
+from lutgen.history import remarks, transfer
 from lutgen.history.patches import CHANNELS, Primaries, additivity, mean_xyz, primaries, ramp
-from lutgen.history.remarks import missing_patches, remarks
 from lutgen.history.steadiness import left_out, steadiness
 from lutgen.readings.session import Session
 from lutgen.readings.steadiness import Steadiness
@@ -42,12 +41,25 @@ class Inspection:
     @cached_property
     def remarks(self) -> tuple[str, ...]:
         """Remarks on the session, each with its figure, most serious first."""
-        return remarks(self)
+        return (
+            *self.session.remarks,
+            *(f"Misread: {each}." for each in self.misread),
+            *remarks.on_steadiness(self.steadiness),
+            *remarks.on_black(self.session, self.white, self.black),
+            *remarks.on_additivity(self.additivity, self.black),
+            *remarks.on_calibration(self.calibration),
+            *remarks.on_white(self.session, self.white, self.calibration),
+            *remarks.on_primaries(self.primaries),
+            *remarks.on_clipping(self.curves),
+            *remarks.on_curve(self.curves),
+            *remarks.on_greys(self.greys),
+            *remarks.on_uniformity(self.uniformity),
+        )
 
     @cached_property
     def missing(self) -> tuple[str, ...]:
         """Sentences on missing patches and the diagnoses that need these patches."""
-        return missing_patches(self.session)
+        return remarks.missing_patches(self.session)
 
     @property
     def contrast(self) -> float | None:

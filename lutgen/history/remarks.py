@@ -13,7 +13,6 @@ from lutgen.history.transfer import GreyTracking, Transfer, clipping
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lutgen.history.inspect import Inspection
     from lutgen.history.transfer import Calibration
     from lutgen.readings.session import Session
     from lutgen.readings.steadiness import Steadiness
@@ -46,26 +45,8 @@ COST = 0.1
 UNEVEN = 0.1
 
 
-def remarks(inspection: Inspection) -> tuple[str, ...]:
-    """Return the remarks on a session."""
-    session = inspection.session
-    return (
-        *session.remarks,
-        *(f"Misread: {each}." for each in inspection.misread),
-        *_steadiness(inspection.steadiness),
-        *_black(session, inspection.white, inspection.black),
-        *_additivity(inspection.additivity, inspection.black),
-        *_calibration(inspection.calibration),
-        *_white(session, inspection.white, inspection.calibration),
-        *_primaries(inspection.primaries),
-        *_clipped(inspection.curves),
-        *_curve(inspection.curves),
-        *_greys(inspection.greys),
-        *_uniformity(inspection.uniformity),
-    )
-
-
-def _steadiness(steady: Steadiness | None) -> Iterator[str]:
+def on_steadiness(steady: Steadiness | None) -> Iterator[str]:
+    """Report drift and noise within the session."""
     if steady is None:
         return
     change = f"{steady.drift:+.1%}"
@@ -80,7 +61,8 @@ def _steadiness(steady: Steadiness | None) -> Iterator[str]:
         yield f"Noisy: repeated patches scatter by {steady.noise:.2%} (1 σ); a colorimeter in contact has 0.1 to 0.3 %."
 
 
-def _black(session: Session, white: Array | None, black: Array | None) -> Iterator[str]:
+def on_black(session: Session, white: Array | None, black: Array | None) -> Iterator[str]:
+    """Report a black that the meter cannot read, and a low contrast."""
     if black is None or white is None:
         return
     if black[1] <= 0:
@@ -90,7 +72,8 @@ def _black(session: Session, white: Array | None, black: Array | None) -> Iterat
         yield f"Contrast is only {white[1] / black[1]:.0f}: black of {black[1]:.3g}{unit}, or room light on the screen."
 
 
-def _additivity(additivity: float | None, black: Array | None) -> Iterator[str]:
+def on_additivity(additivity: float | None, black: Array | None) -> Iterator[str]:
+    """Report a white that differs from the sum of the primaries."""
     if additivity is not None and abs(additivity - 1.0) >= ADDITIVE:
         after = "less black" if black is not None else "black not subtracted"
         yield (
@@ -99,7 +82,8 @@ def _additivity(additivity: float | None, black: Array | None) -> Iterator[str]:
         )
 
 
-def _calibration(loop: Calibration | None) -> Iterator[str]:
+def on_calibration(loop: Calibration | None) -> Iterator[str]:
+    """Report limits, cost and faults of the loaded calibration."""
     if loop is None:
         return
     ends = ", ".join(f"{name} {end:.3f}" for name, end in zip(CHANNELS, loop.ends, strict=True))
@@ -118,7 +102,8 @@ def _calibration(loop: Calibration | None) -> Iterator[str]:
         yield f"The calibration raises black (to {loop.starts.max():.3f} of drive)."
 
 
-def _clipped(curves: dict[str, Transfer]) -> Iterator[str]:
+def on_clipping(curves: dict[str, Transfer]) -> Iterator[str]:
+    """Report levels that give the same light."""
     clipped = clipping(curves)
     bright = [f"{name} from code {each.bright:.2f} up" for name, each in clipped.items() if each.bright is not None]
     dark = [f"{name} up to code {each.dark:.2f}" for name, each in clipped.items() if each.dark is not None]
@@ -131,7 +116,8 @@ def _clipped(curves: dict[str, Transfer]) -> Iterator[str]:
         yield f"Crushed: no light for {', '.join(dark)}: a signal of limited range, or brightness set too low."
 
 
-def _white(session: Session, white: Array | None, loop: Calibration | None) -> Iterator[str]:
+def on_white(session: Session, white: Array | None, loop: Calibration | None) -> Iterator[str]:
+    """Report white's colour and luminance that miss the calibration's target."""
     if white is None:
         return
     aimed = loop is not None and "x" in loop.target
@@ -146,7 +132,8 @@ def _white(session: Session, white: Array | None, loop: Calibration | None) -> I
         yield f"White has {white[1]:.0f} cd/m², the calibration asked for {luminance:.0f}."
 
 
-def _primaries(tips: Primaries | None) -> Iterator[str]:
+def on_primaries(tips: Primaries | None) -> Iterator[str]:
+    """Report the nearest gamut, and the primary that is furthest from it."""
     if tips is None:
         return
     shift = tips.shift[tips.nearest]
@@ -158,7 +145,8 @@ def _primaries(tips: Primaries | None) -> Iterator[str]:
         yield f"Primaries: {tips.nearest} within Δu'v' {shift[worst]:.3f}{covered}."
 
 
-def _curve(curves: dict[str, Transfer]) -> Iterator[str]:
+def on_curve(curves: dict[str, Transfer]) -> Iterator[str]:
+    """Report a transfer curve that is not sRGB's, and channels whose curves differ."""
     grey = curves.get("grey")
     if grey is None or grey.gamma is None:
         return
@@ -170,7 +158,8 @@ def _curve(curves: dict[str, Transfer]) -> Iterator[str]:
         yield f"Channels differ: γ {', '.join(f'{name} {gamma:.2f}' for name, gamma in gammas.items())}."
 
 
-def _greys(greys: GreyTracking | None) -> Iterator[str]:
+def on_greys(greys: GreyTracking | None) -> Iterator[str]:
+    """Report greys whose colour is not white's."""
     if greys is None:
         return
     worst = int(np.argmax(greys.delta_e))
@@ -182,7 +171,8 @@ def _greys(greys: GreyTracking | None) -> Iterator[str]:
         )
 
 
-def _uniformity(extremes: tuple[float, float] | None) -> Iterator[str]:
+def on_uniformity(extremes: tuple[float, float] | None) -> Iterator[str]:
+    """Report how luminance varies over the screen."""
     if extremes is not None:
         low, high = extremes
         word = "Uneven" if max(1.0 - low, high - 1.0) >= UNEVEN else "Even"

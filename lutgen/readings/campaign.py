@@ -136,6 +136,11 @@ def entry_of(session: Session) -> CampaignEntry:
     return CampaignEntry(session, session.file, day, None, session.instrument, "", "", {})
 
 
+def alone(session: Session) -> Campaign:
+    """Return the campaign of one session, at hour 0."""
+    return campaign_of([entry_of(session)], file=session.file)
+
+
 def campaign_of(entries: Sequence[CampaignEntry], *, file: str) -> Campaign:
     """Return the campaign of sessions without a campaign file. Raises LutgenError: two sessions are the same."""
     check_once(entries)

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
-    from lutgen.readings.campaign import Campaign
-    from lutgen.readings.table import Measurements
 
 #: Kinds of patches by their drive.
 KINDS = ("white", "black", "grey", "red", "green", "blue", "mixture")
@@ -117,16 +115,6 @@ class Session:
         for name, texts in (("names", self.names), ("notes", self.notes)):
             fields[name] = tuple(texts[row] for row in kept) if texts else ()
         return replace(self, **fields)
-
-    def campaign(self) -> Campaign:
-        """Return the campaign of this session alone."""
-        from lutgen.readings.campaign import campaign_of, entry_of
-
-        return campaign_of([entry_of(self)], file=self.file)
-
-    def measurements(self) -> Measurements:
-        """Return the readings as a table at hour 0. Raises LutgenError as :meth:`Campaign.measurements`."""
-        return self.campaign().measurements()
 
     def with_white(self, cd_m2: float, source: str) -> Session:
         """Return a relative session in cd/m²; white has ``cd_m2``. ``source``: origin of ``cd_m2``, for messages.

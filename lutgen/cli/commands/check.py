@@ -58,7 +58,7 @@ def command(
       lutgen check aged/
       lutgen check theirs.cube --mode chroma --hours 10000 --display my-display.csv
     """
-    from lutgen.bake.figures import Budget
+    from lutgen.bake.fidelity import Budget
 
     budget = Budget(max_delta_e, p99)
     if gone := next((path for path in paths if not Path(path).exists()), None):

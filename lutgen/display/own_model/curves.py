@@ -29,7 +29,7 @@ from lutgen.colorimetry import Array, code_to_linear
 from lutgen.display.own_model.drive import Drive
 from lutgen.display.own_model.least_squares import solve, trust
 from lutgen.display.own_model.sample import Sample
-from lutgen.display.trace import tip_shares
+from lutgen.display.paper import tip_shares
 
 SRGB_NAME = "curves of sRGB with white and primaries as measured"
 SCALAR_NAME = "one curve of each channel"

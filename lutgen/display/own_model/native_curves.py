@@ -12,7 +12,7 @@ from lutgen.display.own_model.curves import fit_scalar, lit
 from lutgen.display.own_model.drive import Drive
 from lutgen.display.own_model.ladder import STIFFNESS, clearly_better, mixtures_error
 from lutgen.display.own_model.sample import FOLDS, Sample
-from lutgen.display.trace import tip_shares
+from lutgen.display.paper import tip_shares
 from lutgen.display.transfer_curve import TransferCurve
 
 #: Curves of red, green and blue.

@@ -2,8 +2,9 @@
 
 A reader has ``NAME``, the format's name for people; ``SUFFIXES``, the suffixes of files that the reader explains if no
 reader recognises their content; ``claims(source) -> bool``, whether the content has this format (at most one reader
-claims a file); and ``read(source)``, which returns an object with ``measurements()``, one checked table by operating
-hours, and ``campaign()``, the sessions. A module whose name begins with an underscore is not a reader; readers use it.
+claims a file); and ``read(source)``, which returns a Session, or an object with ``measurements()``, one checked table
+by operating hours, and ``campaign()``, the sessions. A module whose name begins with an underscore is not a reader;
+readers use it.
 
 lutgen has its own readers because no package was found that reads these files: colour-science reads only spectra, from
 X-Rite's files, and DisplayCAL's reader is part of a program.
@@ -21,14 +22,14 @@ from typing import TYPE_CHECKING
 from lutgen.errors import LutgenError, reason_of
 from lutgen.files import is_folder, read_at_most
 from lutgen.icc_tags import is_profile
-from lutgen.readings.campaign import Campaign, CampaignEntry, campaign_of
+from lutgen.readings.campaign import Campaign, CampaignEntry, alone, campaign_of
 from lutgen.readings.formats._source import FileText, Readable, decoded
+from lutgen.readings.session import Session
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from types import ModuleType
 
-    from lutgen.readings.session import Session
     from lutgen.readings.table import Measurements
 
 #: Largest file size. A table of readings has at most some ten MB.
@@ -103,9 +104,13 @@ def read_session(path: str | Path) -> Session:
 
 def read_readings(path: str | Path) -> Readable:
     """Read a file with the reader that claims its content, or with the reader of its suffix."""
-    source = open_source(path)
-    readings: Readable = reader_of(source).read(source)
-    return readings
+    return read_source(open_source(path))
+
+
+def read_source(source: FileText) -> Readable:
+    """Read a file's content as :func:`read_readings`; a single session counts as hour 0."""
+    readings: Session | Readable = reader_of(source).read(source)
+    return alone(readings) if isinstance(readings, Session) else readings
 
 
 def open_source(path: str | Path) -> FileText:

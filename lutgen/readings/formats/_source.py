@@ -52,7 +52,7 @@ _SLASHED = re.compile(
 
 
 class Readable(Protocol):
-    """Result of a reader: the readings, as one checked table or as sessions."""
+    """Result of a reader of several sessions: the readings, as one checked table or as sessions."""
 
     def measurements(self) -> Measurements:
         """Return one table by operating hours. Raises LutgenError: the readings do not form a valid table."""

@@ -27,7 +27,7 @@ from lutgen.documents import from_toml
 from lutgen.errors import LutgenError
 from lutgen.readings.campaign import Campaign, CampaignEntry, check_once
 from lutgen.readings.conditions import COLUMNS
-from lutgen.readings.formats import open_source, reader_of
+from lutgen.readings.formats import open_source, read_source, reader_of
 from lutgen.readings.formats._source import WHITE_CD_M2, YEARS, FileText
 from lutgen.readings.session import Session
 from lutgen.readings.table import RANGES
@@ -125,14 +125,12 @@ def _entry(block: Any, file: str, line: int) -> CampaignEntry:
 
 def _session(path: Path, where: str) -> Session:
     source = open_source(path)
-    reader = reader_of(source)
-    if reader.NAME == NAME:
+    if reader_of(source).NAME == NAME:
         raise LutgenError(f"{where}: {path} is a campaign file itself. Name the session files that it lists.")
-    entries = reader.read(source).campaign().entries
+    entries = read_source(source).campaign().entries
     if len(entries) > 1:
         raise LutgenError(f"{where}: {path} holds {len(entries)} sessions. Make a file of each.")
-    session: Session = entries[0].session
-    return session
+    return entries[0].session
 
 
 def _check_keys(block: dict[str, Any], known: tuple[str, ...], where: str) -> None:

@@ -19,7 +19,7 @@ import numpy as np
 from lutgen.cells import BLANKS, first_doubled, has_decimal_comma, is_comment, metadata, number, separator_of
 from lutgen.colorimetry import Array, xyY_to_xyz
 from lutgen.errors import LutgenError, refuse_unknown
-from lutgen.readings.campaign import Campaign, sessions_of
+from lutgen.readings.campaign import Campaign, alone, sessions_of
 from lutgen.readings.formats._source import FULL_DRIVE, WHITE_CD_M2, FileText, date_of, full_drive, whites
 from lutgen.readings.session import MOST_READINGS, Session
 from lutgen.readings.table import OPTIONAL, RANGES, Measurements, in_any_order
@@ -119,7 +119,7 @@ class CsvTable:
     def measurements(self) -> Measurements:
         """Return the table of a display's life; a table without hours counts as hour 0."""
         if "hour" not in self.columns:
-            return self._session().measurements()
+            return alone(self._session()).measurements()
         if "white_cd_m2" in self.metadata:
             raise LutgenError(
                 f"{self.source.file}: white_cd_m2 is for a table of one session; with hours, light must be in cd/m²."
@@ -145,7 +145,7 @@ class CsvTable:
         hours = self._numbers("hour") if "hour" in self.columns else np.zeros(len(self.cells))
         if len({*zip(hours.tolist(), self._texts("session"), strict=True)}) > 1 and "hour" in self.columns:
             return sessions_of(self.measurements())
-        return self._session().campaign()
+        return alone(self._session())
 
     def _check_times(self) -> None:
         """Raise LutgenError where an unknown column seems to divide the readings of one session by time."""
