@@ -27,8 +27,8 @@ from lutgen.criticism.search.influence import Suspicion, wrong_sessions
 from lutgen.criticism.search.separate import separation
 from lutgen.criticism.search.stepwise import admissible, explain, refined
 from lutgen.criticism.verdict.imitation import nearest, overlap
-from lutgen.criticism.verdict.pronounce import pronounce
-from lutgen.criticism.verdict.weighing import Weighed, is_of_curves
+from lutgen.criticism.verdict.pronounce import _most_with_residual, pronounce
+from lutgen.criticism.verdict.weighing import Weighed, _is_minor, is_of_curves
 from lutgen.effects import catalogue
 from lutgen.effects.shapes import is_knot
 from tests.campaigns import MORE_HOURS, single, text_of
@@ -500,6 +500,33 @@ def test_three_effects_that_leave_something_or_do_not_show_are_no_finding(
         "lutgen.criticism.search.explanation.Explanation.of", lambda self, _: replace(self, steps=weighed.kept)
     )
     assert pronounce(explanation, error, (), Suspicion((), (), "")).name == said
+
+
+@pytest.mark.parametrize(("baseline", "most"), [("colour-points", 2), ("first-hour", 3)])
+def test_the_aging_of_the_light_may_leave_a_residual_beside_two_effects(baseline: str, most: int) -> None:
+    """From the first hour the light's aging is an effect too; other baselines measure it again in each session."""
+    base = _stub(problem=_stub(from_first_hour=baseline == "first-hour"))
+    kept = [_stub(effect=catalogue()[name]) for name in ("phosphor-wear", "black-level", "eotf-drift")]
+    assert _most_with_residual(kept, base) == most
+    assert _most_with_residual(kept[1:], base) == 2
+
+
+@pytest.mark.slow
+def test_an_effect_of_few_readings_is_found_beside_the_aging_of_the_light() -> None:
+    """Warm-up makes a hundredth of the excess from the first hour, but what it leaves is many times the noise."""
+    hidden = (("black-level", 0.0016, "other"), ("warm-up", 0.1, "other"))
+    campaign = Campaign(hours=(0.0, 4500.0, 11_500.0, 18_000.0), hidden=hidden)
+    found = diagnose(read(csv_text(campaign), file="worn.csv", sha256=""), baseline="first-hour")
+    assert found.verdict.name == "several", found.verdict.sentence
+    assert set(found.verdict.effects) == {"phosphor-wear", "black-level", "warm-up"}
+
+
+@pytest.mark.parametrize(
+    ("share", "without", "minor"), [(0.01, 150.0, True), (0.01, 250.0, False), (0.2, 150.0, False)]
+)
+def test_an_effect_is_minor_only_if_the_noise_hides_it(share: float, without: float, minor: bool) -> None:
+    step = _stub(without=_stub(chi2=without))
+    assert _is_minor(step, share, _stub(chi2=100.0)) is minor
 
 
 def test_effects_that_leave_noise_without_an_imitation_are_named_without_it(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -170,7 +170,7 @@ def refine(
     add
         Names of effects to add, in this order.
     auto
-        After ``add``, add the effects that a diagnosis finds, until none is missing.
+        After ``add``, add every effect that a diagnosis names.
 
     Raises
     ------

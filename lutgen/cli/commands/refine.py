@@ -21,7 +21,7 @@ from lutgen.cli.outputs import Outputs, check_new_file, progress_bar
     callback=split_all,
     help="Effects to add, in this order, separated by commas.",
 )
-@click.option("--auto", is_flag=True, help="Add the effects that a diagnosis finds, until none is missing.")
+@click.option("--auto", is_flag=True, help="Add every effect that a diagnosis names.")
 @click.option(
     "--luminance",
     metavar="LAW",

@@ -18,6 +18,7 @@ from lutgen.criticism.verdict.shares import shares_of_delta_e
 from lutgen.criticism.verdict.verdict import Verdict
 from lutgen.criticism.verdict.weighing import Weighed, bends_curves, is_of_curves
 from lutgen.criticism.verdict.words import NO_FREE_TERM, excess, like_both, more_light, one, several, structure
+from lutgen.numerals import percent
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -120,10 +121,14 @@ def _too_much_scatter(explanation: Explanation, error: PureError, remarks: tuple
 def _unexplained(explanation: Explanation, remarks: tuple[str, ...], residual_term: FreeTerm = NO_FREE_TERM) -> Verdict:
     nearest = explanation.first[0] if explanation.first else None
     tried = (
-        f" The nearest effect, {nearest.name}, leaves {_left(nearest.best.fit.chi2, explanation):.0%} of it."
+        f" The nearest effect, {nearest.name}, leaves {percent(_left(nearest.best.fit.chi2, explanation))} of it."
         if nearest
         else ""
     )
+    if len(explanation.steps) > 1:
+        names = " and ".join(step.name for step in explanation.steps)
+        left = percent(_left(explanation.final.chi2, explanation))
+        tried += f" {names} together leave {left} of it, and may imitate an effect that the catalogue lacks."
     sentence = (
         f"Something is there that no known effect explains: {structure(explanation, residual_term)}.{tried} "
         f"An effect of your own can be tried: lutgen refine --effects my_effect.py."
@@ -187,11 +192,20 @@ def _sound(explanation: Explanation, weighed: Weighed, error: PureError, remarks
         without = _without_imitations(explanation, weighed, imitations, error)
         return replace(without, remarks=remarks) if without else None
     # Where the catalogue lacks the true effect, a search fits three that leave a residual or that do not show.
-    elif overlapping or (len(kept) > 2 and not (weighed.clean and any(seen.values()))):
+    elif overlapping or (len(kept) > _most_with_residual(kept, base) and not (weighed.clean and any(seen.values()))):
         return None
     else:
         verdict = several(kept, sizes, weighed.shares, seen, left)
     return replace(verdict, shares=weighed.shares, shares_delta_e=seen, remarks=remarks)
+
+
+def _most_with_residual(kept: Sequence[Step], base: Fit) -> int:
+    """Return how many effects may leave a residual: two, and from the first hour one more for the aging of the light.
+
+    The other baselines measure this aging again in each session.
+    """
+    ages = base.problem.from_first_hour and any(step.effect.baseline == "first-hour" for step in kept)
+    return 3 if ages else 2
 
 
 def _imitations(kept: Sequence[Step], explanation: Explanation, error: PureError) -> list[str]:

@@ -76,7 +76,7 @@ class Weighed:
             ]
         seen = shares_of_delta_e(base, final, needed)
         needed = sorted(needed, key=lambda step: (-seen[step.name], -shares[step.name]))
-        minor = [step for step in needed[1:] if max(seen[step.name], shares[step.name]) < 1.0 - MOST_OF_IT]
+        minor = [step for step in needed[1:] if _is_minor(step, max(seen[step.name], shares[step.name]), final)]
         kept = [step for step in needed if step not in minor]
         chosen, gain = [step.chosen for step in kept], base.chi2 - lenient.chi2
         is_rest_noise, rest_term = leaves_noise, final_term
@@ -131,6 +131,11 @@ def _needed(
         if bic_without > bic_of_both + STRONG and shares[step.name] > (1.0 - MOST_OF_IT) * largest:
             needed.append(step)
     return needed
+
+
+def _is_minor(step: Step, share: float, final: Fit) -> bool:
+    """Whether an effect explains a small ``share`` of the error, and χ² without this effect would not even double."""
+    return share < 1.0 - MOST_OF_IT and step.without.chi2 < 2.0 * final.chi2
 
 
 def bends_curves(effect: Effect) -> bool:
