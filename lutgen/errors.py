@@ -24,6 +24,12 @@ def in_one_line(text: object) -> str:
     return " ".join(str(text).split())
 
 
+def listed(names: Iterable[str]) -> str:
+    """Join names for a sentence: ``a``, ``a and b``, ``a, b and c``."""
+    *before, last = names
+    return f"{', '.join(before)} and {last}" if before else last
+
+
 def pick_one(what: str, given: object, choices: Iterable[str]) -> LutgenError:
     """Return the error for a name ``given`` that is not among ``choices``; the error names a similar choice."""
     from difflib import get_close_matches

@@ -163,7 +163,7 @@ def test_clipped_levels_are_a_signals_range_and_of_the_session_that_shows_them(b
     (found,) = explain(read_campaign(write(tmp_path, pair, [0, 0])), reference="0.txt").verdicts
     assert (found.kind, found.names, found.display) == ("named", ("signal-range",), "cannot tell")
     whose = "the reference, and not in the session" if backwards else "the session, and not in the reference"
-    assert re.search(rf"red and green and blue show one light from code 0\.8\d up in {whose}", found.evidence[0])
+    assert re.search(rf"red, green and blue show one light from code 0\.8\d up in {whose}", found.evidence[0])
     (same,) = explain(read_campaign(write(tmp_path, life([states[1], states[1]], seed=9), [0, 0]))).verdicts
     assert same.kind == "same"
 

@@ -294,7 +294,7 @@ BAD = {
         "2000,0,1,0,0.3020,0.5980,170\n2000,0,0,1,0.1520,0.0620,14\n", "hour 2000 appears twice"
     ),
     "an hour that lacks a digit": bad(
-        with_line(len(LINES), "18000,", "1800,"), "no reading of white and red and green at full drive at hour 1800"
+        with_line(len(LINES), "18000,", "1800,"), "no reading of white, red and green at full drive at hour 1800"
     ),
     "a negative hour": bad(SMALL.replace("\n0,", "\n-10,"), "line 2", "negative"),
     "no hour 0": bad(SMALL.replace("\n0,", "\n10,"), "line 2", "hour 0", "subtract 10"),

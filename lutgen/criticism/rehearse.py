@@ -21,6 +21,7 @@ from lutgen.criticism.search.candidates import family
 from lutgen.criticism.search.stepwise import explain
 from lutgen.criticism.verdict.visibility import threshold, visibility
 from lutgen.effects.declare import PROPOSED
+from lutgen.errors import listed
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -207,12 +208,12 @@ def _recovery(base: Fit, term: Term, rivals: Sequence[Effect], seen: Visibility)
     start = f"Put into these readings{_size_put_in(term, seen)}, "
     names = _names_for(explanation, term.effect.name)
     if not names:
-        wrong = " and ".join(step.name for step in explanation.steps)
+        wrong = listed(step.name for step in explanation.steps)
         return start + (f"it is taken for {wrong}." if wrong else "it is not found."), False
     size, is_right = _recovered_size(simulated, term, seen)
     others = [step.name for step in explanation.steps if step.name not in names]
     if others:
-        return f"{start}it is found, but together with {' and '.join(others)}, which was not put in{size}.", False
+        return f"{start}it is found, but together with {listed(others)}, which was not put in{size}.", False
     rest = [name for name in names if name != term.effect.name]
     if rest:
         size += f"; these readings cannot tell it from {' or '.join(rest)}"

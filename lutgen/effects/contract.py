@@ -20,7 +20,7 @@ from lutgen.effects.declare import Effect
 from lutgen.effects.own import what_was_raised
 from lutgen.effects.probe import ProbeReading
 from lutgen.effects.scene import Scene
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, listed
 from lutgen.readings.conditions import COLUMNS
 
 
@@ -103,7 +103,7 @@ def _finite(effect: Effect) -> str:
                 worst = _worst(~np.isfinite(result))
                 kinds = ["NaN"] * bool(np.isnan(result).any()) + ["infinity"] * bool(np.isinf(result).any())
                 raise Broken(
-                    f"Gives {' and '.join(kinds)} for {_which(reading, worst)}{_with(values)}. Narrow the bounds, or "
+                    f"Gives {listed(kinds)} for {_which(reading, worst)}{_with(values)}. Narrow the bounds, or "
                     f"guard the formula there (a root or power of a negative number, a division by zero)."
                 )
     return (
@@ -157,7 +157,7 @@ def _columns(effect: Effect) -> str:
     idle = [column for column in effect.needs if column not in reacts]
     if idle:
         raise Broken(
-            f"Names {_and(idle)} in `needs`, which change nothing. Leave out the columns that it does not read."
+            f"Names {listed(idle)} in `needs`, which change nothing. Leave out the columns that it does not read."
         )
     rest = probe.readings(effect.stage, at_rest=True)
     visible_at_rest = any(
@@ -167,12 +167,12 @@ def _columns(effect: Effect) -> str:
     missing = [] if visible_at_rest else [column for column in alone if column not in effect.needs]
     if missing:
         raise Broken(
-            f"Does nothing under the reference conditions and something where {_and(missing)} differ, which `needs` "
+            f"Does nothing under the reference conditions and something where {listed(missing)} differ, which `needs` "
             f"does not name. Add: needs={(*effect.needs, *missing)!r}."
         )
     also = [column for column in reacts if column not in effect.needs]
-    read = f"Reads {_and(effect.needs)}, as it says" if effect.needs else "Needs no column"
-    return f"{read}{f'; reacts to {_and(also)} too' if also else ''}."
+    read = f"Reads {listed(effect.needs)}, as it says" if effect.needs else "Needs no column"
+    return f"{read}{f'; reacts to {listed(also)} too' if also else ''}."
 
 
 def _influence(effect: Effect) -> str:
@@ -264,10 +264,6 @@ def _which(reading: ProbeReading, row: tuple[int, ...]) -> str:
 def _with(values: Mapping[str, float], names: list[str] | None = None) -> str:
     listed = [f"{name} = {value:g}" for name, value in values.items() if names is None or name in names]
     return f" with {', '.join(listed)}" if listed else ""
-
-
-def _and(names: tuple[str, ...] | list[str]) -> str:
-    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from lutgen.colorimetry import Array, xyz_to_uv
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, listed
 from lutgen.history.colour_points import ColourPoints, colour_points
 from lutgen.history.patches import CHANNELS, black_xyz, mean_xyz, ramp, tip_rows
 from lutgen.history.steadiness import FEWEST_SHARED, drift_by_order, shared, steadiness
@@ -210,7 +210,7 @@ class SessionPair:
                     places.setdefault(f"up to code {clip.dark:.2f}", []).append(name)
             whose = ("the reference", "the session")
             sentences += [
-                f"{' and '.join(names)} {'show' if len(names) > 1 else 'shows'} one light {where} in {whose[here]}, "
+                f"{listed(names)} {'show' if len(names) > 1 else 'shows'} one light {where} in {whose[here]}, "
                 f"and not in {whose[1 - here]}"
                 for where, names in places.items()
             ]

@@ -12,6 +12,7 @@ from itertools import chain
 import numpy as np
 
 from lutgen.colorimetry import Array
+from lutgen.errors import listed
 from lutgen.history.causes import causes
 from lutgen.history.colour_points import ColourFit
 from lutgen.history.pair import SessionPair
@@ -77,7 +78,7 @@ class SessionVerdict:
     def causes_in_words(self) -> str:
         """The named causes as in the sentence: "a and b", "a or b", or "a and (b or c)"; "" for none."""
         if self.kind == "several":
-            return " and ".join(self.names)
+            return listed(self.names)
         rest = " or ".join(name for name in self.names if name not in self.sure)
         if not self.sure or not rest:
             return " or ".join(self.names)
@@ -215,10 +216,10 @@ def _verdict(
     elif kind == "unclear":
         sentence = "No known cause explains the change, or the patches that would show the cause were not read."
     elif kind == "several":
-        sentence = f"More than one thing at once: {' and '.join(meanings)}."
+        sentence = f"More than one thing at once: {listed(meanings)}."
     elif sure and len(sure) < len(names):
         certain, rest = meanings[: len(sure)], meanings[len(sure) :]
-        sentence = f"It looks as if {' and '.join(certain)}; and in addition, {' or '.join(rest)}."
+        sentence = f"It looks as if {listed(certain)}; and in addition, {' or '.join(rest)}."
     else:
         sentence = f"It looks as if {' or '.join(meanings)}."
     tests = tuple(known[name].test for name in names) if kind in {"one-of", "several"} or len(names) == 1 else ()

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.colorimetry import Array, xyz_to_xyY
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, listed
 from lutgen.readings.conditions import COLUMNS, CONDITIONS
 from lutgen.readings.rest import Rest, is_tip, middle, rest_of
 
@@ -290,7 +290,7 @@ def check_tips(readings: Measurements) -> None:
         missing = [name for name, n in zip(TIP_NAMES, count, strict=True) if n == 0]
         if missing and (hour == 0 or count.any()):
             raise LutgenError(
-                f"{readings.file}: no reading of {' and '.join(missing)} at full drive at hour {hour:g}"
+                f"{readings.file}: no reading of {listed(missing)} at full drive at hour {hour:g}"
                 f"{_under(readings)}. The model needs white, red, green and blue at every hour it starts from."
             )
         counts[float(hour)] = int(here.sum()), count

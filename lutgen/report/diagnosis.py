@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from lutgen.criticism.diagnose import Diagnosis, Ranked, parameters_of
 from lutgen.criticism.verdict.visibility import relative_size, typical_size
 from lutgen.effects.shapes import is_knot
+from lutgen.errors import listed
 from lutgen.numerals import percent, readable, times, with_error
 from lutgen.readings.conditions import COLUMNS
 from lutgen.report.comparison import data_line, fresh_lines, from_own_model
@@ -43,7 +44,7 @@ def diagnose_page(
     if verdict.effects:
         after = diagnosis.after
         yield (
-            f"With {' and '.join(each.name for each in diagnosis.explanation.steps)}: mean ΔE2000 "
+            f"With {listed(each.name for each in diagnosis.explanation.steps)}: mean ΔE2000 "
             f"{after.error.delta_e_mean:.2f}, from {times(before.ratio)} to {times(after.ratio)} the noise."
         )
     yield from _next(diagnosis, again, stub)
@@ -53,7 +54,7 @@ def diagnose_page(
     if verdict.effects:
         yield ""
         yield parameter_table(parameters_of(diagnosis.explanation.final), effects)
-    rivals = [f"These data cannot tell apart: {' and '.join(each)}." for each in verdict.rivals]
+    rivals = [f"These data cannot tell apart: {listed(each)}." for each in verdict.rivals]
     rivals += [_separation(each, again) for each in diagnosis.measure_next]
     for part in (rivals, verdict.remarks, _refutation(diagnosis, effects)):
         if part:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lutgen.errors import listed
 from lutgen.numerals import spaced
 from lutgen.pictures.conspicuity import Conspicuity, outlines
 from lutgen.report.drawing import BLUE, GREY, RED, hour_axis, new_png, picture, save_page, tidy
@@ -54,7 +55,7 @@ def headline(conspicuity: Conspicuity) -> str:
     of = f"median of {spaced(conspicuity.nuclei.count)}" if conspicuity.nuclei.count > 1 else "the only one"
     return (
         f"Nuclei stand out by ΔE2000 {new:.1f} ({of}) when the display is new; at {spaced(conspicuity.hours[-1])} h by "
-        f"{' and '.join(parts)}."
+        f"{listed(parts)}."
     )
 
 

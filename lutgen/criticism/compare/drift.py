@@ -13,6 +13,7 @@ import numpy as np
 
 from lutgen.criticism.noise.replicates import replicate_groups
 from lutgen.criticism.noise.tails import OUTLIER
+from lutgen.errors import listed
 from lutgen.readings.steadiness import FEWEST, SessionDrift, steadiness_of
 from lutgen.readings.table import is_capped
 
@@ -64,7 +65,7 @@ def drift_problem(problem: Problem, verdict: str) -> str:
     unsteady = drifts(problem) if verdict in MEANING else ()
     if not unsteady:
         return ""
-    at = " and ".join(f"at {each.hour:g} h by {each.change:+.1%}" for each in unsteady)
+    at = listed(f"at {each.hour:g} h by {each.change:+.1%}" for each in unsteady)
     return (
         f"The measurement cannot be trusted: luminance changed within the session {at}, and {MEANING[verdict]}. "
         f"Measure again when brightness is steady."

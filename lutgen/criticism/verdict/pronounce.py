@@ -18,6 +18,7 @@ from lutgen.criticism.verdict.shares import shares_of_delta_e
 from lutgen.criticism.verdict.verdict import Verdict
 from lutgen.criticism.verdict.weighing import Weighed, bends_curves, is_of_curves
 from lutgen.criticism.verdict.words import NO_FREE_TERM, excess, like_both, more_light, one, several, structure
+from lutgen.errors import listed
 from lutgen.numerals import percent
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ def pronounce(explanation: Explanation, error: PureError, seen: Sequence[Visibil
     blind = [each.effect for each in seen if not each.visible]
     remarks = remarks_of(explanation, blind, suspicion)
     if suspicion.hours:
-        at = " and ".join(f"{hour:g} h" for hour in suspicion.hours)
+        at = listed(f"{hour:g} h" for hour in suspicion.hours)
         sentence = (
             f"The fault is in the measurement, not in the display: nearly all of the misfit is at {at}, and other "
             f"sessions after {suspicion.hours[0]:g} h are sound. Check hour, patch order and instrument."
@@ -126,7 +127,7 @@ def _unexplained(explanation: Explanation, remarks: tuple[str, ...], residual_te
         else ""
     )
     if len(explanation.steps) > 1:
-        names = " and ".join(step.name for step in explanation.steps)
+        names = listed(step.name for step in explanation.steps)
         left = percent(_left(explanation.final.chi2, explanation))
         tried += f" {names} together leave {left} of it, and may imitate an effect that the catalogue lacks."
     sentence = (
@@ -229,7 +230,7 @@ def _without_imitations(
         return None
     seen = shares_of_delta_e(rest.base, rest.final, rest.steps)
     sizes = {step.name: step.effect.in_words(step.chosen.term.values) for step in rest.steps}
-    left = f"what remains could also be {' and '.join(imitations)}, or something that the catalogue lacks"
+    left = f"what remains could also be {listed(imitations)}, or something that the catalogue lacks"
     if len(rest.steps) > 1:
         verdict = several(rest.steps, sizes, weighed.shares, seen, f"{left}.")
     else:
@@ -262,7 +263,7 @@ def _changed_curves(explanation: Explanation, weighed: Weighed) -> Verdict:
     sentence = (
         f"The display's curves were changed by {' or '.join(names)}, or by an effect like it that the catalogue lacks. "
         f"If it is {first.name}, {first.effect.in_words(first.chosen.term.values)}; "
-        f"{' and '.join(step.name for step in others)} explain{'' if len(others) > 1 else 's'} what its formula misses."
+        f"{listed(step.name for step in others)} explain{'' if len(others) > 1 else 's'} what its formula misses."
     )
     return Verdict("one-of", sentence, names, shares=weighed.shares, shares_delta_e=seen)
 

@@ -10,6 +10,7 @@ from lutgen.criticism.fit.families import condition_of, family_of
 from lutgen.criticism.search.candidates import HALF, STRONG
 from lutgen.criticism.search.free_term import FreeTerm
 from lutgen.criticism.verdict.verdict import Verdict
+from lutgen.errors import listed
 from lutgen.numerals import percent
 
 if TYPE_CHECKING:
@@ -134,7 +135,7 @@ def _objection(step: Step, freed: str, simplest: float, imitated: Imitated | Non
     if imitated and (imitated.left < 2 * STRONG or (step.chosen.refined and imitated.share < HALF)):
         return f"{form} could also imitate most of {imitated.name}."
     if at_bounds := _at_bounds(step):
-        return f"{form} has {' and '.join(at_bounds)} at the limit of the allowed range."
+        return f"{form} has {listed(at_bounds)} at the limit of the allowed range."
     if step.chosen.refined and simplest < HALF:
         share = percent(max(simplest, 0.0))
         return (

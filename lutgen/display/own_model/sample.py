@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lutgen.colorimetry import Array
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, listed
 from lutgen.readings.rest import TIP_DRIVES, is_tip
 
 #: Number of folds of the cross-validation; each fold is predicted from the other folds.
@@ -67,7 +67,7 @@ class Sample:
         lacks += [] if (~drive.any(axis=1)).any() else ["black"]
         if lacks:
             raise LutgenError(
-                f"{file}: a display's own model needs {' and '.join(lacks)}, which were not read. Measure them."
+                f"{file}: a display's own model needs {listed(lacks)}, which were not read. Measure them."
             )
         white = xyz[(drive == 1.0).all(axis=1)].mean(axis=0)
         lines = np.arange(1, len(drive) + 1) if lines is None else lines

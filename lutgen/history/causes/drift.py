@@ -1,5 +1,6 @@
 """Warm-up or automatic brightness: the light drifted during the session."""
 
+from lutgen.errors import listed
 from lutgen.history.causes import Cause
 from lutgen.history.pair import SessionPair
 
@@ -15,7 +16,7 @@ def _proof(pair: SessionPair) -> str:
         for each, whose in zip(pair.drifts, ("the reference", "the session"), strict=True)
         if each.ran_away
     ]
-    return f"{' and '.join(changes)}; levels of this pair are uncertain by as much" if changes else ""
+    return f"{listed(changes)}; levels of this pair are uncertain by as much" if changes else ""
 
 
 CAUSE = Cause(

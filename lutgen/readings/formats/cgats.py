@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from lutgen.cells import number
 from lutgen.colorimetry import D65, Array, xyY_to_xyz
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, listed
 from lutgen.readings.formats._cgats_tables import CgatsTable, tables
 from lutgen.readings.formats._source import WHITE_CD_M2, FileText, date_of, full_drive, whites
 from lutgen.readings.session import Session
@@ -120,7 +120,7 @@ def _readings(source: FileText, file_tables: list[CgatsTable]) -> CgatsTable:
     if len(full) == 1:
         return full[0]
     if full:
-        places = " and ".join(str(table.line) for table in full)
+        places = listed(str(table.line) for table in full)
         raise LutgenError(
             f"{source.file}: several sets of readings, in the tables of lines {places}. Make a file of each."
         )
