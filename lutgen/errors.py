@@ -24,10 +24,10 @@ def in_one_line(text: object) -> str:
     return " ".join(str(text).split())
 
 
-def listed(names: Iterable[str]) -> str:
-    """Join names for a sentence: ``a``, ``a and b``, ``a, b and c``."""
-    *before, last = names
-    return f"{', '.join(before)} and {last}" if before else last
+def listed(names: Iterable[str], conjunction: str = "and") -> str:
+    """Join names for a sentence: nothing, ``a``, ``a and b``, ``a, b and c``."""
+    *before, last = tuple(names) or ("",)
+    return f"{', '.join(before)} {conjunction} {last}" if before else last
 
 
 def pick_one(what: str, given: object, choices: Iterable[str]) -> LutgenError:

@@ -16,7 +16,7 @@ from functools import cache
 from math import inf
 from pathlib import Path
 
-from lutgen.errors import LutgenError, reason_of
+from lutgen.errors import LutgenError, listed, reason_of
 
 try:
     import fcntl
@@ -154,7 +154,7 @@ def check_new_file(path: str | Path, *, force: bool, suffixes: Iterable[str] = (
     """
     file, suffixes = Path(path), tuple(suffixes)
     if suffixes and file.suffix.lower() not in suffixes:
-        raise LutgenError(f"{path}: give a name that ends in {' or '.join(suffixes)}.")
+        raise LutgenError(f"{path}: give a name that ends in {listed(suffixes, 'or')}.")
     if file.is_dir():
         raise LutgenError(f"{path}: is a folder. Give the name of a file.")
     if file.exists() and not force:

@@ -153,7 +153,7 @@ LACKING = {
     "black": (DRIVE.any(axis=1), "No black", {"black", "contrast"}),
     "white": (DRIVE.min(axis=1) < 1, "No white at full drive", {"white", "contrast", "additivity", "gamma"}),
     "red": (~((DRIVE[:, 0] == 1) & (DRIVE[:, 1:] == 0).all(axis=1)), "No red at full drive", {"additivity"}),
-    "greys alone": (np.ptp(DRIVE, axis=1) == 0, "No red or green or blue at full drive", {"additivity", "gamut"}),
+    "greys alone": (np.ptp(DRIVE, axis=1) == 0, "No red, green or blue at full drive", {"additivity", "gamut"}),
     "tips alone": (np.isin(np.arange(len(DRIVE)), (0, 14, 19, 24)), "No patch was read twice", {"noise", "gamma"}),
 }  # fmt: skip
 

@@ -216,7 +216,7 @@ def _recovery(base: Fit, term: Term, rivals: Sequence[Effect], seen: Visibility)
         return f"{start}it is found, but together with {listed(others)}, which was not put in{size}.", False
     rest = [name for name in names if name != term.effect.name]
     if rest:
-        size += f"; these readings cannot tell it from {' or '.join(rest)}"
+        size += f"; these readings cannot tell it from {listed(rest, 'or')}"
     result = "it is found again" if is_right else "it is found, but with the wrong size"
     return f"{start}{result}{size}.", is_right and len(names) <= MOST_ALIKE
 

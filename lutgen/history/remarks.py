@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.colorimetry import SRGB_XY, Array, xy_to_uv, xyz_to_xyY
+from lutgen.errors import listed
 from lutgen.history.patches import CHANNELS, Primaries, mean_xyz, ramp, repeats, tip
 from lutgen.history.transfer import GreyTracking, Transfer, clipping
 
@@ -197,7 +198,7 @@ def _patches(session: Session) -> Iterator[str]:
         tips.insert(0, "white")
     short = [name for name in CHANNELS if ramp(session, name).drive.size <= FEWEST_LEVELS]
     if tips:
-        yield f"No {' or '.join(tips)} at full drive: no model of the display, no gamut, no additivity."
+        yield f"No {listed(tips, 'or')} at full drive: no model of the display, no gamut, no additivity."
     if mean_xyz(session, "black") is None:
         yield "No black: no contrast, no black-level or ambient light, and γ is fitted without subtracting black."
     if not any(rows.size > 1 for rows in repeats(session)):

@@ -79,10 +79,10 @@ class SessionVerdict:
         """The named causes as in the sentence: "a and b", "a or b", or "a and (b or c)"; "" for none."""
         if self.kind == "several":
             return listed(self.names)
-        rest = " or ".join(name for name in self.names if name not in self.sure)
+        rest = [name for name in self.names if name not in self.sure]
         if not self.sure or not rest:
-            return " or ".join(self.names)
-        return " and ".join((*self.sure, f"({rest})" if " or " in rest else rest))
+            return listed(self.names, "or")
+        return listed((*self.sure, f"({listed(rest, 'or')})" if len(rest) > 1 else rest[0]))
 
 
 def without(verdict: SessionVerdict, name: str, why: str) -> SessionVerdict:
@@ -219,9 +219,9 @@ def _verdict(
         sentence = f"More than one thing at once: {listed(meanings)}."
     elif sure and len(sure) < len(names):
         certain, rest = meanings[: len(sure)], meanings[len(sure) :]
-        sentence = f"It looks as if {listed(certain)}; and in addition, {' or '.join(rest)}."
+        sentence = f"It looks as if {listed(certain)}; and in addition, {listed(rest, 'or')}."
     else:
-        sentence = f"It looks as if {' or '.join(meanings)}."
+        sentence = f"It looks as if {listed(meanings, 'or')}."
     tests = tuple(known[name].test for name in names) if kind in {"one-of", "several"} or len(names) == 1 else ()
     return SessionVerdict(kind, names, sentence, evidence, tests, _display(kind, names, sure), sure)
 

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lutgen.bindings import optional
-from lutgen.errors import LutgenError, reason_of, refuse_unknown
+from lutgen.errors import LutgenError, listed, reason_of, refuse_unknown
 from lutgen.names import STAINS
 from lutgen.pictures.images import opened_by_oiio
 
@@ -194,7 +194,7 @@ def _parted(mask: Mask, width: float) -> Labels:
 
 def _none(field: Field, why: str) -> LutgenError:
     return LutgenError(
-        f"{field.file}: no nuclei were found: {why}. Choose the stain with --stain {' or '.join(STAINS)}, lower "
+        f"{field.file}: no nuclei were found: {why}. Choose the stain with --stain {listed(STAINS, 'or')}, lower "
         "--min-area, or say where nuclei are with --mask."
     )
 

@@ -261,8 +261,8 @@ def _changed_curves(explanation: Explanation, weighed: Weighed) -> Verdict:
     names = (first.name, *(step.name for step in others if own.get(step.name, 0.0) > HALF * own[first.name]))
     seen = shares_of_delta_e(base, final, explanation.steps)
     sentence = (
-        f"The display's curves were changed by {' or '.join(names)}, or by an effect like it that the catalogue lacks. "
-        f"If it is {first.name}, {first.effect.in_words(first.chosen.term.values)}; "
+        f"The display's curves were changed by {listed(names, 'or')}, or by an effect like it that the catalogue "
+        f"lacks. If it is {first.name}, {first.effect.in_words(first.chosen.term.values)}; "
         f"{listed(step.name for step in others)} explain{'' if len(others) > 1 else 's'} what its formula misses."
     )
     return Verdict("one-of", sentence, names, shares=weighed.shares, shares_delta_e=seen)

@@ -110,7 +110,7 @@ def one(
     if step.rivals:
         either = (step.name, *(rival.name for rival in step.rivals))
         sentence = (
-            f"One effect is missing, and these data cannot tell which: {' or '.join(either)}. If it is {step.name}, "
+            f"One effect is missing, and these data cannot tell which: {listed(either, 'or')}. If it is {step.name}, "
             f"{size}."
         )
         return Verdict("one-of", sentence, either, (either,))
