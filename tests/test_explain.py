@@ -6,6 +6,7 @@ import re
 from dataclasses import replace
 from datetime import date
 from pathlib import Path
+from types import SimpleNamespace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -385,6 +386,15 @@ def test_a_cause_on_record_is_no_second_assumption(tmp_path: Path) -> None:
     assert "instrument" in pronounce(pair, [both, replace(preset, weight=both.weight - RIVAL + 0.1)]).names
     both, preset, pair = found["other"]
     assert "instrument" not in pronounce(pair, [both, replace(preset, weight=both.weight - RIVAL + 0.1)]).names
+
+
+@pytest.mark.parametrize(("shift", "other", "possible"), [
+    (0.03, False, True), (0.05, False, False), (0.05, True, True), (0.11, True, False),
+])  # fmt: skip
+def test_wrong_corrections_move_primaries_only_so_far(shift: float, other: bool, possible: bool) -> None:
+    """Two instruments may both be wrong; a gamut of half the area is no fault of theirs."""
+    pair = SimpleNamespace(before=SimpleNamespace(instrument="meter"), other_instrument=other, largest_shift=shift)
+    assert causes()["instrument"].possible(pair) is possible  # type: ignore[arg-type]
 
 
 def test_spectral_lines_that_all_shift_are_the_instruments(tmp_path: Path) -> None:

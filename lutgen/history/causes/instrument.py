@@ -24,11 +24,16 @@ def _proof(pair: SessionPair) -> str:
     return f"the spectra of red, green and blue are all shifted by {shift:+.1f} nm, which no display does"
 
 
+def _is_possible(pair: SessionPair) -> bool:
+    """Whether wrong corrections can move the primaries as far: that of one session, or those of two instruments."""
+    is_one = pair.before.instrument and not pair.other_instrument
+    return pair.largest_shift <= (_COLOUR if is_one else 2.0 * _COLOUR)
+
+
 def _sound(values: Values, pair: SessionPair) -> bool:
     if "gauge" in values:
         return bool(abs(values["gauge"][0]) <= _GAUGE)
-    known = pair.before.instrument and not pair.other_instrument
-    return not known or pair.largest_shift <= _COLOUR
+    return _is_possible(pair)
 
 
 CAUSE = Cause(
@@ -37,6 +42,7 @@ CAUSE = Cause(
     test="read white, the primaries and black once more with a second instrument, or without a correction matrix",
     display="unchanged",
     moves=frozenset({"blue", "colour", "contrast"}),
+    possible=_is_possible,
     ways=(("gauge",), ("step", "matrix")),
     prior=_prior,
     recorded=lambda pair: bool(pair.other_instrument),
