@@ -52,7 +52,15 @@ def test_compare_says_what_both_fresh_displays_miss(run: Callable[..., Done]) ->
 def test_diagnose_says_so_too(run: Callable[..., Done]) -> None:
     done = run("diagnose", "panel.csv", "--baseline", "first-hour")
     assert "Start from its own: --baseline native." in " ".join(done.out.split())
-    assert "For its aging:  lutgen diagnose panel.csv --baseline native-first-hour\n" in done.out
+    assert "Start from its own model:  lutgen diagnose panel.csv --baseline native-first-hour\n" in done.out
+
+
+def test_a_display_with_other_curves_needs_its_own_model_before_an_effect_of_ones_own(run: Callable[..., Done]) -> None:
+    done = run("diagnose", "panel.csv", "--stub", "effect.py")
+    assert done.out.startswith("unexplained")
+    advice = done.out.index("Start from its own model:  lutgen diagnose panel.csv --baseline native\n")
+    assert advice < done.out.index("An effect of your own to start from: effect.py")
+    assert "An effect of your own to start from" not in run("diagnose", "panel.csv").out
 
 
 def test_its_json_is_as_the_schema_says(run: Callable[..., Done]) -> None:

@@ -47,10 +47,12 @@ def diagnose_page(
             f"With {listed(each.name for each in diagnosis.explanation.steps)}: mean ΔE2000 "
             f"{after.error.delta_e_mean:.2f}, from {times(before.ratio)} to {times(after.ratio)} the noise."
         )
-    yield from _next(diagnosis, again, stub)
-    own = from_own_model(before, again)
-    if own and verdict.name != "consistent":
-        yield f"This display differs from sRGB in its first session already. For its aging:  lutgen diagnose {own}"
+    own = from_own_model(before, again) if verdict.name != "consistent" else ""
+    if own:
+        first = "This display differs from sRGB in its first session already."
+        yield f"{first} Start from its own model:  lutgen diagnose {own}"
+    if not own or stub or verdict.name != "unexplained":
+        yield from _next(diagnosis, again, stub)
     if verdict.effects:
         yield ""
         yield parameter_table(parameters_of(diagnosis.explanation.final), effects)
