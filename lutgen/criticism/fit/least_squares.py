@@ -75,11 +75,15 @@ class Fit:
         return System(self.problem, linearise(self.problem, self.last), self.last)
 
     @cached_property
+    def whitened(self) -> Array:
+        """Whitened residuals (n, 3) that contain the errors that readings share."""
+        residual = whiten(self.problem, self.problem.xyz - self.predicted)
+        return np.asarray(residual - np.tensordot(self._system.mode_step, self._system.linear.free, axes=1))
+
+    @cached_property
     def linear(self) -> Linear:
         """The linearised problem with the residuals of the estimates, shared errors of sessions subtracted."""
-        problem, system = self.problem, self._system
-        residual = whiten(problem, problem.xyz - self.predicted)
-        residual = residual - np.tensordot(system.mode_step, system.linear.free, axes=1)
+        problem, system, residual = self.problem, self._system, self.whitened.copy()
         corrected = without_first_errors(problem, system.linear._replace(residual=residual))[0].residual
         for whole in problem.blocks:
             shared = problem.marginal[int(whole[0])].expected(corrected[whole].ravel())

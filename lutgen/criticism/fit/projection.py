@@ -60,7 +60,8 @@ class Projection:
             self.parts.append(Part(here, readings_at(here), basis, off, slice(start, start + len(basis))))
             start += len(basis)
         self._count = start
-        self.free, self.residual = self.of(linear.free), self.of(linear.residual, priors=True)
+        # The residual contains the shared errors of sessions: large errors are unlikely, and their priors say so.
+        self.free, self.residual = self.of(linear.free), self.of(fitted.whitened, priors=True)
 
     @cached_property
     def factors(self) -> tuple[Array, Array]:

@@ -116,7 +116,7 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
     elif len(offsets) >= MANY:
         offset = _reml_sd(offsets, usual, TERMS)
     elif len(offsets) >= ENOUGH:
-        offset = _reml_sd(_without_leak(offsets), usual, 1)
+        offset = _reml_sd(_without_leak(offsets, problem), usual, 1)
     if problem.native and not has_capped:
         # The estimate from black alone is too small, because the changes that a leak may cause are left out.
         offset *= float(np.sqrt(max(len(offsets), 1)))
@@ -261,20 +261,28 @@ def _misfit(changed: NDArray[np.bool_], residual: Array) -> Array:
     return np.asarray(np.sqrt(np.maximum(squares, 1.0)))
 
 
-def _without_leak(estimates: list[SessionEstimate]) -> list[SessionEstimate]:
+def _without_leak(estimates: list[SessionEstimate], problem: Problem) -> list[SessionEstimate]:
     """Project the estimates on the colours orthogonal to the one in which they differ most.
 
-    A leak of light has one colour, and any course in time. In a few sessions only the colour distinguishes the leak
-    from an offset. Sessions without an estimate of all of X, Y and Z are left out.
+    A leak of light has one colour relative to white, and any course in time. In a few sessions only the colour
+    distinguishes the leak from an offset. Sessions without an estimate of all of X, Y and Z are left out.
     """
     most = max(len(each.estimate) for each in estimates)
-    complete = [each for each in estimates if len(each.estimate) == most]
+    complete = [_relative_to_white(each, problem) for each in estimates if len(each.estimate) == most]
     colours = np.array([each.estimate for each in complete])
     others = np.linalg.svd(colours - colours.mean(axis=0))[2][1:]
     return [
         each._replace(estimate=others @ each.estimate, covariance=others @ each.covariance @ others.T)
         for each in complete
     ]
+
+
+def _relative_to_white(each: SessionEstimate, problem: Problem) -> SessionEstimate:
+    """Scale an estimate by the change of white since the first session: a leak follows white as white ages."""
+    white = problem.measured_tips[:, 0]
+    aged = white[np.searchsorted(problem.hours, each.hour)] / white[0]
+    scale = np.array([aged["XYZ".index(name)] for name in each.names])
+    return each._replace(estimate=each.estimate / scale, covariance=each.covariance / np.outer(scale, scale))
 
 
 def _reml_sd(estimates: list[SessionEstimate], ordinary: float, trend: int) -> float:
