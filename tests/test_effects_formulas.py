@@ -163,6 +163,13 @@ TWINS: tuple[tuple[str, Mapping[str, float], Scene, object, object], ...] = (
     ),
     ("temperature-gamma", {"slope": 0.01}, at(temperature_c=25.0), [LINEAR], [LINEAR]),
     (
+        "temperature-gamma",
+        {"slope": 0.01, "tilt": 0.02},
+        at(temperature_c=35.0),
+        [[code_to_linear(0.25), code_to_linear(0.5), 1.0]],
+        [[code_to_linear(0.25), code_to_linear(0.5) ** 1.1, 1.0]],
+    ),
+    (
         "dynamic-contrast",
         {"depth": 0.4, "exponent": 2.0},
         at(code=(0.2, 0.4, 0.6), window=0.5, surround=0.0),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
@@ -500,6 +501,45 @@ def test_three_effects_that_leave_something_or_do_not_show_are_no_finding(
         "lutgen.criticism.search.explanation.Explanation.of", lambda self, _: replace(self, steps=weighed.kept)
     )
     assert pronounce(explanation, error, (), Suspicion((), (), "")).name == said
+
+
+@cache
+def leaking() -> Measurements:
+    """Readings of a display whose black leaks more and more, without a reading of a capped lens."""
+    hours = (0.0, 2600.0, 6100.0, 11_900.0, 17_800.0)
+    campaign = Campaign(design="colours", hours=hours, seed=1, hidden=(("black-level", 0.0035, "other"),))
+    lines = [line for line in csv_text(campaign).splitlines() if not line.endswith("lens cap")]
+    return read("\n".join(lines), file="leaking.csv", sha256="")
+
+
+def test_a_leak_that_follows_white_is_no_dark_offset_of_the_meter() -> None:
+    """White changes its colour as it ages, and the leak with it."""
+    assert with_shared_errors(Problem.of(leaking())).offset_cd_m2 < 0.002
+
+
+def test_large_shared_errors_of_sessions_are_as_unlikely_in_scores_as_in_chi2() -> None:
+    problem = replace(Problem.of(leaking()), offset_cd_m2=0.005)
+    base = fit(problem)
+    assert base.chi2 > 10.0 * base.freedom
+    assert (base.score.residual**2).sum() == pytest.approx(base.chi2, rel=1e-6)
+
+
+@pytest.mark.parametrize("change", [0.004, -0.01])
+def test_light_that_drifts_in_the_order_of_reading_is_a_fault_of_the_measurement(change: float) -> None:
+    healthy = read(csv_text(Campaign(design="colours", hours=FEWER, seed=4)), file="healthy.csv", sha256="")
+    rng, count = np.random.default_rng(8), healthy.hours.size
+    order = np.zeros(count)
+    for hour in FEWER:
+        here = healthy.hours == hour
+        order[here] = rng.permutation(int(here.sum()))
+    course = order / np.array([order[healthy.hours == hour].max() for hour in healthy.hours])
+    found = diagnose(
+        replace(healthy.with_light(healthy.xyz_cd_m2 * (1.0 + change * course[:, np.newaxis])), order=order)
+    )
+    assert found.verdict.name == "measurement-problem"
+    told = re.search(r"light changes by (.+?)% from the first to the last reading", found.verdict.sentence)
+    assert told
+    assert float(told[1]) == pytest.approx(100.0 * change, abs=0.11)
 
 
 @pytest.mark.parametrize(("baseline", "most"), [("colour-points", 2), ("first-hour", 3)])

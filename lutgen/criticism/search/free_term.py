@@ -23,7 +23,7 @@ from lutgen.readings.conditions import CONDITIONS
 from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from lutgen.colorimetry import Array
     from lutgen.criticism.fit.least_squares import Fit
@@ -42,6 +42,9 @@ LEAST_LEFT = 0.05**2
 
 #: Number of signatures that are projected at once: more need too much memory.
 AT_ONCE = 32
+
+#: Name of the signature of light that changes steadily along the order of reading.
+IN_ORDER = "the order of reading"
 
 #: Centres of the level signatures in code values, and their half width.
 LEVELS, WIDTH = (0.1, 0.25, 0.4, 0.6, 0.8), 0.2
@@ -67,24 +70,40 @@ class FreeTerm:
     evidence: float = 0.0
 
 
-def probe(current: Fit, error: PureError) -> FreeTerm:
-    """Find the free term of a fit. The unit of its gains is the measured variance of replicates, or the assumed one."""
+def probe(current: Fit, error: PureError, known: Sequence[str] = ()) -> FreeTerm:
+    """Find the free term of a fit. The unit of its gains is the measured variance of replicates, or the assumed one.
+
+    ``known``: signatures of a free term of another fit, which are tried first too: two signatures may explain together
+    what neither explains alone.
+    """
     score = current.score
     names, matrix = _columns(score, _signatures(current.problem, current.predicted))
     if not names:
         return FreeTerm()
     penalty = float(np.log(current.readings)) + 2.0 * float(np.log(len(names)))
+    starts: list[list[int]] = [[]] + [[names.index(name) for name in known if name in names]] * bool(known)
+    found = [_greedy(matrix, score.residual, error.scale, penalty, start) for start in starts]
+    chosen, gain, evidence = max(found, key=lambda each: each[2])
+    if evidence <= STRONG:
+        return FreeTerm()
+    return FreeTerm(tuple(names[index] for index in chosen), gain, evidence)
+
+
+def _greedy(
+    matrix: Array, residual: Array, scale: float, penalty: float, first: Sequence[int]
+) -> tuple[list[int], float, float]:
+    """Choose rows of ``matrix`` one after another, ``first`` before others; return them, their gain and evidence."""
     gain, evidence = 0.0, 0.0
     chosen: list[int] = []
     # Of the part of each signature that is orthogonal to the chosen ones: product with the residuals, and squared norm.
     # ``along``: products of every signature with the chosen directions.
-    products, left, along = matrix @ score.residual, np.ones(len(names)), np.zeros((0, len(names)))
+    products, left, along = matrix @ residual, np.ones(len(matrix)), np.zeros((0, len(matrix)))
     directions = np.zeros((0, matrix.shape[1]))
     while len(chosen) < MOST:
         gains = np.divide(products**2, left, out=np.zeros_like(products), where=left > 0)
-        best = int(np.argmax(gains))
-        net_gain = float(gains[best]) / error.scale - penalty
-        if net_gain <= 0.0:
+        best = first[len(chosen)] if len(chosen) < len(first) else int(np.argmax(gains))
+        net_gain = float(gains[best]) / scale - penalty
+        if (net_gain <= 0.0 and len(chosen) >= len(first)) or left[best] <= 0:
             break
         chosen.append(best)
         gain += float(gains[best])
@@ -94,16 +113,25 @@ def probe(current: Fit, error: PureError) -> FreeTerm:
         products = products - shared * (products[best] / np.sqrt(left[best]))
         left = np.where(left - shared**2 > LEAST_LEFT * left, left - shared**2, 0.0)
         directions, along = np.vstack([directions, direction]), np.vstack([along, shared])
-    if evidence <= STRONG:
-        return FreeTerm()
-    return FreeTerm(tuple(names[index] for index in chosen), gain, evidence)
+    return chosen, gain, evidence
 
 
-def free_term(current: Fit, error: PureError) -> FreeTerm:
-    """Find the free term of a fit. Where scatter is too large but even, the unit of gains is the scatter's variance."""
+def free_term(current: Fit, error: PureError, known: Sequence[str] = ()) -> FreeTerm:
+    """Find the free term of a fit as :func:`probe`, in units of the scatter's variance where this is large but even."""
     if not is_within_scatter(error, current) and is_even(current):
         error = replace(error, squares=current.chi2, freedom=max(current.freedom, 1), inside=None)
-    return probe(current, error)
+    return probe(current, error, known)
+
+
+def change_in_order(current: Fit) -> float:
+    """Return the relative change of light from the first to the last reading of a session that the residuals show."""
+    score, problem = current.score, current.problem
+    order = problem.readings.order
+    if order is None:
+        return 0.0
+    signature = dict(_in_order(problem, current.predicted, order[problem.rows]))[IN_ORDER]
+    left = score.project(whiten(problem, signature))
+    return float(left @ score.residual / (left @ left))
 
 
 def _columns(score: Score, signatures: Iterator[tuple[str, Array]]) -> tuple[list[str], Array]:
@@ -142,7 +170,7 @@ def _in_order(problem: Problem, predicted: Array, order: Array) -> Iterator[tupl
         before[read[1:]] = predicted[read[:-1]] - predicted[read[1:]]
         course[read] = np.arange(read.size) / max(read.size - 1, 1)
     yield "the patch read before", before
-    yield "the order of reading", predicted * course[:, np.newaxis]
+    yield IN_ORDER, predicted * course[:, np.newaxis]
 
 
 def _signatures(problem: Problem, predicted: Array) -> Iterator[tuple[str, Array]]:

@@ -10,7 +10,7 @@ import numpy as np
 from lutgen.criticism.compare.drift import drift_problem
 from lutgen.criticism.fit.lack_of_fit import is_even, is_noise, is_within_scatter
 from lutgen.criticism.search.candidates import HALF, STRONG
-from lutgen.criticism.search.free_term import FreeTerm, free_term, probe
+from lutgen.criticism.search.free_term import IN_ORDER, FreeTerm, change_in_order, free_term, probe
 from lutgen.criticism.search.stepwise import MOST_OF_IT
 from lutgen.criticism.verdict.imitation import Imitated, nearest, overlap
 from lutgen.criticism.verdict.remarks import lines_of, remarks_of
@@ -95,6 +95,14 @@ def _without_steps(
     if within and not residual_term.names:
         compared = not base.problem.is_tip_anchor.all()
         return Verdict("consistent", _agrees(base) if compared else NOTHING_COMPARED, remarks=remarks)
+    if residual_term.names == (IN_ORDER,):
+        change = f"{change_in_order(base):+.1%}"
+        sentence = (
+            f"The fault is in the measurement: light changes by {change} from the first to the last reading of a "
+            f"session, in the order of reading. Apart from that nothing is above the noise. Let the meter and the "
+            f"display warm up, and measure again."
+        )
+        return Verdict("measurement-problem", sentence, remarks=remarks)
     if not within and is_even(base) and not free_term(base, error).names:
         return _too_much_scatter(explanation, error, remarks)
     return _unexplained(explanation, remarks, residual_term)

@@ -63,7 +63,8 @@ class Weighed:
         shares, before = {}, base.chi2
         for step, trail_fit in zip(steps, explanation.trail, strict=True):
             shares[step.name], before = max(before - trail_fit.chi2, 0.0) / excess, trail_fit.chi2
-        base_term, final_term = probe(base, error), free_term(final, error)
+        base_term = probe(base, error)
+        final_term = free_term(final, error, base_term.names)
         bic_of_both = final.bic - final_term.evidence
         leaves_noise = is_noise(final, error)
         # Where the residual is not noise, a fit with the slope errors of a native display's curves decides whether the
@@ -81,7 +82,7 @@ class Weighed:
         chosen, gain = [step.chosen for step in kept], base.chi2 - lenient.chi2
         is_rest_noise, rest_term = leaves_noise, final_term
         if lenient is not final:
-            is_rest_noise, rest_term = is_noise(lenient, error), free_term(lenient, error)
+            is_rest_noise, rest_term = is_noise(lenient, error), free_term(lenient, error, base_term.names)
         # A free term describes only smooth residuals. Where more than noise is left, at least half of it counts too.
         not_smooth = 0.0 if is_rest_noise else HALF * max(excess - gain, 0.0)
         missed = max(rest_term.gain, not_smooth) if rest_term.names else max(excess - gain, 0.0)
@@ -126,7 +127,7 @@ def _needed(
     for step in explanation.steps:
         similar = [term.effect.name for term in step.without.terms if _is_similar(step.effect, term.effect)]
         largest = max((shares[name] for name in similar if name in shares), default=0.0)
-        term = base_term if step.without is explanation.base else probe(step.without, error)
+        term = base_term if step.without is explanation.base else probe(step.without, error, base_term.names)
         bic_without = step.without.bic - term.evidence
         if bic_without > bic_of_both + STRONG and shares[step.name] > (1.0 - MOST_OF_IT) * largest:
             needed.append(step)

@@ -1,7 +1,8 @@
 """A warmer liquid crystal answers its drive otherwise: the transfer curve bends with the temperature.
 
 l' = l^(1 + c·(T − T₀)), with T₀ = 25 °C. Mid-tones change; black and white stay, as in ``eotf-drift``. The change
-depends on the temperature, not on the hours. The refined form gives each channel its own coefficient.
+depends on the temperature, not on the hours. In the refined forms c is linear in the code value, or each channel has
+its own c.
 
 Meaning of 0 and 1: c = 0 is a curve that does not depend on the temperature. c = 0.01/K adds 0.01 to the factor of the
 exponent for each kelvin.
@@ -14,7 +15,7 @@ Assumption: the form, and sizes of some thousandths per kelvin.
 
 import numpy as np
 
-from lutgen.colorimetry import Array
+from lutgen.colorimetry import Array, linear_to_code
 from lutgen.effects.declare import Parameter, effect
 from lutgen.effects.scene import REFERENCE_C, Scene
 from lutgen.effects.shapes import bent
@@ -22,8 +23,8 @@ from lutgen.effects.shapes import bent
 
 @effect(
     stage="transfer",
-    neutral={"slope": 0.0, "red": 0.0, "blue": 0.0},
-    forms=(("slope",), ("slope", "red", "blue")),
+    neutral={"slope": 0.0, "tilt": 0.0, "red": 0.0, "blue": 0.0},
+    forms=(("slope",), ("slope", "tilt"), ("slope", "red", "blue"), ("slope", "tilt", "red", "blue")),
     needs=("temperature_c",),
     confused_with={
         "eotf-drift": "the temperature column: a curve that ages stays when the panel cools",
@@ -32,9 +33,13 @@ from lutgen.effects.shapes import bent
     says="the exponent of the curve changes by {slope:.2g} per kelvin",
     source="electro-optic characteristics of switching modes by temperature (2009); form and size: an assumption",
     slope=Parameter(0.003, (-0.05, 0.05), "1/K", "change of the exponent per kelvin above 25 °C"),
+    tilt=Parameter(0.0, (-0.05, 0.05), "1/K", "change of the exponent per kelvin at code 1 less that at code ½"),
     red=Parameter(0.0, (-0.05, 0.05), "1/K", "change of red's exponent per kelvin, in addition"),
     blue=Parameter(0.0, (-0.05, 0.05), "1/K", "change of blue's exponent per kelvin, in addition"),
 )
-def temperature_gamma(linear: Array, scene: Scene, *, slope: float, red: float, blue: float) -> Array:
+def temperature_gamma(linear: Array, scene: Scene, *, slope: float, tilt: float, red: float, blue: float) -> Array:
     """Raise the light of each channel to a power that depends on the temperature."""
-    return bent(linear, (scene.temperature_c - REFERENCE_C) * np.array([slope + red, slope, slope + blue]))
+    per_kelvin = np.array([slope + red, slope, slope + blue])
+    if tilt:
+        per_kelvin = per_kelvin + tilt * (2.0 * linear_to_code(linear) - 1.0)
+    return bent(linear, (scene.temperature_c - REFERENCE_C) * per_kelvin)
