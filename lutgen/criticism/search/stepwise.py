@@ -285,6 +285,8 @@ def _sufficient_alone(
     left, apart = free_term(final, error), stand_apart(chosen, base)
     if is_noise(final, error) and not left.names and apart:
         return []
+    if base.problem.from_first_hour and final.chi2 < HALF * min(each.best.fit.chi2 for each in first):
+        return []  # the light usually ages in several ways at once, which have similar effects
     whole = base.chi2 - final.chi2 + left.gain
     sufficient = [each for each in first if each.best.gain > MOST_OF_IT * whole]
     if sufficient and apart:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.criticism.compare.comparison import CLEAR
 from lutgen.criticism.compare.drift import drift_problem
 from lutgen.criticism.fit.lack_of_fit import is_even, is_noise, is_within_scatter
 from lutgen.criticism.search.candidates import HALF, STRONG
@@ -169,10 +170,13 @@ def _with_steps(explanation: Explanation, error: PureError, remarks: tuple[str, 
     pair = weighed.sound and weighed.clean and len(weighed.kept) == 2
     if curves and not (pair and overlap([step.chosen for step in weighed.kept], base)):
         return replace(_changed_curves(explanation, weighed), remarks=remarks)
-    if not weighed.sound:
-        tied = _tied_with_free_term(explanation, weighed)
-        return replace(tied, remarks=remarks) if tied else _unexplained(explanation, remarks, residual_term)
-    return _sound(explanation, weighed, error, remarks) or _unexplained(explanation, remarks, residual_term)
+    if weighed.sound and not _leaves_much(explanation, weighed, error):
+        verdict = _sound(explanation, weighed, error, remarks)
+    else:
+        verdict = _tied_with_free_term(explanation, weighed)
+    if verdict := verdict or _aging_in_several_ways(explanation, weighed):
+        return replace(verdict, remarks=verdict.remarks or remarks)
+    return _unexplained(explanation, remarks, residual_term)
 
 
 def _sound(explanation: Explanation, weighed: Weighed, error: PureError, remarks: tuple[str, ...]) -> Verdict | None:
@@ -246,6 +250,33 @@ def _without_imitations(
         size = f"{sizes[step.name]}: {excess(step, seen, weighed.shares)}"
         verdict = one(step, size, objection=f"{left[0].upper()}{left[1:]}.")
     return replace(verdict, shares=weighed.shares, shares_delta_e=seen)
+
+
+def _is_of_light(explanation: Explanation) -> bool:
+    """Whether several effects were admitted, and all of them are ways in which the light ages from the first hour."""
+    steps = explanation.steps
+    are_of_light = all(step.effect.baseline == "first-hour" and step.effect.stage != "instrument" for step in steps)
+    return explanation.base.problem.from_first_hour and len(steps) > 1 and are_of_light
+
+
+def _leaves_much(explanation: Explanation, weighed: Weighed, error: PureError) -> bool:
+    """Whether the kept effects leave clearly more than all ways together in which the light ages."""
+    final, left = explanation.final, explanation.of([step.name for step in weighed.kept]).final.chi2
+    return _is_of_light(explanation) and left > max(2.0 * final.chi2, CLEAR**2 * final.freedom * error.scale)
+
+
+def _aging_in_several_ways(explanation: Explanation, weighed: Weighed) -> Verdict | None:
+    """Name several ways in which the light ages, if they explain nearly all together but are no separate findings."""
+    base, final, steps = explanation.base, explanation.final, explanation.steps
+    if not _is_of_light(explanation) or not weighed.explains:
+        return None
+    seen = shares_of_delta_e(base, final, steps)
+    names = tuple(step.name for step in steps)
+    sentence = (
+        f"The light ages in more than one way: {listed(names)} explain it together, and no effect alone. They are too "
+        f"similar in these readings to say how much each contributes."
+    )
+    return Verdict("one-of", sentence, names, shares=weighed.shares, shares_delta_e=seen)
 
 
 def _tied_with_free_term(explanation: Explanation, weighed: Weighed) -> Verdict | None:
