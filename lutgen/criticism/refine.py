@@ -77,9 +77,14 @@ class Refinement:
     held_out_gain: float = 0.0
 
     @property
+    def falls(self) -> bool:
+        """Whether the error fell in the figures that are printed."""
+        return self.after.ratio < self.before.ratio and times(self.after.ratio) != times(self.before.ratio)
+
+    @property
     def improves(self) -> bool:
         """Whether the error fell and that of withheld readings did not rise; False where nothing was added."""
-        return bool(self.steps) and self.after.ratio < self.before.ratio and self.held_out_gain >= 0.0
+        return bool(self.steps) and self.falls and self.held_out_gain >= 0.0
 
     @property
     def after(self) -> Comparison:
@@ -94,17 +99,13 @@ class Refinement:
 
     def no_gain(self) -> str:
         """Say why the model does not improve."""
-        if not self.steps:
-            return "Nothing was added"
-        falls = self.after.ratio < self.before.ratio
-        return "Withheld readings are predicted no better" if falls else "The error does not fall"
+        why = "Withheld readings are predicted no better" if self.falls else "The error does not fall"
+        return why if self.steps else "Nothing was added"
 
     def of_saved(self, saved: DisplayModel | None) -> Refinement:
         """Copy modes and conditions, which a fit does not change, from the saved model that was refined."""
-        if saved is None:
-            return self
-        model = replace(self.model, reference=saved.reference, luminance=saved.luminance, conditions=saved.conditions)
-        return replace(self, model=model)
+        kept = {name: getattr(saved, name) for name in ("reference", "luminance", "conditions")} if saved else {}
+        return replace(self, model=replace(self.model, **kept))
 
     def carried(self) -> list[str]:
         """Say what LUTs of this model will carry, and what they cannot carry."""
@@ -122,9 +123,9 @@ class Refinement:
             f"{after.floor.delta_e_mean:.2f})."
         )
         if self.improves:
-            colour = " Mean ΔE2000 does not." if after.error.delta_e_mean > before.error.delta_e_mean else ""
+            colour = " Mean ΔE2000 does not fall." if after.error.delta_e_mean > before.error.delta_e_mean else ""
             return f"With {names} the error falls {course}{colour}"
-        if after.ratio < before.ratio:
+        if self.falls:
             return f"With {names} the error falls {course} But readings withheld from the fit are predicted no better."
         return f"With {names} the error does not fall: it goes {course}"
 

@@ -70,6 +70,8 @@ class Explanation:
         The admitted effects in the order of their admission.
     trail
         The fits with the first effect, the first two effects, and so on to ``final``.
+    beyond
+        Effects that may only explain what the formula of an effect misses that explains nearly all alone.
 
     """
 
@@ -78,6 +80,7 @@ class Explanation:
     first: tuple[Family, ...]
     steps: tuple[Step, ...]
     trail: tuple[Fit, ...]
+    beyond: tuple[str, ...] = ()
 
     def of(self, names: Sequence[str]) -> Explanation:
         """Return the explanation by those admitted effects alone that are named, with the forms that were chosen."""

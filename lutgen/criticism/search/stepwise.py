@@ -77,8 +77,10 @@ def explain(
         current = together(base, chosen)
     chosen = _without_free_term(_pruned(chosen, base), base, error)
     final = together(base, chosen)
+    beyond: tuple[str, ...] = ()
     sufficient = _sufficient_alone(chosen, final, first, base, error)
     if sufficient:
+        beyond = tuple(each.effect.name for each in chosen if each.effect.name != sufficient[0].name)
         chosen = [sufficient[0].best]
         final = together(base, chosen)
     trail = [together(base, chosen[:count]) for count in range(1, len(chosen))]
@@ -87,7 +89,7 @@ def explain(
         Step(each, tuple(other for other in chosen if other is not each), tuple(effects), base, tuple(sufficient[1:]))
         for each in chosen
     )
-    return Explanation(base, final, tuple(first), steps, tuple(trail))
+    return Explanation(base, final, tuple(first), steps, tuple(trail), beyond)
 
 
 def _next(  # noqa: PLR0917 - the state of the search, and its inputs

@@ -158,6 +158,9 @@ def _left(chi2: float, explanation: Explanation) -> float:
 def _with_steps(explanation: Explanation, error: PureError, remarks: tuple[str, ...]) -> Verdict:
     """Return the verdict of a search that has admitted effects."""
     steps, base = explanation.steps, explanation.base
+    if explanation.beyond:
+        further = f"Beside {steps[0].name}, {listed(explanation.beyond)} would explain more of the rest"
+        remarks = (*remarks, f"{further}: further effects, or only what the formula of {steps[0].name} misses.")
     weighed = Weighed.of(explanation, error)
     if not weighed.kept and weighed.clean and is_within_scatter(error, base) and not weighed.base_free_term.names:
         traces = ", ".join(step.name for step in steps)

@@ -99,9 +99,12 @@ class Weighed:
         clean = leaves_noise and not final_term.names
         # Even scatter above the noise may be an effect that the catalogue lacks: half of the excess must be explained.
         half = is_within_scatter(error, lenient) or gain > HALF * excess
+        # Where the excess is seen and a residual is left, the eye must see half of the excess disappear.
+        visible = clean or not any(seen.values()) or sum(seen[step.name] for step in kept) > HALF
         sound = (
             bool(kept)
             and half
+            and visible
             and (clean or enough)
             and not_kept <= (1.0 - MOST_OF_IT) * gain
             and base.bic - base_term.evidence >= bic_of_both - STRONG

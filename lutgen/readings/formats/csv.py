@@ -266,10 +266,10 @@ class CsvTable:
         x, y, luminance = values["x"], values["y"], values["Y"]
         for bad, column, why in (
             (y < MIN_Y, "y", "y must be above 0: XYZ = xY/y would be infinite"),
-            (x < 0, "x", "x must not be negative"),
+            (x < 0, "x", "x must not be negative; give a dark reading as X,Y,Z, or remove its row"),
             (x + y > 1, "x", "x + y must not be above 1: that is no colour"),
             (luminance > RANGES["XYZ"][1], "Y", "Y is more than a million cd/m², which no display gives"),
-            (luminance <= 0, "Y", "Y must be above 0 cd/m²; a dark reading has no chromaticity, give it as X,Y,Z"),
+            (luminance <= 0, "Y", "Y must be above 0 cd/m²; give a dark reading as X,Y,Z, or remove its row"),
         ):
             if bad.any():
                 row = int(np.argmax(bad))
