@@ -28,7 +28,7 @@ from lutgen.criticism.search.influence import Suspicion, wrong_sessions
 from lutgen.criticism.search.separate import separation
 from lutgen.criticism.search.stepwise import admissible, explain, refined
 from lutgen.criticism.verdict.imitation import nearest, overlap
-from lutgen.criticism.verdict.pronounce import _most_with_residual, pronounce
+from lutgen.criticism.verdict.pronounce import _aging_in_several_ways, _most_with_residual, pronounce
 from lutgen.criticism.verdict.weighing import Weighed, _is_minor, is_of_curves
 from lutgen.effects import catalogue
 from lutgen.effects.shapes import is_knot
@@ -549,6 +549,29 @@ def test_the_aging_of_the_light_may_leave_a_residual_beside_two_effects(baseline
     kept = [_stub(effect=catalogue()[name]) for name in ("phosphor-wear", "black-level", "eotf-drift")]
     assert _most_with_residual(kept, base) == most
     assert _most_with_residual(kept[1:], base) == 2
+
+
+@pytest.mark.parametrize(
+    ("names", "explains", "told"),
+    [
+        (("yellowing", "channel-decay"), True, "yellowing and channel-decay explain it together, and no effect alone"),
+        (("yellowing", "channel-decay"), False, None),
+        (("yellowing", "meter-mismatch"), True, None),
+        (("yellowing", "eotf-drift"), True, None),
+        (("yellowing",), True, None),
+    ],
+)
+def test_ways_in_which_the_light_ages_are_named_together_where_they_overlap(
+    monkeypatch: pytest.MonkeyPatch, names: tuple[str, ...], explains: bool, told: str | None
+) -> None:
+    steps = [_stub(name=name, effect=catalogue()[name]) for name in names]
+    explanation = _stub(base=_stub(problem=_stub(from_first_hour=True)), final=None, steps=steps)
+    monkeypatch.setattr("lutgen.criticism.verdict.pronounce.shares_of_delta_e", lambda *_: {})
+    verdict = _aging_in_several_ways(explanation, _stub(explains=explains, shares={}))
+    assert (verdict is None) == (told is None)
+    if verdict and told:
+        assert told in verdict.sentence
+        assert (verdict.name, verdict.effects) == ("one-of", names)
 
 
 @pytest.mark.slow

@@ -78,12 +78,12 @@ def test_the_sentence_and_the_json_say_how_far_it_fell() -> None:
 
 def test_an_error_that_falls_in_units_of_noise_alone_is_said_to_do_so() -> None:
     made = both()
-    assert not made.sentence().endswith("Mean ΔE2000 does not.")
+    assert not made.sentence().endswith("Mean ΔE2000 does not fall.")
     last = made.steps[-1]
     worse = replace(last.comparison, error=replace(last.comparison.error, delta_e_mean=99.0))
     told = replace(made, steps=(*made.steps[:-1], replace(last, comparison=worse))).sentence()
     assert "the error falls" in told
-    assert told.endswith("Mean ΔE2000 does not.")
+    assert told.endswith("Mean ΔE2000 does not fall.")
 
 
 def error(model: DisplayModel, hidden: Campaign, hours: float, code: Array) -> float:
