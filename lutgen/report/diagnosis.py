@@ -165,8 +165,13 @@ def _in_short(each: Ranked, effect: Effect) -> str:
 
 
 def _separation(each: Separation, again: str) -> str:
-    """Return which readings, repeated how often, separate two rivals; or that no readings of one session do."""
+    """Return which readings, repeated how often, separate two rivals, or why no readings of one session do."""
     first, second = each.separates
+    if each.before > CLEARLY:
+        return (
+            f"The formulas of {first} and {second} differ on these readings by a χ² of {each.before:.3g}, but neither is "
+            f"exact: either may be the cause."
+        )
     gain = each.after - each.before
     times = ceil(max(CLEARLY - each.before, 1.0) / gain) if gain > 0 else TOO_OFTEN + 1
     if times > TOO_OFTEN:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.criticism.compare.comparison import CLEAR
 from lutgen.criticism.fit.heldout import STANDARD_ERRORS
 from lutgen.criticism.fit.lack_of_fit import is_noise
 from lutgen.criticism.fit.least_squares import fit
@@ -34,7 +35,7 @@ from lutgen.criticism.search.explanation import Explanation, Step, together
 from lutgen.criticism.search.free_term import free_term, probe
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from lutgen.criticism.fit.least_squares import Fit
     from lutgen.criticism.noise.pure_error import PureError
@@ -49,7 +50,7 @@ NEAR = 60.0
 
 #: A misfit is clear where the excess of χ² is more than the first number times χ² of the noise. One effect, or two,
 #: must then explain these shares of the excess before a further effect is tried.
-CLEAR, LEAST_EXPLAINED = 0.2, (0.15, 0.5)
+CLEAR_EXCESS, LEAST_EXPLAINED = 0.2, (0.15, 0.5)
 
 #: Largest number of effects at once: no campaign distinguishes more.
 MOST = 3
@@ -135,7 +136,7 @@ def _is_hopeless(base: Fit, current: Fit, count: int) -> bool:
     if not count:
         return False
     excess = base.chi2 - base.freedom
-    return excess > CLEAR * base.freedom and base.chi2 - current.chi2 < LEAST_EXPLAINED[count - 1] * excess
+    return excess > CLEAR_EXCESS * base.freedom and base.chi2 - current.chi2 < LEAST_EXPLAINED[count - 1] * excess
 
 
 def _is_beyond_chance(ranked: Family, current: Fit, error: PureError, tried: int) -> bool:
@@ -274,6 +275,11 @@ def stand_apart(chosen: Sequence[Candidate], base: Fit) -> bool:
     return own > HALF * (base.chi2 - left)
 
 
+def are_of_light(effects: Iterable[Effect]) -> bool:
+    """Whether all effects are ways in which the light itself ages, which only a baseline from the first hour shows."""
+    return all(each.baseline == "first-hour" and each.stage != "instrument" for each in effects)
+
+
 def _sufficient_alone(
     chosen: Sequence[Candidate], final: Fit, first: Sequence[Family], base: Fit, error: PureError
 ) -> list[Family]:
@@ -287,8 +293,10 @@ def _sufficient_alone(
     left, apart = free_term(final, error), stand_apart(chosen, base)
     if is_noise(final, error) and not left.names and apart:
         return []
-    if base.problem.from_first_hour and final.chi2 < HALF * min(each.best.fit.chi2 for each in first):
-        return []  # the light usually ages in several ways at once, which have similar effects
+    # The light usually ages in several ways at once, which have similar effects.
+    is_explained = final.chi2 < min(HALF * first[0].best.fit.chi2, CLEAR**2 * final.freedom * error.scale)
+    if is_explained and base.problem.from_first_hour and are_of_light(each.effect for each in chosen):
+        return []
     whole = base.chi2 - final.chi2 + left.gain
     sufficient = [each for each in first if each.best.gain > MOST_OF_IT * whole]
     if sufficient and apart:

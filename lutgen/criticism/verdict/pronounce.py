@@ -12,7 +12,7 @@ from lutgen.criticism.compare.drift import drift_problem
 from lutgen.criticism.fit.lack_of_fit import is_even, is_noise, is_within_scatter
 from lutgen.criticism.search.candidates import HALF, STRONG
 from lutgen.criticism.search.free_term import IN_ORDER, FreeTerm, change_in_order, free_term, probe
-from lutgen.criticism.search.stepwise import MOST_OF_IT
+from lutgen.criticism.search.stepwise import MOST_OF_IT, are_of_light
 from lutgen.criticism.verdict.imitation import Imitated, nearest, overlap
 from lutgen.criticism.verdict.remarks import lines_of, remarks_of
 from lutgen.criticism.verdict.shares import shares_of_delta_e
@@ -257,9 +257,8 @@ def _without_imitations(
 
 def _is_of_light(explanation: Explanation) -> bool:
     """Whether several effects were admitted, and all of them are ways in which the light ages from the first hour."""
-    steps = explanation.steps
-    are_of_light = all(step.effect.baseline == "first-hour" and step.effect.stage != "instrument" for step in steps)
-    return explanation.base.problem.from_first_hour and len(steps) > 1 and are_of_light
+    steps, problem = explanation.steps, explanation.base.problem
+    return problem.from_first_hour and len(steps) > 1 and are_of_light(step.effect for step in steps)
 
 
 def _leaves_much(explanation: Explanation, weighed: Weighed, error: PureError) -> bool:
