@@ -169,8 +169,8 @@ def _separation(each: Separation, again: str) -> str:
     first, second = each.separates
     if each.before > CLEARLY:
         return (
-            f"The formulas of {first} and {second} differ on these readings by a χ² of {each.before:.3g}, but neither is "
-            f"exact: either may be the cause."
+            f"The formulas of {first} and {second} differ on these readings by a χ² of {each.before:.3g}, but neither "
+            f"is exact: either may be the cause."
         )
     gain = each.after - each.before
     times = ceil(max(CLEARLY - each.before, 1.0) / gain) if gain > 0 else TOO_OFTEN + 1

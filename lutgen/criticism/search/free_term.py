@@ -23,7 +23,7 @@ from lutgen.readings.conditions import CONDITIONS
 from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Collection, Iterator, Sequence
 
     from lutgen.colorimetry import Array
     from lutgen.criticism.fit.least_squares import Fit
@@ -70,14 +70,14 @@ class FreeTerm:
     evidence: float = 0.0
 
 
-def probe(current: Fit, error: PureError, known: Sequence[str] = ()) -> FreeTerm:
+def probe(current: Fit, error: PureError, known: Sequence[str] = (), *, leave_out: Collection[str] = ()) -> FreeTerm:
     """Find the free term of a fit. The unit of its gains is the measured variance of replicates, or the assumed one.
 
     ``known``: signatures of a free term of another fit, which are tried first too: two signatures may explain together
-    what neither explains alone.
+    what neither explains alone. ``leave_out``: columns of conditions that no signature may depend on.
     """
     score = current.score
-    names, matrix = _columns(score, _signatures(current.problem, current.predicted))
+    names, matrix = _columns(score, _signatures(current.problem, current.predicted, leave_out))
     if not names:
         return FreeTerm()
     penalty = float(np.log(current.readings)) + 2.0 * float(np.log(len(names)))
@@ -148,13 +148,13 @@ def _columns(score: Score, signatures: Iterator[tuple[str, Array]]) -> tuple[lis
     return names, np.concatenate(columns)
 
 
-def _outside_catalogue(problem: Problem, predicted: Array) -> Iterator[tuple[str, Array]]:
+def _outside_catalogue(problem: Problem, predicted: Array, leave_out: Collection[str]) -> Iterator[tuple[str, Array]]:
     """Yield signatures of displays that no effect of the catalogue has: by order of reading, by side, by room light."""
     if problem.readings.order is not None:
         yield from _in_order(problem, predicted, problem.readings.order[problem.rows])
     top = problem.readings.drive[problem.rows].max(axis=1)
     strange = {name for condition in CONDITIONS for name in condition.strange}
-    for name, weight in _conditions(problem):
+    for name, weight in _conditions(problem, leave_out):
         if name in strange:
             for shape, factor in (("", np.ones_like(top)), (" and level", 4 * top * (1 - top))):
                 yield f"{name}{shape}", predicted * (weight * factor)[:, np.newaxis]
@@ -173,15 +173,15 @@ def _in_order(problem: Problem, predicted: Array, order: Array) -> Iterator[tupl
     yield IN_ORDER, predicted * course[:, np.newaxis]
 
 
-def _signatures(problem: Problem, predicted: Array) -> Iterator[tuple[str, Array]]:
+def _signatures(problem: Problem, predicted: Array, leave_out: Collection[str] = ()) -> Iterator[tuple[str, Array]]:
     """Yield names and signatures in cd/m², (n, 3)."""
     colours = {"": np.ones(3), " in X": np.array([1.0, 0.0, 0.0]), " in Z": np.array([0.0, 0.0, 1.0])}
-    for name, weight in _weights(problem):
+    for name, weight in _weights(problem, leave_out):
         for colour, part in colours.items():
             yield f"light by {name}{colour}", predicted * weight[:, np.newaxis] * part
-    yield from _outside_catalogue(problem, predicted)
+    yield from _outside_catalogue(problem, predicted, leave_out)
     white = problem.measured_tips[:, 0][problem.hour_of]
-    for name, weight in _places(problem):
+    for name, weight in _places(problem, leave_out):
         for colour, part in colours.items():
             yield f"light added {name}{colour}", white * weight[:, np.newaxis] * part
 
@@ -203,7 +203,7 @@ def _near(top: Array, level: float) -> Array:
     return np.maximum(1.0 - np.abs(top - level) / WIDTH, 0.0)
 
 
-def _weights(problem: Problem) -> Iterator[tuple[str, Array]]:
+def _weights(problem: Problem, leave_out: Collection[str]) -> Iterator[tuple[str, Array]]:
     code = problem.readings.drive[problem.rows]
     tau = problem.readings.hours[problem.rows] / problem.hours[-1] if problem.hours[-1] > 0 else np.zeros(len(code))
     top, (red, _, blue) = code.max(axis=1), code.T
@@ -213,7 +213,7 @@ def _weights(problem: Problem) -> Iterator[tuple[str, Array]]:
     for level in LEVELS:
         for hour, when in enumerate(problem.hours):
             yield f"level near {level:g} at {when:g} h", _near(top, level) * (problem.hour_of == hour)
-    for name, condition in _conditions(problem):
+    for name, condition in _conditions(problem, leave_out):
         for shape, factor in (
             ("", np.ones_like(top)),
             (" and level", top),
@@ -226,18 +226,18 @@ def _weights(problem: Problem) -> Iterator[tuple[str, Array]]:
             yield f"{name}{shape}, growing", condition * factor * tau
 
 
-def _conditions(problem: Problem) -> Iterator[tuple[str, Array]]:
+def _conditions(problem: Problem, leave_out: Collection[str]) -> Iterator[tuple[str, Array]]:
     """Yield names and weights (n,) of the signatures of the readings' conditions."""
     readings = problem.readings
     for condition in CONDITIONS:
         names = [column.name for column in condition.columns]
-        if any(name in readings.conditions for name in names):
+        if any(name in readings.conditions for name in names) and not set(names) & set(leave_out):
             values = {name: readings.column(name)[problem.rows] for name in names}
             rest = {name: readings.rest.values[name][problem.rows] for name in names if name in readings.conditions}
             yield from condition.signatures(values, rest).items()
 
 
-def _places(problem: Problem) -> Iterator[tuple[str, Array]]:
+def _places(problem: Problem, leave_out: Collection[str]) -> Iterator[tuple[str, Array]]:
     """Yield names and weights (n,) of added light: everywhere, growing, under a lens cap, to black, by condition."""
     code, hours = problem.readings.drive[problem.rows], problem.readings.hours[problem.rows]
     ones = np.ones(len(code))
@@ -245,5 +245,5 @@ def _places(problem: Problem) -> Iterator[tuple[str, Array]]:
     yield "everywhere, growing", hours / max(float(problem.hours[-1]), 1.0)
     yield "before the lens cap", is_capped(problem.readings)[problem.rows].astype(float)
     yield "to black", (code.max(axis=1) == 0).astype(float)
-    for name, condition in _conditions(problem):
+    for name, condition in _conditions(problem, leave_out):
         yield f"by {name}", condition

@@ -130,7 +130,9 @@ def _needed(
     for step in explanation.steps:
         similar = [term.effect.name for term in step.without.terms if _is_similar(step.effect, term.effect)]
         largest = max((shares[name] for name in similar if name in shares), default=0.0)
-        term = base_term if step.without is explanation.base else probe(step.without, error, base_term.names)
+        # Light that follows the condition of an effect is no residual of another formula: it is this effect.
+        alone = step.without is explanation.base
+        term = base_term if alone else probe(step.without, error, leave_out=step.effect.needs)
         bic_without = step.without.bic - term.evidence
         if bic_without > bic_of_both + STRONG and shares[step.name] > (1.0 - MOST_OF_IT) * largest:
             needed.append(step)
