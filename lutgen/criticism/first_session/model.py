@@ -157,7 +157,8 @@ class FirstSessionModel:
             capped, at_start = is_capped(problem.readings)[problem.rows], problem.hour_of == 0
             dark = (~capped & ~at_start) * (1.0 - lit)
             change = (capped & at_start)[:, np.newaxis] - dark[:, np.newaxis] * white
-            columns.append(np.eye(3)[:, np.newaxis] * problem.offset_cd_m2 * change)
+            offsets = problem.offset_cd_m2 * problem.noise.dark_offset.T
+            columns.append(offsets[:, np.newaxis] * change)
         if problem.drive_errors is not None:
             columns.append(problem.drive_errors)
         return np.concatenate(columns)

@@ -128,6 +128,14 @@ class Noise:
     wander: float = WANDER
     instrument: str = ""
 
+    @property
+    def dark_offset(self) -> Array:
+        """Lower triangle (3, 3): X, Y and Z of three independent dark offsets of a session, 1 cd/m² (1 σ) in Y.
+
+        The detectors of a meter have offsets as they have noise, and the same matrix makes X, Y and Z of both.
+        """
+        return np.asarray(np.array(self.ratio)[:, np.newaxis] * np.linalg.cholesky(self.correlation))
+
     def covariance(self, xyz_cd_m2: Array) -> Array:
         """Covariance (n, 3, 3) of readings of light (n, 3)."""
         bright, floor = self._variances(xyz_cd_m2)

@@ -64,7 +64,8 @@ def shared_columns(problem: Problem, here: NDArray[np.intp]) -> tuple[list[str],
         # The dark offset of a native display's first session is part of its black (``first_session_model.errors``).
         if problem.offset_cd_m2 > 0 and not (problem.native and (problem.hour_of[here][in_session] == 0).all()):
             names += ["X", "Y", "Z"]
-            columns.append(np.moveaxis(whitener * problem.offset_cd_m2, 2, 0) * in_session[:, np.newaxis])
+            offsets = whitener @ (problem.offset_cd_m2 * problem.noise.dark_offset)
+            columns.append(np.moveaxis(offsets, 2, 0) * in_session[:, np.newaxis])
         if problem.wander > 0:
             gains = _gains(problem, here, in_session)
             names += gains

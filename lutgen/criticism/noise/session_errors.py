@@ -281,8 +281,10 @@ def _relative_to_white(each: SessionEstimate, problem: Problem) -> SessionEstima
     """Scale an estimate by the change of white since the first session: a leak follows white as white ages."""
     white = problem.measured_tips[:, 0]
     aged = white[np.searchsorted(problem.hours, each.hour)] / white[0]
-    scale = np.array([aged["XYZ".index(name)] for name in each.names])
-    return each._replace(estimate=each.estimate / scale, covariance=each.covariance / np.outer(scale, scale))
+    # Estimates are in units of the meter's independent offsets, white is in X, Y and Z.
+    turn = problem.noise.dark_offset
+    scale = np.kron(np.eye(len(each.estimate) // 3), np.linalg.inv(turn) @ np.diag(1.0 / aged) @ turn)
+    return each._replace(estimate=scale @ each.estimate, covariance=scale @ each.covariance @ scale.T)
 
 
 def _reml_sd(estimates: list[SessionEstimate], ordinary: float, trend: int) -> float:
