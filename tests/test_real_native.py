@@ -95,12 +95,16 @@ def test_what_the_cells_do_with_the_drive_brings_it_to_the_null_pairs() -> None:
     assert found.after.error.delta_e_mean < 1.2 * compared(NULL, "native").error.delta_e_mean
 
 
-@pytest.mark.parametrize(("later", "named"), [(AGED[1], "phosphor-wear"), (NULL[0], "yellowing")])
+@pytest.mark.parametrize(
+    ("later", "named"), [(AGED[1], ("phosphor-wear",)), (NULL[0], ("phosphor-wear", "drive-loss"))]
+)
 @pytest.mark.rare(instead="test_the_calibration_of_2020_is_known_and_no_aging")
-def test_the_light_source_has_worn_by_2020_and_the_error_falls_to_the_null_pairs(later: str, named: str) -> None:
-    """No spectrum was read, so that either effect may be the rival of the other."""
+def test_the_light_source_has_worn_by_2020_and_the_error_falls_to_the_null_pairs(
+    later: str, named: tuple[str, ...]
+) -> None:
+    """In one of the sessions of 2020 the channels also get a little less drive than their calibration explains."""
     found = diagnose(sessions(AGED[0], later), baseline="native-first-hour")
-    assert found.verdict.effects == (named,)
+    assert found.verdict.effects == named
     assert found.comparison.error.delta_e_mean > 1.4
     assert found.after.error.delta_e_mean < 1.2 * compared(NULL, "native-first-hour").error.delta_e_mean
 
