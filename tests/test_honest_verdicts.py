@@ -608,6 +608,12 @@ def test_effects_that_leave_noise_without_an_imitation_are_named_without_it(monk
     assert found.shares_delta_e.keys() == {*named}
 
 
+@pytest.mark.parametrize(("freedom", "counts"), [(18, 15.6), (2000, 22.9), (0, 23.0)])
+def test_a_gain_counts_less_where_few_replicates_tell_the_noise(freedom: int, counts: float) -> None:
+    """19 ln(1 + 23/18) = 15.6: six pairs of replicates may have agreed by chance."""
+    assert PureError(float(freedom), freedom).certain_gain(23.0) == pytest.approx(counts, abs=0.05)
+
+
 def test_a_gain_counts_in_units_of_the_noise_that_replicates_show() -> None:
     """If replicates scatter twice as much as their noise model predicts, each gain in χ² counts half."""
     problem = Problem.of(readings("curve"))

@@ -67,6 +67,14 @@ class PureError:
         """Variance of replicates, at least 1; ``allowance`` if there are too few replicates."""
         return max(self.variance, 1.0) if self.measured else self.allowance
 
+    def certain_gain(self, gain: float) -> float:
+        """Twice the log-likelihood ratio of a gain in χ² if few replicates tell the noise (Student's t); never more.
+
+        With many replicates this is the gain in units of their variance.
+        """
+        gain /= self.scale
+        return (self.freedom + 1.0) * float(np.log1p(gain / self.freedom)) if self.measured else gain
+
     def p_of_gain(self, gain: float, parameters: int) -> float:
         """Probability that an absent effect lowers χ² by this gain or more (F test)."""
         if gain <= 0:

@@ -82,18 +82,21 @@ def probe(current: Fit, error: PureError, known: Sequence[str] = (), *, leave_ou
         return FreeTerm()
     penalty = float(np.log(current.readings)) + 2.0 * float(np.log(len(names)))
     starts: list[list[int]] = [[]] + [[names.index(name) for name in known if name in names]] * bool(known)
-    found = [_greedy(matrix, score.residual, error.scale, penalty, start) for start in starts]
-    chosen, gain, evidence = max(found, key=lambda each: each[2])
-    if evidence <= STRONG:
+    found = [_greedy(matrix, score.residual, error, penalty, start) for start in starts]
+    chosen, gain, evidence, certain = max(found, key=lambda each: each[2])
+    if certain <= STRONG:
         return FreeTerm()
     return FreeTerm(tuple(names[index] for index in chosen), gain, evidence)
 
 
 def _greedy(
-    matrix: Array, residual: Array, scale: float, penalty: float, first: Sequence[int]
-) -> tuple[list[int], float, float]:
-    """Choose rows of ``matrix`` one after another, ``first`` before others; return them, their gain and evidence."""
-    gain, evidence = 0.0, 0.0
+    matrix: Array, residual: Array, error: PureError, penalty: float, first: Sequence[int]
+) -> tuple[list[int], float, float, float]:
+    """Choose rows of ``matrix`` one after another, ``first`` before others.
+
+    Return them, their gain, their evidence, and their evidence if the noise is only as well known as replicates show.
+    """
+    gain, evidence, certain = 0.0, 0.0, 0.0
     chosen: list[int] = []
     # Of the part of each signature that is orthogonal to the chosen ones: product with the residuals, and squared norm.
     # ``along``: products of every signature with the chosen directions.
@@ -102,18 +105,19 @@ def _greedy(
     while len(chosen) < MOST:
         gains = np.divide(products**2, left, out=np.zeros_like(products), where=left > 0)
         best = first[len(chosen)] if len(chosen) < len(first) else int(np.argmax(gains))
-        net_gain = float(gains[best]) / scale - penalty
+        net_gain = error.certain_gain(float(gains[best])) - penalty
         if (net_gain <= 0.0 and len(chosen) >= len(first)) or left[best] <= 0:
             break
         chosen.append(best)
         gain += float(gains[best])
-        evidence += net_gain
+        evidence += float(gains[best]) / error.scale - penalty
+        certain += net_gain
         direction = (matrix[best] - along[:, best] @ directions) / np.sqrt(left[best])
         shared = matrix @ direction
         products = products - shared * (products[best] / np.sqrt(left[best]))
         left = np.where(left - shared**2 > LEAST_LEFT * left, left - shared**2, 0.0)
         directions, along = np.vstack([directions, direction]), np.vstack([along, shared])
-    return chosen, gain, evidence
+    return chosen, gain, evidence, certain
 
 
 def free_term(current: Fit, error: PureError, known: Sequence[str] = ()) -> FreeTerm:
