@@ -19,7 +19,7 @@ from lutgen.criticism.fit.least_squares import fit
 from lutgen.criticism.fit.linear import State, Term, predict
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.pure_error import PureError
-from lutgen.criticism.noise.session_errors import _sd_by_median, with_shared_errors
+from lutgen.criticism.noise.session_errors import SessionEstimate, _sd_by_median, _without_leak, with_shared_errors
 from lutgen.criticism.refine import refine
 from lutgen.criticism.search import explanation as searched
 from lutgen.criticism.search.candidates import HALF, STRONG, contenders, family
@@ -515,6 +515,17 @@ def leaking() -> Measurements:
 def test_a_leak_that_follows_white_is_no_dark_offset_of_the_meter() -> None:
     """White changes its colour as it ages, and the leak with it."""
     assert with_shared_errors(Problem.of(leaking())).offset_cd_m2 < 0.002
+
+
+@pytest.mark.parametrize("names", [["X", "Y", "Z"], ["Y", "Z"], ["X", "Y", "Z"] * 2])
+def test_a_leak_is_projected_off_whatever_was_estimated(names: list[str]) -> None:
+    """The largest change is along the first number; white is the same at hour 0, so that nothing is scaled there."""
+    problem, count = Problem.of(leaking()), len(names)
+    changes = np.zeros((3, count))
+    changes[:, 0] = 0.0, 1.0, 5.0
+    left = _without_leak([SessionEstimate(0.0, names, change, np.eye(count)) for change in changes], problem)
+    assert [each.estimate.size for each in left] == [count - 1] * 3
+    assert np.ptp([each.estimate for each in left], axis=0) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_large_shared_errors_of_sessions_are_as_unlikely_in_scores_as_in_chi2() -> None:

@@ -99,13 +99,16 @@ class Refinement:
 
     def no_gain(self) -> str:
         """Say why the model does not improve."""
-        why = "Withheld readings are predicted no better" if self.falls else "The error does not fall"
-        return why if self.steps else "Nothing was added"
+        if not self.steps:
+            return "Nothing was added"
+        return "Withheld readings are predicted no better" if self.falls else "The error does not fall"
 
     def of_saved(self, saved: DisplayModel | None) -> Refinement:
         """Copy modes and conditions, which a fit does not change, from the saved model that was refined."""
-        kept = {name: getattr(saved, name) for name in ("reference", "luminance", "conditions")} if saved else {}
-        return replace(self, model=replace(self.model, **kept))
+        if saved is None:
+            return self
+        model = replace(self.model, reference=saved.reference, luminance=saved.luminance, conditions=saved.conditions)
+        return replace(self, model=model)
 
     def carried(self) -> list[str]:
         """Say what LUTs of this model will carry, and what they cannot carry."""
@@ -191,8 +194,9 @@ def refine(
         progress=progress,
     )  # fmt: skip
     if diagnosis.verdict.effects:
-        steps += [_added(each, step.name) for step, each in _trail(diagnosis)]
-        current = diagnosis.explanation.final
+        explanation = diagnosis.explanation
+        steps += [_added(each, step.name) for step, each in zip(explanation.steps, explanation.trail, strict=True)]
+        current = explanation.final
     return course.refinement_of(current, steps, diagnosis)
 
 
@@ -288,10 +292,6 @@ class Course:
         model = model_of(current, diagnosis, self.before, steps[-1].comparison if steps else self.before)
         gain = held_out_gain(current, self.base) if steps else 0.0
         return Refinement(self.before, tuple(steps), current, model, diagnosis, gain)
-
-
-def _trail(diagnosis: Diagnosis) -> list[tuple[Any, Fit]]:
-    return list(zip(diagnosis.explanation.steps, diagnosis.explanation.trail, strict=True))
 
 
 def _with_effect(current: Fit, effect: Effect) -> Fit:

@@ -268,7 +268,9 @@ def _without_leak(estimates: list[SessionEstimate], problem: Problem) -> list[Se
     distinguishes the leak from an offset. Sessions without an estimate of all of X, Y and Z are left out.
     """
     most = max(len(each.estimate) for each in estimates)
-    complete = [_relative_to_white(each, problem) for each in estimates if len(each.estimate) == most]
+    complete = [each for each in estimates if len(each.estimate) == most]
+    if most % 3 == 0:  # without an estimate of X, Y or Z in any session there is no colour to scale
+        complete = [_relative_to_white(each, problem) for each in complete]
     colours = np.array([each.estimate for each in complete])
     others = np.linalg.svd(colours - colours.mean(axis=0))[2][1:]
     return [

@@ -81,16 +81,18 @@ def probe(current: Fit, error: PureError, known: Sequence[str] = (), *, leave_ou
     if not names:
         return FreeTerm()
     penalty = float(np.log(current.readings)) + 2.0 * float(np.log(len(names)))
-    starts: list[list[int]] = [[]] + [[names.index(name) for name in known if name in names]] * bool(known)
-    found = [_greedy(matrix, score.residual, error, penalty, start) for start in starts]
-    chosen, gain, evidence, certain = max(found, key=lambda each: each[2])
+    found = _greedy(matrix, score.residual, error, penalty)
+    if known:
+        first = [names.index(name) for name in known if name in names]
+        found = max(found, _greedy(matrix, score.residual, error, penalty, first), key=lambda each: each[2])
+    chosen, gain, evidence, certain = found
     if certain <= STRONG:
         return FreeTerm()
     return FreeTerm(tuple(names[index] for index in chosen), gain, evidence)
 
 
 def _greedy(
-    matrix: Array, residual: Array, error: PureError, penalty: float, first: Sequence[int]
+    matrix: Array, residual: Array, error: PureError, penalty: float, first: Sequence[int] = ()
 ) -> tuple[list[int], float, float, float]:
     """Choose rows of ``matrix`` one after another, ``first`` before others.
 

@@ -35,7 +35,7 @@ from lutgen.criticism.search.explanation import Explanation, Step, together
 from lutgen.criticism.search.free_term import free_term, probe
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Sequence
 
     from lutgen.criticism.fit.least_squares import Fit
     from lutgen.criticism.noise.pure_error import PureError
@@ -275,9 +275,9 @@ def stand_apart(chosen: Sequence[Candidate], base: Fit) -> bool:
     return own > HALF * (base.chi2 - left)
 
 
-def are_of_light(effects: Iterable[Effect]) -> bool:
-    """Whether all effects are ways in which the light itself ages, which only a baseline from the first hour shows."""
-    return all(each.baseline == "first-hour" and each.stage != "instrument" for each in effects)
+def ages_light(effect: Effect) -> bool:
+    """Whether an effect is a way in which the light itself ages, which only a baseline from the first hour shows."""
+    return effect.baseline == "first-hour" and effect.stage != "instrument"
 
 
 def _sufficient_alone(
@@ -295,7 +295,7 @@ def _sufficient_alone(
         return []
     # The light usually ages in several ways at once, which have similar effects.
     is_explained = final.chi2 < min(HALF * first[0].best.fit.chi2, CLEAR**2 * final.freedom * error.scale)
-    if is_explained and base.problem.from_first_hour and are_of_light(each.effect for each in chosen):
+    if is_explained and base.problem.from_first_hour and all(ages_light(each.effect) for each in chosen):
         return []
     whole = base.chi2 - final.chi2 + left.gain
     sufficient = [each for each in first if each.best.gain > MOST_OF_IT * whole]

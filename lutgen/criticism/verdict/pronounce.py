@@ -12,7 +12,7 @@ from lutgen.criticism.compare.drift import drift_problem
 from lutgen.criticism.fit.lack_of_fit import is_even, is_noise, is_within_scatter
 from lutgen.criticism.search.candidates import HALF, STRONG
 from lutgen.criticism.search.free_term import IN_ORDER, FreeTerm, change_in_order, free_term, probe
-from lutgen.criticism.search.stepwise import MOST_OF_IT, are_of_light
+from lutgen.criticism.search.stepwise import MOST_OF_IT, ages_light
 from lutgen.criticism.verdict.imitation import Imitated, nearest, overlap
 from lutgen.criticism.verdict.remarks import lines_of, remarks_of
 from lutgen.criticism.verdict.shares import shares_of_delta_e
@@ -100,8 +100,8 @@ def _without_steps(
         change = f"{change_in_order(base):+.1%}"
         sentence = (
             f"The fault is in the measurement: light changes by {change} from the first to the last reading of a "
-            f"session, in the order of reading. Apart from that nothing is above the noise. Let the meter and the "
-            f"display warm up, and measure again."
+            f"session, in the order of reading. No other pattern is above the noise. Let the meter and the display "
+            f"warm up, and measure again."
         )
         return Verdict("measurement-problem", sentence, remarks=remarks)
     if not within and is_even(base) and not free_term(base, error).names:
@@ -138,7 +138,7 @@ def _unexplained(explanation: Explanation, remarks: tuple[str, ...], residual_te
     if len(explanation.steps) > 1:
         names = listed(step.name for step in explanation.steps)
         left = percent(_left(explanation.final.chi2, explanation))
-        tried += f" {names} together leave {left} of it, and may imitate an effect that the catalogue lacks."
+        tried += f" Together, {names} leave {left} of it, and may imitate an effect that the catalogue lacks."
     sentence = (
         f"Something is there that no known effect explains: {structure(explanation, residual_term)}.{tried} "
         f"An effect of your own can be tried: lutgen refine --effects my_effect.py."
@@ -220,7 +220,7 @@ def _most_with_residual(kept: Sequence[Step], base: Fit) -> int:
 
     The other baselines measure this aging again in each session.
     """
-    ages = base.problem.from_first_hour and any(step.effect.baseline == "first-hour" for step in kept)
+    ages = base.problem.from_first_hour and any(ages_light(step.effect) for step in kept)
     return 3 if ages else 2
 
 
@@ -258,13 +258,15 @@ def _without_imitations(
 def _is_of_light(explanation: Explanation) -> bool:
     """Whether several effects were admitted, and all of them are ways in which the light ages from the first hour."""
     steps, problem = explanation.steps, explanation.base.problem
-    return problem.from_first_hour and len(steps) > 1 and are_of_light(step.effect for step in steps)
+    return problem.from_first_hour and len(steps) > 1 and all(ages_light(step.effect) for step in steps)
 
 
 def _leaves_much(explanation: Explanation, weighed: Weighed, error: PureError) -> bool:
     """Whether the kept effects leave clearly more than all ways together in which the light ages."""
+    if not _is_of_light(explanation):
+        return False
     final, left = explanation.final, explanation.of([step.name for step in weighed.kept]).final.chi2
-    return _is_of_light(explanation) and left > max(2.0 * final.chi2, CLEAR**2 * final.freedom * error.scale)
+    return left > max(2.0 * final.chi2, CLEAR**2 * final.freedom * error.scale)
 
 
 def _aging_in_several_ways(explanation: Explanation, weighed: Weighed) -> Verdict | None:
