@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 from itertools import product
 from typing import TYPE_CHECKING
@@ -16,7 +17,17 @@ from lutgen.criticism.fit.linear import Term
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.fit.score import Score
 from lutgen.criticism.noise.pure_error import PureError
-from lutgen.criticism.search.candidates import STRONG, _with_time_course, bic, contenders, families, family, forms_of
+from lutgen.criticism.search import stepwise
+from lutgen.criticism.search.candidates import (
+    STRONG,
+    Family,
+    _with_time_course,
+    bic,
+    contenders,
+    families,
+    family,
+    forms_of,
+)
 from lutgen.effects import Effect, catalogue
 from lutgen.effects.shapes import COURSE
 from lutgen.errors import LutgenError
@@ -314,3 +325,19 @@ def test_what_a_fault_leaves_is_improbable_until_it_is_added() -> None:
     error, term = PureError.of(problem), Term.at_rest(catalogue()["crosstalk"], ("new", "grown"))
     assert error.p_of_lack_of_fit(fit(problem)) < 1e-6
     assert error.p_of_lack_of_fit(fit(problem, (term,))) > 0.01
+
+
+def test_an_exchange_ends_where_it_does_not_lower_bic(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two exchanges, each better before all forms are chosen again and none after it, would alternate forever."""
+    base = campaign()
+    black, gamma, crosstalk = (
+        family(base, catalogue()[name]).best for name in ("black-level", "eotf-drift", "crosstalk")
+    )
+
+    def better(_base: Fit, _effects: list[Effect], limit: float) -> list[Family]:
+        promising = replace(gamma, fit=replace(gamma.fit, chi2=limit - 100.0))
+        return [Family(gamma.effect, promising, promising, 1)]
+
+    monkeypatch.setattr(stepwise, "contenders", better)
+    monkeypatch.setattr(stepwise, "refined", lambda chosen, _base: chosen)
+    assert stepwise._exchanged([black, crosstalk], [gamma.effect], base) is None

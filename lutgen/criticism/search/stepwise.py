@@ -216,7 +216,10 @@ def _exchanged(chosen: list[Candidate], effects: Sequence[Effect], base: Fit) ->
         names = {other.effect.name for other in chosen}
         better = contenders(together(base, beside), [new for new in effects if new.name not in names], limit)
         if better:
-            return refined([*beside, better[0].best], base)
+            exchanged = refined([*beside, better[0].best], base)
+            # Two fits of one model from two starts may differ: an exchange that they disagree on would never end.
+            if together(base, exchanged).bic < limit:
+                return exchanged
     return None
 
 
