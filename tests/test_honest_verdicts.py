@@ -26,7 +26,7 @@ from lutgen.criticism.search.candidates import HALF, STRONG, contenders, family
 from lutgen.criticism.search.explanation import Explanation, together
 from lutgen.criticism.search.influence import Suspicion, wrong_sessions
 from lutgen.criticism.search.separate import separation
-from lutgen.criticism.search.stepwise import admissible, explain, refined
+from lutgen.criticism.search.stepwise import _light_alone, admissible, explain, refined
 from lutgen.criticism.verdict.imitation import nearest, overlap
 from lutgen.criticism.verdict.pronounce import _aging_in_several_ways, _most_with_residual, pronounce
 from lutgen.criticism.verdict.weighing import Weighed, _is_minor, is_of_curves
@@ -583,6 +583,22 @@ def test_ways_in_which_the_light_ages_are_named_together_where_they_overlap(
     if verdict and told:
         assert told in verdict.sentence
         assert (verdict.name, verdict.effects) == ("one-of", names)
+
+
+@pytest.mark.parametrize(
+    ("third", "left", "kept"),
+    [("meter-mismatch", 150.0, 2), ("meter-mismatch", 600.0, 3), ("eotf-drift", 150.0, 3), ("phosphor-wear", 150.0, 3)],
+)
+def test_an_instrument_does_not_explain_what_ways_of_aging_leave(
+    monkeypatch: pytest.MonkeyPatch, third: str, left: float, kept: int
+) -> None:
+    """``left``: χ² of the light's aging alone, where noise leaves 100 and the best effect alone leaves 1000."""
+    chosen = [_stub(effect=catalogue()[name]) for name in ("yellowing", "channel-decay", third)]
+    base = _stub(problem=_stub(from_first_hour=True))
+    first = [_stub(best=_stub(fit=_stub(chi2=1000.0)))]
+    light = _stub(chi2=left, freedom=100, problem=base.problem)
+    monkeypatch.setattr("lutgen.criticism.search.stepwise.together", lambda *_: light)
+    assert _light_alone(chosen, base, first, _stub(scale=1.0)) == chosen[:kept]
 
 
 @pytest.mark.slow

@@ -71,7 +71,7 @@ class Explanation:
     trail
         The fits with the first effect, the first two effects, and so on to ``final``.
     beyond
-        Effects that may only explain what the formula of an effect misses that explains nearly all alone.
+        Effects that were admitted, but may only explain what the formulas of ``steps`` miss.
 
     """
 

@@ -76,12 +76,11 @@ def explain(
     while larger := _next(chosen, current, effects, base, error, first, progress):
         chosen = larger
         current = together(base, chosen)
-    chosen = _without_free_term(_pruned(chosen, base), base, error)
+    admitted = _without_free_term(_pruned(chosen, base), base, error)
+    chosen = _light_alone(admitted, base, first, error)
     final = together(base, chosen)
-    beyond: tuple[str, ...] = ()
     sufficient = _sufficient_alone(chosen, final, first, base, error)
     if sufficient:
-        beyond = tuple(each.effect.name for each in chosen if each.effect.name != sufficient[0].name)
         chosen = [sufficient[0].best]
         final = together(base, chosen)
     trail = [together(base, chosen[:count]) for count in range(1, len(chosen))]
@@ -90,6 +89,8 @@ def explain(
         Step(each, tuple(other for other in chosen if other is not each), tuple(effects), base, tuple(sufficient[1:]))
         for each in chosen
     )
+    kept = {each.effect.name for each in chosen}
+    beyond = tuple(each.effect.name for each in admitted if each.effect.name not in kept)
     return Explanation(base, final, tuple(first), steps, tuple(trail), beyond)
 
 
@@ -283,6 +284,24 @@ def ages_light(effect: Effect) -> bool:
     return effect.baseline == "first-hour" and effect.stage != "instrument"
 
 
+def _ages_in_several_ways(final: Fit, first: Sequence[Family], error: PureError) -> bool:
+    """Whether ``final`` with several ways of aging explains the readings, which no effect does alone.
+
+    From the first hour, the light usually ages in several ways at once, which have similar effects.
+    """
+    most = min(HALF * first[0].best.fit.chi2, CLEAR**2 * final.freedom * error.scale)
+    return final.problem.from_first_hour and final.chi2 < most
+
+
+def _light_alone(chosen: list[Candidate], base: Fit, first: Sequence[Family], error: PureError) -> list[Candidate]:
+    """Leave out effects of the instrument where several ways in which the light ages explain the readings without."""
+    light = [each for each in chosen if ages_light(each.effect)]
+    are_of_instrument = all(each.effect.stage == "instrument" for each in chosen if each not in light)
+    if not are_of_instrument or not 1 < len(light) < len(chosen):
+        return chosen
+    return light if _ages_in_several_ways(together(base, light), first, error) else chosen
+
+
 def _sufficient_alone(
     chosen: Sequence[Candidate], final: Fit, first: Sequence[Family], base: Fit, error: PureError
 ) -> list[Family]:
@@ -296,9 +315,7 @@ def _sufficient_alone(
     left, apart = free_term(final, error), stand_apart(chosen, base)
     if is_noise(final, error) and not left.names and apart:
         return []
-    # The light usually ages in several ways at once, which have similar effects.
-    is_explained = final.chi2 < min(HALF * first[0].best.fit.chi2, CLEAR**2 * final.freedom * error.scale)
-    if is_explained and base.problem.from_first_hour and all(ages_light(each.effect) for each in chosen):
+    if all(ages_light(each.effect) for each in chosen) and _ages_in_several_ways(final, first, error):
         return []
     whole = base.chi2 - final.chi2 + left.gain
     sufficient = [each for each in first if each.best.gain > MOST_OF_IT * whole]

@@ -47,12 +47,15 @@ class Imitated:
         Share of the effect's signature, in χ², that the form cannot follow: 0 to 1.
     left
         χ² that the form would leave of the effect if the effect were as strong as the form's own gain.
+    alone
+        Share of the excess χ² that the imitated effect leaves if it is fitted in place of the form; None: not known.
 
     """
 
     name: str
     share: float
     left: float
+    alone: float | None = None
 
 
 def nearest(step: Step, final: Fit, scale: float) -> Imitated | None:

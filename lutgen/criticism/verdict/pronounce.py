@@ -159,8 +159,10 @@ def _with_steps(explanation: Explanation, error: PureError, remarks: tuple[str, 
     """Return the verdict of a search that has admitted effects."""
     steps, base = explanation.steps, explanation.base
     if explanation.beyond:
-        further = f"Beside {steps[0].name}, {listed(explanation.beyond)} would explain more of the rest"
-        remarks = (*remarks, f"{further}: further effects, or only what the formula of {steps[0].name} misses.")
+        names = listed(step.name for step in steps)
+        further = f"Beside {names}, {listed(explanation.beyond)} would explain more of the rest"
+        missed = f"the formula of {names} misses" if len(steps) == 1 else f"the formulas of {names} miss"
+        remarks = (*remarks, f"{further}: further effects, or only what {missed}.")
     weighed = Weighed.of(explanation, error)
     if not weighed.kept and weighed.clean and is_within_scatter(error, base) and not weighed.base_free_term.names:
         traces = ", ".join(step.name for step in steps)
@@ -313,7 +315,9 @@ def _changed_curves(explanation: Explanation, weighed: Weighed) -> Verdict:
 
 def _imitated(step: Step, explanation: Explanation, error: PureError) -> Imitated | None:
     """Return the effect that the form of an admitted effect follows best; None where the effect has a rival."""
-    return None if step.rivals else nearest(step, explanation.final, error.scale)
+    imitated = None if step.rivals else nearest(step, explanation.final, error.scale)
+    chi2 = [each.best.fit.chi2 for each in explanation.first if imitated and each.name == imitated.name]
+    return replace(imitated, alone=_left(chi2[0], explanation)) if imitated and chi2 else imitated
 
 
 def _share_of_simplest(step: Step, explanation: Explanation) -> float:
