@@ -48,7 +48,7 @@ class Imitated:
     left
         χ² that the form would leave of the effect if the effect were as strong as the form's own gain.
     alone
-        Share of the excess χ² that the imitated effect leaves if it is fitted in place of the form; None: not known.
+        What the imitated effect itself explains as a share of what the finding explains, in χ²; None: not known.
 
     """
 

@@ -316,8 +316,9 @@ def _changed_curves(explanation: Explanation, weighed: Weighed) -> Verdict:
 def _imitated(step: Step, explanation: Explanation, error: PureError) -> Imitated | None:
     """Return the effect that the form of an admitted effect follows best; None where the effect has a rival."""
     imitated = None if step.rivals else nearest(step, explanation.final, error.scale)
-    chi2 = [each.best.fit.chi2 for each in explanation.first if imitated and each.name == imitated.name]
-    return replace(imitated, alone=_left(chi2[0], explanation)) if imitated and chi2 else imitated
+    gain = [each.best.gain for each in explanation.first if imitated and each.name == imitated.name]
+    whole = explanation.base.chi2 - explanation.final.chi2
+    return replace(imitated, alone=max(gain[0], 0.0) / whole) if imitated and gain else imitated
 
 
 def _share_of_simplest(step: Step, explanation: Explanation) -> float:

@@ -133,7 +133,7 @@ def _objection(step: Step, freed: str, simplest: float, imitated: Imitated | Non
     """Say why the fit of a form does not prove its effect; "" where it does."""
     form = f"The form that fits ({freed} free)" if step.chosen.refined else "Its formula"
     if imitated and (imitated.left < 2 * STRONG or (step.chosen.refined and imitated.share < HALF)):
-        alone = "" if imitated.alone is None else f", which itself leaves {percent(imitated.alone)} of the excess χ²"
+        alone = "" if imitated.alone is None else f" (which itself explains {percent(imitated.alone)} of the same misfit)"
         return f"{form} could also imitate most of {imitated.name}{alone}."
     if at_bounds := _at_bounds(step):
         return f"{form} has {listed(at_bounds)} at the limit of the allowed range."
