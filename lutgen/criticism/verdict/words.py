@@ -133,8 +133,9 @@ def _objection(step: Step, freed: str, simplest: float, imitated: Imitated | Non
     """Say why the fit of a form does not prove its effect; "" where it does."""
     form = f"The form that fits ({freed} free)" if step.chosen.refined else "Its formula"
     if imitated and (imitated.left < 2 * STRONG or (step.chosen.refined and imitated.share < HALF)):
-        alone = "" if imitated.alone is None else f" (which itself explains {percent(imitated.alone)} of the same misfit)"
-        return f"{form} could also imitate most of {imitated.name}{alone}."
+        known = imitated.alone is not None
+        itself = f" (which itself explains {percent(imitated.alone)} of the misfit)" if known else ""
+        return f"{form} could also imitate most of {imitated.name}{itself}."
     if at_bounds := _at_bounds(step):
         return f"{form} has {listed(at_bounds)} at the limit of the allowed range."
     if step.chosen.refined and simplest < HALF:
