@@ -261,6 +261,18 @@ def test_a_lut_with_a_number_that_is_not_finite_is_refused(
     assert not (tmp_path / "out.png").exists()
 
 
+@pytest.mark.parametrize(("words", "first", "code"), [("nan, inf", "0", 0), ("a table", "nan", 2)])
+def test_the_description_of_a_clf_may_say_nan(words: str, first: str, code: int, tmp_path: Path) -> None:
+    rows = "\n".join([f"{first} 0 0", *["0 0 0"] * 7])
+    (tmp_path / "l.clf").write_text(
+        f'<?xml version="1.0" encoding="UTF-8"?>\n<ProcessList compCLFversion="3.0" id="1">\n'
+        f"<Description>{words}</Description>\n<InputDescriptor>{words}</InputDescriptor>\n"
+        f'<LUT3D inBitDepth="32f" outBitDepth="32f"><Array dim="2 2 2 3">{rows}</Array></LUT3D>\n</ProcessList>\n'
+    )
+    source = write(tmp_path / "in.png", np.zeros((8, 8, 3), np.uint8))
+    assert run("apply", source, "--lut", tmp_path / "l.clf", "-o", tmp_path / "out.png") == code
+
+
 def test_opencolorio_does_not_speak_where_curves_have_no_tetrahedra(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

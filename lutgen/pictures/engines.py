@@ -155,8 +155,12 @@ def _bits(flags: Sequence[NDArray[np.bool_]], *, first: int) -> NDArray[np.uint8
     return result
 
 
-#: A row of numbers of a LUT in which a number is NaN or infinite, as programs write it (``-1.#IND``: Windows).
-_NOT_FINITE = re.compile(rb"(?i)(?:[^\n]*>)?[ \t0-9.e+-]*?([+-]?(?:nan|inf|infinity|[0-9]\.#[a-z0-9]+))(?=[\s<]|\Z)")
+#: A row of numbers of a LUT in which a number is NaN or infinite, as programs write it (``-1.#IND``: Windows). The text
+#: of a description is no number.
+_NOT_FINITE = re.compile(
+    rb"(?i)(?:[^\n]*<(?!(?:input|output)?descript)[^<>\n]*>)?[ \t0-9.e+-]*?"
+    rb"([+-]?(?:nan|inf|infinity|[0-9]\.#[a-z0-9]+))(?=[\s<]|\Z)"
+)
 
 #: Parts of such numbers, which are quick to find.
 _SUSPICIOUS = re.compile(rb"[nN][aA][nN]|[iI][nN][fF]|\.#")
