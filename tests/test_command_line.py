@@ -26,7 +26,9 @@ from tests.examples_folder import COMMANDS, ROOT, make_folder
 from tests.quick import mostly_slow
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
+
+    from tests.command import Done
 
 PROGRAM = [sys.executable, "-m", "lutgen"]
 DISPLAY_A = ROOT / "examples/display-a.csv"
@@ -336,3 +338,48 @@ def test_a_full_disk_under_standard_output_is_one_sentence() -> None:
         )
     assert done.returncode == 2
     assert done.stderr == "lutgen: error: no space left on device.\n"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("trend", "a.csv", "--json", "a.csv"), "a.csv: is an input of this command, and is never written to"),
+        (("compare", "a.csv", "--json", "link.csv"), "link.csv: is an input of this command"),
+        (("plan", "a.csv", "-o", "./a.csv"), "a.csv: is an input of this command, and is never written to. Choose an"),
+        (("lifetime", "p.png", "--display", "a.csv", "--csv", "a.csv"), "a.csv: is an input of this command"),
+        (("lifetime", "p.png", "--json", "p.png"), "p.png: is an input of this command"),
+        (("nuclei", "p.png", "--labels", "p.png"), "Choose another name for --labels"),
+        (
+            ("trend", "a.csv", "--plot", "t.png", "--json", "./t.png"),
+            "t.png: is given with --plot and with --json.",
+        ),
+        (("diagnose", "a.csv", "--json", "x.py", "--stub", "x.py"), "x.py: is given with --json and with --stub. Give"),
+    ],
+)
+def test_an_output_is_neither_an_input_nor_another_output(
+    arguments: tuple[str, ...], message: str, run: Callable[..., Done], tmp_path: Path
+) -> None:
+    for name in ("a.csv", "p.png"):
+        (tmp_path / name).write_text("as before", encoding="utf-8")
+    (tmp_path / "link.csv").symlink_to("a.csv")
+    done = run(*arguments, "--force")
+    assert (done.code, done.out) == (2, "")
+    assert message in " ".join(done.err.split())
+    assert {path.name for path in tmp_path.iterdir()} == {"a.csv", "link.csv", "p.png"}
+    assert {(tmp_path / name).read_text(encoding="utf-8") for name in ("a.csv", "p.png")} == {"as before"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("map", "p.png", "--mode", "chroma", "--json", "-o", "m.png"), "--json needs a value: FILE|-."),
+        (("lifetime", "p.png", "--json", "--tolerance", "3"), "--json needs a value: FILE|-."),
+        (("apply", "p.png", "--mode", "--hours", "3", "-o", "m.png"), "--mode needs a value: [stable|chroma"),
+    ],
+)
+def test_an_option_is_no_value_of_another_option(
+    arguments: tuple[str, ...], message: str, run: Callable[..., Done]
+) -> None:
+    done = run(*arguments)
+    assert done.code == 2
+    assert message in " ".join(done.err.split())

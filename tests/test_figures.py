@@ -292,7 +292,7 @@ def test_an_ffmpeg_that_fails_is_quoted_and_leaves_nothing(
         (("figure", "2", "-o", "f.png"), "Missing argument 'IMAGE'"),
         (("figure", "2", "gone.png", "-o", "f.png"), "gone.png: there is no such image"),
         (("figure", "2", "a.png", "-o", "f.jpg"), "f.jpg: give a name that ends in .png."),
-        (("figure", "6", "a.png", "-o", "a.png", "--force"), "a.png: is the image itself"),
+        (("figure", "6", "a.png", "-o", "a.png", "--force"), "a.png: is an input of this command"),
         (("figure", "2", "a.png", "-o", "f.png", "--display", "young.csv"), "outside the measured span"),
         (("sheet", "a.png", "--mode", "stable", "-o", "s.png"), "'stable' is not one of"),
         (("sheet", "a.png", "--hours", "0,20000", "-o", "s.png"), "hour 20000 is outside the measured span"),

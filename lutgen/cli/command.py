@@ -13,14 +13,17 @@ import threading
 from enum import Enum
 from importlib import import_module
 from io import TextIOWrapper
+from itertools import pairwise
+from pathlib import Path
 from pkgutil import iter_modules
 from shutil import get_terminal_size
 from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
-from lutgen.cli.outputs import say, tolerate_closed_pipes, with_fixed_spaces, with_plain_spaces
+from lutgen.cli.outputs import STANDARD_OUTPUT, say, tolerate_closed_pipes, with_fixed_spaces, with_plain_spaces
 from lutgen.errors import INTERRUPTED, LutgenError, reason_of
+from lutgen.files import is_file
 from lutgen.version import __version__
 
 if TYPE_CHECKING:
@@ -31,6 +34,9 @@ LONGEST = 1000
 
 #: Largest width of help, in letters.
 WIDEST = 100
+
+#: Names of the parameters that name a file to write.
+OUTPUTS = frozenset({"output", "outputs", "json_to", "csv_to", "plot", "labels", "stub"})
 
 
 class Section(Enum):
@@ -104,11 +110,40 @@ class Command(click.Command):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Parse the arguments; add the command to an error about an option without its value, which click omits."""
+        self._check_values(ctx, args)
         try:
             return super().parse_args(ctx, args)
         except click.UsageError as error:
             error.ctx = error.ctx or ctx
             raise
+
+    def _check_values(self, ctx: click.Context, args: list[str]) -> None:
+        """Raise click.UsageError for an option that takes the name of the next option as its value, as click allows."""
+        options = {name: option for option in self.get_params(ctx) for name in option.opts if name.startswith("-")}
+        for name, value in pairwise(args):
+            if name == "--":
+                return
+            option = options.get(name)
+            if isinstance(option, click.Option) and not option.is_flag and not option.count and value in options:
+                raise click.UsageError(f"{name} needs a value: {option.make_metavar(ctx)}.", ctx)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """Run the command. Raises LutgenError: it would write a file that it reads, or two outputs into one file."""
+        given = [(option, _paths(ctx.params.get(option.name or ""))) for option in self.get_params(ctx)]
+        read = [path for option, paths in given if option.name not in OUTPUTS for path in paths if is_file(path)]
+        written: dict[Path, str] = {}
+        for option, paths in given:
+            name = option.opts[0]
+            for path in paths if option.name in OUTPUTS else ():
+                if is_file(path) and any(path.samefile(other) for other in read):
+                    raise LutgenError(
+                        f"{path}: is an input of this command, and is never written to. Choose another name for {name}."
+                    )
+                if other := written.get(path.absolute()):
+                    both = f"twice with {name}" if other == name else f"with {other} and with {name}"
+                    raise LutgenError(f"{path}: is given {both}. Give each output a name of its own.")
+                written[path.absolute()] = name
+        return super().invoke(ctx)
 
     @property
     def examples(self) -> list[str]:
@@ -127,6 +162,12 @@ class Command(click.Command):
             if rows:
                 with formatter.section(heading):
                     formatter.write_dl(rows)
+
+
+def _paths(value: object) -> list[Path]:
+    """Return the paths that a parameter with one text or several may name."""
+    texts = value if isinstance(value, tuple) else (value,)
+    return [Path(text) for text in texts if isinstance(text, str) and text != STANDARD_OUTPUT]
 
 
 class CommandFolder(Command, click.Group):

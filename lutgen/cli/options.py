@@ -7,19 +7,18 @@ and ``nan``, as Python's ``float`` and ``int`` do.
 from __future__ import annotations
 
 from functools import wraps
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
 from lutgen.cells import number, number_list, whole
 from lutgen.cli.command import Advanced
-from lutgen.cli.outputs import check_new_file, say
+from lutgen.cli.outputs import say
 from lutgen.errors import LutgenError
 from lutgen.names import AGING_BASELINES, REFERENCES, SELECTIONS, SOURCES
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
     from lutgen.display import DisplayModel
     from lutgen.display.on_screen import OnScreen
@@ -105,16 +104,7 @@ tolerance_option = click.option(
 json_option = click.option(
     "--json", "json_to", metavar="FILE|-", help="Write all numbers as JSON; - prints only the JSON."
 )
-force_option = click.option("--force", is_flag=True, help="Replace files that exist; never the image itself.")
-replace_option = click.option("--force", is_flag=True, help="Replace files that exist.")
-
-
-def check_output(output: str, image: str, *, force: bool, suffixes: Sequence[str] = (".png",)) -> Path:
-    """Return the path of a picture to write. Raises LutgenError as :func:`check_new_file`, or if it is the image."""
-    path = check_new_file(output, force=force, suffixes=suffixes)
-    if path.exists() and Path(image).exists() and path.samefile(image):
-        raise LutgenError(f"{output}: is the image itself, which is never written to. Choose another name with -o.")
-    return path
+replace_option = click.option("--force", is_flag=True, help="Replace files that exist, but never an input.")
 
 
 #: Options that choose a model: --display, --model, --baseline, --selection, --reference, --luminance, --at.
@@ -159,7 +149,7 @@ model_options = stacked(
 )
 
 #: Last options of the commands that draw one image; options that choose the lifetimes to compute.
-picture_options = stacked(source_option, force_option, model_options)
+picture_options = stacked(source_option, replace_option, model_options)
 life_options = stacked(tolerance_option, hours_option)
 
 

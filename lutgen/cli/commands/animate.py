@@ -7,8 +7,8 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import NUMBER, WHOLE, check_output, image_argument, model_from, picture_options
-from lutgen.cli.outputs import progress_bar, say
+from lutgen.cli.options import NUMBER, WHOLE, image_argument, model_from, picture_options
+from lutgen.cli.outputs import check_new_file, progress_bar, say
 from lutgen.names import AGING_MODES, ANIMATION_SUFFIXES
 
 #: Defaults: seconds of the animation, and pixels of its longest side.
@@ -55,7 +55,7 @@ def command(
     from lutgen.pictures.frame import aged_series
     from lutgen.report.animation import animate, check_animation
 
-    path = check_output(output, image, force=force, suffixes=ANIMATION_SUFFIXES)
+    path = check_new_file(output, force=force, suffixes=ANIMATION_SUFFIXES)
     model = model_from(**options)
     chosen = parse_hours(hours, model.tips)
     check_animation(path, chosen, seconds)

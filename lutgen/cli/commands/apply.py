@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 @click.option("--build", metavar="DIR", help="Apply the LUT for --mode and --hours of a folder that lutgen build made.")
 @click.option("--side-by-side", is_flag=True, help="Un-aged on the left, aged on the right.")
 @source_option
-@click.option("--force", is_flag=True, help="Replace an existing output; never the image itself.")
+@click.option("--force", is_flag=True, help="Replace an existing output, but never an input.")
 @click.option("--json", "as_json", is_flag=True, help="Print a record of each image as JSON.")
 @click.option("-o", "--output", required=True, metavar="PATH", help="File to write; for several images a folder.")
 @screen_options

@@ -7,8 +7,8 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import PlaceOptions, check_output, image_argument, model_from, picture_options, screen_options
-from lutgen.cli.outputs import progress_bar, say
+from lutgen.cli.options import PlaceOptions, image_argument, model_from, picture_options, screen_options
+from lutgen.cli.outputs import check_new_file, progress_bar, say
 from lutgen.names import FIGURES
 
 
@@ -36,7 +36,7 @@ def command(
     """
     from lutgen.report.sheets import draw_figure
 
-    path = check_output(output, image, force=force)
+    path = check_new_file(output, force=force, suffixes=(".png",))
     model, screen = where.on(model_from(**options))
     with progress_bar("drawing") as progress:
         draw_figure(number, image, model, path, on_screen=screen, source=source, force=force, progress=progress)

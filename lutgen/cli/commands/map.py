@@ -6,18 +6,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lutgen.cells import first_doubled, number_list
+from lutgen.cells import number_list
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import (
     NUMBER,
     PlaceOptions,
-    check_output,
     image_argument,
     model_from,
     picture_options,
     screen_options,
 )
-from lutgen.cli.outputs import Outputs, progress_bar
+from lutgen.cli.outputs import Outputs, check_new_file, progress_bar
 from lutgen.errors import LutgenError
 from lutgen.names import AGING_MODES, MAP_SUFFIXES
 
@@ -72,10 +71,7 @@ def command(
 
     low, high = check_range(*_numbers(ends))
     statistics = Outputs(json_to, force=force)
-    paths = [check_output(output, image, force=force, suffixes=(".png", *MAP_SUFFIXES)) for output in outputs]
-    twice = first_doubled(outputs)
-    if twice:
-        raise LutgenError(f"{twice}: is given twice with -o. Give each file once.")
+    paths = [check_new_file(output, force=force, suffixes=(".png", *MAP_SUFFIXES)) for output in outputs]
     floats = [path for path in paths if path.suffix.lower() in MAP_SUFFIXES]
     model, screen = where.on(model_from(**options))
     with progress_bar("comparing pixels", quiet=statistics.alone) as progress:

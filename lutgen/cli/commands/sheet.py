@@ -7,8 +7,8 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import PlaceOptions, check_output, image_argument, model_from, picture_options, screen_options
-from lutgen.cli.outputs import progress_bar, say
+from lutgen.cli.options import PlaceOptions, image_argument, model_from, picture_options, screen_options
+from lutgen.cli.outputs import check_new_file, progress_bar, say
 from lutgen.names import AGING_MODES
 
 #: Number of columns without --hours.
@@ -58,7 +58,7 @@ def command(
     from lutgen.pictures.frame import aged_series
     from lutgen.report.sheets import age_sheet, check_hours, longest
 
-    path = check_output(output, image, force=force)
+    path = check_new_file(output, force=force, suffixes=(".png",))
     model, screen = where.on(model_from(**options))
     chosen = check_hours(model.tips.spread(_COLUMNS) if hours is None else parse_hours(hours, model.tips))
     drawn, size = tuple(dict.fromkeys(modes)) or AGING_MODES, longest(len(chosen))
