@@ -151,9 +151,10 @@ def test_the_first_lines_name_the_law_of_luminance_and_no_others_do(
     assert "Luminance of chroma-luma" not in others
 
 
-def test_the_page_fetches_nothing(run: Callable[..., Done], tmp_path: Path) -> None:
-    run("a.png", "-o", "r.html", *HOURS)
+def test_the_page_fetches_nothing_and_names_no_folder(run: Callable[..., Done], tmp_path: Path) -> None:
+    run(str(tmp_path / "a.png"), "-o", "r.html", *HOURS)
     text = (tmp_path / "r.html").read_text()
+    assert str(tmp_path) not in text
     page = Read(text)
     assert not [found for _, found in page.elements if not found.get("src", "data:").startswith("data:")]
     assert not [found for _, found in page.elements if not found.get("href", "data:").startswith(("data:", "#"))]

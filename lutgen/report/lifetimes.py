@@ -69,7 +69,7 @@ def _lives(curve: DifferenceCurve, columns: Iterable[tuple[float, str]]) -> list
 
 def counted(image: ImageLifetime) -> str:
     """Return a sentence with the number of pixels, of colours, and of pixels left out."""
-    sentence = f"{image.file}: {pixels_of_colours(image.pixels, image.colours)}"
+    sentence = f"{Path(image.file).name}: {pixels_of_colours(image.pixels, image.colours)}"
     if image.binning_error:
         sentence += f" ({image.bits} bits a channel: ΔE2000 of a pixel to ± {image.binning_error:.1g})"
     if image.tissue is None:

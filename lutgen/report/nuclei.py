@@ -137,7 +137,7 @@ def _page(conspicuity: Conspicuity, path: Path, *, force: bool) -> None:
         "middle half, and 5 to 95 %; dashed: un-aged median. Right: the part of the image with most nuclei, which are "
         f"outlined in green, rings in black. {conspicuity.model.measurements.provenance}"
     )
-    second, title = f"{conspicuity.field.file}: {counted(conspicuity)}", headline(conspicuity)
+    second, title = f"{Path(conspicuity.field.file).name}: {counted(conspicuity)}", headline(conspicuity)
     with picture(path, title, second=second, foot=foot, height=6.4, force=force) as (figure, low, high):
         top = 1.1 * max(float(each.percentiles.max()) for each in conspicuity.contrasts.values())
         width, bottom = 0.6 / len(conspicuity.contrasts), low + 0.6 / 6.4

@@ -224,7 +224,7 @@ def provenance_section(
 ) -> PageSection:
     """Return the section with the files and their SHA-256, the model's options and the versions."""
     readings = model.measurements
-    rows = [("picture", str(image), file_sha256(image)), ("display", Path(readings.file).name, readings.sha256)]
+    rows = [("picture", image.name, file_sha256(image)), ("display", Path(readings.file).name, readings.sha256)]
     if model.file:
         rows.append(("model", model.file, file_sha256(Path(model.file))))
     if evidence:
