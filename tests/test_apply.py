@@ -828,3 +828,13 @@ def test_no_library_speaks_when_the_process_ends(tmp_path: Path) -> None:
     )
     assert done.returncode == 2
     assert len((done.stdout + done.stderr).splitlines()) == 1
+
+
+def test_the_output_says_which_age_it_shows_and_that_the_display_was_not_measured(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    source = write(tmp_path / "in.png", np.zeros((8, 8, 3), np.uint8))
+    assert run("apply", source, "--mode", "chroma-luma", "--hours", "10000", "-o", tmp_path / "out.png") == 0
+    first, second = capsys.readouterr().out.replace("\N{NO-BREAK SPACE}", " ").splitlines()
+    assert ": chroma-luma at 10 000 h, 8 × 8, 0.00% of the pixels" in first
+    assert second == "This display is reconstructed, not measured."

@@ -5,7 +5,7 @@ to XYZ. ``inverse`` and ``search`` compute the inverse. Each further file is a p
 file.
 """
 
-from lutgen.display.carried import seen_on, what_luts_carry, what_pictures_carry
+from lutgen.display.carried import not_measured, seen_on, what_luts_carry, what_pictures_carry
 from lutgen.display.chain import STAGES, AgedDisplay, Link
 from lutgen.display.conditions import REFERENCE, Conditions, parse_at
 from lutgen.display.fitted import AppliedEffect, Estimate, LatentTips
@@ -37,6 +37,7 @@ __all__ = [
     "default_display",
     "hour_name",
     "load_model",
+    "not_measured",
     "parse_at",
     "save_model",
     "seen_on",

@@ -70,3 +70,11 @@ def _matters(model: DisplayModel, name: str) -> bool:
         if (here != there).any():
             return True
     return False
+
+
+def not_measured(model: DisplayModel) -> str:
+    """Return a sentence for a display that was not measured; "" for a measured display."""
+    source = model.measurements.metadata.get("source", "")
+    # Readings that were not measured have such a first word in their line `# source: …`.
+    word = next((word for word in ("RECONSTRUCTED", "SIMULATED") if source.startswith(word)), "")
+    return f"This display is {word.lower()}, not measured." if word else ""

@@ -14,6 +14,7 @@ import numpy as np
 from lutgen.bake.figures import summarise
 from lutgen.bake.manifest import MANIFEST, Manifest, model_as_json, read_manifest, same_model
 from lutgen.bindings import oiio
+from lutgen.display import not_measured
 from lutgen.display.aging import show
 from lutgen.errors import LutgenError
 from lutgen.files import file_sha256, scratch, write_atomically
@@ -211,14 +212,6 @@ def certificates_section(built: BuildFolder, model: DisplayModel) -> PageSection
     return PageSection("certificates", "How true the LUTs are", "certificates.html", values)
 
 
-def label(model: DisplayModel) -> str:
-    """Return a sentence for a display that was not measured; "" for a measured display."""
-    source = model.measurements.metadata.get("source", "")
-    # Readings that were not measured have such a first word in their line `# source: …`.
-    word = next((word for word in ("RECONSTRUCTED", "SIMULATED") if source.startswith(word)), "")
-    return f"This display is {word.lower()}, not measured." if word else ""
-
-
 def provenance_section(
     image: Path, model: DisplayModel, built: BuildFolder | None, evidence: Evidence | None
 ) -> PageSection:
@@ -288,7 +281,7 @@ def html(run: Run) -> str:
         title=f"{image.name} on an aged display",
         finding=finding(run.lifetimes),
         display=f"Display: {kind.rstrip('.')}. {show(model).sentence()} {model.luminance.sentence()}",
-        label=label(model),
+        label=not_measured(model),
         answer=answer(run.evidence) if run.evidence else None,
         caption=f"{image.name}, {size}, {shown}.",
         sections=list(_sections(run)),

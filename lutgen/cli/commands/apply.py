@@ -13,6 +13,7 @@ from lutgen.cli.options import NUMBER, PlaceOptions, model_from, model_options, 
 from lutgen.cli.outputs import print_json, progress_bar, say
 from lutgen.errors import LutgenError
 from lutgen.names import MODES
+from lutgen.numerals import spaced
 
 if TYPE_CHECKING:
     from lutgen.display import AgedDisplay
@@ -82,7 +83,8 @@ def command(
         notes |= {"on_screen": screen.as_json()} if screen else {}
         print_json({"schema": 1, "images": [asdict(applied) for applied in done], **notes})
     else:
-        for sentence in (*map(_sentence, done), *remarks):
+        age = "" if mode is None or hours is None else f"{mode} at {spaced(hours)} h, "
+        for sentence in (*(_sentence(applied, age) for applied in done), *remarks):
             say(sentence)
 
 
@@ -96,7 +98,7 @@ def _aging(
     where: PlaceOptions,
 ) -> tuple[AgedDisplay | Path, OnScreen | None, list[str]]:
     """Return the display or LUT to apply, the place on the screen, and remarks on the model's conditions."""
-    from lutgen.display import what_pictures_carry
+    from lutgen.display import not_measured, what_pictures_carry
 
     model_given = any(options.values())
     if any(where) and (lut or build):
@@ -112,7 +114,8 @@ def _aging(
         raise LutgenError("which display? Give --mode and --hours, such as --mode chroma --hours 10000, or --lut FILE.")
     if not build:
         model, screen = where.on(model_from(**options))
-        return model.at(mode, hours), screen, what_pictures_carry(model, screen)
+        remarks = [*what_pictures_carry(model, screen), not_measured(model)]
+        return model.at(mode, hours), screen, [remark for remark in remarks if remark]
     if model_given:
         raise LutgenError("--build holds the whole model: leave the options of the model out.")
     return _built_lut(Path(build), mode, hours), None, []
@@ -149,8 +152,8 @@ def _built_lut(folder: Path, mode: str, hours: float) -> Path:
     )
 
 
-def _sentence(applied: AppliedImage) -> str:
-    parts = [f"{applied.output}: {applied.width} × {applied.height}"]
+def _sentence(applied: AppliedImage, age: str) -> str:
+    parts = [f"{applied.output}: {age}{applied.width} × {applied.height}"]
     if applied.clipped_share is None:
         parts.append("clipped colours unknown to a LUT")
     else:
