@@ -284,7 +284,13 @@ def test_a_path_that_holds_nothing_is_bad_input_and_named_once(tmp_path: Path) -
 
 
 def test_exit_codes_say_what_happened(built: Path, tmp_path: Path) -> None:
-    assert here("check", built).returncode == 0
+    passed = here("check", built)
+    assert passed.returncode == 0
+    figures = [re.findall(r"\d\.\d{4}", text) for text in passed.stdout.split(" where it is smooth, and ")]
+    (smooth,), (edges,) = figures
+    certificates = check(built, jobs=1).certificates.values()
+    assert float(smooth) == pytest.approx(max(each.smooth.max for each in certificates), abs=1e-4)
+    assert float(edges) == pytest.approx(max(max(each.gamut.max, each.border.max) for each in certificates), abs=1e-4)
     (built / CUBE).unlink()
     failed = here("check", built)
     assert (failed.returncode, failed.stderr) == (1, "")

@@ -107,10 +107,14 @@ def _report(path: str, result: Checked) -> None:
 
         renderer = next(iter(result.gpu.values())).renderer
         say(shader_sentence(renderer, len(result.gpu), max(run.worst for run in result.gpu.values())))
-    worst = max((c.smooth.max for c in result.certificates.values()), default=0.0)
+    of_files = result.certificates.values()
+    worst = max((each.smooth.max for each in of_files), default=0.0)
+    # No grid follows a jump of the model, or the edge of the gamut at which colours are clipped.
+    edges = max((max(each.gamut.max, each.border.max) for each in of_files), default=0.0)
     count = f"{result.files} file{'s' if result.files != 1 else ''}"
     if result.passed:
-        say(f"{path}: {count} checked, all true to the model (largest smooth ΔE2000 {worst:.4f})")
+        beside = f", and {edges:.4f} at its jumps and at the edge of the gamut" if edges > worst else ""
+        say(f"{path}: {count} checked, all true to the model (largest ΔE2000 {worst:.4f} where it is smooth{beside})")
     else:
         wrong = len({finding.path for finding in result.findings})
         say(f"{path}: {count} checked, {wrong} with faults")
