@@ -57,6 +57,24 @@ def lutgen(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
         return here("show", *arguments)
 
 
+@pytest.mark.parametrize(
+    ("white", "told"),
+    [
+        ((0.9, 0.8), ""),
+        ((1.05, 0.9), ""),
+        ((0.5, 0.7), "white rose from 150 cd/m² at 1000 h to 210 at 2000 h, which is no age"),
+        ((1.2, 0.8), "white rose from 300 cd/m² at 0 h to 360 at 1000 h, which is no age"),
+    ],
+)
+def test_white_that_became_much_brighter_did_not_only_age(
+    white: tuple[float, float], told: str, tmp_path: Path
+) -> None:
+    display(tmp_path, *(moved(white=each) for each in white))
+    done = lutgen("--display", "display.csv", cwd=tmp_path)
+    assert done.returncode == 0
+    assert (told in " ".join(done.stderr.split())) if told else ("rose" not in done.stderr)
+
+
 def test_chromaticities_and_luminances_are_the_readings(model: DisplayModel) -> None:
     shown = show(model)
     rows = [line.split(",") for line in default_display().read_text().splitlines() if line[0].isdigit()]

@@ -180,7 +180,7 @@ def model_from(
         return replace(saved, conditions=parse_at(at, saved.conditions))
     readings = read_measurements(display or default_display())
     say_remarks(readings)
-    return DisplayModel(
+    chosen = DisplayModel(
         readings,
         baseline=baseline or "colour-points",
         selection=selection or "nearest",
@@ -188,6 +188,9 @@ def model_from(
         luminance=luminance_law(luminance) if luminance else UNSTATED,
         conditions=parse_at(at),
     )
+    if brightened := chosen.tips.brightened():
+        say(brightened, err=True)
+    return chosen
 
 
 def say_remarks(*files: Measurements | Session) -> None:

@@ -22,6 +22,9 @@ from lutgen.time_law import between
 #: Largest condition number of a matrix of colour points. Above it the points lie on a line within the noise of a meter.
 MAX_CONDITION = 1e5
 
+#: Ratio by which white may become brighter. Lamps settle and meters differ by a few percent; age only dims.
+BRIGHTER = 1.1
+
 
 @dataclass(frozen=True)
 class Tips:
@@ -50,6 +53,20 @@ class Tips:
                     f"matrix through them is singular. Check the x and y of these rows."
                 )
 
+    def brightened(self) -> str:
+        """Return a sentence if white became brighter by more than age explains, which names the two hours; else ""."""
+        white = self.xyY[:, 0, 2]
+        rises = white / np.minimum.accumulate(white)
+        last = int(np.argmax(rises))
+        if rises[last] < BRIGHTER:
+            return ""
+        first = int(np.argmin(white[: last + 1]))
+        return (
+            f"{self.source}: white rose from {white[first]:.4g} cd/m² at {self.hours[first]:g} h to {white[last]:.4g} "
+            f"at {self.hours[last]:g} h, which is no age: a setting or an instrument changed. `lutgen sessions "
+            f"explain` names what did; leave the sessions of other settings out."
+        )
+
     def check_span(self, hours: float) -> None:
         """Raise LutgenError if ``hours`` is outside the measured span; lutgen does not extrapolate."""
         first, last = self.hours[0], self.hours[-1]
@@ -62,7 +79,7 @@ class Tips:
                 )
             raise LutgenError(
                 f"hour {hours:.12g} is outside the measured span {first:.12g}..{last:.12g} h of {self.source}. "
-                f"Choose hours inside it: nothing is extrapolated."
+                f"Choose hours inside it: nothing is extrapolated. `lutgen trend` tells when a limit will be passed."
             )
 
     def spread(self, count: int) -> list[float]:
