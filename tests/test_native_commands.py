@@ -62,7 +62,8 @@ def test_a_display_with_other_curves_needs_its_own_model_before_an_effect_of_one
     done = run(*few, "--stub", "effect.py")
     assert done.out.startswith("unexplained")
     advice = done.out.index("Start from its own model:  lutgen diagnose panel.csv --baseline native\n")
-    assert advice < done.out.index("An effect of your own to start from: effect.py")
+    remark = done.out.index("Too few replicates: the noise is assumed")
+    assert advice < remark < done.out.index("An effect of your own to start from: effect.py")
     assert "An effect of your own to start from" not in run(*few).out
 
 

@@ -47,18 +47,14 @@ def diagnose_page(
             f"With {listed(each.name for each in diagnosis.explanation.steps)}: mean ΔE2000 "
             f"{after.error.delta_e_mean:.2f}, from {times(before.ratio)} to {times(after.ratio)} the noise."
         )
-    own = from_own_model(before, again) if verdict.name != "consistent" else ""
-    if own:
-        first = "This display differs from sRGB in its first session already."
-        yield f"{first} Start from its own model:  lutgen diagnose {own}"
-    if not own or stub or verdict.name != "unexplained":
-        yield from _next(diagnosis, again, stub)
+    yield from _advice(diagnosis, again, stub)
     if verdict.effects:
         yield ""
         yield parameter_table(parameters_of(diagnosis.explanation.final), effects)
     rivals = [f"These data cannot tell apart: {listed(each)}." for each in verdict.rivals]
     rivals += [_separation(each, again) for each in diagnosis.measure_next]
-    for part in (rivals, verdict.remarks, _refutation(diagnosis, effects)):
+    remarks = () if verdict.name == "unexplained" else verdict.remarks
+    for part in (rivals, remarks, _refutation(diagnosis, effects)):
         if part:
             yield ""
             yield from part
@@ -210,6 +206,19 @@ _REFUTES = {
     "unexplained": "an effect of your own, with which nothing but noise is left",
     "measurement-problem": "the same readings again, with the same result",
 }
+
+
+def _advice(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[str]:
+    """Yield what to do next; for something unexplained, first what the readings have in themselves as a cause."""
+    verdict = diagnosis.verdict
+    own = from_own_model(diagnosis.comparison, again) if verdict.name != "consistent" else ""
+    if own:
+        first = "This display differs from sRGB in its first session already."
+        yield f"{first} Start from its own model:  lutgen diagnose {own}"
+    if verdict.name == "unexplained" and verdict.remarks:
+        yield from ("", *verdict.remarks, "")
+    if not own or stub_file or verdict.name != "unexplained":
+        yield from _next(diagnosis, again, stub_file)
 
 
 def _next(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[str]:

@@ -145,7 +145,7 @@ def _unexplained(explanation: Explanation, remarks: tuple[str, ...], residual_te
     )
     if more := more_light(explanation.base):
         command = "To find out whether settings or the meter changed: lutgen sessions explain"
-        remarks = (*remarks, f"Whole sessions differ in light: {more}. {command}.")
+        remarks = (f"Whole sessions differ in light: {more}. {command}.", *remarks)
     return Verdict("unexplained", sentence, remarks=remarks)
 
 

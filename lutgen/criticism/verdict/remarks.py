@@ -20,19 +20,18 @@ NAMED_LINES = 12
 
 def remarks_of(explanation: Explanation, blind: Sequence[str], suspicion: Suspicion) -> tuple[str, ...]:
     """Return remarks on a verdict; ``blind``: names of effects that these readings cannot show."""
-    noise, remarks = explanation.base.problem.noise, []
+    problem = explanation.base.problem
+    noise, remarks = problem.noise, [each.sentence() for each in drifts(problem)]
     if noise.source == "assumed":
         remarks.append(
             f"Too few replicates: the noise is assumed, {noise.relative:.2%} and {noise.floor_cd_m2:.2g} cd/m². Repeat "
             f"readings three times, or give --instrument."
         )
-    problem = explanation.base.problem
     if problem.from_first_hour and problem.readings.metadata.get("luminance") == "held" and not problem.held:
         remarks.append(
             f"The file says that luminance is held, but white has changed by {white_moved(problem.readings):+.0%}: no "
             f"sensor held it, or the sensor had no reserve left. Luminance is taken as free."
         )
-    remarks += [each.sentence() for each in drifts(problem)]
     if suspicion.rows:
         remarks.append(f"Left out, as other readings of the patch contradict them: {lines_of(explanation, suspicion)}.")
     if outliers := _with_little_weight(explanation):
