@@ -4,6 +4,7 @@ Writing is atomic: a reader sees the old file or the complete new file, never a 
 temporary folder behind. The next run removes that folder.
 """
 
+import errno
 import hashlib
 import os
 import shutil
@@ -195,7 +196,8 @@ def is_unicode(path: Path) -> bool:
 
 def cannot_write(path: Path, error: OSError) -> LutgenError:
     """Return the error for a path that cannot be written."""
-    return LutgenError(f"{path}: cannot write: {reason_of(error)}. Make room, or choose another place to write to.")
+    do = "Make room, or choose" if error.errno in {errno.ENOSPC, errno.EDQUOT} else "Choose"
+    return LutgenError(f"{path}: cannot write: {reason_of(error)}. {do} another place to write to.")
 
 
 @contextmanager

@@ -743,7 +743,7 @@ def test_a_full_disk_is_one_sentence_and_leaves_nothing(
         printed, said = capfd.readouterr()
     assert (code, printed) == (2, "")
     (line,) = said.splitlines()
-    assert f"{out}: cannot write: no space left on device" in line
+    assert f"{out}: cannot write: no space left on device. Make room, or choose" in line
     assert list(tiny_disk.iterdir()) == []
 
 

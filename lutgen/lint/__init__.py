@@ -44,7 +44,7 @@ def lint(path: str | Path, *, ask_readers: bool = False) -> Linted:
         reason = "is a folder" if path.is_dir() else "there is no such file"
         raise LutgenError(f"{path}: {reason}. Give a file that ends in {', '.join(KINDS)}.")
     if form is None:
-        raise LutgenError(f"{path}: ends in none of {', '.join(KINDS)}. Rename it to the suffix of its format.")
+        raise LutgenError(f"{path}: ends in none of {', '.join(KINDS)}. Give a LUT, a profile or a config.")
     return form.lint(path, ask_readers)
 
 

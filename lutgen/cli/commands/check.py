@@ -92,7 +92,7 @@ def _check(path: str, mode: str | None, hours: float | None, options: dict[str, 
         raise click.UsageError("--gpu is for folders: lutgen draws the views of their configs.")
     if mode is None or hours is None:
         raise click.UsageError(
-            f"{path} is no folder; for a LUT file give the display that it should show: --mode and --hours."
+            f"{path}: which display should this LUT show? Give --mode and --hours, and --display or --model."
         )
     return check_lut(path, model_from(**options).at(mode, hours), budget=settings["budget"])
 
