@@ -17,9 +17,10 @@ from lutgen.history.transfer import contrast_response, index_of, luminance_of
 from lutgen.history.trend import ENOUGH, FEWEST, Trend, shortest, trend
 from lutgen.names import LIMIT_SETS
 from lutgen.readings import read_campaign, read_session
-from lutgen.report.campaign import plot_trend, trend_headline, trend_page
+from lutgen.report.campaign import trend_headline, trend_page
 from lutgen.report.drawing import DPI
 from lutgen.report.parts import Table
+from lutgen.report.trend_plot import plot_trend
 from tests import trend_coverage
 from tests.quick import mostly_slow
 from tests.virtual_sessions.campaigns import life, write
@@ -209,7 +210,7 @@ def panels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[Trend],
         yield figure, 0.03, 0.93
 
     def drawn(found: Trend) -> dict[str, Axes]:
-        monkeypatch.setattr("lutgen.report.campaign.picture", kept)
+        monkeypatch.setattr("lutgen.report.trend_plot.picture", kept)
         plot_trend(found, tmp_path / "trend.png")
         figure.canvas.draw()
         return {each.get_title(loc="left"): each for each in figure.axes}

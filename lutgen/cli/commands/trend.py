@@ -79,7 +79,7 @@ def command(
     with progress_bar("following", quiet=outputs.alone) as progress:
         result = trend(campaign, limits, all_sessions=all_sessions, ambient_cd_m2=ambient, progress=progress)
     if path:
-        from lutgen.report.campaign import plot_trend
+        from lutgen.report.trend_plot import plot_trend
 
         plot_trend(result, path, force=force)
     outputs.write([*trend_page(result), *([f"Picture: {path}"] if path else [])], lambda: trend_as_json(result))
