@@ -16,6 +16,7 @@ from lutgen.history.history import QUANTITIES, SETS, Limit, history, limits_of, 
 from lutgen.history.transfer import contrast_response, index_of, luminance_of
 from lutgen.history.trend import ENOUGH, FEWEST, Trend, shortest, trend
 from lutgen.names import LIMIT_SETS
+from lutgen.numerals import spaced
 from lutgen.readings import read_campaign, read_session
 from lutgen.report.campaign import trend_headline, trend_page
 from lutgen.report.drawing import DPI
@@ -198,6 +199,47 @@ def test_a_headline_says_which_sessions_it_is_based_on(tmp_path: Path) -> None:
     assert bright.kept.tolist() == [True, True, True, False]
     assert "white has been below its 80 % limit in the sessions used, since 400 to 800 days" in trend_headline(bright)
     assert "its 400 cd/m² limit since the first session used, day 0" in trend_headline(bright)
+
+
+def brightened(folder: Path, sizes: list[float], limits: list[str]) -> Trend:
+    """Return the trend of a display whose brightness was set anew before each session, a year apart."""
+    texts = life([State(brightness=size) for size in sizes])
+    campaign = read_campaign(write(folder, texts, [365 * year for year in range(len(sizes))]))
+    return trend(campaign, [parse_limit(each) for each in limits], all_sessions=True)
+
+
+def when_of(found: Trend) -> list[str]:
+    """Return the last column of the table of limits."""
+    (table,) = (each for each in trend_page(found) if isinstance(each, Table) and "when" in each.headings)
+    return [row[-1] for row in table.rows]
+
+
+def test_a_limit_that_the_last_session_keeps_is_not_passed_now(tmp_path: Path) -> None:
+    white = history(read_campaign(write(tmp_path, life([State()]), [0]))).values["white"][0]
+    limit = f"white>={0.8 * white:.4g}"
+    found = brightened(tmp_path, [0.5, 0.9, 1.0], [limit, "contrast>=10"])
+    now = f"{white:.0f} cd/m²"
+    assert (found.passings[0].status, found.passings[0].low, found.passings[0].time) == ("returned", 0.0, 0.0)
+    assert f"white was below its {limit[7:]} cd/m² limit at day 0 and is above it now, {now}" in trend_headline(found)
+    assert when_of(found)[0] == f"below at day 0, above it now, {now}"
+    often = brightened(tmp_path, [0.5, 1.0, 0.5, 1.0], [limit])
+    assert (often.passings[0].status, often.passings[0].low, often.passings[0].time) == ("returned", 0.0, 730.0)
+    last = f"{often.history.values['white'][-1]:.0f} cd/m²"
+    assert f"limit, last at day 730, and is above it now, {last}" in trend_headline(often)
+    again = brightened(tmp_path, [0.5, 1.0, 1.0, 0.5], [limit])
+    assert f"limit since 730 to {spaced(1095)} days" in trend_headline(again)
+
+
+def test_limits_that_aging_passes_come_before_those_passed_from_the_start(tmp_path: Path) -> None:
+    limits = [parse_limit(each) for each in ("gsdf<=1%", "contrast>=100000", "white>=55%", "white>=80%", "white>=40%")]
+    campaign = fading(tmp_path, 3000.0)
+    first, second, *_ = trend_headline(trend(campaign, limits)).split("; ")
+    assert "white has been below its 80 % limit since 500 to 800 days" in first
+    assert "white will fall below its 55 % limit at " in second
+    later = trend_headline(trend(campaign, limits[:3]))
+    assert "simulated: white will fall below its 55 % limit at " in later
+    assert "; the deviation from DICOM's contrast response has been above its 1 % limit since the first" in later
+    assert later.endswith("; limits not kept in all: 2.")
 
 
 @pytest.fixture

@@ -33,6 +33,10 @@ _POINTS = 1001
 #: Smallest share of the evidence with which a law is named beside the likeliest law.
 NAMED = 0.1
 
+#: What a trend may say about a limit. "passed": the last session is beyond it; "returned": an earlier session is, and
+#: the last is not; "ahead": passed within the horizon; "kept": not within the horizon.
+STATUSES = ("passed", "returned", "ahead", "kept", "cannot-tell")
+
 #: Fewest sessions for a time, and fewest sessions for an interval that depends more on the sessions than on the priors.
 FEWEST, ENOUGH = 4, 8
 
@@ -44,11 +48,11 @@ class Passing:
     #: The limit, and its value in the quantity's unit.
     limit: Limit
     bound: float
-    #: "passed", "ahead" (the limit is passed within the horizon), "kept" (not within the horizon), or "cannot-tell".
+    #: One of ``STATUSES``.
     status: str
     #: Median, and ends of the interval, as time since the earliest session; None: not within the horizon. For
-    #: ``passed``, ``time`` is the time of the first session beyond the limit, and ``low`` that of the session before,
-    #: if any.
+    #: ``passed``, ``time`` is the time of the session since which all are beyond the limit, and ``low`` that of the
+    #: session before, if any. For ``returned``, ``low`` and ``time`` are the first and the last session beyond it.
     time: float | None = None
     low: float | None = None
     high: float | None = None
@@ -156,9 +160,12 @@ def _passing(seen: History, limit: Limit, kept: Array, drawn: tuple[Followed, Ar
     bound = limit.value * float(values[read][0]) if limit.relative else limit.value
     beyond = read & ((values < bound) if limit.above else (values > bound))
     if beyond.any():
-        first = int(np.argmax(beyond))
-        before = seen.time[:first][read[:first]]
-        return Passing(limit, bound, "passed", float(seen.time[first]), float(before[-1]) if before.size else None)
+        out, within = seen.time[beyond], seen.time[read & ~beyond]
+        if not beyond[read][-1]:
+            return Passing(limit, bound, "returned", float(out[-1]), float(out[0]))
+        since = int(np.flatnonzero(read & ~beyond)[-1]) + 1 if within.size else 0
+        first = since + int(np.argmax(beyond[since:]))
+        return Passing(limit, bound, "passed", float(seen.time[first]), float(within[-1]) if within.size else None)
     if np.count_nonzero(read) < FEWEST:
         return Passing(limit, bound, "cannot-tell")
     # A relative limit is a share of the first session's figure in each draw, since the reading of that session is

@@ -8,13 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.history.history import QUANTITIES, SHARES
-from lutgen.history.trend import ENOUGH, FEWEST, HORIZON, Passing, Trend, name_of
+from lutgen.history.trend import ENOUGH, FEWEST, HORIZON, STATUSES, Passing, Trend, name_of
 from lutgen.numerals import spaced
 from lutgen.report.parts import Headline, Part, Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from lutgen.colorimetry import Array
     from lutgen.history.explain import Explanations
     from lutgen.history.history import Limit
     from lutgen.readings.campaign import Campaign
@@ -110,34 +111,43 @@ def source(limit: Limit) -> str:
 
 
 def trend_headline(trend: Trend) -> str:
-    """Return a sentence on the limits that are passed already, or else on the limit that will be passed next."""
+    """Return a sentence on the limits that matter most, or on why there is nothing to say about any."""
     seen = trend.history
     name = seen.campaign.display or seen.campaign.file
     passed = [each for each in trend.passings if each.status == "passed"]
-    if passed:
-        more = f"; limits not kept in all: {len(passed)}" if len(passed) > HEADLINED else ""
-        return f"{name}: {'; '.join(_beyond(each, trend) for each in passed[:HEADLINED])}{more}."
-    ahead = [each for each in trend.passings if each.status == "ahead" and each.time is not None]
+    if named := _headlined(trend):
+        more = f"; limits not kept in all: {len(passed)}" if any(each not in named for each in passed) else ""
+        return f"{name}: {'; '.join(_clause(each, trend) for each in named)}{more}."
     among = " in the sessions used" if trend.why else ""
-    if not ahead and any(each.status == "cannot-tell" for each in trend.passings):
+    if any(each.status == "cannot-tell" for each in trend.passings):
         return f"{name}: no limit is seen passed{among}, and when one will be cannot be told from these sessions."
-    if not ahead:
-        return f"{name}: no limit is passed{among}, and none is in sight."
-    soonest = min(ahead, key=lambda each: each.time or np.inf)
-    limit, side = soonest.limit, "fall below" if soonest.limit.above else "rise above"
-    return f"{name}: {_NAMES[limit.quantity]} will {side} its {_value(limit)} limit {when(soonest, trend)}."
+    return f"{name}: no limit is passed{among}, and none is in sight."
 
 
-def _beyond(each: Passing, trend: Trend) -> str:
-    """Return a clause on a passed limit: passed since a time between two sessions, or since the first session."""
+def _headlined(trend: Trend) -> list[Passing]:
+    """Return the limits of the headline: those that aging passes, soonest first, then those passed from the start."""
+    of = {status: [each for each in trend.passings if each.status == status] for status in STATUSES}
+    aged = sorted((each for each in of["passed"] if each.low is not None), key=lambda each: each.time or 0.0)
+    next_one = sorted(of["ahead"], key=lambda each: each.time or 0.0)[:1]
+    from_the_start = [each for each in of["passed"] if each.low is None]
+    return [*aged, *next_one, *from_the_start, *of["returned"]][:HEADLINED]
+
+
+def _clause(each: Passing, trend: Trend) -> str:
+    """Return a clause on a limit that is passed, was passed, or will be passed."""
+    what, value, time = _NAMES[each.limit.quantity], _value(each.limit), when(each, trend)
     side = "below" if each.limit.above else "above"
-    is_or_was = "was" if _used(each, trend) == 1 else "has been"
-    return f"{_NAMES[each.limit.quantity]} {is_or_was} {side} its {_value(each.limit)} limit {when(each, trend)}"
+    if each.status == "ahead":
+        return f"{what} will {'fall' if each.limit.above else 'rise'} {side} its {value} limit {time}"
+    if each.status == "returned":
+        last, now = _returned(each, trend)
+        return f"{what} was {side} its {value} limit{last} and is {now}"
+    return f"{what} {'was' if _used(each, trend).size == 1 else 'has been'} {side} its {value} limit {time}"
 
 
-def _used(each: Passing, trend: Trend) -> int:
-    """Return the number of used sessions that read the quantity of a limit."""
-    return int(np.count_nonzero(trend.kept & np.isfinite(trend.history.values[each.limit.quantity])))
+def _used(each: Passing, trend: Trend) -> Array:
+    """Return the indices of the used sessions that read the quantity of a limit, (n,)."""
+    return np.flatnonzero(trend.kept & np.isfinite(trend.history.values[each.limit.quantity]))
 
 
 def _value(limit: Limit) -> str:
@@ -145,11 +155,32 @@ def _value(limit: Limit) -> str:
     return text.replace("%", " %") + _UNITS.get(limit.quantity, "") * (not limit.relative)
 
 
+def _returned(each: Passing, trend: Trend) -> tuple[str, str]:
+    """Return clauses on a limit that the last session keeps: when a session was last beyond it, and the figure now."""
+    seen, last, quantity = trend.history, _used(each, trend)[-1], each.limit.quantity
+    figure = float(seen.values[quantity][last])
+    shown = f"{100 * figure:.0f} %" if quantity in SHARES else f"{figure:.0f}" if figure >= 100 else f"{figure:.3g}"
+    now = "now" if last == seen.time.size - 1 else f"at {_at(trend, float(seen.time[last]))}"
+    side = "above" if each.limit.above else "below"
+    then = f"at {_at(trend, each.time)}"
+    return (
+        f" {then}" if each.low == each.time else f", last {then},",
+        f"{side} it {now}, {shown}{_UNITS.get(quantity, '')}",
+    )
+
+
+def _at(trend: Trend, time: float | None) -> str:
+    return f"{trend.history.unit.removesuffix('s')} {spaced(time or 0.0)}"
+
+
 def when(each: Passing, trend: Trend) -> str:
     """Return a clause on the time when a limit is passed, with its interval."""
     unit = trend.history.unit
     if each.status == "passed":
         return _since(each, trend)
+    if each.status == "returned":
+        last, now = _returned(each, trend)
+        return f"{'below' if each.limit.above else 'above'}{last.removesuffix(',')}, {now}"
     if each.status == "cannot-tell":
         return "cannot be told from these sessions"
     if each.status == "kept":
@@ -163,8 +194,8 @@ def when(each: Passing, trend: Trend) -> str:
 def _since(each: Passing, trend: Trend) -> str:
     """Return a clause on the time since which a limit is passed; it names the used sessions if some are left out."""
     unit = trend.history.unit
-    first = f"{unit.removesuffix('s')} {spaced(each.time or 0.0)}"
-    if _used(each, trend) == 1:
+    first = _at(trend, each.time)
+    if _used(each, trend).size == 1:
         return f"in the only session {'used' if trend.why else 'that read it'}, {first}"
     if each.low is not None:
         among = "in the sessions used, " if trend.why else ""
