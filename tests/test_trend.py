@@ -14,7 +14,7 @@ from lutgen import LutgenError
 from lutgen.history.decay import LAWS, decay_of
 from lutgen.history.history import QUANTITIES, SETS, Limit, history, limits_of, parse_limit
 from lutgen.history.transfer import contrast_response, index_of, luminance_of
-from lutgen.history.trend import ENOUGH, FEWEST, Trend, shortest, trend
+from lutgen.history.trend import ENOUGH, FEWEST, Trend, shortest, trend, trend_as_json
 from lutgen.names import LIMIT_SETS
 from lutgen.numerals import spaced
 from lutgen.readings import read_campaign, read_session
@@ -24,6 +24,7 @@ from lutgen.report.parts import Table
 from lutgen.report.trend_plot import plot_trend
 from tests import trend_coverage
 from tests.quick import mostly_slow
+from tests.real_data import real_data
 from tests.virtual_sessions.campaigns import life, write
 from tests.virtual_sessions.display import State
 
@@ -240,6 +241,36 @@ def test_limits_that_aging_passes_come_before_those_passed_from_the_start(tmp_pa
     assert "simulated: white will fall below its 55 % limit at " in later
     assert "; the deviation from DICOM's contrast response has been above its 1 % limit since the first" in later
     assert later.endswith("; limits not kept in all: 2.")
+
+
+def test_the_reference_is_the_session_from_which_most_differ_by_nothing_but_age(tmp_path: Path) -> None:
+    """A display that was dimmed in its first session: the other sessions agree."""
+    states = [State(brightness=0.2), *(State(aged=np.full(3, share)) for share in (1.0, 0.97, 0.94))]
+    campaign = read_campaign(write(tmp_path, life(states), [0, 1, 400, 800]))
+    found = trend(campaign, [parse_limit("white>=99%"), parse_limit("white-shift<=0.01")])
+    assert (found.reference, found.kept.tolist()) == (1, [False, True, True, True])
+    # A share, and a shift of colour, begin at the first session used.
+    assert found.passings[0].bound == pytest.approx(0.99 * found.history.values["white"][1])
+    assert found.history.values["white-shift"][1] == 0
+    assert any(str(each).startswith("Compared with 1.txt: --reference FILE") for each in trend_page(found))
+    assert trend_as_json(found)["reference"].endswith("1.txt")
+    chosen = trend(campaign, LIMITS, reference="0.txt")
+    assert (chosen.reference, chosen.kept.tolist()) == (0, [True, False, False, False])
+
+
+def test_of_references_with_as_many_sessions_the_earliest_counts(tmp_path: Path) -> None:
+    campaign = read_campaign(write(tmp_path, life([State(brightness=size) for size in (1, 0.3, 1, 0.3)]), [0, 1, 2, 3]))
+    assert trend(campaign, []).kept.tolist() == [True, False, True, False]
+
+
+def test_a_headline_without_two_sessions_begins_with_that(tmp_path: Path) -> None:
+    headline = trend_headline(one_of_three_used(tmp_path))
+    assert headline.startswith("simulated: no trend, since 2 of 3 sessions differ by more than age; white was below")
+
+
+def test_a_real_session_that_was_dimmed_is_no_reference() -> None:
+    found = trend(read_campaign(*sorted((real_data() / "real" / "jamesits").glob("ThinkPad_X61*"))), [])
+    assert found.kept.tolist() == [False, True, True, True]
 
 
 @pytest.fixture

@@ -86,8 +86,13 @@ def trend_page(trend: Trend) -> Iterator[Part]:
     yield from simulated(trend.history.campaign)
     yield trend_headline(trend)
     yield sessions(trend)
+    if trend.left_out and trend.reference is not None:
+        yield (
+            f"Compared with {name_of(trend.history, trend.reference)}: --reference FILE takes another session, and "
+            "lutgen sessions explain --reference FILE says more."
+        )
     for place, why in trend.why.items():
-        yield f"Left out: {name_of(trend.history, place)}, which differs by {why} (lutgen sessions explain says more)."
+        yield f"Left out: {name_of(trend.history, place)}, which differs by {why}."
     weighed = laws(trend)
     if weighed.rows:
         yield weighed
@@ -113,15 +118,17 @@ def source(limit: Limit) -> str:
 def trend_headline(trend: Trend) -> str:
     """Return a sentence on the limits that matter most, or on why there is nothing to say about any."""
     seen = trend.history
-    name = seen.campaign.display or seen.campaign.file
+    name = f"{seen.campaign.display or seen.campaign.file}:"
+    if trend.left_out and np.count_nonzero(trend.kept) < 2:
+        name += f" no trend, since {len(trend.left_out)} of {trend.kept.size} sessions differ by more than age;"
     passed = [each for each in trend.passings if each.status == "passed"]
     if named := _headlined(trend):
         more = f"; limits not kept in all: {len(passed)}" if any(each not in named for each in passed) else ""
-        return f"{name}: {'; '.join(_clause(each, trend) for each in named)}{more}."
+        return f"{name} {'; '.join(_clause(each, trend) for each in named)}{more}."
     among = " in the sessions used" if trend.why else ""
     if any(each.status == "cannot-tell" for each in trend.passings):
-        return f"{name}: no limit is seen passed{among}, and when one will be cannot be told from these sessions."
-    return f"{name}: no limit is passed{among}, and none is in sight."
+        return f"{name} no limit is seen passed{among}, and when one will be cannot be told from these sessions."
+    return f"{name} no limit is passed{among}, and none is in sight."
 
 
 def _headlined(trend: Trend) -> list[Passing]:
