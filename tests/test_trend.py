@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import pytest
@@ -320,6 +322,66 @@ def test_too_few_sessions_promise_nothing(tmp_path: Path) -> None:
     found = trend(fading(tmp_path, 3000.0, days=[0, 250]), [parse_limit("white>=50%")])
     assert found.passings[0].status == "cannot-tell"
     assert trend_headline(found).endswith("when one will be cannot be told from these sessions.")
+
+
+def test_fewer_sessions_than_a_time_needs_are_dots_without_laws(
+    tmp_path: Path, panels: Callable[[Trend], dict[str, Axes]]
+) -> None:
+    found = trend(fading(tmp_path, 3000.0, days=[0, 250, 500]), [])
+    assert not any("likeliest law" in each.headings for each in trend_page(found) if isinstance(each, Table))
+    assert "3 sessions: a time cannot be told from fewer than 4." in [*trend_page(found)]
+    assert {course["law"] for course in trend_as_json(found)["courses"].values()} == {None}
+    white = panels(found)[QUANTITIES["white"]]
+    assert not white.collections
+    # Dots and crosses.
+    assert {line.get_linestyle() for line in white.lines} == {"None"}
+
+
+def test_two_sessions_of_one_day_are_one_curve_of_contrast_response(
+    tmp_path: Path, panels: Callable[[Trend], dict[str, Axes]]
+) -> None:
+    texts = life([State(brightness=0.3), State(), State()])
+    found = panels(trend(read_campaign(write(tmp_path, texts, [0, 30, 30])), []))
+    response = found["contrast response of greys against DICOM's"]
+    assert [each.get_label() for each in response.lines] == ["30 days"]
+
+
+def named(names: list[str], *, display: str) -> Trend:
+    """Return a trend of which only display names matter: the first session is left out."""
+    sessions = [
+        SimpleNamespace(session=SimpleNamespace(display=name, file=f"{name}.ti3", metadata={})) for name in names
+    ]
+    campaign = SimpleNamespace(display=display, file="a.ti3 and b.ti3", entries=sessions)
+    places = tuple(range(len(names)))
+    seen = SimpleNamespace(campaign=campaign, places=places, time=np.arange(float(len(names))), unit="days", values={})
+    used = SimpleNamespace(history=seen, kept=np.array([False, *(True for _ in names[1:])]), left_out={0: None})
+    return cast("Trend", SimpleNamespace(**vars(used), passings=(), why={0: "brightness"}))
+
+
+@pytest.mark.parametrize(
+    ("names", "display", "said"),
+    [
+        (["A", "B", "B"], "A", "B: "),
+        (["A", "A", "B"], "A", "A and B: "),
+        (["A", "B", "B"], "room 3", "room 3: "),
+        (["A", "", ""], "A", "A: "),
+        (["", "", ""], "", "a.ti3 and b.ti3: "),
+    ],
+)
+def test_a_headline_names_the_display_of_the_sessions_used(names: list[str], display: str, said: str) -> None:
+    assert trend_headline(named(names, display=display)).startswith(said)
+
+
+def test_files_that_name_different_displays_are_said_so(tmp_path: Path) -> None:
+    campaign = fading(tmp_path, 6000.0, days=[0, 400])
+    names = ("Color LCD", "DELL U2718Q")
+    entries = tuple(
+        replace(entry, session=replace(entry.session, display=name))
+        for entry, name in zip(campaign.entries, names, strict=True)
+    )
+    remark = "The files name different displays: Color LCD (0.txt); DELL U2718Q (1.txt). A trend follows one display."
+    assert remark in [*trend_page(trend(replace(campaign, entries=entries), []))]
+    assert not any("different displays" in str(each) for each in trend_page(trend(campaign, [])))
 
 
 def test_one_session_that_is_left_has_no_table_of_laws(tmp_path: Path) -> None:

@@ -41,7 +41,8 @@ STATUSES = ("passed", "returned", "ahead", "kept", "cannot-tell")
 #: Most sessions that are tried as the reference: each costs a comparison with every other session.
 TRIED = 6
 
-#: Fewest sessions for a time, and fewest sessions for an interval that depends more on the sessions than on the priors.
+#: Fewest sessions for a law and a time, and fewest sessions for an interval that depends more on the sessions than on
+#: the priors.
 FEWEST, ENOUGH = 4, 8
 
 
@@ -70,7 +71,7 @@ class Followed:
 
     #: One of ``history.QUANTITIES``.
     quantity: str
-    #: The laws by evidence; None if fewer than two sessions have the figure.
+    #: The laws by evidence; None if fewer than ``FEWEST`` used sessions have the figure.
     decay: Decay | None
     #: Median of the draws at ``Trend.ahead``, (m,), and their interval.
     curve: Array
@@ -182,7 +183,7 @@ def _course(seen: History, name: str, kept: Array, ahead: Array) -> tuple[Follow
     """Weigh the laws; return the course of a quantity and the curve of every draw, (draws, m)."""
     values, errors = seen.values[name], seen.errors[name]
     used = kept & np.isfinite(values) & np.isfinite(errors) & (errors > 0)
-    if np.count_nonzero(used) < 2:
+    if np.count_nonzero(used) < FEWEST:
         none = np.full(ahead.size, np.nan)
         return Followed(name, None, none, none, none), np.empty((0, ahead.size))
     span = float(seen.time[-1])
@@ -208,7 +209,7 @@ def _passing(seen: History, limit: Limit, kept: Array, drawn: tuple[Followed, Ar
         since = int(np.flatnonzero(read & ~beyond)[-1]) + 1 if within.size else 0
         first = since + int(np.argmax(beyond[since:]))
         return Passing(limit, bound, "passed", float(seen.time[first]), float(within[-1]) if within.size else None)
-    if np.count_nonzero(read) < FEWEST:
+    if not len(curves):
         return Passing(limit, bound, "cannot-tell")
     # A relative limit is a share of the first session's figure in each draw, since the reading of that session is
     # noisy.

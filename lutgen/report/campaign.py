@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.errors import listed
 from lutgen.history.history import QUANTITIES, SHARES
 from lutgen.history.trend import ENOUGH, FEWEST, HORIZON, STATUSES, Passing, Trend, name_of
 from lutgen.numerals import spaced
@@ -50,6 +51,16 @@ def simulated(campaign: Campaign) -> Iterator[str]:
     yield from (f"Simulated, not measured: {text}." for text in notices[:1])
 
 
+def other_displays(campaign: Campaign) -> Iterator[str]:
+    """Yield a sentence on the names of displays in the files, if they differ."""
+    files: dict[str, list[str]] = {}
+    for entry in campaign.entries:
+        files.setdefault(entry.session.display, []).append(Path(entry.session.file).name)
+    named = [f"{name} ({', '.join(those)})" for name, those in files.items() if name]
+    if len(named) > 1:
+        yield f"The files name different displays: {'; '.join(named)}. A trend follows one display."
+
+
 #: Format of the values of each quantity.
 _DIGITS = {
     "white": ".1f",
@@ -85,6 +96,7 @@ def trend_page(trend: Trend) -> Iterator[Part]:
     """Yield what ``lutgen trend`` prints."""
     yield from simulated(trend.history.campaign)
     yield trend_headline(trend)
+    yield from other_displays(trend.history.campaign)
     yield sessions(trend)
     if trend.left_out and trend.reference is not None:
         yield (
@@ -117,8 +129,7 @@ def source(limit: Limit) -> str:
 
 def trend_headline(trend: Trend) -> str:
     """Return a sentence on the limits that matter most, or on why there is nothing to say about any."""
-    seen = trend.history
-    name = f"{seen.campaign.display or seen.campaign.file}:"
+    name = f"{_display(trend)}:"
     if trend.left_out and np.count_nonzero(trend.kept) < 2:
         name += f" no trend, since {len(trend.left_out)} of {trend.kept.size} sessions differ by more than age;"
     passed = [each for each in trend.passings if each.status == "passed"]
@@ -129,6 +140,14 @@ def trend_headline(trend: Trend) -> str:
     if any(each.status == "cannot-tell" for each in trend.passings):
         return f"{name} no limit is seen passed{among}, and when one will be cannot be told from these sessions."
     return f"{name} no limit is passed{among}, and none is in sight."
+
+
+def _display(trend: Trend) -> str:
+    """Return the campaign's name of the display; the names in the files of used sessions if it is from the files."""
+    seen, campaign = trend.history, trend.history.campaign
+    names = [campaign.entries[place].session.display for place in seen.places]
+    used = dict.fromkeys(name for name, kept in zip(names, trend.kept, strict=True) if name and kept)
+    return (listed(used) if campaign.display in names else "") or campaign.display or campaign.file
 
 
 def _headlined(trend: Trend) -> list[Passing]:

@@ -26,10 +26,12 @@ _PRIMARY, _SECONDARY = 0.1, 0.2
 
 def plot_trend(trend: Trend, path: Path, *, force: bool = False) -> None:
     """Draw a trend: the same bytes on every run. Raises LutgenError where it cannot be written."""
-    foot = (
-        "Dots: sessions; crosses: left out, as something else changed. Line: median of all laws, "
-        "weighed by evidence; dashed and pale: extrapolated; band: 90 %. Orange: limits."
+    lines = (
+        "Line: median of all laws, weighed by evidence; dashed and pale: extrapolated; band: 90 %. "
+        if any(each.decay for each in trend.courses.values())
+        else ""
     )
+    foot = f"Dots: sessions; crosses: left out, as something else changed. {lines}Orange: limits."
     title, second = trend_headline(trend), " ".join(simulated(trend.history.campaign))
     drawn = [name for name in QUANTITIES if name != "ambient" and np.isfinite(trend.history.values[name]).any()]
     panels = len(drawn) + bool(_responses(trend))
@@ -133,9 +135,10 @@ def _name_limit(axes: Axes, text: str, bound: float, drawn: Array) -> None:
 
 
 def _responses(trend: Trend) -> list[tuple[int, ContrastResponse]]:
-    """Return index and contrast response of the first and of the last used session that read enough greys."""
+    """Return index and contrast response of the first, and of a later last, used session that read enough greys."""
     read = [(place, each) for place, each in enumerate(trend.history.responses) if each and trend.kept[place]]
-    return list(dict((read[0], read[-1])).items()) if read else []
+    later = [last for last in read[-1:] if trend.history.time[last[0]] > trend.history.time[read[0][0]]]
+    return [*read[:1], *later]
 
 
 def _draw_responses(axes: Axes, trend: Trend) -> None:
