@@ -103,8 +103,8 @@ def trend_page(trend: Trend) -> Iterator[Part]:
             f"Compared with {name_of(trend.history, trend.reference)}: --reference FILE takes another session, and "
             "lutgen sessions explain --reference FILE says more."
         )
-    for place, why in trend.why.items():
-        yield f"Left out: {name_of(trend.history, place)}, which differs by {why}."
+    for place, verdict in trend.left_out.items():
+        yield f"Left out: {name_of(trend.history, place)}. {verdict.sentence}"
     weighed = laws(trend)
     if weighed.rows:
         yield weighed
