@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,13 +11,14 @@ import numpy as np
 from lutgen.errors import listed
 from lutgen.history.history import QUANTITIES, SHARES
 from lutgen.history.trend import ENOUGH, FEWEST, HORIZON, STATUSES, Passing, Trend, name_of
-from lutgen.numerals import spaced
+from lutgen.numerals import counted, spaced
 from lutgen.report.parts import Headline, Part, Table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from lutgen.colorimetry import Array
+    from numpy.typing import NDArray
+
     from lutgen.history.explain import Explanations
     from lutgen.history.history import Limit
     from lutgen.readings.campaign import Campaign
@@ -53,10 +55,8 @@ def simulated(campaign: Campaign) -> Iterator[str]:
 
 def other_displays(campaign: Campaign) -> Iterator[str]:
     """Yield a sentence on the names of displays in the files, if they differ."""
-    files: dict[str, list[str]] = {}
-    for entry in campaign.entries:
-        files.setdefault(entry.session.display, []).append(Path(entry.session.file).name)
-    named = [f"{name} ({', '.join(those)})" for name, those in files.items() if name]
+    times = Counter(entry.session.display for entry in campaign.entries)
+    named = [f"{name} ({counted(number, 'session')})" for name, number in times.items() if name]
     if len(named) > 1:
         yield f"The files name different displays: {'; '.join(named)}. A trend follows one display."
 
@@ -171,7 +171,7 @@ def _clause(each: Passing, trend: Trend) -> str:
     return f"{what} {'was' if _used(each, trend).size == 1 else 'has been'} {side} its {value} limit {time}"
 
 
-def _used(each: Passing, trend: Trend) -> Array:
+def _used(each: Passing, trend: Trend) -> NDArray[np.intp]:
     """Return the indices of the used sessions that read the quantity of a limit, (n,)."""
     return np.flatnonzero(trend.kept & np.isfinite(trend.history.values[each.limit.quantity]))
 
