@@ -147,6 +147,19 @@ def test_scoring_counts_what_is_wrong(monkeypatch: pytest.MonkeyPatch, capsys: p
     assert "Wrong: 2 of 32" in capsys.readouterr().out
 
 
+def test_tables_name_causes_in_words() -> None:
+    words = {name: cause.words for name, cause in causes().items()}
+    assert not any("-" in each for each in words.values())
+    assert (words["hdr"], words["another-display"]) == ("HDR", "another display")
+
+
+def test_clauses_of_a_sentence_are_separated_by_commas(tmp_path: Path) -> None:
+    (found,) = explain(read_campaign(write(tmp_path, life([State(), State(aged=np.full(3, 0.9))]), [0, 700]))).verdicts
+    meanings = [causes()[name].meaning for name in found.names]
+    assert len(meanings) == 2
+    assert found.sentence == f"It looks as if {meanings[0]}, or {meanings[1]}."
+
+
 def test_no_file_of_causes_is_left_out() -> None:
     folder = Path(__file__).parents[1] / "lutgen/history/causes"
     files = {path.stem.replace("_", "-") for path in folder.glob("[!_]*.py")}
@@ -219,7 +232,11 @@ def test_room_light_is_certain_where_the_rest_is_a_setting_or_age(tmp_path: Path
     state = State(brightness=0.8, ambient=np.array([1.1, 1.0, 0.4]))
     (found,) = explain(read_campaign(write(tmp_path, life([State(), state]), [0, 400]))).verdicts
     assert (found.kind, found.names, found.sure) == ("one-of", ("ambient", "brightness", "aging"), ("ambient",))
-    assert found.causes_in_words == "ambient and (brightness or aging)"
+    assert found.causes_in_words == "room light and (brightness or aging)"
+    assert found.sentence == (
+        "It looks as if the room's light on the screen was different; and in addition, the display's brightness or "
+        "preset was changed, or the display itself has aged."
+    )
 
 
 def test_light_that_fell_after_years_without_loss_was_turned_down(tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ from lutgen.history.causes import ON_THE_DISPLAY, causes
 from lutgen.history.decay import LAWS
 from lutgen.history.history import QUANTITIES
 from lutgen.history.patches import GAMUTS
+from lutgen.history.trend import STATUSES
 from lutgen.history.verdicts import KINDS
 from lutgen.names import BASELINES
 from lutgen.readings.conditions import COLUMNS, CONDITIONS
@@ -106,6 +107,7 @@ def test_schemas_name_what_the_library_has() -> None:
     assert nearest["enum"] == list(GAMUTS)
     limit = schemas()["trend"]["properties"]["limits"]["items"]["properties"]
     assert limit["quantity"]["enum"] == list(QUANTITIES)
+    assert limit["status"]["enum"] == list(STATUSES)
     assert schemas()["trend"]["$defs"]["law"]["enum"] == [law.name for law in LAWS]
 
 

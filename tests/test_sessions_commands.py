@@ -80,7 +80,7 @@ def test_trend_prints_draws_and_writes(run: Callable[..., Done]) -> None:
     done = run(*arguments)
     assert (done.code, done.err) == (0, "")
     assert done.lines[0].startswith("Simulated, not measured")
-    assert "Left out: 2022-01.ti3, which differs by brightness" in done.out
+    assert "Left out: 2022-01.ti3. It looks as if the display's brightness or preset was changed." in done.lines
     assert "white>=60%: as given by --limit." in done.lines
     content = json.loads(Path("a.json").read_text())
     validator("trend").validate(content)
@@ -117,6 +117,8 @@ def test_trend_writes_the_same_every_time(run: Callable[..., Done]) -> None:
         (("trend", CAMPAIGN, "--plot", "new.jpg"), "ends in .png"),
         (("trend", CAMPAIGN, "--limit", "white>200"), "write a quantity"),
         (("trend", CAMPAIGN, "--limits", "x"), "Invalid value"),
+        (("trend", CAMPAIGN, "--reference", "x"), "names 0 of its sessions"),
+        (("trend", CAMPAIGN, "--reference", "2021-01.ti3", "--all-sessions"), "leave out --reference"),
         (("trend",), "Missing argument"),
     ],
 )

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import pytest
@@ -14,14 +16,17 @@ from lutgen import LutgenError
 from lutgen.history.decay import LAWS, decay_of
 from lutgen.history.history import QUANTITIES, SETS, Limit, history, limits_of, parse_limit
 from lutgen.history.transfer import contrast_response, index_of, luminance_of
-from lutgen.history.trend import ENOUGH, FEWEST, Trend, shortest, trend
+from lutgen.history.trend import ENOUGH, FEWEST, Trend, shortest, trend, trend_as_json
 from lutgen.names import LIMIT_SETS
+from lutgen.numerals import spaced
 from lutgen.readings import read_campaign, read_session
-from lutgen.report.campaign import plot_trend, trend_headline, trend_page
+from lutgen.report.campaign import trend_headline, trend_page
 from lutgen.report.drawing import DPI
 from lutgen.report.parts import Table
+from lutgen.report.trend_plot import plot_trend
 from tests import trend_coverage
 from tests.quick import mostly_slow
+from tests.real_data import real_data
 from tests.virtual_sessions.campaigns import life, write
 from tests.virtual_sessions.display import State
 
@@ -199,6 +204,77 @@ def test_a_headline_says_which_sessions_it_is_based_on(tmp_path: Path) -> None:
     assert "its 400 cd/m² limit since the first session used, day 0" in trend_headline(bright)
 
 
+def brightened(folder: Path, sizes: list[float], limits: list[str]) -> Trend:
+    """Return the trend of a display whose brightness was set anew before each session, a year apart."""
+    texts = life([State(brightness=size) for size in sizes])
+    campaign = read_campaign(write(folder, texts, [365 * year for year in range(len(sizes))]))
+    return trend(campaign, [parse_limit(each) for each in limits], all_sessions=True)
+
+
+def when_of(found: Trend) -> list[str]:
+    """Return the last column of the table of limits."""
+    (table,) = (each for each in trend_page(found) if isinstance(each, Table) and "when" in each.headings)
+    return [row[-1] for row in table.rows]
+
+
+def test_a_limit_that_the_last_session_keeps_is_not_passed_now(tmp_path: Path) -> None:
+    white = history(read_campaign(write(tmp_path, life([State()]), [0]))).values["white"][0]
+    limit = f"white>={0.8 * white:.4g}"
+    found = brightened(tmp_path, [0.5, 0.9, 1.0], [limit, "contrast>=10"])
+    now = f"{white:.0f} cd/m²"
+    assert (found.passings[0].status, found.passings[0].low, found.passings[0].time) == ("returned", 0.0, 0.0)
+    assert f"white was below its {limit[7:]} cd/m² limit at day 0 and is above it now, {now}" in trend_headline(found)
+    assert when_of(found)[0] == f"below at day 0, above it now, {now}"
+    often = brightened(tmp_path, [0.5, 1.0, 0.5, 1.0], [limit])
+    assert (often.passings[0].status, often.passings[0].low, often.passings[0].time) == ("returned", 0.0, 730.0)
+    last = f"{often.history.values['white'][-1]:.0f} cd/m²"
+    assert f"limit, last at day 730, and is above it now, {last}" in trend_headline(often)
+    again = brightened(tmp_path, [0.5, 1.0, 1.0, 0.5], [limit])
+    assert f"limit since 730 to {spaced(1095)} days" in trend_headline(again)
+
+
+def test_limits_that_aging_passes_come_before_those_passed_from_the_start(tmp_path: Path) -> None:
+    limits = [parse_limit(each) for each in ("gsdf<=1%", "contrast>=100000", "white>=55%", "white>=80%", "white>=40%")]
+    campaign = fading(tmp_path, 3000.0)
+    first, second, *_ = trend_headline(trend(campaign, limits)).split("; ")
+    assert "white has been below its 80 % limit since 500 to 800 days" in first
+    assert "white will fall below its 55 % limit at " in second
+    later = trend_headline(trend(campaign, limits[:3]))
+    assert "simulated: white will fall below its 55 % limit at " in later
+    assert "; the deviation from DICOM's contrast response has been above its 1 % limit since the first" in later
+    assert later.endswith("; limits not kept in all: 2.")
+
+
+def test_the_reference_is_the_session_from_which_most_differ_by_nothing_but_age(tmp_path: Path) -> None:
+    """A display that was dimmed in its first session: the other sessions agree."""
+    states = [State(brightness=0.2), *(State(aged=np.full(3, share)) for share in (1.0, 0.97, 0.94))]
+    campaign = read_campaign(write(tmp_path, life(states), [0, 1, 400, 800]))
+    found = trend(campaign, [parse_limit("white>=99%"), parse_limit("white-shift<=0.01")])
+    assert (found.reference, found.kept.tolist()) == (1, [False, True, True, True])
+    # A share, and a shift of colour, begin at the first session used.
+    assert found.passings[0].bound == pytest.approx(0.99 * found.history.values["white"][1])
+    assert found.history.values["white-shift"][1] == 0
+    assert any(str(each).startswith("Compared with 1.txt: --reference FILE") for each in trend_page(found))
+    assert trend_as_json(found)["reference"].endswith("1.txt")
+    chosen = trend(campaign, LIMITS, reference="0.txt")
+    assert (chosen.reference, chosen.kept.tolist()) == (0, [True, False, False, False])
+
+
+def test_of_references_with_as_many_sessions_the_earliest_counts(tmp_path: Path) -> None:
+    campaign = read_campaign(write(tmp_path, life([State(brightness=size) for size in (1, 0.3, 1, 0.3)]), [0, 1, 2, 3]))
+    assert trend(campaign, []).kept.tolist() == [True, False, True, False]
+
+
+def test_a_headline_without_two_sessions_begins_with_that(tmp_path: Path) -> None:
+    headline = trend_headline(one_of_three_used(tmp_path))
+    assert headline.startswith("simulated: no trend, since 2 of 3 sessions differ by more than age; white was below")
+
+
+def test_a_real_session_that_was_dimmed_is_no_reference() -> None:
+    found = trend(read_campaign(*sorted((real_data() / "real" / "jamesits").glob("ThinkPad_X61*"))), [])
+    assert found.kept.tolist() == [False, True, True, True]
+
+
 @pytest.fixture
 def panels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[Trend], dict[str, Axes]]:
     """Return a function that draws a trend and returns title → panel."""
@@ -209,7 +285,7 @@ def panels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[Trend],
         yield figure, 0.03, 0.93
 
     def drawn(found: Trend) -> dict[str, Axes]:
-        monkeypatch.setattr("lutgen.report.campaign.picture", kept)
+        monkeypatch.setattr("lutgen.report.trend_plot.picture", kept)
         plot_trend(found, tmp_path / "trend.png")
         figure.canvas.draw()
         return {each.get_title(loc="left"): each for each in figure.axes}
@@ -246,6 +322,66 @@ def test_too_few_sessions_promise_nothing(tmp_path: Path) -> None:
     found = trend(fading(tmp_path, 3000.0, days=[0, 250]), [parse_limit("white>=50%")])
     assert found.passings[0].status == "cannot-tell"
     assert trend_headline(found).endswith("when one will be cannot be told from these sessions.")
+
+
+def test_fewer_sessions_than_a_time_needs_are_dots_without_laws(
+    tmp_path: Path, panels: Callable[[Trend], dict[str, Axes]]
+) -> None:
+    found = trend(fading(tmp_path, 3000.0, days=[0, 250, 500]), [])
+    assert not any("likeliest law" in each.headings for each in trend_page(found) if isinstance(each, Table))
+    assert "3 sessions: a time cannot be told from fewer than 4." in [*trend_page(found)]
+    assert {course["law"] for course in trend_as_json(found)["courses"].values()} == {None}
+    white = panels(found)[QUANTITIES["white"]]
+    assert not white.collections
+    # Dots and crosses.
+    assert {line.get_linestyle() for line in white.lines} == {"None"}
+
+
+def test_two_sessions_of_one_day_are_one_curve_of_contrast_response(
+    tmp_path: Path, panels: Callable[[Trend], dict[str, Axes]]
+) -> None:
+    texts = life([State(brightness=0.3), State(), State()])
+    found = panels(trend(read_campaign(write(tmp_path, texts, [0, 30, 30])), []))
+    response = found["contrast response of greys against DICOM's"]
+    assert [each.get_label() for each in response.lines] == ["30 days"]
+
+
+def named(names: list[str], *, display: str) -> Trend:
+    """Return a trend of which only display names matter: the first session is left out."""
+    sessions = [
+        SimpleNamespace(session=SimpleNamespace(display=name, file=f"{name}.ti3", metadata={})) for name in names
+    ]
+    campaign = SimpleNamespace(display=display, file="a.ti3 and b.ti3", entries=sessions)
+    places = tuple(range(len(names)))
+    seen = SimpleNamespace(campaign=campaign, places=places, time=np.arange(float(len(names))), unit="days", values={})
+    used = SimpleNamespace(history=seen, kept=np.array([False, *(True for _ in names[1:])]), left_out={0: None})
+    return cast("Trend", SimpleNamespace(**vars(used), passings=(), why={0: "brightness"}))
+
+
+@pytest.mark.parametrize(
+    ("names", "display", "said"),
+    [
+        (["A", "B", "B"], "A", "B: "),
+        (["A", "A", "B"], "A", "A and B: "),
+        (["A", "B", "B"], "room 3", "room 3: "),
+        (["A", "", ""], "A", "A: "),
+        (["", "", ""], "", "a.ti3 and b.ti3: "),
+    ],
+)
+def test_a_headline_names_the_display_of_the_sessions_used(names: list[str], display: str, said: str) -> None:
+    assert trend_headline(named(names, display=display)).startswith(said)
+
+
+def test_files_that_name_different_displays_are_said_so(tmp_path: Path) -> None:
+    campaign = fading(tmp_path, 6000.0, days=[0, 400])
+    names = ("Color LCD", "DELL U2718Q")
+    entries = tuple(
+        replace(entry, session=replace(entry.session, display=name))
+        for entry, name in zip(campaign.entries, names, strict=True)
+    )
+    remark = "The files name different displays: Color LCD (1 session); DELL U2718Q (1 session). A trend follows one display."
+    assert remark in [*trend_page(trend(replace(campaign, entries=entries), []))]
+    assert not any("different displays" in str(each) for each in trend_page(trend(campaign, [])))
 
 
 def test_one_session_that_is_left_has_no_table_of_laws(tmp_path: Path) -> None:

@@ -41,11 +41,16 @@ class Explanations:
     verdicts: tuple[SessionVerdict, ...]
 
 
-def explain(campaign: Campaign, *, reference: str | None = None, progress: Progress | None = None) -> Explanations:
-    """Say why sessions differ from ``reference`` (default: the first sound one). Raises LutgenError: fewer than two."""
+def explain(
+    campaign: Campaign, *, reference: str | int | None = None, progress: Progress | None = None
+) -> Explanations:
+    """Say why sessions differ from ``reference``, a file or an index; default: the first sound session.
+
+    Raises LutgenError: fewer than two sessions, or no session of this name.
+    """
     if len(campaign.entries) < 2:
         raise LutgenError(f"{campaign.file}: one session; a comparison needs two or more. Add another [[sessions]].")
-    place = _reference(campaign, reference)
+    place = reference if isinstance(reference, int) else _reference(campaign, reference)
     cleaned = [left_out(entry.session) for entry in campaign.entries]
     entries = [replace(entry, session=each) for entry, (each, _) in zip(campaign.entries, cleaned, strict=True)]
     others = [number for number in range(len(entries)) if number != place]
@@ -97,7 +102,14 @@ def _reference(campaign: Campaign, named: str | None) -> int:
             names = ", ".join(file.rsplit("/", 1)[-1] for file in files)
             raise LutgenError(f"{campaign.file}: {named!r} names {len(places)} of its sessions. Pick one of: {names}.")
         return places[0]
-    return min(range(len(files)), key=lambda place: (_penalty(campaign.entries[place]), _age(campaign.entries[place])))
+    return references(campaign)[0]
+
+
+def references(campaign: Campaign) -> list[int]:
+    """Return the indices of sessions with white and primaries, sound sessions first, then by age; else of the first."""
+    known = [(_penalty(entry), _age(entry), place) for place, entry in enumerate(campaign.entries)]
+    ordered = sorted(known)
+    return [place for penalty, _, place in ordered if penalty < np.inf] or [ordered[0][2]]
 
 
 def _penalty(entry: CampaignEntry) -> float:

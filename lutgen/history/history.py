@@ -1,6 +1,7 @@
 """The history of a display: white, black, contrast, colours and γ over its sessions, and limits for them."""
 
 import re
+from collections.abc import Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -49,8 +50,11 @@ class History:
     responses: tuple[ContrastResponse | None, ...] = ()
 
 
-def history(campaign: Campaign, ambient_cd_m2: float = 0.0) -> History:
-    """Collect the figures of all sessions. Raises LutgenError: no hours and no dates, or a relative session."""
+def history(campaign: Campaign, ambient_cd_m2: float = 0.0, used: Collection[int] | None = None) -> History:
+    """Collect the figures of all sessions. Raises LutgenError: no hours and no dates, or a relative session.
+
+    Colours shift since the first session of ``used``, indices in the campaign (default: all), that read them.
+    """
     time, unit = times(campaign)
     order = np.argsort(time, kind="stable")
     for entry in campaign.entries:
@@ -58,7 +62,8 @@ def history(campaign: Campaign, ambient_cd_m2: float = 0.0) -> History:
         _ = entry.session.xyz_cd_m2
     inspections = [inspect_session(campaign.entries[place].session) for place in order]
     responses = tuple(contrast_response(each.session, ambient_cd_m2) for each in inspections)
-    values, errors = _figures(inspections, responses, ambient_cd_m2)
+    starts = np.array([used is None or place in used for place in order.tolist()])
+    values, errors = _figures(inspections, responses, ambient_cd_m2, starts)
     return History(campaign, tuple(order.tolist()), time[order], unit, values, errors, responses)
 
 
@@ -73,7 +78,7 @@ def times(campaign: Campaign) -> tuple[Array, str]:
 
 
 def _figures(
-    inspections: list[Inspection], responses: tuple[ContrastResponse | None, ...], ambient: float
+    inspections: list[Inspection], responses: tuple[ContrastResponse | None, ...], ambient: float, starts: Array
 ) -> tuple[dict[str, Array], dict[str, Array]]:
     read = [each.white for each in inspections], [each.black for each in inspections]
     white, black = (np.array([np.nan if xyz is None else float(xyz[1]) for xyz in each]) for each in read)
@@ -87,10 +92,11 @@ def _figures(
         "white": white,
         "black": black,
         "contrast": contrast,
-        "white-shift": _shift([None if each.white is None else [each.white] for each in inspections]),
+        "white-shift": _shift([None if each.white is None else [each.white] for each in inspections], starts),
         "primaries-shift": _shift(
             [list(each.primaries.xyz.values()) if each.primaries and len(each.primaries.xyz) == 3 else None
-             for each in inspections]
+             for each in inspections],
+            starts,
         ),
         "gamma": np.array([np.nan if each.gamma is None else each.gamma for each in inspections]),
         "non-uniformity": np.array(even),
@@ -111,9 +117,9 @@ def _figures(
     return values, errors
 
 
-def _shift(colours: list[list[Array] | None]) -> Array:
-    """Return the largest Δu'v' of each session's colours against the first session that has the colours, (n,)."""
-    first = next((each for each in colours if each is not None), None)
+def _shift(colours: list[list[Array] | None], starts: Array) -> Array:
+    """Return the largest Δu'v' of each session's colours against the first of ``starts`` that has the colours, (n,)."""
+    first = next((each for each, may in zip(colours, starts, strict=True) if may and each is not None), None)
     if first is None:
         return np.full(len(colours), np.nan)
     start = xyz_to_uv(np.array(first))

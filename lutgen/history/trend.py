@@ -1,8 +1,8 @@
 """The trend of a display: which law of decay its figures follow, and when each limit will be passed.
 
 Sessions in which something other than the display changed (see ``explain``) are left out: a changed setting would look
-like aging. The trend is an average over all laws of ``decay``, weighted by evidence, since a few sessions fit several
-laws.
+like aging. The reference is the session from which the most sessions differ by nothing but age. The trend is an average
+over all laws of ``decay``, weighted by evidence, since a few sessions fit several laws.
 """
 
 from collections.abc import Sequence
@@ -16,8 +16,9 @@ from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError
 from lutgen.history.causes import causes
 from lutgen.history.decay import Decay, decay_of
-from lutgen.history.explain import explain
-from lutgen.history.history import QUANTITIES, History, Limit, history
+from lutgen.history.explain import Explanations, explain, references
+from lutgen.history.history import QUANTITIES, History, Limit, history, times
+from lutgen.history.verdicts import SessionVerdict
 from lutgen.progress import Progress
 from lutgen.readings.campaign import Campaign
 
@@ -33,7 +34,15 @@ _POINTS = 1001
 #: Smallest share of the evidence with which a law is named beside the likeliest law.
 NAMED = 0.1
 
-#: Fewest sessions for a time, and fewest sessions for an interval that depends more on the sessions than on the priors.
+#: What a trend may say about a limit. "passed": the last session is beyond it; "returned": an earlier session is, and
+#: the last is not; "ahead": passed within the horizon; "kept": not within the horizon.
+STATUSES = ("passed", "returned", "ahead", "kept", "cannot-tell")
+
+#: Most sessions that are tried as the reference: each costs a comparison with every other session.
+TRIED = 6
+
+#: Fewest sessions for a law and a time, and fewest sessions for an interval that depends more on the sessions than on
+#: the priors.
 FEWEST, ENOUGH = 4, 8
 
 
@@ -44,11 +53,11 @@ class Passing:
     #: The limit, and its value in the quantity's unit.
     limit: Limit
     bound: float
-    #: "passed", "ahead" (the limit is passed within the horizon), "kept" (not within the horizon), or "cannot-tell".
+    #: One of ``STATUSES``.
     status: str
     #: Median, and ends of the interval, as time since the earliest session; None: not within the horizon. For
-    #: ``passed``, ``time`` is the time of the first session beyond the limit, and ``low`` that of the session before,
-    #: if any.
+    #: ``passed``, ``time`` is the time of the session since which all are beyond the limit, and ``low`` that of the
+    #: session before, if any. For ``returned``, ``low`` and ``time`` are the first and the last session beyond it.
     time: float | None = None
     low: float | None = None
     high: float | None = None
@@ -62,7 +71,7 @@ class Followed:
 
     #: One of ``history.QUANTITIES``.
     quantity: str
-    #: The laws by evidence; None if fewer than two sessions have the figure.
+    #: The laws by evidence; None if fewer than ``FEWEST`` used sessions have the figure.
     decay: Decay | None
     #: Median of the draws at ``Trend.ahead``, (m,), and their interval.
     curve: Array
@@ -84,13 +93,21 @@ class Trend:
     history: History
     #: Whether the laws are fitted to each session, (n,).
     kept: Array
-    #: Index in the history → why a session is left out.
-    why: dict[int, str]
+    #: Index in the history of the session with which the others were compared; None: all sessions are used.
+    reference: int | None
+    #: Index in the history → the verdict on a session that is left out.
+    left_out: dict[int, SessionVerdict]
     #: Times at which laws are evaluated, (m,), up to the horizon.
     ahead: Array
     #: Quantity → its course; and one result for each limit.
     courses: dict[str, Followed]
     passings: tuple[Passing, ...]
+
+    @property
+    def why(self) -> dict[int, str]:
+        """Index in the history → names of the causes for which a session is left out."""
+        joins = {here: " and " if each.kind == "several" else " or " for here, each in self.left_out.items()}
+        return {here: " and ".join(each.sure) or joins[here].join(each.names) for here, each in self.left_out.items()}
 
 
 def trend(
@@ -99,44 +116,74 @@ def trend(
     *,
     all_sessions: bool = False,
     ambient_cd_m2: float = 0.0,
+    reference: str | None = None,
     progress: Progress | None = None,
 ) -> Trend:
-    """Follow a display and say when each limit is passed. Raises LutgenError: too few sessions, or no times."""
+    """Follow a display and say when each limit is passed. Raises LutgenError: too few sessions, or no times.
+
+    ``reference`` is the file of the session with which the others are compared.
+    """
     if len(campaign.entries) < 2:
         raise LutgenError(f"{campaign.file}: one session; a trend needs two or more. Add another [[sessions]].")
-    seen = history(campaign, ambient_cd_m2)
-    if seen.time[-1] <= 0:
+    if times(campaign)[0].max() <= 0:
         raise LutgenError(
             f"{campaign.file}: all sessions have the same time; a trend needs sessions that are months apart."
         )
-    why = {} if all_sessions else _left_out(seen, progress)
-    kept = np.array([place not in why for place in range(len(seen.places))])
+    explained = None if all_sessions else _compared(campaign, reference, progress)
+    spoilt = _spoilt(explained) if explained else {}
+    seen = history(campaign, ambient_cd_m2, {*range(len(campaign.entries))} - {*spoilt})
+    left_out = {here: spoilt[place] for here, place in enumerate(seen.places) if place in spoilt}
+    kept = np.array([here not in left_out for here in range(len(seen.places))])
     ahead = np.linspace(0.0, (1.0 + HORIZON) * float(seen.time[-1]), _POINTS)
     drawn = {name: _course(seen, name, kept, ahead) for name in QUANTITIES}
     passings = tuple(_passing(seen, limit, kept, drawn[limit.quantity], ahead) for limit in limits)
-    return Trend(seen, kept, why, ahead, {name: course for name, (course, _) in drawn.items()}, passings)
+    compared = seen.places.index(explained.reference) if explained else None
+    return Trend(seen, kept, compared, left_out, ahead, {name: course for name, (course, _) in drawn.items()}, passings)
 
 
-def _left_out(seen: History, progress: Progress | None) -> dict[int, str]:
-    """Return index → causes, for the sessions that differ by something other than the display's own aging."""
-    explained = explain(seen.campaign, progress=progress)
-    others = [place for place in range(len(seen.places)) if place != explained.reference]
-    verdict_of = dict(zip(others, explained.verdicts, strict=True))
+def _compared(campaign: Campaign, reference: str | None, progress: Progress | None) -> Explanations:
+    """Return the comparison with ``reference``, or with the session from which most differ by nothing but age.
+
+    Of sessions with as many, the first sound one counts. A session that differs by nothing but age from a session tried
+    before is not tried: about the same sessions would differ from it by nothing but age.
+    """
+    if reference:
+        return explain(campaign, reference=reference, progress=progress)
+    untried, best, most = references(campaign), None, 0
+    for _ in range(TRIED):
+        if len(untried) <= most:
+            break
+        found = explain(campaign, reference=untried[0], progress=progress)
+        verdicts, spoilt = _verdicts(found), _spoilt(found)
+        alike = {place for place, each in verdicts.items() if place not in spoilt and each.kind != "unclear"}
+        alike.add(found.reference)
+        if len(alike) > most:
+            best, most = found, len(alike)
+        untried = [place for place in untried if place not in alike]
+    return best or explain(campaign, progress=progress)
+
+
+def _verdicts(explained: Explanations) -> dict[int, SessionVerdict]:
+    """Return index in the campaign → verdict, for all sessions but the reference."""
+    others = [place for place in range(len(explained.campaign.entries)) if place != explained.reference]
+    return dict(zip(others, explained.verdicts, strict=True))
+
+
+def _spoilt(explained: Explanations) -> dict[int, SessionVerdict]:
+    """Return the verdicts on sessions that differ by something other than the display's own aging."""
     telling = {name for name, cause in causes().items() if not cause.spoils}
-    why = {}
-    for here, place in enumerate(seen.places):
-        verdict = verdict_of.get(place)
-        if verdict and verdict.names and (not telling & {*verdict.names} or {*verdict.sure} - telling):
-            join = " and " if verdict.kind == "several" else " or "
-            why[here] = " and ".join(verdict.sure) or join.join(verdict.names)
-    return why
+    return {
+        place: each
+        for place, each in _verdicts(explained).items()
+        if each.names and (not telling & {*each.names} or {*each.sure} - telling)
+    }
 
 
 def _course(seen: History, name: str, kept: Array, ahead: Array) -> tuple[Followed, Array]:
     """Weigh the laws; return the course of a quantity and the curve of every draw, (draws, m)."""
     values, errors = seen.values[name], seen.errors[name]
     used = kept & np.isfinite(values) & np.isfinite(errors) & (errors > 0)
-    if np.count_nonzero(used) < 2:
+    if np.count_nonzero(used) < FEWEST:
         none = np.full(ahead.size, np.nan)
         return Followed(name, None, none, none, none), np.empty((0, ahead.size))
     span = float(seen.time[-1])
@@ -156,10 +203,13 @@ def _passing(seen: History, limit: Limit, kept: Array, drawn: tuple[Followed, Ar
     bound = limit.value * float(values[read][0]) if limit.relative else limit.value
     beyond = read & ((values < bound) if limit.above else (values > bound))
     if beyond.any():
-        first = int(np.argmax(beyond))
-        before = seen.time[:first][read[:first]]
-        return Passing(limit, bound, "passed", float(seen.time[first]), float(before[-1]) if before.size else None)
-    if np.count_nonzero(read) < FEWEST:
+        out, within = seen.time[beyond], seen.time[read & ~beyond]
+        if not beyond[read][-1]:
+            return Passing(limit, bound, "returned", float(out[-1]), float(out[0]))
+        since = int(np.flatnonzero(read & ~beyond)[-1]) + 1 if within.size else 0
+        first = since + int(np.argmax(beyond[since:]))
+        return Passing(limit, bound, "passed", float(seen.time[first]), float(within[-1]) if within.size else None)
+    if not len(curves):
         return Passing(limit, bound, "cannot-tell")
     # A relative limit is a share of the first session's figure in each draw, since the reading of that session is
     # noisy.
@@ -206,6 +256,7 @@ def trend_as_json(trend: Trend) -> dict[str, Any]:
         "schema": 1,
         "campaign": {"file": campaign.file, "sha256": campaign.sha256, "display": campaign.display or None},
         "unit": seen.unit,
+        "reference": None if trend.reference is None else campaign.entries[seen.places[trend.reference]].session.file,
         "interval": {"share": INTERVAL, "draws": DRAWS, "seed": SEED},
         "sessions": [
             {

@@ -76,13 +76,14 @@ class SessionVerdict:
 
     @property
     def causes_in_words(self) -> str:
-        """The named causes as in the sentence: "a and b", "a or b", or "a and (b or c)"; "" for none."""
+        """The named causes for a table: "a and b", "a or b", or "a and (b or c)"; "" for none."""
+        words = {name: causes()[name].words for name in self.names}
         if self.kind == "several":
-            return listed(self.names)
-        rest = [name for name in self.names if name not in self.sure]
+            return listed(words.values())
+        rest = [each for name, each in words.items() if name not in self.sure]
         if not self.sure or not rest:
-            return listed(self.names, "or")
-        return listed((*self.sure, f"({listed(rest, 'or')})" if len(rest) > 1 else rest[0]))
+            return listed(words.values(), "or")
+        return listed((*(words[name] for name in self.sure), f"({listed(rest, 'or')})" if len(rest) > 1 else rest[0]))
 
 
 def without(verdict: SessionVerdict, name: str, why: str) -> SessionVerdict:
@@ -216,14 +217,19 @@ def _verdict(
     elif kind == "unclear":
         sentence = "No known cause explains the change, or the patches that would show the cause were not read."
     elif kind == "several":
-        sentence = f"More than one thing at once: {listed(meanings)}."
+        sentence = f"More than one thing at once: {_clauses(meanings, 'and')}."
     elif sure and len(sure) < len(names):
         certain, rest = meanings[: len(sure)], meanings[len(sure) :]
-        sentence = f"It looks as if {listed(certain)}; and in addition, {listed(rest, 'or')}."
+        sentence = f"It looks as if {_clauses(certain, 'and')}; and in addition, {_clauses(rest, 'or')}."
     else:
-        sentence = f"It looks as if {listed(meanings, 'or')}."
+        sentence = f"It looks as if {_clauses(meanings, 'or')}."
     tests = tuple(known[name].test for name in names) if kind in {"one-of", "several"} or len(names) == 1 else ()
     return SessionVerdict(kind, names, sentence, evidence, tests, _display(kind, names, sure), sure)
+
+
+def _clauses(clauses: Sequence[str], conjunction: str) -> str:
+    """Join clauses of a sentence: ``a``, ``a, or b``, ``a, b, or c``."""
+    return ", ".join([*clauses[:-1], f"{conjunction} {clauses[-1]}"]) if len(clauses) > 1 else "".join(clauses)
 
 
 def _display(kind: str, names: tuple[str, ...], sure: tuple[str, ...]) -> str:

@@ -35,6 +35,12 @@ MOST_AMBIENT = 1000.0
     "the DICOM curve, and the ratio of room light to black [default: 0].",
 )
 @click.option("--all-sessions", is_flag=True, help="Use all sessions, even if a setting or the instrument changed.")
+@click.option(
+    "--reference",
+    metavar="FILE",
+    help="The session with which the others are compared [default: the one from which the most sessions differ by "
+    "nothing but age].",
+)
 @click.option("--plot", metavar="FILE", help="Draw figures, laws and limits (.png).")
 @json_option
 @replace_option
@@ -45,6 +51,7 @@ def command(
     own: tuple[str, ...],
     ambient: float,
     all_sessions: bool,
+    reference: str | None,
     plot: str | None,
     json_to: str | None,
     force: bool,
@@ -54,7 +61,8 @@ def command(
     DATA is a campaign file (lutgen sessions init), sessions of any format with their dates, a folder of sessions, or a
     table of readings (.csv) with hours. The report follows white, black, contrast, primaries and γ, and weighs all laws
     of decay by their evidence. A time after the last session is marked as an extrapolation; intervals are 90 %.
-    Sessions in which a setting or the instrument changed are left out. The exit code is 0 for any result.
+    Sessions in which a setting or the instrument changed against a reference session are left out. The exit code is 0
+    for any result.
 
     \b
     Example:
@@ -70,6 +78,8 @@ def command(
         raise LutgenError(
             f"--ambient {ambient:g}: luminance of the dark screen in the lit room, 0 to {MOST_AMBIENT:g} cd/m²."
         )
+    if all_sessions and reference:
+        raise LutgenError("--all-sessions compares no sessions: leave out --reference, or --all-sessions.")
     outputs = Outputs(json_to, force=force)
     path = check_new_file(plot, force=force, suffixes=(".png",)) if plot else None
     chosen = sets or (() if own else (TG18_SECONDARY, DRIFT))
@@ -77,9 +87,16 @@ def command(
     campaign = read_campaign(*files)
     say_remarks(*(entry.session for entry in campaign.entries))
     with progress_bar("following", quiet=outputs.alone) as progress:
-        result = trend(campaign, limits, all_sessions=all_sessions, ambient_cd_m2=ambient, progress=progress)
+        result = trend(
+            campaign,
+            limits,
+            all_sessions=all_sessions,
+            ambient_cd_m2=ambient,
+            reference=reference,
+            progress=progress,
+        )
     if path:
-        from lutgen.report.campaign import plot_trend
+        from lutgen.report.trend_plot import plot_trend
 
         plot_trend(result, path, force=force)
     outputs.write([*trend_page(result), *([f"Picture: {path}"] if path else [])], lambda: trend_as_json(result))

@@ -67,6 +67,13 @@ class Cause:
     over_time: str = ""
     #: Whether a session with this cause gives no information about the aging of the display.
     spoils: bool = True
+    #: The cause in tables; "": its name.
+    noun: str = ""
+
+    @property
+    def words(self) -> str:
+        """The cause in tables."""
+        return self.noun or self.name.replace("-", " ")
 
 
 @cache

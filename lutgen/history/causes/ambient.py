@@ -31,6 +31,7 @@ def _untold(pair: SessionPair) -> str:
 
 CAUSE = Cause(
     name="ambient",
+    noun="room light",
     meaning="the room's light on the screen was different",
     test="read black with the lights off, and once with the instrument's lens capped",
     display="unchanged",

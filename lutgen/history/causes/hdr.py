@@ -21,6 +21,7 @@ def _proof(pair: SessionPair) -> str:
 
 CAUSE = Cause(
     name="hdr",
+    noun="HDR",
     meaning="HDR or dynamic contrast was on in one of the two",
     test="switch HDR and dynamic contrast off in system and display, and read the same chart again",
     display="cannot tell",
