@@ -12,14 +12,14 @@ separate fields.
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 
 import numpy as np
 
-from lutgen.cells import BLANKS, first_doubled, has_decimal_comma, is_comment, metadata, number, separator_of
+from lutgen.cells import BLANKS, has_decimal_comma, is_comment, metadata, number, separator_of
 from lutgen.colorimetry import Array, xyY_to_xyz
 from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.readings.campaign import Campaign, alone, sessions_of
+from lutgen.readings.formats._csv_header import KNOWN, NAMES, TEXT, UNIT, check_header, is_unknown, plain
 from lutgen.readings.formats._source import FULL_DRIVE, WHITE_CD_M2, FileText, date_of, full_drive, whites
 from lutgen.readings.session import MOST_READINGS, Session
 from lutgen.readings.table import OPTIONAL, RANGES, Measurements, in_any_order
@@ -27,24 +27,8 @@ from lutgen.readings.table import OPTIONAL, RANGES, Measurements, in_any_order
 NAME = "CSV of readings"
 SUFFIXES = (".csv", ".tsv")
 
-_TEXT = ("session", "note")
-_KNOWN = ("hour", "R", "G", "B", "X", "Y", "Z", "x", "y", *OPTIONAL, "order", *_TEXT)
-_NAMES = ("set", "name", "patch", "sample", "sample_id", "note")
-
-#: Units in column names ("X_cdm2", "Y (cd/m²)", "Z nits"); prefixes in column names ("Device R", "CIE X"); other names
-#: of columns.
-_UNIT = re.compile(r"[_ ]?[(\[]?(?:cd[_ /]?m2|cd/m²|nits?)[)\]]?$", re.IGNORECASE)
-_WHOSE = re.compile(r"^(?i:device|code|drive|cie|measured|meas)[_ ]?(?=[RGBXYZxy]$)")
-_OTHER_NAMES = {
-    **{name: name[0] for name in ("RED", "GREEN", "BLUE")},
-    **{f"{names}_{name}": name for names in ("RGB", "XYZ") for name in names},
-}
-
 #: First line in which spreadsheets state the separator of fields.
 _SEPARATOR_LINE = re.compile(r"\ufeff?\"?sep=.\"?[,;\t]*", re.IGNORECASE)
-
-#: Smallest similarity (0..1) at which an unknown name counts as a misspelt column: "ambient_lux", "hours", not "gamma".
-_NEAR = 0.7
 
 #: Words of a column's name that make it a time.
 _TIMES = {
@@ -65,7 +49,7 @@ _LEAST_WHITE, _RELATIVE_WHITES = 2.0, (1.0, 100.0)
 def claims(source: FileText) -> bool:
     """Whether the first line that is no comment is a header with R, G, B and at least three more fields."""
     head = next((line for line in source.text.splitlines() if line.strip() and not _is_ignored(line)), "")
-    cells = [_plain(cell) for cell in head.split(separator_of(head))]
+    cells = [plain(cell) for cell in head.split(separator_of(head))]
     return len(cells) > 5 and {"R", "G", "B"} <= {*cells} and "BEGIN_DATA" not in source.text
 
 
@@ -84,7 +68,7 @@ def read(source: FileText) -> "CsvTable":
         elif line.strip() and not header:
             separator = separator_of(line)
             header = tuple(source.row(line, at, separator))
-            remarks = _check_header(header, source.at(at))
+            remarks = check_header(header, source.at(at))
         elif line.strip() and len(cells) == MOST_READINGS:
             raise LutgenError(f"{source.at(at)}: more than {MOST_READINGS} rows, which no table has. Split the file.")
         elif line.strip(BLANKS + separator):
@@ -94,7 +78,7 @@ def read(source: FileText) -> "CsvTable":
         raise LutgenError(
             f"{source.file}: no readings. It needs a header such as hour,R,G,B,x,y,Y and one row a reading."
         )
-    table = CsvTable(source, comments, header, tuple(map(_plain, header)), cells, lines, remarks)
+    table = CsvTable(source, comments, header, tuple(map(plain, header)), cells, lines, remarks)
     table.check_end()
     return table
 
@@ -107,7 +91,7 @@ class CsvTable:
     source: FileText
     #: The ``# key: value`` lines.
     metadata: Mapping[str, str]
-    #: Names of the columns as written, and normalised (see ``_plain``).
+    #: Names of the columns as written, and normalised (see ``plain``).
     header: tuple[str, ...]
     columns: tuple[str, ...]
     #: Fields of each reading, and its line number in the file.
@@ -124,7 +108,7 @@ class CsvTable:
             raise LutgenError(
                 f"{self.source.file}: white_cd_m2 is for a table of one session; with hours, light must be in cd/m²."
             )
-        values = {name: self._numbers(name) for name in _KNOWN if name in self.columns and name not in _TEXT}
+        values = {name: self._numbers(name) for name in KNOWN if name in self.columns and name not in TEXT}
         return in_any_order(
             hours=self._since_start(values["hour"]),
             drive=np.column_stack([values["R"], values["G"], values["B"]]),
@@ -150,7 +134,7 @@ class CsvTable:
     def _check_times(self) -> None:
         """Raise LutgenError where an unknown column seems to divide the readings of one session by time."""
         for at, name in enumerate(self.header):
-            is_time = _is_unknown(self.columns[at]) and bool(_TIMES & {*re.split("[^a-z]+", name.casefold())})
+            is_time = is_unknown(self.columns[at]) and bool(_TIMES & {*re.split("[^a-z]+", name.casefold())})
             times = {row[at] for row in self.cells}
             if is_time and 2 <= len(times) <= len(self.cells) / 2:
                 raise LutgenError(
@@ -161,14 +145,14 @@ class CsvTable:
 
     def _session(self) -> Session:
         self._check_times()
-        values = {name: self._numbers(name) for name in _KNOWN if name in self.columns and name not in _TEXT}
+        values = {name: self._numbers(name) for name in KNOWN if name in self.columns and name not in TEXT}
         self._check_ranges(values)
         drive = np.column_stack([values["R"], values["G"], values["B"]])
         drive = drive / self._full_drive(drive)
         xyz = self._xyz(values)
         white, unit_remark = self._white(drive, xyz)
         created, date_remark = date_of(self.metadata.get("date", ""))
-        label = next((name for name in self.header if name.lower() in _NAMES), "")
+        label = next((name for name in self.header if name.lower() in NAMES), "")
         places = [values.get(name, np.full(len(drive), OPTIONAL[name])) for name in "uv"]
         session = Session(
             drive=drive,
@@ -207,7 +191,7 @@ class CsvTable:
 
     def _white(self, drive: Array, xyz: Array) -> tuple[float | None, str]:
         """Return Y of white if light is relative to white, otherwise None; and a remark."""
-        absolute = any(_plain(name) == "Y" and _UNIT.search(name.strip(' "')) for name in self.header)
+        absolute = any(plain(name) == "Y" and UNIT.search(name.strip(' "')) for name in self.header)
         places = whites(drive)
         white = float(np.median(xyz[places, 1])) if places.size else float(xyz[:, 1].max())
         stated = "white_cd_m2" in self.metadata
@@ -321,12 +305,6 @@ class CsvTable:
             )
 
 
-def _plain(cell: str) -> str:
-    """Return the name of a column without unit and prefix, one of R, G, B, X, Y, Z for its other names."""
-    name = _WHOSE.sub("", _UNIT.sub("", cell.strip().strip('"')))
-    return _OTHER_NAMES.get(name.upper(), name)
-
-
 def _is_ignored(line: str) -> bool:
     """Whether a line is a comment, or states the separator, which lutgen reads from the header."""
     return is_comment(line) or bool(_SEPARATOR_LINE.fullmatch(line.strip()))
@@ -341,46 +319,3 @@ def _checked_row(source: FileText, fields: list[str], width: int, at: int, separ
         hint = "a decimal comma? Write 0.3127" if len(fields) > width else "is the file cut off, or a value missing?"
         raise LutgenError(f"{source.at(at)}: {len(fields)} fields for {width} columns; {hint}")
     return fields
-
-
-def _check_header(header: tuple[str, ...], where: str) -> tuple[str, ...]:
-    """Return remarks on unknown columns. Raises LutgenError: a column is missing, doubled or misspelt."""
-    columns = [_plain(name) for name in header]
-    unknown = [name for name in columns if _is_unknown(name)]
-    for name in unknown:
-        if near := _known_name(name):
-            raise LutgenError(
-                f"{where}: unknown column {name!r} in the header; is {near} meant? Pick one of: {', '.join(_KNOWN)}."
-            )
-    if doubled := first_doubled(name for name in columns if name):
-        raise LutgenError(f"{where}: column {doubled!r} appears twice in the header. Name each column once.")
-    missing = [name for name in "RGB" if name not in columns]
-    if not missing and not {"X", "Y", "Z"} <= {*columns} and not {"x", "y", "Y"} <= {*columns}:
-        missing = ["X,Y,Z or x,y,Y"]
-    if missing:
-        raise LutgenError(
-            f"{where}: the header lacks {', '.join(missing)}. Required: R,G,B and X,Y,Z in cd/m² or x,y,Y; and hour, "
-            "where readings are of several times. A title above the header begins with #."
-        )
-    if {"hour", "X", "Z"} <= {*columns} and {"x", "y"} & {*columns}:
-        raise LutgenError(
-            f"{where}: the header has both X,Y,Z and x,y. Keep one of them: they could contradict each other."
-        )
-    if not unknown:
-        return ()
-    listed = ", ".join(name[:40] for name in unknown[:12])
-    return (f"{'Columns' if len(unknown) > 1 else 'Column'} {listed}: not known to lutgen, and left alone.",)
-
-
-def _is_unknown(column: str) -> bool:
-    """Whether a column has a name, and lutgen does not know it."""
-    return bool(column) and column not in _KNOWN and column.lower() not in _NAMES
-
-
-def _known_name(name: str) -> str:
-    """Return the known column that a name abbreviates or misspells; "" if there is none."""
-    known = [each for each in _KNOWN if len(each) > 1]
-    written = name.casefold()[:40]
-    begun = [each for each in known if len(written) >= 4 and each.startswith(written)]
-    near = begun or get_close_matches(written, known, n=1, cutoff=_NEAR)
-    return near[0] if near else ""
