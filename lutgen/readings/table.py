@@ -253,8 +253,13 @@ def check_rows(readings: Measurements) -> None:
     order = [("order", readings.order)] if readings.order is not None else []
     for name, values in (("hour", hours), ("XYZ", xyz), *order, *readings.conditions.items()):
         low, high, meaning = RANGES[name]
-        outside = ((values < low) | (values > high)).reshape(hours.size, -1).any(axis=1)
-        _refuse(readings, outside, f"{name} must be {meaning}; this value is out of range")
+        values = values.reshape(hours.size, -1)
+        outside = (values < low) | (values > high)
+        if outside.any():
+            row = _first(readings, outside.any(axis=1))
+            value, allowed = values[row][outside[row]][0], f"{low:.13g} to {high:.13g} are allowed"
+            why = f"{name} must be {meaning}; this value, {value:.13g}, is out of range: {allowed}"
+            raise LutgenError(f"{_where(readings, row)}: {why}.")
     top = float(drive.max(initial=0.0))
     if 1 < top < MUCH_ABOVE_1:
         hint = f"drive values are code values 0..1; {top:g} is just above 1, as 256 of 255 would be"
@@ -320,7 +325,10 @@ def _check_plausible(readings: Measurements, hour: float, xyY: Array) -> None:
         )
     red, green, blue = xyY[1:]
     if not _are_primaries(red, green, blue) and any(_are_primaries(*order) for order in permutations(xyY[1:])):
-        raise LutgenError(f"{where}: red, green and blue have each other's colours; are the R, G, B columns swapped?")
+        or_xy = ", or x and y (X and Y)" if _are_primaries(*xyY[1:, [1, 0]]) else ""
+        raise LutgenError(
+            f"{where}: red, green and blue have each other's colours; are the R, G, B columns swapped{or_xy}?"
+        )
     swapped = np.column_stack([1.0 - xyY[1:, 0] - xyY[1:, 1], xyY[1:, 1]])
     if not _are_primaries(red, green, blue) and _are_primaries(*swapped):
         raise LutgenError(
@@ -348,9 +356,13 @@ def _check_repeated_hour(readings: Measurements, counts: dict[float, tuple[int, 
 
 def _refuse(readings: Measurements, bad: ArrayLike, why: str) -> None:
     if np.any(bad):
-        wrong = np.flatnonzero(bad)
-        first = int(wrong[0] if readings.files else wrong[np.argmin(readings.lines[wrong])])
-        raise LutgenError(f"{_where(readings, first)}: {why}.")
+        raise LutgenError(f"{_where(readings, _first(readings, bad))}: {why}.")
+
+
+def _first(readings: Measurements, bad: ArrayLike) -> int:
+    """Return the first of the bad readings in the order of the file."""
+    wrong = np.flatnonzero(bad)
+    return int(wrong[0] if readings.files else wrong[np.argmin(readings.lines[wrong])])
 
 
 def _where(readings: Measurements, row: int) -> str:

@@ -30,6 +30,9 @@ SUFFIXES = (".csv", ".tsv")
 #: First line in which spreadsheets state the separator of fields.
 _SEPARATOR_LINE = re.compile(r"\ufeff?\"?sep=.\"?[,;\t]*", re.IGNORECASE)
 
+#: Separators of fields, in words.
+_SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs"}
+
 #: Words of a column's name that make it a time.
 _TIMES = {
     *("h", "hr", "hrs", "hour", "hours", "time", "t", "age", "date", "dates"),
@@ -72,7 +75,9 @@ def read(source: FileText) -> "CsvTable":
         elif line.strip() and len(cells) == MOST_READINGS:
             raise LutgenError(f"{source.at(at)}: more than {MOST_READINGS} rows, which no table has. Split the file.")
         elif line.strip(BLANKS + separator):
-            cells.append(_checked_row(source, source.row(line, at, separator), len(header), at, separator))
+            fields = source.row(line, at, separator)
+            _check_fields(fields, header, source.at(at), separator)
+            cells.append(fields)
             lines.append(at)
     if not cells:
         raise LutgenError(
@@ -310,12 +315,23 @@ def _is_ignored(line: str) -> bool:
     return is_comment(line) or bool(_SEPARATOR_LINE.fullmatch(line.strip()))
 
 
-def _checked_row(source: FileText, fields: list[str], width: int, at: int, separator: str) -> list[str]:
+def _check_fields(fields: list[str], header: tuple[str, ...], where: str, separator: str) -> None:
+    """Raise LutgenError if a row has more or fewer fields than the header, decimal commas, or a word for a number."""
     if separator == ";" and any(has_decimal_comma(field) for field in fields):
+        raise LutgenError(f"{where}: decimal commas. Write 0.3127 with a point, whatever stands between fields.")
+    word, column = fields[0], plain(header[0])
+    if word[:1].isalpha() and (column in {*KNOWN} - {*TEXT} or not any(fields[1:])):
         raise LutgenError(
-            f"{source.at(at)}: decimal commas. Write 0.3127 with a point, whatever stands between fields."
+            f"{where}, column {column[:40]}: {word[:40]!r} is not a finite number. Remove rows that hold no reading."
         )
-    if len(fields) != width:
-        hint = "a decimal comma? Write 0.3127" if len(fields) > width else "is the file cut off, or a value missing?"
-        raise LutgenError(f"{source.at(at)}: {len(fields)} fields for {width} columns; {hint}")
-    return fields
+    if len(fields) == len(header):
+        return
+    other = separator_of(fields[0])
+    if len(fields) == 1 and other != separator and fields[0].count(other) == len(header) - 1:
+        raise LutgenError(
+            f"{where}: {_SEPARATORS[other]} separate its fields, and {_SEPARATORS[separator]} those of the header. "
+            "Write the same separator in all lines."
+        )
+    hint = "a decimal comma? Write 0.3127" if len(fields) > len(header) else "is the file cut off, or a value missing?"
+    count = f"{len(fields)} field{'s' if len(fields) != 1 else ''}"
+    raise LutgenError(f"{where}: {count} for {len(header)} columns; {hint}")
