@@ -48,8 +48,8 @@ def check_header(header: tuple[str, ...], where: str) -> tuple[str, ...]:
         bright = next((name for name in unknown if "Y" not in columns and name.casefold().startswith("lum")), "")
         asked = f" Is {bright[:40]!r} Y in cd/m²? Call it Y." if bright else ""
         raise LutgenError(
-            f"{where}: the header lacks {', '.join(missing)}.{asked} Required: R,G,B and X,Y,Z in cd/m² or x,y,Y; and hour, "
-            "where readings are of several times. A title above the header begins with #."
+            f"{where}: the header lacks {', '.join(missing)}.{asked} Required: R,G,B and X,Y,Z in cd/m² or x,y,Y; "
+            "and hour, where readings are of several times. A title above the header begins with #."
         )
     if {"hour", "X", "Z"} <= {*columns} and {"x", "y"} & {*columns}:
         raise LutgenError(

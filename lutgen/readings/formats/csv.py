@@ -20,6 +20,9 @@ from lutgen.colorimetry import Array, xyY_to_xyz
 from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.readings.campaign import Campaign, alone, sessions_of
 from lutgen.readings.formats._csv_header import KNOWN, NAMES, TEXT, UNIT, check_header, is_unknown, plain
+from lutgen.readings.formats._csv_hours import refuse_thousands, since_start
+from lutgen.readings.formats._csv_metadata import remarks_on_keys, states_unit
+from lutgen.readings.formats._csv_white import on_spread, on_spreads, white_at_rest, white_like_relative
 from lutgen.readings.formats._source import FULL_DRIVE, WHITE_CD_M2, FileText, date_of, full_drive, whites
 from lutgen.readings.session import MOST_READINGS, Session
 from lutgen.readings.table import OPTIONAL, RANGES, Measurements, in_any_order
@@ -79,11 +82,14 @@ def read(source: FileText) -> "CsvTable":
             _check_fields(fields, header, source.at(at), separator)
             cells.append(fields)
             lines.append(at)
+    states_unit(comments, source.file)
     if not cells:
         raise LutgenError(
             f"{source.file}: no readings. It needs a header such as hour,R,G,B,x,y,Y and one row a reading."
         )
-    table = CsvTable(source, comments, header, tuple(map(plain, header)), cells, lines, remarks)
+    table = CsvTable(
+        source, comments, header, tuple(map(plain, header)), cells, lines, (*remarks, *remarks_on_keys(comments))
+    )
     table.check_end()
     return table
 
@@ -102,7 +108,7 @@ class CsvTable:
     #: Fields of each reading, and its line number in the file.
     cells: list[list[str]]
     lines: list[int]
-    #: Remarks on ignored columns.
+    #: Remarks on ignored columns and keys.
     remarks: tuple[str, ...]
 
     def measurements(self) -> Measurements:
@@ -114,8 +120,9 @@ class CsvTable:
                 f"{self.source.file}: white_cd_m2 is for a table of one session; with hours, light must be in cd/m²."
             )
         values = {name: self._numbers(name) for name in KNOWN if name in self.columns and name not in TEXT}
-        return in_any_order(
-            hours=self._since_start(values["hour"]),
+        refuse_thousands(self._texts("hour"), self.lines, self.source.file)
+        readings = in_any_order(
+            hours=since_start(values["hour"], self.metadata, self.source.file),
             drive=np.column_stack([values["R"], values["G"], values["B"]]),
             xyz_cd_m2=self._xyz(values),
             lines=np.array(self.lines, dtype=np.float64),
@@ -128,6 +135,9 @@ class CsvTable:
             file=self.source.file,
             sha256=self.source.sha256,
         )
+        white = None if self._names_unit() else white_like_relative(readings)
+        unit_remark = "" if white is None else self._unit_remark(white, hour=0.0)
+        return readings.with_remarks(*filter(None, (unit_remark, *on_spreads(readings))))
 
     def campaign(self) -> Campaign:
         """Return the sessions; a session has one hour and one session name."""
@@ -156,6 +166,7 @@ class CsvTable:
         drive = drive / self._full_drive(drive)
         xyz = self._xyz(values)
         white, unit_remark = self._white(drive, xyz)
+        spread_remark = self._spread_remark(drive, xyz, values, unit=" cd/m²" if white is None else "")
         created, date_remark = date_of(self.metadata.get("date", ""))
         label = next((name for name in self.header if name.lower() in NAMES), "")
         places = [values.get(name, np.full(len(drive), OPTIONAL[name])) for name in "uv"]
@@ -174,7 +185,7 @@ class CsvTable:
             created=created,
             instrument=self.metadata.get("instrument", ""),
             display=self.metadata.get("display", ""),
-            remarks=tuple(filter(None, (unit_remark, date_remark, *self.remarks))),
+            remarks=tuple(filter(None, (unit_remark, spread_remark, date_remark, *self.remarks))),
             metadata=self.metadata,
             file=self.source.file,
             sha256=self.source.sha256,
@@ -196,7 +207,7 @@ class CsvTable:
 
     def _white(self, drive: Array, xyz: Array) -> tuple[float | None, str]:
         """Return Y of white if light is relative to white, otherwise None; and a remark."""
-        absolute = any(plain(name) == "Y" and UNIT.search(name.strip(' "')) for name in self.header)
+        absolute = self._names_unit()
         places = whites(drive)
         white = float(np.median(xyz[places, 1])) if places.size else float(xyz[:, 1].max())
         stated = "white_cd_m2" in self.metadata
@@ -213,11 +224,35 @@ class CsvTable:
             return white, f"White has Y = {white:g}: taken as relative, not as cd/m². Good for ratios alone."
         if absolute:
             return None, ""
+        return None, self._unit_remark(white if places.size else None)
+
+    def _names_unit(self) -> bool:
+        """Whether the header or the metadata name cd/m² as the unit of light."""
+        named = any(plain(name) == "Y" and UNIT.search(name.strip(' "')) for name in self.header)
+        return states_unit(self.metadata, self.source.file) or named
+
+    def _unit_remark(self, white: float | None, hour: float | None = None) -> str:
+        """Return the remark that light is taken as cd/m²; ``white``: its Y, ``hour``: where a table has hours."""
         light, verb, they = ("X, Y and Z", "are", "they are") if "X" in self.columns else ("Y", "is", "it is")
-        return None, (
-            f"{light} {verb} taken as cd/m²{f', of which white has {white:.4g}' if places.size else ''}: the header "
-            f"names no unit ({light[0]}_cdm2). If {they} relative, add the line # white_cd_m2: and white's luminance."
+        had = "" if white is None else f", of which white has {white:.4g}"
+        if hour is None:
+            remedy = "add the line # white_cd_m2: and white's luminance"
+        else:
+            had += f" at hour {hour:g}"
+            remedy = (
+                f"multiply {they.split()[0].replace('they', 'them')} by white's luminance at hour {hour:g} over 100"
+            )
+        return (
+            f"{light} {verb} taken as cd/m²{had}: the header names no unit ({light[0]}_cdm2). If {they} relative, "
+            f"{remedy}."
         )
+
+    def _spread_remark(self, drive: Array, xyz: Array, values: Mapping[str, Array], unit: str) -> str:
+        """Return a remark on readings of white at rest that are far apart; "" if they are not."""
+        columns = {name: values[name] for name in OPTIONAL if name in values}
+        rows = white_at_rest(drive, columns, self._texts("note"))
+        ask = "is an hour or a number mistyped" if "hour" in self.columns else "is a column hour missing"
+        return on_spread(xyz[rows, 1], 0.0, unit=unit, ask=ask)
 
     def _full_drive(self, drive: Array) -> float:
         declared = self.metadata.get("drive")
@@ -231,23 +266,6 @@ class CsvTable:
                 f"{self.source.file}: drive is said to be {declared}, but reaches only {top:g}. Write # drive: 0..1."
             )
         return known[declared]
-
-    def _since_start(self, hours: Array) -> Array:
-        """Return the hours since the un-aged display: the counter less ``# start_hour``, if stated."""
-        text = self.metadata.get("start_hour")
-        if text is None:
-            return hours
-        start, file = number(text), self.source.file
-        if start is None:
-            raise LutgenError(
-                f"{file}: start_hour is {text[:40]!r}; it is the counter's hour at the first session, such as 2400."
-            )
-        if hours.min() != start:
-            raise LutgenError(
-                f"{file}: start_hour is {start:g}, and the smallest hour is {hours.min():g}. They must be the same: "
-                f"aging is measured from the first session."
-            )
-        return hours - start
 
     def _xyz(self, values: Mapping[str, Array]) -> Array:
         if {"X", "Y", "Z"} <= values.keys():
