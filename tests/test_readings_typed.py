@@ -170,12 +170,10 @@ def test_a_primary_that_jumps_in_one_session_alone_is_mistyped(
     read: Callable[[Path], object], name: str, drive: str, reading: str, typed: Callable[[str], Path]
 ) -> None:
     path = typed(with_reading(table(), "6500", drive, reading))
-    with pytest.raises(LutgenError, match=r"mistyped\?|swapped\?") as error:
+    line = next(at for at, row in enumerate(path.read_text().splitlines(), 1) if row.startswith(f"6500,{drive}"))
+    says = rf"line {line}: at hour 6500 {name} has x = .* At hour 3000 it has x = .*, and white shows .* mistyped\?"
+    with pytest.raises(LutgenError, match=says):
         read(path)
-    if "hour 6500: red, green and blue" not in str(error.value):  # then another rule has noticed it
-        line = next(at for at, row in enumerate(path.read_text().splitlines(), 1) if row.startswith(f"6500,{drive}"))
-        assert f"line {line}: at hour 6500 {name} has x = " in str(error.value)
-        assert "At hour 3000 it has x = " in str(error.value)
 
 
 def xyz_rows(sessions: list[np.ndarray]) -> str:

@@ -233,18 +233,16 @@ class CsvTable:
 
     def _unit_remark(self, white: float | None, hour: float | None = None) -> str:
         """Return the remark that light is taken as cd/m²; ``white``: its Y, ``hour``: where a table has hours."""
-        light, verb, they = ("X, Y and Z", "are", "they are") if "X" in self.columns else ("Y", "is", "it is")
+        is_xyz = "X" in self.columns
+        light, verb, they, them = ("X, Y and Z", "are", "they", "them") if is_xyz else ("Y", "is", "it", "it")
         had = "" if white is None else f", of which white has {white:.4g}"
-        if hour is None:
-            remedy = "add the line # white_cd_m2: and white's luminance"
-        else:
+        remedy = "add the line # white_cd_m2: and white's luminance"
+        if hour is not None:
             had += f" at hour {hour:g}"
-            remedy = (
-                f"multiply {they.split()[0].replace('they', 'them')} by white's luminance at hour {hour:g} over 100"
-            )
+            remedy = f"multiply {them} by white's luminance at hour {hour:g} over 100"
         return (
-            f"{light} {verb} taken as cd/m²{had}: the header names no unit ({light[0]}_cdm2). If {they} relative, "
-            f"{remedy}."
+            f"{light} {verb} taken as cd/m²{had}: the header names no unit ({light[0]}_cdm2). If {they} {verb} "
+            f"relative, {remedy}."
         )
 
     def _spread_remark(self, drive: Array, xyz: Array, values: Mapping[str, Array], unit: str) -> str:
