@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from itertools import permutations
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,8 +11,11 @@ import pytest
 
 from lutgen.colorimetry import xyY_to_xyz
 from lutgen.errors import LutgenError
-from lutgen.readings import read_campaign, read_measurements
+from lutgen.readings import read_campaign, read_measurements, read_session
+from lutgen.readings.jumps import lone_jump
+from lutgen.readings.rest import TIP_DRIVES
 from tests.command import here
+from tests.real_data import real_data
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -193,20 +198,22 @@ def additive(*primaries: tuple[float, float, float]) -> np.ndarray:
 
 SRGB = additive((0.64, 0.33, 53.16), (0.30, 0.60, 178.79), (0.15, 0.06, 18.05))
 ADOBE = additive((0.64, 0.33, 74.3), (0.21, 0.71, 156.9), (0.15, 0.06, 18.8))
-BLUE_DIMMED = additive((0.64, 0.33, 53.16), (0.30, 0.60, 178.79), (0.15, 0.06, 9.0))
+BLUE_DIMMED = additive((0.64, 0.33, 53.16), (0.30, 0.60, 178.79), (0.15, 0.06, 6.0))
+REC2020 = additive((0.708, 0.292, 65.7), (0.17, 0.797, 169.5), (0.131, 0.046, 14.8))
 OLED = SRGB * np.array([[0.55], [1.0], [1.0], [1.0]])
 OLED_LIMITED = SRGB * np.array([[0.25], [1.0], [1.0], [1.0]])
-MISTYPED = SRGB * np.array([[1.0], [1.0], [1.0], [2.0]])
+MISTYPED = SRGB * np.array([[1.0], [1.0], [1.0], [3.0]])
 
 REAL = {
     "another gamut in one session": [SRGB, ADOBE, SRGB],
+    "a wide gamut in one session": [SRGB, REC2020, SRGB],
     "blue dimmed in one session": [SRGB, BLUE_DIMMED, SRGB],
     "another limiter in one session": [OLED, OLED_LIMITED, OLED],
     "another gamut from one session on": [SRGB, SRGB, ADOBE, ADOBE],
     "a last session that differs": [SRGB, SRGB, MISTYPED],
     "a first session that differs": [MISTYPED, SRGB, SRGB],
     "two sessions": [SRGB, MISTYPED],
-    "no two sessions alike": [SRGB, MISTYPED, SRGB * np.array([[1.0], [1.0], [1.0], [0.6]])],
+    "no two sessions alike": [SRGB, MISTYPED, SRGB * np.array([[1.0], [1.0], [1.0], [0.3]])],
 }
 
 
@@ -219,11 +226,24 @@ def test_what_a_display_may_do_is_no_typing_error(name: str, typed: Callable[[st
 def test_a_typing_error_is_noticed_on_any_display_between_any_sessions(
     display: np.ndarray, typed: Callable[[str], Path]
 ) -> None:
-    mistyped = display * np.array([[1.0], [1.0], [1.0], [2.0]])
+    mistyped = display * np.array([[1.0], [1.0], [1.0], [3.0]])
     for at in (1, 2, 3):
         sessions = [0.95**each * (mistyped if each == at else display) for each in range(5)]
         with pytest.raises(LutgenError, match=rf"line {4 * at + 5}: at hour {at}000 blue has .* mistyped\?"):
             read_measurements(typed(xyz_rows(sessions)))
+
+
+def test_no_primary_of_a_real_display_jumps() -> None:
+    """Any three sessions of one display in any order: calibrated differently, by different instruments and cables."""
+    displays: dict[str, list[np.ndarray]] = {}
+    for path in sorted([*real_data().glob("real/*/*.ti3"), *real_data().glob("real/ickc/*.csv")]):
+        session = read_session(path)
+        tips = [np.isclose(session.drive, drive, atol=1e-4).all(axis=1) for drive in TIP_DRIVES]
+        name = re.split(r"__|_[0-9]", path.name)[0]
+        displays.setdefault(name, []).append(np.array([session.xyz[rows].mean(axis=0) for rows in tips]))
+    triples = [three for sessions in displays.values() for three in permutations(sessions, 3)]
+    assert len(triples) > 100
+    assert all(lone_jump(np.array(three)) is None for three in triples)
 
 
 def test_of_repeated_readings_the_mistyped_one_is_named(typed: Callable[[str], Path]) -> None:

@@ -10,8 +10,8 @@ from lutgen.readings.formats._source import whites
 from lutgen.readings.rest import rest_of
 from lutgen.readings.table import Measurements, is_capped, says_cap
 
-#: Smallest difference between readings of white in one session, as a share of the largest, that no instrument and no
-#: warm display has.
+#: Smallest difference between readings of white in one session, as a share of the largest, that suggests several
+#: sessions. Of 24 real sessions with repeated white two have more, both of one laptop; all others have 1.4 % or less.
 FAR_APART = 0.1
 
 #: White of a table of relative values, and how near to it white must be at the first hour.
