@@ -322,7 +322,24 @@ BAD = {
     "swapped channels R and G": bad(with_columns(swap(1, 2)), "swapped"),
     "X and Z swapped in the header": bad(xyz_text(SMALL).replace("X,Y,Z", "Z,Y,X"), "hour 0", "are X and Z swapped"),
     "one code beyond 8 bits": bad(SMALL.replace("0,0,1,0,", "0,0,1.0039,0,", 1), "line 4", "1.0039 is just above 1"),
-    "x and y swapped in the header": bad(SMALL.replace("x,y,Y", "y,x,Y"), "hour 0", "swapped"),
+    "x and y swapped in the header": bad(
+        SMALL.replace("x,y,Y", "y,x,Y"), "hour 0", "are the R, G, B columns swapped, or x and y (X and Y)?"
+    ),
+    "commas below a header with semicolons": bad(
+        SMALL.replace(",", ";", 6), "line 2: commas separate its fields, and semicolons those of the header"
+    ),
+    "commas below a header with tabs": bad(SMALL.replace(",", "\t", 6), "line 2: commas", "tabs those of the header"),
+    "a row of one field": bad(SMALL + "7\n", "line 10: 1 field for 7 columns"),
+    "an hour of millennia": bad(
+        SMALL.replace("1000,", "3000000000,"), "line 6: hour must be", "3000000000, is out of range: 0 to 10000000 are"
+    ),
+    "a row of sums": bad(SMALL + "Summe,,,,,,1400.5\n", "line 10, column hour: 'Summe'", "Remove rows that hold no"),
+    "a row of one word": bad(SMALL + "Summe\n", "line 10, column hour: 'Summe'", "Remove rows that hold no"),
+    "a row of a word below names": bad(
+        "".join(f"{'a' if at else 'name'},{row}\n" for at, row in enumerate(SMALL.splitlines())) + "Mittel,,,,,,,\n",
+        "line 10, column name: 'Mittel'", "Remove rows that hold no",
+    ),
+    "a column of luminance": bad(SMALL.replace("x,y,Y", "x,y,Luminance"), "line 1", "Is 'Luminance' Y in cd/m²?"),
     "an unknown column": bad(SMALL.replace("hour,", "hours,"), "line 1", "'hours'", "Pick one of"),
     "a column twice": bad(SMALL.replace("R,G,B", "R,R,B"), "line 1", "'R' appears twice"),
     "no column of drive": bad("hour,G,B,x,y,Y\n0,1,1,0.3,0.3,100\n", "line 1", "lacks R"),

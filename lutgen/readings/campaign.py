@@ -5,7 +5,7 @@ Aging needs the operating hours of each session, or dates and the operating hour
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import date
 from pathlib import Path
 
@@ -152,17 +152,20 @@ def campaign_of(entries: Sequence[CampaignEntry], *, file: str) -> Campaign:
 def sessions_of(readings: Measurements) -> Campaign:
     """Split a table of readings into sessions; a session has one hour and one session name.
 
+    The first session has the remarks on the whole table.
+
     Readings away from rest are left out, except readings that are away from rest only by their position on the screen.
     """
     rest = np.ones(readings.hours.size, dtype=bool)
     for cell, away in readings.rest.away.items():
         if cell != CELLS["u"]:
             rest &= ~away
-    return campaign_of(
-        [_entry_at_rest(readings, np.flatnonzero((readings.sessions == each) & rest))
-         for each in np.unique(readings.sessions[rest])],
-        file=readings.file,
-    )  # fmt: skip
+    first, *others = [
+        _entry_at_rest(readings, np.flatnonzero((readings.sessions == each) & rest))
+        for each in np.unique(readings.sessions[rest])
+    ]
+    first = replace(first, session=replace(first.session, remarks=readings.remarks))
+    return campaign_of([first, *others], file=readings.file)
 
 
 def _entry_at_rest(readings: Measurements, rows: NDArray[np.intp]) -> CampaignEntry:

@@ -14,6 +14,7 @@ import numpy as np
 from lutgen.colorimetry import Array, xyz_to_xyY
 from lutgen.errors import LutgenError, listed
 from lutgen.readings.conditions import COLUMNS, CONDITIONS
+from lutgen.readings.jumps import check_jumps
 from lutgen.readings.rest import Rest, is_tip, middle, rest_of
 
 if TYPE_CHECKING:
@@ -137,6 +138,12 @@ class Measurements:
         object.__setattr__(other, "xyz_cd_m2", xyz_cd_m2)
         return other
 
+    def with_remarks(self, *remarks: str) -> Measurements:
+        """Return the same readings with further remarks."""
+        other = copy(self)
+        object.__setattr__(other, "remarks", (*self.remarks, *remarks))
+        return other
+
     def column(self, name: str) -> Array:
         """Return an optional column, (n,): from the conditions, the constants, or the value of a blank cell."""
         if name in self.conditions:
@@ -229,7 +236,12 @@ def _placed(values: Any, place: NDArray[np.intp]) -> Any:
 
 def is_capped(readings: Measurements) -> NDArray[np.bool_]:
     """Return whether the note of each reading says that the lens was capped, (n,)."""
-    return _noted(readings, lambda note: "lens cap" in note or note.strip() == "cap")
+    return _noted(readings, says_cap)
+
+
+def says_cap(note: str) -> bool:
+    """Whether a note says that the lens was capped."""
+    return "lens cap" in note.lower() or note.lower().strip() == "cap"
 
 
 def is_shrouded(readings: Measurements) -> NDArray[np.bool_]:
@@ -253,8 +265,15 @@ def check_rows(readings: Measurements) -> None:
     order = [("order", readings.order)] if readings.order is not None else []
     for name, values in (("hour", hours), ("XYZ", xyz), *order, *readings.conditions.items()):
         low, high, meaning = RANGES[name]
-        outside = ((values < low) | (values > high)).reshape(hours.size, -1).any(axis=1)
-        _refuse(readings, outside, f"{name} must be {meaning}; this value is out of range")
+        outside = ((values < low) | (values > high)).reshape(hours.size, -1)
+        if outside.any():
+            row = _first(readings, outside.any(axis=1))
+            value, allowed = (
+                values.reshape(hours.size, -1)[row][outside[row]][0],
+                f"{low:.13g} to {high:.13g} are allowed",
+            )
+            why = f"{name} must be {meaning}; this value, {value:.13g}, is out of range: {allowed}"
+            raise LutgenError(f"{_where(readings, row)}: {why}.")
     top = float(drive.max(initial=0.0))
     if 1 < top < MUCH_ABOVE_1:
         hint = f"drive values are code values 0..1; {top:g} is just above 1, as 256 of 255 would be"
@@ -284,6 +303,7 @@ def check_tips(readings: Measurements) -> None:
     why = "negative: X, Y and Z of white or a primary at full drive must be above 0"
     _refuse(readings, tip.any(axis=1) & ~is_capped(readings) & dark, why)
     counts = {}
+    tips: dict[float, Array] = {}
     for hour in np.unique(readings.hours):
         here = rest & (readings.hours == hour)
         count = tip[here].sum(axis=0)
@@ -295,9 +315,11 @@ def check_tips(readings: Measurements) -> None:
             )
         counts[float(hour)] = int(here.sum()), count
         if count.any():
-            means = [readings.xyz_cd_m2[here & tip[:, i]].mean(axis=0) for i in range(4)]
-            _check_plausible(readings, float(hour), xyz_to_xyY(np.array(means)))
+            means = np.array([readings.xyz_cd_m2[here & tip[:, i]].mean(axis=0) for i in range(4)])
+            _check_plausible(readings, float(hour), xyz_to_xyY(means))
+            tips[float(hour)] = means
     _check_repeated_hour(readings, counts)
+    check_jumps(readings, tips, [rest & each for each in tip.T])
 
 
 def _under(readings: Measurements) -> str:
@@ -320,7 +342,10 @@ def _check_plausible(readings: Measurements, hour: float, xyY: Array) -> None:
         )
     red, green, blue = xyY[1:]
     if not _are_primaries(red, green, blue) and any(_are_primaries(*order) for order in permutations(xyY[1:])):
-        raise LutgenError(f"{where}: red, green and blue have each other's colours; are the R, G, B columns swapped?")
+        or_xy = ", or x and y (X and Y)" if _are_primaries(*xyY[1:, [1, 0]]) else ""
+        raise LutgenError(
+            f"{where}: red, green and blue have each other's colours; are the R, G, B columns swapped{or_xy}?"
+        )
     swapped = np.column_stack([1.0 - xyY[1:, 0] - xyY[1:, 1], xyY[1:, 1]])
     if not _are_primaries(red, green, blue) and _are_primaries(*swapped):
         raise LutgenError(
@@ -348,9 +373,13 @@ def _check_repeated_hour(readings: Measurements, counts: dict[float, tuple[int, 
 
 def _refuse(readings: Measurements, bad: ArrayLike, why: str) -> None:
     if np.any(bad):
-        wrong = np.flatnonzero(bad)
-        first = int(wrong[0] if readings.files else wrong[np.argmin(readings.lines[wrong])])
-        raise LutgenError(f"{_where(readings, first)}: {why}.")
+        raise LutgenError(f"{_where(readings, _first(readings, bad))}: {why}.")
+
+
+def _first(readings: Measurements, bad: ArrayLike) -> int:
+    """Return the first of the bad readings in the order of the file."""
+    wrong = np.flatnonzero(bad)
+    return int(wrong[0] if readings.files else wrong[np.argmin(readings.lines[wrong])])
 
 
 def _where(readings: Measurements, row: int) -> str:

@@ -12,14 +12,17 @@ separate fields.
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from difflib import get_close_matches
 
 import numpy as np
 
-from lutgen.cells import BLANKS, first_doubled, has_decimal_comma, is_comment, metadata, number, separator_of
+from lutgen.cells import BLANKS, has_decimal_comma, is_comment, metadata, number, separator_of
 from lutgen.colorimetry import Array, xyY_to_xyz
 from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.readings.campaign import Campaign, alone, sessions_of
+from lutgen.readings.formats._csv_header import KNOWN, NAMES, TEXT, UNIT, check_header, is_unknown, plain
+from lutgen.readings.formats._csv_hours import refuse_thousands, since_start
+from lutgen.readings.formats._csv_metadata import remarks_on_keys, states_unit
+from lutgen.readings.formats._csv_white import on_spread, on_spreads, white_at_rest, white_like_relative
 from lutgen.readings.formats._source import FULL_DRIVE, WHITE_CD_M2, FileText, date_of, full_drive, whites
 from lutgen.readings.session import MOST_READINGS, Session
 from lutgen.readings.table import OPTIONAL, RANGES, Measurements, in_any_order
@@ -27,24 +30,11 @@ from lutgen.readings.table import OPTIONAL, RANGES, Measurements, in_any_order
 NAME = "CSV of readings"
 SUFFIXES = (".csv", ".tsv")
 
-_TEXT = ("session", "note")
-_KNOWN = ("hour", "R", "G", "B", "X", "Y", "Z", "x", "y", *OPTIONAL, "order", *_TEXT)
-_NAMES = ("set", "name", "patch", "sample", "sample_id", "note")
-
-#: Units in column names ("X_cdm2", "Y (cd/m²)", "Z nits"); prefixes in column names ("Device R", "CIE X"); other names
-#: of columns.
-_UNIT = re.compile(r"[_ ]?[(\[]?(?:cd[_ /]?m2|cd/m²|nits?)[)\]]?$", re.IGNORECASE)
-_WHOSE = re.compile(r"^(?i:device|code|drive|cie|measured|meas)[_ ]?(?=[RGBXYZxy]$)")
-_OTHER_NAMES = {
-    **{name: name[0] for name in ("RED", "GREEN", "BLUE")},
-    **{f"{names}_{name}": name for names in ("RGB", "XYZ") for name in names},
-}
-
 #: First line in which spreadsheets state the separator of fields.
 _SEPARATOR_LINE = re.compile(r"\ufeff?\"?sep=.\"?[,;\t]*", re.IGNORECASE)
 
-#: Smallest similarity (0..1) at which an unknown name counts as a misspelt column: "ambient_lux", "hours", not "gamma".
-_NEAR = 0.7
+#: Separators of fields, in words.
+_SEPARATORS = {",": "commas", ";": "semicolons", "\t": "tabs"}
 
 #: Words of a column's name that make it a time.
 _TIMES = {
@@ -65,7 +55,7 @@ _LEAST_WHITE, _RELATIVE_WHITES = 2.0, (1.0, 100.0)
 def claims(source: FileText) -> bool:
     """Whether the first line that is no comment is a header with R, G, B and at least three more fields."""
     head = next((line for line in source.text.splitlines() if line.strip() and not _is_ignored(line)), "")
-    cells = [_plain(cell) for cell in head.split(separator_of(head))]
+    cells = [plain(cell) for cell in head.split(separator_of(head))]
     return len(cells) > 5 and {"R", "G", "B"} <= {*cells} and "BEGIN_DATA" not in source.text
 
 
@@ -84,17 +74,22 @@ def read(source: FileText) -> "CsvTable":
         elif line.strip() and not header:
             separator = separator_of(line)
             header = tuple(source.row(line, at, separator))
-            remarks = _check_header(header, source.at(at))
+            remarks = check_header(header, source.at(at))
         elif line.strip() and len(cells) == MOST_READINGS:
             raise LutgenError(f"{source.at(at)}: more than {MOST_READINGS} rows, which no table has. Split the file.")
         elif line.strip(BLANKS + separator):
-            cells.append(_checked_row(source, source.row(line, at, separator), len(header), at, separator))
+            fields = source.row(line, at, separator)
+            _check_fields(fields, header, source.at(at), separator)
+            cells.append(fields)
             lines.append(at)
+    states_unit(comments, source.file)
     if not cells:
         raise LutgenError(
             f"{source.file}: no readings. It needs a header such as hour,R,G,B,x,y,Y and one row a reading."
         )
-    table = CsvTable(source, comments, header, tuple(map(_plain, header)), cells, lines, remarks)
+    table = CsvTable(
+        source, comments, header, tuple(map(plain, header)), cells, lines, (*remarks, *remarks_on_keys(comments))
+    )
     table.check_end()
     return table
 
@@ -107,13 +102,13 @@ class CsvTable:
     source: FileText
     #: The ``# key: value`` lines.
     metadata: Mapping[str, str]
-    #: Names of the columns as written, and normalised (see ``_plain``).
+    #: Names of the columns as written, and normalised (see ``plain``).
     header: tuple[str, ...]
     columns: tuple[str, ...]
     #: Fields of each reading, and its line number in the file.
     cells: list[list[str]]
     lines: list[int]
-    #: Remarks on ignored columns.
+    #: Remarks on ignored columns and keys.
     remarks: tuple[str, ...]
 
     def measurements(self) -> Measurements:
@@ -124,9 +119,10 @@ class CsvTable:
             raise LutgenError(
                 f"{self.source.file}: white_cd_m2 is for a table of one session; with hours, light must be in cd/m²."
             )
-        values = {name: self._numbers(name) for name in _KNOWN if name in self.columns and name not in _TEXT}
-        return in_any_order(
-            hours=self._since_start(values["hour"]),
+        values = {name: self._numbers(name) for name in KNOWN if name in self.columns and name not in TEXT}
+        refuse_thousands(self._texts("hour"), self.lines, self.source.file)
+        readings = in_any_order(
+            hours=since_start(values["hour"], self.metadata, self.source.file),
             drive=np.column_stack([values["R"], values["G"], values["B"]]),
             xyz_cd_m2=self._xyz(values),
             lines=np.array(self.lines, dtype=np.float64),
@@ -139,6 +135,9 @@ class CsvTable:
             file=self.source.file,
             sha256=self.source.sha256,
         )
+        white = None if self._names_unit() else white_like_relative(readings)
+        unit_remark = "" if white is None else self._unit_remark(white, hour=0.0)
+        return readings.with_remarks(*filter(None, (unit_remark, *on_spreads(readings))))
 
     def campaign(self) -> Campaign:
         """Return the sessions; a session has one hour and one session name."""
@@ -150,7 +149,7 @@ class CsvTable:
     def _check_times(self) -> None:
         """Raise LutgenError where an unknown column seems to divide the readings of one session by time."""
         for at, name in enumerate(self.header):
-            is_time = _is_unknown(self.columns[at]) and bool(_TIMES & {*re.split("[^a-z]+", name.casefold())})
+            is_time = is_unknown(self.columns[at]) and bool(_TIMES & {*re.split("[^a-z]+", name.casefold())})
             times = {row[at] for row in self.cells}
             if is_time and 2 <= len(times) <= len(self.cells) / 2:
                 raise LutgenError(
@@ -161,14 +160,15 @@ class CsvTable:
 
     def _session(self) -> Session:
         self._check_times()
-        values = {name: self._numbers(name) for name in _KNOWN if name in self.columns and name not in _TEXT}
+        values = {name: self._numbers(name) for name in KNOWN if name in self.columns and name not in TEXT}
         self._check_ranges(values)
         drive = np.column_stack([values["R"], values["G"], values["B"]])
         drive = drive / self._full_drive(drive)
         xyz = self._xyz(values)
         white, unit_remark = self._white(drive, xyz)
+        spread_remark = self._spread_remark(drive, xyz, values, unit=" cd/m²" if white is None else "")
         created, date_remark = date_of(self.metadata.get("date", ""))
-        label = next((name for name in self.header if name.lower() in _NAMES), "")
+        label = next((name for name in self.header if name.lower() in NAMES), "")
         places = [values.get(name, np.full(len(drive), OPTIONAL[name])) for name in "uv"]
         session = Session(
             drive=drive,
@@ -185,7 +185,7 @@ class CsvTable:
             created=created,
             instrument=self.metadata.get("instrument", ""),
             display=self.metadata.get("display", ""),
-            remarks=tuple(filter(None, (unit_remark, date_remark, *self.remarks))),
+            remarks=tuple(filter(None, (unit_remark, spread_remark, date_remark, *self.remarks))),
             metadata=self.metadata,
             file=self.source.file,
             sha256=self.source.sha256,
@@ -207,7 +207,7 @@ class CsvTable:
 
     def _white(self, drive: Array, xyz: Array) -> tuple[float | None, str]:
         """Return Y of white if light is relative to white, otherwise None; and a remark."""
-        absolute = any(_plain(name) == "Y" and _UNIT.search(name.strip(' "')) for name in self.header)
+        absolute = self._names_unit()
         places = whites(drive)
         white = float(np.median(xyz[places, 1])) if places.size else float(xyz[:, 1].max())
         stated = "white_cd_m2" in self.metadata
@@ -224,11 +224,33 @@ class CsvTable:
             return white, f"White has Y = {white:g}: taken as relative, not as cd/m². Good for ratios alone."
         if absolute:
             return None, ""
-        light, verb, they = ("X, Y and Z", "are", "they are") if "X" in self.columns else ("Y", "is", "it is")
-        return None, (
-            f"{light} {verb} taken as cd/m²{f', of which white has {white:.4g}' if places.size else ''}: the header "
-            f"names no unit ({light[0]}_cdm2). If {they} relative, add the line # white_cd_m2: and white's luminance."
+        return None, self._unit_remark(white if places.size else None)
+
+    def _names_unit(self) -> bool:
+        """Whether the header or the metadata name cd/m² as the unit of light."""
+        named = any(plain(name) == "Y" and UNIT.search(name.strip(' "')) for name in self.header)
+        return states_unit(self.metadata, self.source.file) or named
+
+    def _unit_remark(self, white: float | None, hour: float | None = None) -> str:
+        """Return the remark that light is taken as cd/m²; ``white``: its Y, ``hour``: where a table has hours."""
+        is_xyz = "X" in self.columns
+        light, verb, they, them = ("X, Y and Z", "are", "they", "them") if is_xyz else ("Y", "is", "it", "it")
+        had = "" if white is None else f", of which white has {white:.4g}"
+        remedy = "add the line # white_cd_m2: and white's luminance"
+        if hour is not None:
+            had += f" at hour {hour:g}"
+            remedy = f"multiply {them} by white's luminance at hour {hour:g} over 100"
+        return (
+            f"{light} {verb} taken as cd/m²{had}: the header names no unit ({light[0]}_cdm2). If {they} {verb} "
+            f"relative, {remedy}."
         )
+
+    def _spread_remark(self, drive: Array, xyz: Array, values: Mapping[str, Array], unit: str) -> str:
+        """Return a remark on readings of white at rest that are far apart; "" if they are not."""
+        columns = {name: values[name] for name in OPTIONAL if name in values}
+        rows = white_at_rest(drive, columns, self._texts("note"))
+        ask = "is an hour or a number mistyped" if "hour" in self.columns else "is a column hour missing"
+        return on_spread(xyz[rows, 1], 0.0, unit=unit, ask=ask)
 
     def _full_drive(self, drive: Array) -> float:
         declared = self.metadata.get("drive")
@@ -242,23 +264,6 @@ class CsvTable:
                 f"{self.source.file}: drive is said to be {declared}, but reaches only {top:g}. Write # drive: 0..1."
             )
         return known[declared]
-
-    def _since_start(self, hours: Array) -> Array:
-        """Return the hours since the un-aged display: the counter less ``# start_hour``, if stated."""
-        text = self.metadata.get("start_hour")
-        if text is None:
-            return hours
-        start, file = number(text), self.source.file
-        if start is None:
-            raise LutgenError(
-                f"{file}: start_hour is {text[:40]!r}; it is the counter's hour at the first session, such as 2400."
-            )
-        if hours.min() != start:
-            raise LutgenError(
-                f"{file}: start_hour is {start:g}, and the smallest hour is {hours.min():g}. They must be the same: "
-                f"aging is measured from the first session."
-            )
-        return hours - start
 
     def _xyz(self, values: Mapping[str, Array]) -> Array:
         if {"X", "Y", "Z"} <= values.keys():
@@ -321,66 +326,28 @@ class CsvTable:
             )
 
 
-def _plain(cell: str) -> str:
-    """Return the name of a column without unit and prefix, one of R, G, B, X, Y, Z for its other names."""
-    name = _WHOSE.sub("", _UNIT.sub("", cell.strip().strip('"')))
-    return _OTHER_NAMES.get(name.upper(), name)
-
-
 def _is_ignored(line: str) -> bool:
     """Whether a line is a comment, or states the separator, which lutgen reads from the header."""
     return is_comment(line) or bool(_SEPARATOR_LINE.fullmatch(line.strip()))
 
 
-def _checked_row(source: FileText, fields: list[str], width: int, at: int, separator: str) -> list[str]:
+def _check_fields(fields: list[str], header: tuple[str, ...], where: str, separator: str) -> None:
+    """Raise LutgenError if a row has more or fewer fields than the header, decimal commas, or a word for a number."""
     if separator == ";" and any(has_decimal_comma(field) for field in fields):
+        raise LutgenError(f"{where}: decimal commas. Write 0.3127 with a point, whatever stands between fields.")
+    word, column = fields[0], plain(header[0])
+    if word[:1].isalpha() and (column in {*KNOWN} - {*TEXT} or not any(fields[1:])):
         raise LutgenError(
-            f"{source.at(at)}: decimal commas. Write 0.3127 with a point, whatever stands between fields."
+            f"{where}, column {column[:40]}: {word[:40]!r} is not a finite number. Remove rows that hold no reading."
         )
-    if len(fields) != width:
-        hint = "a decimal comma? Write 0.3127" if len(fields) > width else "is the file cut off, or a value missing?"
-        raise LutgenError(f"{source.at(at)}: {len(fields)} fields for {width} columns; {hint}")
-    return fields
-
-
-def _check_header(header: tuple[str, ...], where: str) -> tuple[str, ...]:
-    """Return remarks on unknown columns. Raises LutgenError: a column is missing, doubled or misspelt."""
-    columns = [_plain(name) for name in header]
-    unknown = [name for name in columns if _is_unknown(name)]
-    for name in unknown:
-        if near := _known_name(name):
-            raise LutgenError(
-                f"{where}: unknown column {name!r} in the header; is {near} meant? Pick one of: {', '.join(_KNOWN)}."
-            )
-    if doubled := first_doubled(name for name in columns if name):
-        raise LutgenError(f"{where}: column {doubled!r} appears twice in the header. Name each column once.")
-    missing = [name for name in "RGB" if name not in columns]
-    if not missing and not {"X", "Y", "Z"} <= {*columns} and not {"x", "y", "Y"} <= {*columns}:
-        missing = ["X,Y,Z or x,y,Y"]
-    if missing:
+    if len(fields) == len(header):
+        return
+    other = separator_of(fields[0])
+    if len(fields) == 1 and other != separator and fields[0].count(other) == len(header) - 1:
         raise LutgenError(
-            f"{where}: the header lacks {', '.join(missing)}. Required: R,G,B and X,Y,Z in cd/m² or x,y,Y; and hour, "
-            "where readings are of several times. A title above the header begins with #."
+            f"{where}: {_SEPARATORS[other]} separate its fields, and {_SEPARATORS[separator]} those of the header. "
+            "Write the same separator in all lines."
         )
-    if {"hour", "X", "Z"} <= {*columns} and {"x", "y"} & {*columns}:
-        raise LutgenError(
-            f"{where}: the header has both X,Y,Z and x,y. Keep one of them: they could contradict each other."
-        )
-    if not unknown:
-        return ()
-    listed = ", ".join(name[:40] for name in unknown[:12])
-    return (f"{'Columns' if len(unknown) > 1 else 'Column'} {listed}: not known to lutgen, and left alone.",)
-
-
-def _is_unknown(column: str) -> bool:
-    """Whether a column has a name, and lutgen does not know it."""
-    return bool(column) and column not in _KNOWN and column.lower() not in _NAMES
-
-
-def _known_name(name: str) -> str:
-    """Return the known column that a name abbreviates or misspells; "" if there is none."""
-    known = [each for each in _KNOWN if len(each) > 1]
-    written = name.casefold()[:40]
-    begun = [each for each in known if len(written) >= 4 and each.startswith(written)]
-    near = begun or get_close_matches(written, known, n=1, cutoff=_NEAR)
-    return near[0] if near else ""
+    hint = "a decimal comma? Write 0.3127" if len(fields) > len(header) else "is the file cut off, or a value missing?"
+    count = f"{len(fields)} field{'s' if len(fields) != 1 else ''}"
+    raise LutgenError(f"{where}: {count} for {len(header)} columns; {hint}")

@@ -1,0 +1,88 @@
+"""A primary that jumps in one session and comes back in the next: a mistyped number.
+
+A display may change between two sessions, for example to another gamut. If the light of one primary changes, white
+changes with it, because white contains this light. A typing error changes one primary alone, in one session: the
+primaries together then exceed white by just this change.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lutgen.colorimetry import Array, xyz_to_uv, xyz_to_xyY
+from lutgen.errors import LutgenError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from lutgen.readings.table import Measurements
+
+#: Smallest jump of a primary: distance in u'v', and factor of its luminance over white's. Between real sessions of one
+#: display (tests/test_readings_typed.py) the largest are 0.07 and 1.6, because it was calibrated differently.
+FAR_UV, FAR_FACTOR = 0.12, 2.5
+
+#: Largest difference between the sessions before and after a jump, as a share of the jump.
+AGREE = 0.25
+
+#: Largest difference between a jump and the change of all primaries together over white, as a share of the jump.
+UNLIKE = 0.25
+
+_NAMES = ("white", "red", "green", "blue")
+
+
+def check_jumps(readings: Measurements, tips: Mapping[float, Array], at_rest: Sequence[NDArray[np.bool_]]) -> None:
+    """Raise LutgenError if one primary jumps in one session, and neither white nor the next session goes with it.
+
+    ``tips``: hour → mean XYZ of white and primaries, (4, 3). ``at_rest``: whether each reading is one of them, (n,)
+    each.
+    """
+    hours, means = [*tips], np.array([*tips.values()])
+    for place in range(1, len(hours) - 1):
+        tip = lone_jump(means[place - 1 : place + 2])
+        if tip is None:
+            continue
+        before, hour, after = hours[place - 1 : place + 2]
+        rows = np.flatnonzero(at_rest[tip] & (readings.hours == hour))
+        away = np.linalg.norm(readings.xyz_cd_m2[rows] - tips[before][tip], axis=1)
+        row = int(rows[np.argmax(away)])
+        raise LutgenError(
+            f"{readings.file_of(row)}, line {int(readings.lines[row])}: at hour {hour:g} {_NAMES[tip]} has "
+            f"{_colour(readings.xyz_cd_m2[row])}. At hour {before:g} it has {_colour(tips[before][tip])}, at hour "
+            f"{after:g} {_colour(tips[after][tip])}, and white shows no such change; is a number mistyped?"
+        )
+
+
+def lone_jump(xyz: Array) -> int | None:
+    """Return the place of the only primary that jumps in the second of three sessions; None: there is none.
+
+    ``xyz``: white, red, green and blue of the sessions, (3, 4, 3).
+    """
+    before, here, after = (each / each[0, 1] for each in xyz)
+    jumping = [tip for tip in (1, 2, 3) if _is_far(here[tip], before[tip], after[tip])]
+    if len(jumping) != 1:
+        return None
+    usual = (before + after) / 2.0
+    jump = here[jumping[0]] - usual[jumping[0]]
+    # What the primaries together have above white, less what they usually have.
+    above = (here[1:].sum(axis=0) - here[0]) - (usual[1:].sum(axis=0) - usual[0])
+    return jumping[0] if np.linalg.norm(above - jump) <= UNLIKE * np.linalg.norm(jump) else None
+
+
+def _is_far(here: Array, before: Array, after: Array) -> bool:
+    """Whether a colour, XYZ over white's Y, is far from the sessions before and after, which agree."""
+    uv = xyz_to_uv(np.array([here, before, after]))
+    luminance = np.log([here[1], before[1], after[1]])
+    apart = float(np.hypot(*(uv[1] - uv[2]))), float(abs(luminance[1] - luminance[2]))
+    away = float(np.hypot(*(uv[1:] - uv[0]).T).min()), float(np.abs(luminance[1:] - luminance[0]).min())
+    least = FAR_UV, float(np.log(FAR_FACTOR))
+    jumps = [far >= few and far * AGREE >= near for far, near, few in zip(away, apart, least, strict=True)]
+    return any(jumps)
+
+
+def _colour(xyz_cd_m2: Array) -> str:
+    x, y, luminance = xyz_to_xyY(xyz_cd_m2).tolist()
+    return f"x = {x:.4f}, y = {y:.4f}, Y = {luminance:.4g}"
