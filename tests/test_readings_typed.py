@@ -70,7 +70,7 @@ def test_points_that_look_like_separators_of_thousands_are_refused(
 @pytest.mark.parametrize(
     "hours",
     [("0.000", "3.000", "6.500"), ("0", "0.500", "1.000", "2.000"), ("0", "3.000"), ("0", "3.000", "6.5"),
-     ("0", "3.0000", "6.500"), ("0", "3.000", "4.250", "1500")],
+     ("0", "3.0000", "6.500"), ("0", "3.000", "4.250", "1500"), ("0", "221.000", "892.000")],
 )  # fmt: skip
 def test_hours_with_three_decimals_that_are_no_thousands_are_read(
     hours: tuple[str, ...], typed: Callable[[str], Path]

@@ -7,8 +7,9 @@ from lutgen.cells import number
 from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError
 
-#: Hours as they look with a point as the separator of thousands: 500, 3.000, 14.000; not 0.500, not 1500.
-_THOUSANDS, _BELOW = re.compile(r"[1-9][0-9]{0,2}\.[0-9]{3}"), re.compile(r"[0-9]{1,3}")
+#: Hours as they look with a point as the separator of thousands: 500, 3.000, 14.000; not 0.500, and not 100.500, which
+#: would be 100 500 hours, 11 years.
+_THOUSANDS, _BELOW = re.compile(r"[1-9][0-9]?\.[0-9]{3}"), re.compile(r"[0-9]{1,3}")
 
 #: Fewest different hours with a point that show how the file writes hours.
 _FEWEST = 2
