@@ -14,7 +14,6 @@ import numpy as np
 from lutgen.colorimetry import Array, xyz_to_xyY
 from lutgen.errors import LutgenError, listed
 from lutgen.readings.conditions import COLUMNS, CONDITIONS
-from lutgen.readings.jumps import check_jumps
 from lutgen.readings.rest import Rest, is_tip, middle, rest_of
 
 if TYPE_CHECKING:
@@ -268,12 +267,11 @@ def check_rows(readings: Measurements) -> None:
         outside = ((values < low) | (values > high)).reshape(hours.size, -1)
         if outside.any():
             row = _first(readings, outside.any(axis=1))
-            value, allowed = (
-                values.reshape(hours.size, -1)[row][outside[row]][0],
-                f"{low:.13g} to {high:.13g} are allowed",
+            value = values.reshape(hours.size, -1)[row][outside[row]][0]
+            raise LutgenError(
+                f"{_where(readings, row)}: {name} must be {meaning}; this value, {value:.13g}, is out of range: "
+                f"{low:.13g} to {high:.13g} are allowed."
             )
-            why = f"{name} must be {meaning}; this value, {value:.13g}, is out of range: {allowed}"
-            raise LutgenError(f"{_where(readings, row)}: {why}.")
     top = float(drive.max(initial=0.0))
     if 1 < top < MUCH_ABOVE_1:
         hint = f"drive values are code values 0..1; {top:g} is just above 1, as 256 of 255 would be"
@@ -303,7 +301,6 @@ def check_tips(readings: Measurements) -> None:
     why = "negative: X, Y and Z of white or a primary at full drive must be above 0"
     _refuse(readings, tip.any(axis=1) & ~is_capped(readings) & dark, why)
     counts = {}
-    tips: dict[float, Array] = {}
     for hour in np.unique(readings.hours):
         here = rest & (readings.hours == hour)
         count = tip[here].sum(axis=0)
@@ -315,11 +312,9 @@ def check_tips(readings: Measurements) -> None:
             )
         counts[float(hour)] = int(here.sum()), count
         if count.any():
-            means = np.array([readings.xyz_cd_m2[here & tip[:, i]].mean(axis=0) for i in range(4)])
-            _check_plausible(readings, float(hour), xyz_to_xyY(means))
-            tips[float(hour)] = means
+            means = [readings.xyz_cd_m2[here & tip[:, i]].mean(axis=0) for i in range(4)]
+            _check_plausible(readings, float(hour), xyz_to_xyY(np.array(means)))
     _check_repeated_hour(readings, counts)
-    check_jumps(readings, tips, [rest & each for each in tip.T])
 
 
 def _under(readings: Measurements) -> str:

@@ -21,6 +21,7 @@ from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.readings.campaign import Campaign, alone, sessions_of
 from lutgen.readings.formats._csv_header import KNOWN, NAMES, TEXT, UNIT, check_header, is_unknown, plain
 from lutgen.readings.formats._csv_hours import refuse_thousands, since_start
+from lutgen.readings.formats._csv_jumps import refuse_jumps
 from lutgen.readings.formats._csv_metadata import remarks_on_keys, states_unit
 from lutgen.readings.formats._csv_white import on_spread, on_spreads, white_at_rest, white_like_relative
 from lutgen.readings.formats._source import FULL_DRIVE, WHITE_CD_M2, FileText, date_of, full_drive, whites
@@ -135,6 +136,7 @@ class CsvTable:
             file=self.source.file,
             sha256=self.source.sha256,
         )
+        refuse_jumps(readings)
         white = None if self._names_unit() else white_like_relative(readings)
         unit_remark = "" if white is None else self._unit_remark(white, hour=0.0)
         return readings.with_remarks(*filter(None, (unit_remark, *on_spreads(readings))))

@@ -1,25 +1,16 @@
-"""A primary that jumps in one session and comes back in the next: a mistyped number.
+"""A primary in a CSV of readings that jumps in one session and comes back in the next: a mistyped number.
 
 A display may change between two sessions, for example to another gamut. If the light of one primary changes, white
 changes with it, because white contains this light. A typing error changes one primary alone, in one session: the
 primaries together then exceed white by just this change.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-from lutgen.colorimetry import Array, xyz_to_uv, xyz_to_xyY
+from lutgen.colorimetry import Array, xyY_to_xyz, xyz_to_uv, xyz_to_xyY
 from lutgen.errors import LutgenError
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from numpy.typing import NDArray
-
-    from lutgen.readings.table import Measurements
+from lutgen.readings.rest import is_tip
+from lutgen.readings.table import TIP_NAMES, Measurements, is_capped
 
 #: Smallest jump of a primary: distance in u'v', and factor of its luminance over white's. Between real sessions of one
 #: display (tests/test_readings_typed.py) the largest are 0.07 and 1.6, because it was calibrated differently.
@@ -31,28 +22,24 @@ AGREE = 0.25
 #: Largest difference between a jump and the change of all primaries together over white, as a share of the jump.
 UNLIKE = 0.25
 
-_NAMES = ("white", "red", "green", "blue")
 
-
-def check_jumps(readings: Measurements, tips: Mapping[float, Array], at_rest: Sequence[NDArray[np.bool_]]) -> None:
-    """Raise LutgenError if one primary jumps in one session, and neither white nor the next session goes with it.
-
-    ``tips``: hour → mean XYZ of white and primaries, (4, 3). ``at_rest``: whether each reading is one of them, (n,)
-    each.
-    """
-    hours, means = [*tips], np.array([*tips.values()])
-    for place in range(1, len(hours) - 1):
-        tip = lone_jump(means[place - 1 : place + 2])
+def refuse_jumps(readings: Measurements) -> None:
+    """Raise LutgenError if one primary jumps in one session, and neither white nor the next session goes with it."""
+    hours, colours = readings.tips()
+    for place in range(1, hours.size - 1):
+        before, here, after = colours[place - 1 : place + 2]
+        tip = lone_jump(xyY_to_xyz(np.array([before, here, after])))
         if tip is None:
             continue
-        before, hour, after = hours[place - 1 : place + 2]
-        rows = np.flatnonzero(at_rest[tip] & (readings.hours == hour))
-        away = np.linalg.norm(readings.xyz_cd_m2[rows] - tips[before][tip], axis=1)
+        chosen = readings.at_rest() & ~is_capped(readings) & is_tip(readings.drive)[:, tip]
+        rows = np.flatnonzero(chosen & (readings.hours == hours[place]))
+        away = np.linalg.norm(readings.xyz_cd_m2[rows] - xyY_to_xyz(before[tip]), axis=1)
         row = int(rows[np.argmax(away)])
         raise LutgenError(
-            f"{readings.file_of(row)}, line {int(readings.lines[row])}: at hour {hour:g} {_NAMES[tip]} has "
-            f"{_colour(readings.xyz_cd_m2[row])}. At hour {before:g} it has {_colour(tips[before][tip])}, at hour "
-            f"{after:g} {_colour(tips[after][tip])}, and white shows no such change; is a number mistyped?"
+            f"{readings.file}, {readings.places([row])}: at hour {hours[place]:g} {TIP_NAMES[tip]} has "
+            f"{_colour(xyz_to_xyY(readings.xyz_cd_m2[row]))}. At hour {hours[place - 1]:g} it has "
+            f"{_colour(before[tip])}, at hour {hours[place + 1]:g} {_colour(after[tip])}, and white shows no such "
+            "change; is a number mistyped?"
         )
 
 
@@ -83,6 +70,6 @@ def _is_far(here: Array, before: Array, after: Array) -> bool:
     return any(jumps)
 
 
-def _colour(xyz_cd_m2: Array) -> str:
-    x, y, luminance = xyz_to_xyY(xyz_cd_m2).tolist()
+def _colour(xyY: Array) -> str:
+    x, y, luminance = xyY.tolist()
     return f"x = {x:.4f}, y = {y:.4f}, Y = {luminance:.4g}"
