@@ -137,12 +137,6 @@ class Measurements:
         object.__setattr__(other, "xyz_cd_m2", xyz_cd_m2)
         return other
 
-    def with_remarks(self, *remarks: str) -> Measurements:
-        """Return the same readings with further remarks."""
-        other = copy(self)
-        object.__setattr__(other, "remarks", (*self.remarks, *remarks))
-        return other
-
     def column(self, name: str) -> Array:
         """Return an optional column, (n,): from the conditions, the constants, or the value of a blank cell."""
         if name in self.conditions:
@@ -204,6 +198,13 @@ class Measurements:
                 hours.append(hour)
                 rows.append([self.xyz_cd_m2[rows_of].mean(axis=0) for rows_of in chosen])
         return np.array(hours), xyz_to_xyY(np.array(rows).reshape(-1, 4, 3))
+
+
+def remarked(readings: Measurements, *remarks: str) -> Measurements:
+    """Return the same readings with further remarks, without checks."""
+    other = copy(readings)
+    object.__setattr__(other, "remarks", (*readings.remarks, *remarks))
+    return other
 
 
 def in_any_order(**columns: Any) -> Measurements:

@@ -26,7 +26,7 @@ from lutgen.readings.formats._csv_metadata import remarks_on_keys, states_unit
 from lutgen.readings.formats._csv_white import on_spread, on_spreads, white_at_rest, white_like_relative
 from lutgen.readings.formats._source import FULL_DRIVE, WHITE_CD_M2, FileText, date_of, full_drive, whites
 from lutgen.readings.session import MOST_READINGS, Session
-from lutgen.readings.table import OPTIONAL, RANGES, Measurements, in_any_order
+from lutgen.readings.table import OPTIONAL, RANGES, Measurements, in_any_order, remarked
 
 NAME = "CSV of readings"
 SUFFIXES = (".csv", ".tsv")
@@ -139,7 +139,7 @@ class CsvTable:
         refuse_jumps(readings)
         white = None if self._names_unit() else white_like_relative(readings)
         unit_remark = "" if white is None else self._unit_remark(white, hour=0.0)
-        return readings.with_remarks(*filter(None, (unit_remark, *on_spreads(readings))))
+        return remarked(readings, *filter(None, (unit_remark, *on_spreads(readings))))
 
     def campaign(self) -> Campaign:
         """Return the sessions; a session has one hour and one session name."""
