@@ -42,7 +42,7 @@ def on_spreads(readings: Measurements) -> tuple[str, ...]:
     white[whites(readings.drive)] = True
     white &= readings.at_rest() & ~is_capped(readings)
     rows = [np.flatnonzero(white & (readings.sessions == each)) for each in np.unique(readings.sessions[white])]
-    said = (
+    remarks = (
         on_spread(
             readings.xyz_cd_m2[each, 1],
             float(readings.hours[each[0]]),
@@ -51,7 +51,7 @@ def on_spreads(readings: Measurements) -> tuple[str, ...]:
         )
         for each in rows
     )
-    return tuple(filter(None, said))
+    return tuple(filter(None, remarks))
 
 
 def white_like_relative(readings: Measurements) -> float | None:
