@@ -153,12 +153,12 @@ def _compared(campaign: Campaign, reference: str | None, progress: Progress | No
     for _ in range(TRIED):
         if len(untried) <= most:
             break
-        found = explain(campaign, reference=untried[0], progress=progress)
-        verdicts, spoilt = _verdicts(found), _spoilt(found)
+        explained = explain(campaign, reference=untried[0], progress=progress)
+        verdicts, spoilt = _verdicts(explained), _spoilt(explained)
         alike = {place for place, each in verdicts.items() if place not in spoilt and each.kind != "unclear"}
-        alike.add(found.reference)
+        alike.add(explained.reference)
         if len(alike) > most:
-            best, most = found, len(alike)
+            best, most = explained, len(alike)
         untried = [place for place in untried if place not in alike]
     return best or explain(campaign, progress=progress)
 

@@ -81,11 +81,11 @@ def probe(current: Fit, error: PureError, known: Sequence[str] = (), *, leave_ou
     if not names:
         return FreeTerm()
     penalty = float(np.log(current.readings)) + 2.0 * float(np.log(len(names)))
-    found = _greedy(matrix, score.residual, error, penalty)
+    best = _greedy(matrix, score.residual, error, penalty)
     if known:
         first = [names.index(name) for name in known if name in names]
-        found = max(found, _greedy(matrix, score.residual, error, penalty, first), key=lambda each: each[2])
-    chosen, gain, evidence, certain = found
+        best = max(best, _greedy(matrix, score.residual, error, penalty, first), key=lambda each: each[2])
+    chosen, gain, evidence, certain = best
     if certain <= STRONG:
         return FreeTerm()
     return FreeTerm(tuple(names[index] for index in chosen), gain, evidence)
