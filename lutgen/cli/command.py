@@ -125,7 +125,9 @@ class Command(click.Command):
                 return
             option = options.get(name)
             if isinstance(option, click.Option) and not option.is_flag and not option.count and value in options:
-                raise click.UsageError(f"{name} needs a value: {option.make_metavar(ctx)}.", ctx)
+                # ``make_metavar`` has another signature before click 8.2; the help has the same word in both.
+                asked = (option.get_help_record(ctx) or (name, ""))[0].rpartition(" ")[2]
+                raise click.UsageError(f"{name} needs a value: {asked}.", ctx)
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command. Raises LutgenError: it would write a file that it reads, or two outputs into one file."""
