@@ -355,7 +355,7 @@ def test_replicates_at_different_temperatures_do_not_count_their_drift_as_noise(
     assert np.mean(blind) > 0.004
 
 
-@pytest.mark.parametrize(("warmer", "groups"), [(8.0, 10), (2.0, 5)])
+@pytest.mark.parametrize(("warmer", "groups"), [(8.0, 10), (2.0, 10), (0.5, 5)])
 def test_a_hot_room_makes_no_replicates_of_the_usual_one(warmer: float, groups: int) -> None:
     exact = readings(repeats=3, hours=(0.0,))
     temperature = np.where(np.arange(exact.hours.size) % 3, 25.3, 25.3 + warmer)

@@ -97,8 +97,19 @@ class Measurements:
 
     def __post_init__(self) -> None:
         check_rows(self)
+        self._darken_shrouded()
         self._part_constants()
         check_tips(self)
+
+    def _darken_shrouded(self) -> None:
+        """Set the room's light to 0 lx where a note says that a shroud blocked it, and say so in a remark."""
+        shrouded, lux = is_shrouded(self), self.column("ambient_lx")
+        lit = np.flatnonzero(shrouded & (lux > 0))
+        if not lit.size:
+            return
+        remark = f"A shroud blocked the room's light at {self.places(lit)}: 0 lx there."
+        object.__setattr__(self, "conditions", {**self.conditions, "ambient_lx": np.where(shrouded, 0.0, lux)})
+        object.__setattr__(self, "remarks", (*self.remarks, remark))
 
     def _part_constants(self) -> None:
         """Move columns with the same value in every row from ``conditions`` to ``constants``."""

@@ -26,6 +26,10 @@ RELATIVE, FLOOR_CD_M2 = 0.002, 0.003
 #: Smallest number of contrasts between replicates with which the noise counts as measured.
 ENOUGH = 6
 
+#: Largest gap in kelvins between sorted temperatures of replicates: logged temperatures scatter by less, and somebody
+#: who sets another temperature sets one that is further away.
+SCATTER_K = 0.75
+
 #: Number of rounds, each of which estimates the gains and offsets of sessions, and then the means of replicates.
 ROUNDS = 20
 
@@ -110,7 +114,11 @@ def _repeated(readings: Measurements, name: str) -> Array:
     """Values of a condition, equal for replicates, (n,)."""
     if name == "temperature_c":
         # Logged temperatures rarely agree to the last digit: ``replicate_deviations`` corrects for temperature instead.
-        return np.asarray(np.round(readings.warmer() / (2 * FEW_KELVINS)))
+        warmer = readings.warmer()
+        kelvins, place = np.unique(warmer, return_inverse=True)
+        cluster = np.concatenate([[0], np.cumsum(np.diff(kelvins) > SCATTER_K)])[place.reshape(-1)]
+        numbers = cluster + warmer.size * np.round(warmer / (2 * FEW_KELVINS))
+        return np.asarray(np.where(np.isnan(warmer), np.nan, numbers))
     return readings.settled(name)
 
 

@@ -4,10 +4,14 @@ from math import isnan, nan
 
 import numpy as np
 
-from lutgen.readings.conditions import Array, Column, Condition, Values, greys, joined, within
+from lutgen.readings.conditions import Array, Column, Condition, Values, greys, joined
 
 #: Tolerance in kelvins for equal temperatures within a session. Luminance changes by about 0.3 % per kelvin.
 FEW_KELVINS = 3.0
+
+#: A gap in kelvins between sorted temperatures of a session from which on somebody has set another temperature: rest
+#: ends at the gap. Sensors print steps of at most 1 K.
+SET_ANEW = 1.5
 
 #: Temperature that effects use where none was logged, in °C.
 REFERENCE_C = 25.0
@@ -16,6 +20,14 @@ REFERENCE_C = 25.0
 def _signatures(values: Values, rest: Values) -> dict[str, Array]:
     warmer = values["temperature_c"] - rest["temperature_c"]
     return {} if np.isnan(warmer).all() else {"temperature": np.nan_to_num(warmer) / 10.0}
+
+
+def _span(values: Array, rest: float) -> tuple[float, float]:
+    """Temperatures about rest without a gap, and within a few kelvins."""
+    near = np.unique(values[np.abs(values - rest) <= FEW_KELVINS])
+    apart = np.flatnonzero(np.diff(near) > SET_ANEW)
+    ends = np.concatenate([[rest - FEW_KELVINS], near[apart + 1], near[apart], [rest + FEW_KELVINS]])
+    return float(ends[ends <= rest].max()), float(ends[ends >= rest].min())
 
 
 CONDITION = Condition(
@@ -38,7 +50,7 @@ CONDITION = Condition(
         ),
     ),
     cell="heat",
-    span=within(FEW_KELVINS),
+    span=_span,
     depends="temperature",
     in_words=lambda at: f"{at['temperature_c']:g} °C",
     label=lambda celsius: "unknown" if isnan(celsius) else f"{2 * round(celsius / 2):g} °C",
