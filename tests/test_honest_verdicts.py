@@ -18,8 +18,10 @@ from lutgen.criticism.fit.lack_of_fit import p_of_autocorrelation
 from lutgen.criticism.fit.least_squares import fit
 from lutgen.criticism.fit.linear import State, Term, predict
 from lutgen.criticism.fit.problem import Problem
+from lutgen.criticism.noise.dark_offsets import offset_sd
 from lutgen.criticism.noise.pure_error import PureError
-from lutgen.criticism.noise.session_errors import SessionEstimate, _sd_by_median, _without_leak, with_shared_errors
+from lutgen.criticism.noise.session_columns import SessionEstimate
+from lutgen.criticism.noise.session_errors import _likeliest_sd, with_shared_errors
 from lutgen.criticism.refine import refine
 from lutgen.criticism.search import explanation as searched
 from lutgen.criticism.search.candidates import HALF, STRONG, contenders, family
@@ -513,19 +515,30 @@ def leaking() -> Measurements:
 
 
 def test_a_leak_that_follows_white_is_no_dark_offset_of_the_meter() -> None:
-    """White changes its colour as it ages, and the leak with it."""
-    assert with_shared_errors(Problem.of(leaking())).offset_cd_m2 < 0.002
+    """White changes its colour as it ages, and the leak with it. The course of the leak is not one of the catalogue's:
+    before the leak is found, 1 % of its 3 cd/m² may be offsets.
+    """
+    assert with_shared_errors(Problem.of(leaking())).offset_cd_m2 < 0.05
+    found = diagnose(leaking())
+    assert found.verdict.effects == ("black-level",)
+    assert found.problem.offset_cd_m2 < 0.002
 
 
 @pytest.mark.parametrize("names", [["X", "Y", "Z"], ["Y", "Z"], ["X", "Y", "Z"] * 2])
-def test_a_leak_is_projected_off_whatever_was_estimated(names: list[str]) -> None:
-    """The largest change is along the first number; white is the same at hour 0, so that nothing is scaled there."""
+@pytest.mark.parametrize(
+    ("light", "least", "most"), [((0.0, 0.1, 0.16, 0.2), 0, 0.005), ((0, 0.1, -0.05, 0.06), 0.03, 0.3)]
+)
+def test_a_leak_follows_a_smooth_course_and_offsets_none(
+    names: list[str], light: tuple[float, ...], least: float, most: float
+) -> None:
+    """The sessions differ along the first number alone: in one colour, as a leak."""
     problem, count = Problem.of(leaking()), len(names)
-    changes = np.zeros((3, count))
-    changes[:, 0] = 0.0, 1.0, 5.0
-    left = _without_leak([SessionEstimate(0.0, names, change, np.eye(count)) for change in changes], problem)
-    assert [each.estimate.size for each in left] == [count - 1] * 3
-    assert np.ptp([each.estimate for each in left], axis=0) == pytest.approx(0.0, abs=1e-12)
+    hours = problem.hours[[0, 1, 2, 4]]
+    changes = np.zeros((4, count))
+    changes[:, 0] = light
+    noise = 0.001**2 * np.eye(count)
+    estimates = [SessionEstimate(hour, names, each, noise) for hour, each in zip(hours, changes, strict=True)]
+    assert least <= offset_sd(estimates, problem, capped=False) < most
 
 
 def test_large_shared_errors_of_sessions_are_as_unlikely_in_scores_as_in_chi2() -> None:
@@ -624,7 +637,7 @@ def test_effects_that_leave_noise_without_an_imitation_are_named_without_it(monk
     weighed = three_kept(error, seen=0.3, clean=True)
     named = ("black-level", "edge-falloff")
     for name, result in {
-        "Weighed.of": weighed, "overlap": False, "_imitations": ["eotf-drift"], "is_noise": True,
+        "Weighed.of": weighed, "_overlap": False, "_imitations": ["eotf-drift"], "is_noise": True,
         "free_term": _stub(names=()), "shares_of_delta_e": dict.fromkeys(named, 0.5),
     }.items():  # fmt: skip
         monkeypatch.setattr(f"lutgen.criticism.verdict.pronounce.{name}", lambda *_, result=result: result)
@@ -719,4 +732,4 @@ def test_no_instruments_gain_wanders_by_more_than_two_percent(spread: float, wan
     """A larger movement of the readings in a session comes from the display."""
     drawn = np.random.default_rng(2).standard_normal(4001) * np.hypot(spread, 0.001)
     departures = np.array([drawn**2, np.full(4001, 0.001**2), np.ones(4001)])
-    assert _sd_by_median(departures, 0.0003) == pytest.approx(wander, rel=0.05)
+    assert _likeliest_sd(departures, 0.0003) == pytest.approx(wander, rel=0.05)

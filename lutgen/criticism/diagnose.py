@@ -192,7 +192,7 @@ def diagnose(
     explanation = explain(base, choices, error, progress)
     # A misfit can hide a drift of the gain or look like one: the drift is estimated again when effects explain it.
     again = with_shared_errors(problem, explanation.final.terms) if explanation.steps else problem
-    if max(again.wander, problem.wander) > UNSTEADIER * min(again.wander, problem.wander):
+    if _differ(again.wander, problem.wander) or _differ(again.offset_cd_m2, problem.offset_cd_m2):
         problem = again
         base = fit(problem, terms)
         explanation = explain(base, choices, error, progress, known=[step.chosen for step in explanation.steps])
@@ -208,6 +208,10 @@ def diagnose(
         tuple(what_separates(explanation, pair) for pair in sorted(rivals)),
         error,
     )
+
+
+def _differ(left: float, right: float) -> bool:
+    return max(left, right) > UNSTEADIER * min(left, right)
 
 
 def known_under(effects: Mapping[str, Effect] | None, baseline: str) -> Mapping[str, Effect]:

@@ -51,6 +51,15 @@ class Marginal(NamedTuple):
         return np.asarray(((rows @ self.directions) * shares) @ self.directions.T)
 
 
+class SessionEstimate(NamedTuple):
+    """Estimates of the errors that the readings of a block share: names (k,), estimates (k,), covariance (k, k)."""
+
+    hour: float
+    names: list[str]
+    estimate: Array
+    covariance: Array
+
+
 def shared_columns(problem: Problem, here: NDArray[np.intp]) -> tuple[list[str], Array]:
     """Errors shared by readings ``here`` of a block: names, and whitened changes of the readings by 1 σ, (k, m, 3).
 

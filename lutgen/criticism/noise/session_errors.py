@@ -3,26 +3,23 @@
 The zero of an instrument differs from session to session, and its gain drifts within a session (``wander``). Both are
 random effects: unknowns of each session whose variance is the same in all sessions. The variances are estimated from
 the estimates of the single sessions: the offset's by restricted maximum likelihood (Patterson & Thompson 1971,
-doi:10.1093/biomet/58.3.545), with a weak prior near an ordinary colorimeter. No variance is assumed to be zero.
-
-Smooth changes over the hours are attributed to the display and not to the instrument. When the variance of the offsets
-is estimated, a polynomial in time is a nuisance parameter if there are many sessions; if there are few, the colour in
-which the offsets differ most is left out.
+doi:10.1093/biomet/58.3.545), with a weak prior near an ordinary colorimeter (``dark_offsets``). No variance is assumed
+to be zero.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
 from itertools import compress
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.special import gammaincinv
 
 from lutgen.criticism.fit.least_squares import fit
 from lutgen.criticism.fit.linear import State
 from lutgen.criticism.fit.system import local_columns, prior_rows, spanned
-from lutgen.criticism.noise.session_columns import shared_columns
+from lutgen.criticism.noise.dark_offsets import offset_sd
+from lutgen.criticism.noise.session_columns import SessionEstimate, shared_columns
 from lutgen.criticism.noise.tails import tails_of, weights_at, weights_of
 from lutgen.readings.table import is_capped
 
@@ -44,35 +41,14 @@ NEARLY_NONE = 1e-6
 #: Largest plausible drift of an instrument's gain, 1 σ; an assumption.
 MOST = 0.02
 
-#: Standard deviation of the prior of the logarithm of a standard deviation.
-PRIOR_SD = 1.0
+#: Step of the logarithm of the standard deviation of gains.
+STEP = 0.02
 
-#: Range and step of the search about the ordinary standard deviation, on a logarithmic scale.
-REACH, STEP = 7.0, 0.02
-
-#: Lower bound of a departure's variance by gains, so that no division by 0 occurs.
-TINY = 1e-12
-
-#: Smallest number of sessions from which a variance is estimated; with fewer the ordinary one is used.
-ENOUGH = 3
-
-#: Smallest number of sessions with which a polynomial in time, of so many terms, models the changes of a display.
-MANY, TERMS = 8, 5
-
-#: Number of terms of the trend of a meter's own dark signal, which may grow linearly over its life.
-DRIFTING = 2
+#: Degrees of freedom of the departures, and the squared scale of the distribution most like a normal one of σ 1.
+FREEDOM, NORMAL = 4.0, 0.691
 
 #: An error is estimated only if at least this share of its change cannot be absorbed by tips and gains.
 LEAST_SEEN = 1e-2
-
-
-class SessionEstimate(NamedTuple):
-    """Estimates of the errors that the readings of a block share: names (k,), estimates (k,), covariance (k, k)."""
-
-    hour: float
-    names: list[str]
-    estimate: Array
-    covariance: Array
 
 
 def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
@@ -104,22 +80,13 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
     if problem.native:
         # The black of a native display scales with its white, which black alone does not determine.
         dark |= problem.is_tip_anchor
-    has_capped = problem.native is not None and np.unique(problem.hour_of[capped]).size > ENOUGH
-    if has_capped:
-        # Only a capped lens is free of the display's black, which includes the offset of the first session.
-        dark = capped
-    # ``native=None``: here the first session has an offset of its own, as later sessions have.
-    offsets = _session_estimates(plain, state, linear, dark, replace(plain, offset_cd_m2=1.0, native=None))
-    offset = usual = problem.noise.offset_cd_m2
-    if has_capped:
-        offset = _reml_sd(offsets, usual, DRIFTING)
-    elif len(offsets) >= MANY:
-        offset = _reml_sd(offsets, usual, TERMS)
-    elif len(offsets) >= ENOUGH:
-        offset = _reml_sd(_without_leak(offsets, problem), usual, 1)
-    if problem.native and not has_capped:
-        # The estimate from black alone is too small, because the changes that a leak may cause are left out.
-        offset *= float(np.sqrt(max(len(offsets), 1)))
+    has_capped = np.unique(problem.hour_of[capped]).size > 1
+    # Only a capped lens is free of the display's black. ``native=None``: here the first session has an offset of its
+    # own, as later sessions have.
+    offsets = _session_estimates(
+        plain, state, linear, capped if has_capped else dark, replace(plain, offset_cd_m2=1.0, native=None)
+    )
+    offset = offset_sd(offsets, problem, capped=has_capped)
     everything = np.ones(problem.rows.size, dtype=bool)
     gains = _session_estimates(
         plain, state, linear._replace(residual=fitted.residual), everything, replace(plain, wander=1.0)
@@ -134,34 +101,33 @@ def _wander(problem: Problem, estimates: list[SessionEstimate]) -> float:
 
 
 def _gain_sd(estimates: list[SessionEstimate], least: float) -> float:
-    """Standard deviation of gains by which the median squared departure from a line in time has its expected value.
+    """Most likely standard deviation of the gains about lines in time, or ``least`` where they show no more.
 
-    The smaller of two robust estimates. The gains themselves give one: a misfit of a few kinds of readings does not
-    change its median. The gains along the principal axes of their covariance give the other: the noise of white, which
-    all gains of a session share, changes few of these.
+    The departures are taken along the principal axes of their covariance: the noise of white, which all gains of a
+    session share, changes few of these.
     """
     sessions = [part for each in estimates for part in _by_session(each)]
-    departures = [each for place in range(len(sessions)) if (each := _departures(sessions, place))]
-    if not departures:
-        return least
-    as_estimated = [np.array([departure**2, np.diag(noise), gain]) for departure, noise, gain in departures]
     along_axes = []
-    for departure, noise, gain in departures:
-        variances, axes = np.linalg.eigh(noise)
-        along_axes.append(np.array([(axes.T @ departure) ** 2, np.maximum(variances, 0.0), (axes**2).T @ gain]))
-    return min(_sd_by_median(np.concatenate(each, axis=1), least) for each in (as_estimated, along_axes))
+    for place in range(len(sessions)):
+        if departures := _departures(sessions, place):
+            departure, noise, gain = departures
+            variances, axes = np.linalg.eigh(noise)
+            along_axes.append(np.array([(axes.T @ departure) ** 2, np.maximum(variances, 0.0), (axes**2).T @ gain]))
+    return _likeliest_sd(np.concatenate(along_axes, axis=1), least) if along_axes else least
 
 
-def _sd_by_median(departures: Array, least: float) -> float:
-    """Standard deviation s of gains that puts the median of scaled squared departures at the median of χ²(1).
+def _likeliest_sd(departures: Array, least: float) -> float:
+    """Most likely standard deviation of gains from ``departures`` (3, k): squares, variances by noise and by gains.
 
-    ``departures`` (3, k): squares, variances by noise, variances by gains of s = 1. A scaled square exceeds the median
-    of χ² exactly if s² is below (square/median − noise)/gain. So s² is the median of these values.
+    Departures have Student's t distribution: a misfit of a few kinds of readings changes the result little. A drift as
+    large as ``MOST`` is none of an instrument: then ``least``.
     """
     squares, noise, gain = departures
-    median = 2.0 * float(gammaincinv(0.5, 0.5))
-    sd = float(np.sqrt(max(np.median((squares / median - noise) / np.maximum(gain, TINY)), 0.0)))
-    return sd if least < sd < MOST else least
+    sds = least * np.exp(np.arange(0.0, np.log(MOST / least), STEP))
+    variance = NORMAL * (noise + sds[:, np.newaxis] ** 2 * gain)
+    loss = np.log(variance) + (FREEDOM + 1.0) * np.log1p(squares / variance / FREEDOM)
+    best = int(np.argmin(loss.sum(axis=1)))
+    return float(sds[best]) if best < sds.size - 1 else least
 
 
 def _by_session(estimates: SessionEstimate) -> list[SessionEstimate]:
@@ -259,57 +225,3 @@ def _misfit(changed: NDArray[np.bool_], residual: Array) -> Array:
     """
     squares = changed.T.astype(float) @ residual**2 / np.maximum(changed.sum(axis=0), 1)
     return np.asarray(np.sqrt(np.maximum(squares, 1.0)))
-
-
-def _without_leak(estimates: list[SessionEstimate], problem: Problem) -> list[SessionEstimate]:
-    """Project the estimates on the colours orthogonal to the one in which they differ most.
-
-    A leak of light has one colour relative to white, and any course in time. In a few sessions only the colour
-    distinguishes the leak from an offset. Sessions without an estimate of all of X, Y and Z are left out.
-    """
-    most = max(len(each.estimate) for each in estimates)
-    complete = [each for each in estimates if len(each.estimate) == most]
-    if most % 3 == 0:  # without an estimate of X, Y or Z in any session there is no colour to scale
-        complete = [_relative_to_white(each, problem) for each in complete]
-    colours = np.array([each.estimate for each in complete])
-    others = np.linalg.svd(colours - colours.mean(axis=0))[2][1:]
-    return [
-        each._replace(estimate=others @ each.estimate, covariance=others @ each.covariance @ others.T)
-        for each in complete
-    ]
-
-
-def _relative_to_white(each: SessionEstimate, problem: Problem) -> SessionEstimate:
-    """Scale an estimate by the change of white since the first session: a leak follows white as white ages."""
-    white = problem.measured_tips[:, 0]
-    aged = white[np.searchsorted(problem.hours, each.hour)] / white[0]
-    # Estimates are in units of the meter's independent offsets, white is in X, Y and Z.
-    turn = problem.noise.dark_offset
-    scale = np.kron(np.eye(len(each.estimate) // 3), np.linalg.inv(turn) @ np.diag(1.0 / aged) @ turn)
-    return each._replace(estimate=scale @ each.estimate, covariance=scale @ each.covariance @ scale.T)
-
-
-def _reml_sd(estimates: list[SessionEstimate], ordinary: float, trend: int) -> float:
-    """Standard deviation of estimates (REML with a prior) about a polynomial trend in time of ``trend`` terms.
-
-    ``ordinary``: the mode of the prior.
-    """
-    hours = np.array([each.hour for each in estimates])
-    tau = hours / max(float(hours.max()), 1.0)
-    count = min(len(each.estimate) for each in estimates)
-
-    powers = np.arange(-REACH, REACH, STEP)
-    variance = (ordinary * np.exp(powers)) ** 2
-    loss = (powers / PRIOR_SD) ** 2
-    information, right = np.zeros((powers.size, *(trend * count,) * 2)), np.zeros((powers.size, trend * count))
-    for share, (_, _, estimate, covariance) in zip(tau, estimates, strict=True):
-        sigma = covariance[:count, :count] + variance[:, np.newaxis, np.newaxis] * np.eye(count)
-        inverse = np.linalg.inv(sigma)
-        design = np.kron(np.polynomial.chebyshev.chebvander([2.0 * share - 1.0], trend - 1), np.eye(count))
-        weighted = inverse @ estimate[:count]
-        loss += np.linalg.slogdet(sigma)[1] + weighted @ estimate[:count]
-        information += design.T @ inverse @ design
-        right += weighted @ design
-    solved = np.linalg.solve(information, right[..., np.newaxis])[..., 0]
-    loss += np.linalg.slogdet(information)[1] - (right * solved).sum(axis=1)
-    return float(ordinary * np.exp(powers[np.argmin(loss)]))

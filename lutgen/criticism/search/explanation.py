@@ -16,8 +16,12 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lutgen.criticism.fit.least_squares import Fit
+    from lutgen.criticism.fit.linear import Term
     from lutgen.criticism.search.candidates import Candidate, Family
     from lutgen.effects import Effect
+
+#: A reading is unchanged by an effect that changes it by less than this share of its noise (1 σ).
+UNCHANGED = 0.1
 
 
 @dataclass(frozen=True)
@@ -82,6 +86,15 @@ class Explanation:
     trail: tuple[Fit, ...]
     beyond: tuple[str, ...] = ()
 
+    @cached_property
+    def certain(self) -> frozenset[str]:
+        """Names of the admitted effects that show in readings which no other admitted effect changes."""
+        return frozenset(
+            step.name
+            for step in self.steps
+            if is_shown_apart(step.chosen, [other.term for other in step.beside], step.without, self.final)
+        )
+
     def of(self, names: Sequence[str]) -> Explanation:
         """Return the explanation by those admitted effects alone that are named, with the forms that were chosen."""
         steps = [step for step in self.steps if step.name in names]
@@ -101,6 +114,19 @@ def together(base: Fit, chosen: Sequence[Candidate]) -> Fit:
     """Fit candidates together with the terms of ``base``."""
     terms = [each.term for each in chosen]
     return fit(base.problem, (*base.terms, *terms), State((), base.tips, base.gains)) if terms else base
+
+
+def is_shown_apart(each: Candidate, others: Sequence[Term], without: Fit, final: Fit) -> bool:
+    """Whether readings that other effects do not change alone show an effect, as those of a capped lens.
+
+    There, the gain of the effect in χ² must exceed the penalty of BIC. ``without``, ``final``: the fits without and
+    with the effect, all other admitted effects present.
+    """
+    unchanged = np.ones(final.problem.rows.size, dtype=bool)
+    for other in others:
+        unchanged &= (np.abs(without.score.switched_on(other)) < UNCHANGED).all(axis=1)
+    gain = float((without.residual[unchanged] ** 2).sum() - (final.residual[unchanged] ** 2).sum())
+    return gain > STRONG + len(each.form) * float(np.log(final.readings))
 
 
 def _rivals(each: Candidate, beside: Sequence[Candidate], effects: Sequence[Effect], base: Fit) -> tuple[Family, ...]:

@@ -10,6 +10,7 @@ all, only this one is kept: the other effects explain what its formula misses.
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import compress
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -31,7 +32,7 @@ from lutgen.criticism.search.candidates import (
     family,
     forms_of,
 )
-from lutgen.criticism.search.explanation import Explanation, Step, together
+from lutgen.criticism.search.explanation import Explanation, Step, is_shown_apart, together
 from lutgen.criticism.search.free_term import free_term, probe
 
 if TYPE_CHECKING:
@@ -270,13 +271,22 @@ def _without_free_term(chosen: list[Candidate], base: Fit, error: PureError) -> 
 def stand_apart(chosen: Sequence[Candidate], base: Fit) -> bool:
     """Whether several effects share less than half of what they explain together.
 
-    Where two effects each explain nearly all and share most of it, they may both mimic a third effect.
+    Where two effects each explain nearly all and share most of it, they may both mimic a third effect. Effects that
+    show in readings which the others do not change are certain, and are not counted.
     """
     if len(chosen) < 2:
         return True
-    left = together(base, chosen).chi2
-    own = sum(together(base, [other for other in chosen if other is not each]).chi2 - left for each in chosen)
-    return own > HALF * (base.chi2 - left)
+    final = together(base, chosen)
+    without = [together(base, [other for other in chosen if other is not each]) for each in chosen]
+    shown = [
+        is_shown_apart(each, [beside.term for beside in chosen if beside is not each], other, final)
+        for each, other in zip(chosen, without, strict=True)
+    ]
+    if len(chosen) - sum(shown) < 2:
+        return True
+    certain = together(base, list(compress(chosen, shown)))
+    own = sum(other.chi2 - final.chi2 for other, is_shown in zip(without, shown, strict=True) if not is_shown)
+    return own > HALF * (certain.chi2 - final.chi2)
 
 
 def ages_light(effect: Effect) -> bool:

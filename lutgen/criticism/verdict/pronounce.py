@@ -173,7 +173,8 @@ def _with_steps(explanation: Explanation, error: PureError, remarks: tuple[str, 
     main = [step for step in steps if weighed.shares[step.name] > 1.0 - MOST_OF_IT]
     curves = len(steps) > 1 and weighed.explains and is_of_curves(main, weighed.shares, explanation.base)
     pair = weighed.sound and weighed.clean and len(weighed.kept) == 2
-    if curves and not (pair and overlap([step.chosen for step in weighed.kept], base)):
+    separate = pair and any(step.name in explanation.certain and not bends_curves(step.effect) for step in weighed.kept)
+    if curves and not separate and not (pair and _overlap(weighed.kept, explanation)):
         return replace(_changed_curves(explanation, weighed), remarks=remarks)
     if weighed.sound and not _leaves_much(explanation, weighed, error):
         verdict = _sound(explanation, weighed, error, remarks)
@@ -204,7 +205,7 @@ def _sound(explanation: Explanation, weighed: Weighed, error: PureError, remarks
         size = f"{sizes[step.name]}: {excess(step, seen, weighed.shares)}"
         simplest, imitated = _share_of_simplest(alone[0], explanation), _imitated(step, explanation, error)
         verdict = one(step, size, left=left, simplest=simplest, imitated=imitated)
-    elif (overlapping := overlap([step.chosen for step in kept], base)) and weighed.clean and len(kept) == 2:
+    elif (overlapping := _overlap(kept, explanation)) and weighed.clean and len(kept) == 2:
         verdict = like_both(kept)
     elif imitations := _imitations(kept, explanation, error):
         without = _without_imitations(explanation, weighed, imitations, error)
@@ -215,6 +216,14 @@ def _sound(explanation: Explanation, weighed: Weighed, error: PureError, remarks
     else:
         verdict = several(kept, sizes, weighed.shares, seen, left)
     return replace(verdict, shares=weighed.shares, shares_delta_e=seen, remarks=remarks)
+
+
+def _overlap(steps: Sequence[Step], explanation: Explanation) -> bool:
+    """Whether one of several effects may only follow another; effects that show in readings of their own do not."""
+    if len(steps) < 2:
+        return False
+    several = [step for step in steps if step.name not in explanation.certain or bends_curves(step.effect)]
+    return overlap([step.chosen for step in several], explanation.base)
 
 
 def _most_with_residual(kept: Sequence[Step], base: Fit) -> int:
@@ -229,10 +238,13 @@ def _most_with_residual(kept: Sequence[Step], base: Fit) -> int:
 def _imitations(kept: Sequence[Step], explanation: Explanation, error: PureError) -> list[str]:
     """Return those of several effects, other than the strongest, that may imitate an effect that is equally strong.
 
-    Such an effect may only explain what the formula of the strongest effect misses.
+    Such an effect may only explain what the formula of the strongest effect misses, unless the effect shows in readings
+    of its own.
     """
     strongest = max(kept, key=lambda step: step.without.chi2)
-    imitated = {step.name: _imitated(step, explanation, error) for step in kept if step is not strongest}
+    others = [step for step in kept if step is not strongest]
+    others = [step for step in others if step.name not in explanation.certain or bends_curves(step.effect)]
+    imitated = {step.name: _imitated(step, explanation, error) for step in others}
     return [name for name, each in imitated.items() if each and each.left < 2 * STRONG]
 
 
@@ -243,7 +255,7 @@ def _without_imitations(
     rest = explanation.of([step.name for step in weighed.kept if step.name not in imitations])
     if not is_noise(rest.final, error) or free_term(rest.final, error).names:
         return None
-    if len(rest.steps) > 1 and overlap([step.chosen for step in rest.steps], rest.base):
+    if _overlap(rest.steps, rest):
         return None
     seen = shares_of_delta_e(rest.base, rest.final, rest.steps)
     sizes = {step.name: step.effect.in_words(step.chosen.term.values) for step in rest.steps}

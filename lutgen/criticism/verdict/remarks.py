@@ -1,4 +1,4 @@
-"""Remarks on a verdict: assumed noise, drift, readings with no weight or little weight, and invisible effects."""
+"""Remarks on a verdict: assumed noise, drift, unequal blacks, readings with little weight, and invisible effects."""
 
 from __future__ import annotations
 
@@ -7,12 +7,16 @@ from typing import TYPE_CHECKING
 from lutgen.criticism.compare.drift import drifts
 from lutgen.criticism.first_session.model import white_moved
 from lutgen.criticism.noise.tails import OUTLIER
+from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lutgen.criticism.search.explanation import Explanation
     from lutgen.criticism.search.influence import Suspicion
+
+#: A dark offset larger than usual by this factor is remarked on.
+UNUSUAL = 5.0
 
 #: Largest number of lines of readings that a remark names.
 NAMED_LINES = 12
@@ -31,6 +35,12 @@ def remarks_of(explanation: Explanation, blind: Sequence[str], suspicion: Suspic
         remarks.append(
             f"The file says that luminance is held, but white has changed by {white_moved(problem.readings):+.0%}: no "
             f"sensor held it, or the sensor had no reserve left. Luminance is taken as free."
+        )
+    if problem.offset_cd_m2 > UNUSUAL * noise.offset_cd_m2 and not is_capped(problem.readings)[problem.rows].any():
+        remarks.append(
+            f"Black differs between sessions by {problem.offset_cd_m2:.2g} cd/m² (1 σ), without a smooth course in "
+            f"time: the zero of the meter, or a leak of light that these sessions cannot tell from it. Read black with "
+            f"the lens capped in every session."
         )
     if suspicion.rows:
         remarks.append(f"Left out, as other readings of the patch contradict them: {lines_of(explanation, suspicion)}.")

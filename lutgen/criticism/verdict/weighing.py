@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from lutgen.criticism.first_session.slope_errors import bic_gain, with_drive_errors
 from lutgen.criticism.fit.lack_of_fit import is_noise, is_within_scatter
 from lutgen.criticism.search.candidates import HALF, STRONG
-from lutgen.criticism.search.explanation import together
+from lutgen.criticism.search.explanation import is_shown_apart, together
 from lutgen.criticism.search.free_term import FreeTerm, free_term, probe
 from lutgen.criticism.search.stepwise import MOST_OF_IT, stand_apart
 from lutgen.criticism.verdict.shares import shares_of_delta_e
@@ -123,18 +123,20 @@ def _needed(
     An inexact formula leaves a residual that looks like effects with which its own effect is confused. A free term
     explains this residual too, so that such effects are not needed; a free term cannot replace a separate fault. The
     residual grows with the main effect. Therefore an effect must also explain more than 5 % of what the largest
-    similar effect explains. ``base_term`` is the free term of the base; ``bic_of_both`` is BIC with all effects and a
-    free term.
+    similar effect explains, or show in readings that the similar effects do not change, as those of a capped lens.
+    ``base_term`` is the free term of the base; ``bic_of_both`` is BIC with all effects and a free term.
     """
     needed = []
     for step in explanation.steps:
-        similar = [term.effect.name for term in step.without.terms if _is_similar(step.effect, term.effect)]
-        largest = max((shares[name] for name in similar if name in shares), default=0.0)
+        similar = [term for term in step.without.terms if _is_similar(step.effect, term.effect)]
+        largest = max((shares[term.effect.name] for term in similar if term.effect.name in shares), default=0.0)
         # Light that follows the condition of an effect is no residual of another formula: it is this effect.
         alone = step.without is explanation.base
         term = base_term if alone else probe(step.without, error, leave_out=step.effect.needs)
         bic_without = step.without.bic - term.evidence
-        if bic_without > bic_of_both + STRONG and shares[step.name] > (1.0 - MOST_OF_IT) * largest:
+        is_large = shares[step.name] > (1.0 - MOST_OF_IT) * largest
+        is_large = is_large or is_shown_apart(step.chosen, similar, step.without, explanation.final)
+        if bic_without > bic_of_both + STRONG and is_large:
             needed.append(step)
     return needed
 
