@@ -48,7 +48,7 @@ class TestContract:
         assert max(map(len, effect.forms)) <= 12
         assert 1 <= effect.refined <= len(effect.forms)
         # A start that the baseline determines is no unknown.
-        told = {name for name, parameter in effect.parameters.items() if parameter.beside_first}
+        told = {name for name, each in effect.parameters.items() if each.beside_first and each.grid != "gaps"}
         assert {name for form in effect.forms for name in form} == set(effect.parameters) - told
         for form in effect.forms:
             # A search starts where the effect is zero: without an amplitude the search would stay there.
@@ -56,7 +56,7 @@ class TestContract:
 
     def test_its_simple_forms_free_sizes_and_times_alone(self, effect: Effect) -> None:
         """Parameters of the formula's shape, such as a power, belong to the refined forms."""
-        times = {"hour", "early_h", "minutes", "headroom"}
+        times = {"hour", "since", "early_h", "minutes", "headroom"}
         for form in effect.forms[: effect.refined]:
             assert set(form) <= {*effect.neutral, *times}
 
@@ -203,6 +203,7 @@ def test_every_module_docstring_gives_its_equation() -> None:
         ("black-level", {"new": 0.002, "grown": -0.001}, "black leaks 0.2 % of white, falling to 0.1 % by 18 000 h"),
         ("eotf-drift", {"level_25": 0.1}, "the transfer curve drifts"),
         ("quantization", {"bits": 8.0}, "code values are rounded to 8 bits"),
+        ("quantization", {"bits": 6.0, "since": 4500.0}, "code values are rounded to 6 bits from about 4500 h on"),
         ("yellowing", {"depth": 0.2}, "optics yellow"),
     ],
 )

@@ -200,7 +200,11 @@ class Effect:
         new, grown = values.get(amount, 0.0), values.get("grown", 0.0)
         new = new if abs(new) >= 0.01 * abs(grown) else 0.0  # a size of no importance is not printed
         clause = self.says.format(size=f"{100 * (new or grown):.2g} %", **values)
-        return clause + _course(new, grown) if "{size}" in self.says else clause
+        if "{size}" in self.says:
+            clause += _course(new, grown)
+        dates = [name for name, each in self.parameters.items() if each.grid == "gaps" and name not in explained]
+        later = [values[name] for name in dates if values[name] > self.parameters[name].value]
+        return f"{clause} from about {later[0]:.0f} h on" if later else clause
 
     def as_json(self) -> dict[str, Any]:
         """Return the declaration as JSON, without the function."""
@@ -238,7 +242,9 @@ class Effect:
         held = {name: each.beside_first for name, each in self.parameters.items() if each.beside_first is not None}
         if not held:
             return self
-        kept = [tuple(name for name in form if name not in held) for form in self.forms]
+        # The date of an event is free as before: there is a gap after the first session.
+        fixed = [name for name in held if self.parameters[name].grid != "gaps"]
+        kept = [tuple(name for name in form if name not in fixed) for form in self.forms]
         forms = tuple(dict.fromkeys(form for form in kept if form))
         simple = len(dict.fromkeys(form for form in kept[: self.refined] if form))
         parameters = {

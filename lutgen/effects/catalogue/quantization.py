@@ -5,8 +5,9 @@ panel's own code is rounded, the rounding acts on (light)^(1/γ), with γ the ga
 adding a part of a step and truncating. A panel may use a part of its codes: ``bits`` is log2 of their number, whole or
 not.
 
-A cable, driver or mode with fewer bits may be installed later. A display's own model contains the rounding of the first
-session, so with this model the rounding begins after the first session.
+A cable, driver or mode with fewer bits may be installed later: a fit tries one date in every gap between two sessions.
+A display's own model contains the rounding of the first session, so with this model the rounding begins after the first
+session.
 
 Meaning of 0 and 1: ``bits`` 0 rounds nothing. ``bits`` 1 would leave only black and white, so the search begins at 4.
 Valid for one rounding. Dithering in space or time blurs the steps.
@@ -140,7 +141,8 @@ def _shifts(bent: Array, slope: Array, added: float, steps: Array) -> Array:
 @effect(
     stage="drive",
     neutral={"bits": 0.0},
-    forms=(("bits",), ("bits", "table_gamma"), ("bits", "panel_gamma", "added")),
+    forms=(("bits",), ("bits", "since"), ("bits", "table_gamma"), ("bits", "panel_gamma", "added")),
+    refined=2,
     propose=_proposed,
     confused_with={
         "eotf-drift": "neighbouring code values: a drift is smooth, steps are not",
@@ -160,7 +162,7 @@ def _shifts(bent: Array, slope: Array, added: float, steps: Array) -> Array:
     ),
     panel_gamma=Parameter(0.0, (0.0, 2.6), "1", "gamma of the panel whose code is rounded; 0: no panel code", PROPOSED),
     added=Parameter(0.5, (0.0, 0.5), "1", "part of a step added before truncation; ½ rounds", PROPOSED),
-    since=Parameter(0.0, (0.0, 100_000.0), "h", "hour from which codes are rounded", beside_first=SOON_H),
+    since=Parameter(0.0, (0.0, 100_000.0), "h", "hour from which codes are rounded", "gaps", beside_first=SOON_H),
 )
 def quantization(
     code: Array, scene: Scene, *, bits: float, table_gamma: float, panel_gamma: float, added: float, since: float
