@@ -1,0 +1,185 @@
+"""Verdicts on small tables written by literal formulas: two causes at once, and causes that begin or differ by session.
+
+No generator of campaigns is used: every table comes from one expression of this file.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from lutgen.criticism.diagnose import diagnose
+from tests.readings_text import read
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from lutgen.criticism.diagnose import Diagnosis
+
+    Array = NDArray[np.float64]
+
+#: Light of white, 250 cd/m², and shares of red, green and blue in it.
+WHITE = np.array([237.6, 250.0, 272.2])
+SHARES = np.array([[0.434, 0.213, 0.018], [0.376, 0.715, 0.109], [0.190, 0.072, 0.873]])
+
+#: Code values: white three times, greys, ramps, secondaries and mixtures.
+CODES = np.array(
+    [[1.0, 1.0, 1.0]] * 3
+    + [[level] * 3 for level in (0.0, 0.0, 0.0, 0.2, 0.4, 0.5, 0.5, 0.5, 0.6, 0.8)]
+    + [[level * (channel == at) for at in range(3)] for channel in range(3) for level in (0.25, 0.5, 0.75, 1.0)]
+    + [[1.0, 1.0, 0.0], [0.0, 1.0, 1.0], [1.0, 0.0, 1.0], [0.8, 0.3, 0.6], [0.2, 0.7, 0.4]]
+)
+
+HOURS = (0.0, 2600.0, 6400.0, 11_000.0, 17_500.0)
+
+
+def light(codes: Array, power: Array | float = 1.0) -> Array:
+    """XYZ of code values (n, 3) by sRGB's curve, raised to a power, and additive channels, (n, 3)."""
+    linear = np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4) ** power
+    return np.asarray(linear @ (SHARES * WHITE))
+
+
+def table(rows: Sequence[tuple[float, Array, Array, str]], columns: str, seed: int = 1) -> str:
+    """Rows of hour, code value, true XYZ and further cells as CSV; the noise is 0.1 % of the light and 0.002 cd/m²."""
+    rng = np.random.default_rng(seed)
+    lines = [f"hour,R,G,B,X,Y,Z{columns}"]
+    for hour, code, xyz, cells in rows:
+        noisy = xyz * (1.0 + 0.001 * rng.standard_normal(3)) + 0.002 * rng.standard_normal(3)
+        lines.append(",".join([f"{hour:g}", *(f"{value:g}" for value in code), *(f"{value:.5f}" for value in noisy)]))
+        lines[-1] += cells
+    return "\n".join(lines) + "\n"
+
+
+def diagnosed(text: str, baseline: str = "colour-points") -> Diagnosis:
+    """Return the diagnosis of a table."""
+    return diagnose(read(text, file="table.csv", sha256=""), baseline=baseline)
+
+
+#: Offsets of the sessions in cd/m².
+ZEROS = (
+    (0.006, -0.003, 0.004),
+    (-0.005, 0.006, 0.001),
+    (0.0, 0.01, -0.008, 0.004),
+    (0.02, -0.015, 0.01, -0.02, 0.005),
+    (0.004, 0.001, 0.03, 0.012, -0.02),
+    (-0.008, 0.012, 0.003, 0.005, 0.0),
+)
+
+
+@pytest.mark.parametrize("capped", [False, True])
+@pytest.mark.parametrize("zeros", ZEROS)
+def test_a_zero_that_differs_between_sessions_is_no_leak(zeros: tuple[float, ...], capped: bool) -> None:
+    """The offset has the colour of white, as a leak has; only its course in time is different."""
+    rows = []
+    for hour, zero in zip(HOURS, zeros, strict=False):
+        offset = zero * WHITE / WHITE[1]
+        rows += [(hour, code, xyz + offset, ",") for code, xyz in zip(CODES, light(CODES), strict=True)]
+        rows += [(hour, np.zeros(3), offset, ",lens cap")] * (3 if capped else 0)
+    found = diagnosed(table(rows, ",note"))
+    assert found.verdict.effects == ()
+    assert found.verdict.name == "consistent", found.verdict.sentence
+    is_told = any("Black differs between sessions by" in remark for remark in found.verdict.remarks)
+    assert is_told is not capped
+
+
+def leaking(hour: float) -> Array:
+    """A leak of 0.04 % of white that grows by 0.08 % along a saturating course."""
+    return np.asarray(WHITE * (0.0004 + 0.0008 * (1.0 - np.exp(-hour / 12_000.0)) / (1.0 - np.exp(-1.5))))
+
+
+@pytest.mark.parametrize("count", [3, 5])
+def test_a_leak_that_grows_smoothly_is_a_leak(count: int) -> None:
+    """The sizes of the leak at three sessions are as different as the offsets of a very poor meter."""
+    hours = HOURS[:: 2 if count == 3 else 1]
+    rows = [
+        (hour, code, xyz + leaking(hour), "") for hour in hours for code, xyz in zip(CODES, light(CODES), strict=True)
+    ]
+    assert diagnosed(table(rows, "")).verdict.effects == ("black-level",)
+
+
+def test_the_capped_lens_shows_an_offset_beside_a_leak() -> None:
+    """The offset is a fiftieth of the leak's χ², and the leak alone explains 98 % of the misfit."""
+    offset = np.array([0.02, 0.025, 0.03])
+    rows = []
+    for hour in HOURS:
+        leak = leaking(hour)
+        rows += [(hour, code, xyz + leak + offset, ",") for code, xyz in zip(CODES, light(CODES), strict=True)]
+        rows += [(hour, np.zeros(3), offset, ",lens cap")] * 3
+    verdict = diagnosed(table(rows, ",note")).verdict
+    assert (verdict.name, set(verdict.effects)) == ("several", {"black-level", "meter-offset"}), verdict.sentence
+
+
+def in_a_lit_room(lux_of_shrouded: float) -> str:
+    """Readings of a display that reflects 0.005 cd/m² per lux and leaks, at 0 and 600 lx, with shrouded readings."""
+    greys = np.array([[level] * 3 for level in (0.0, 0.25, 0.5, 1.0)])
+    rows = []
+    for hour in HOURS[::2]:
+        leak = leaking(hour)
+        rows += [(hour, code, xyz + leak, ",0,") for code, xyz in zip(CODES, light(CODES), strict=True)]
+        for lux in (60.0, 600.0):
+            room = 0.005 * lux * WHITE / WHITE[1]
+            rows += [(hour, c, xyz + leak + room, f",{lux:g},") for c, xyz in zip(greys, light(greys), strict=True)]
+        rows += [(hour, np.zeros(3), leak, f",{lux_of_shrouded:g},shroud")] * 2
+    return table(rows, ",ambient_lx,note")
+
+
+def test_a_leak_shows_beside_a_reflection_that_is_a_hundred_times_stronger() -> None:
+    verdict = diagnosed(in_a_lit_room(0.0)).verdict
+    assert (verdict.name, set(verdict.effects)) == ("several", {"ambient-reflection", "black-level"}), verdict.sentence
+
+
+def test_a_shroud_blocks_the_light_that_the_column_of_the_room_states() -> None:
+    found, dark = (diagnosed(in_a_lit_room(lux)) for lux in (600.0, 0.0))
+    assert found.verdict.sentence == dark.verdict.sentence
+    remarks = found.problem.readings.remarks
+    assert any("A shroud blocked the room's light at lines" in remark for remark in remarks)
+    assert not dark.problem.readings.remarks
+
+
+@cache
+def at_temperatures(rest: float, others: tuple[float, ...], gamma: float) -> Diagnosis:
+    """Return the diagnosis of a display whose light falls by 0.3 % per kelvin, and whose exponent changes too."""
+    warm = np.array([[1.0, 1.0, 1.0], [0.5, 0.5, 0.5], [0.75, 0.75, 0.75], [1.0, 0.0, 0.0], [0.0, 0.0, 0.5]])
+    rows = []
+    for hour in HOURS[::2]:
+        for kelvin, codes in ((rest, CODES), *((other, warm) for other in others)):
+            xyz = light(codes, 1.0 + gamma * (kelvin - 25.0)) * (1.0 - 0.003 * (kelvin - 25.0))
+            rows += [(hour, code, each, f",{kelvin:g}") for code, each in zip(codes, xyz, strict=True)]
+    return diagnosed(table(rows, ",temperature_c"))
+
+
+@pytest.mark.parametrize(("rest", "others"), [(25.0, (15.0, 20.0, 32.0, 38.0)), (22.0, (15.0, 20.0, 32.0, 38.0))])
+def test_light_and_curve_may_both_depend_on_the_temperature(rest: float, others: tuple[float, ...]) -> None:
+    """White shows the light's change alone, since the curve leaves white; 20 °C and 22 °C are two temperatures."""
+    found = at_temperatures(rest, others, 0.004)
+    verdict = found.verdict
+    assert (verdict.name, set(verdict.effects)) == ("several", {"temperature", "temperature-gamma"}), verdict.sentence
+
+
+@pytest.mark.parametrize(("rest", "others"), [(25.0, (29.0, 30.0, 31.0, 32.0)), (23.0, (20.0, 26.0, 32.0))])
+def test_set_temperatures_a_few_kelvins_apart_are_no_replicates(rest: float, others: tuple[float, ...]) -> None:
+    found = at_temperatures(rest, others, 0.0)
+    assert (found.verdict.name, found.verdict.effects) == ("named", ("temperature",)), found.verdict.sentence
+    assert found.problem.noise.relative < 0.0015
+
+
+@pytest.mark.parametrize("baseline", ["colour-points", "native"])
+def test_a_cable_with_fewer_bits_may_be_installed_in_the_middle_of_a_campaign(baseline: str) -> None:
+    """From 6400 h on, codes are rounded to 6 bits; the display's own model of the first session has no steps."""
+    levels = np.arange(0.0, 1.0001, 1.0 / 16.0)
+    ramps = [[level * (channel == at) for at in range(3)] for channel in range(3) for level in levels[1:-1]]
+    codes = np.concatenate([CODES, [[level] * 3 for level in levels[1:-1]], ramps])
+    rounded = np.round(codes * 63.0) / 63.0
+    rows = [
+        (hour, code, xyz, "")
+        for hour in HOURS
+        for code, xyz in zip(codes, light(rounded if hour >= 6400.0 else codes), strict=True)
+    ]
+    verdict = diagnosed(table(rows, ""), baseline).verdict
+    assert (verdict.name, verdict.effects) == ("named", ("quantization",)), verdict.sentence
+    assert "rounded to 6 bits from about 4500 h on" in verdict.sentence
