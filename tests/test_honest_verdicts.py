@@ -526,7 +526,7 @@ def test_a_leak_that_follows_white_is_no_dark_offset_of_the_meter() -> None:
 
 @pytest.mark.parametrize("names", [["X", "Y", "Z"], ["Y", "Z"], ["X", "Y", "Z"] * 2])
 @pytest.mark.parametrize(
-    ("light", "least", "most"), [((0.0, 0.1, 0.16, 0.2), 0, 0.005), ((0, 0.1, -0.05, 0.06), 0.03, 0.3)]
+    ("light", "least", "most"), [((0.0, 0.1, 0.16, 0.2), 0, 0.005), ((0, 0.1, -0.05, 0.06), 0.02, 0.3)]
 )
 def test_a_leak_follows_a_smooth_course_and_offsets_none(
     names: list[str], light: tuple[float, ...], least: float, most: float

@@ -72,12 +72,11 @@ class Parameter:
     meaning
         One sentence.
     grid
-        Values to try one by one, for a parameter without a useful gradient (a number of bits). ``"gaps"``: the
-        midpoints between neighbouring sessions of the data, for the hour of an event. ``"proposed"``: the values that
-        the effect proposes.
+        Values to try one by one, for a parameter without a useful gradient (a number of bits). ``"gaps"``: midpoints
+        between neighbouring sessions, for the date of an event. ``"proposed"``: the values that the effect proposes.
     beside_first
         Value if the display's own model of the first session is used. This model contains the effects of hour 0, so an
-        amplitude at hour 0 is 0 there. None: the parameter is free there too.
+        amplitude at hour 0 is 0 there. None: the parameter is free there too, as the date of an event always is.
 
     """
 
@@ -200,10 +199,9 @@ class Effect:
         new, grown = values.get(amount, 0.0), values.get("grown", 0.0)
         new = new if abs(new) >= 0.01 * abs(grown) else 0.0  # a size of no importance is not printed
         clause = self.says.format(size=f"{100 * (new or grown):.2g} %", **values)
-        if "{size}" in self.says:
-            clause += _course(new, grown)
-        dates = [name for name, each in self.parameters.items() if each.grid == "gaps" and name not in explained]
-        later = [values[name] for name in dates if values[name] > self.parameters[name].value]
+        clause += _course(new, grown) if "{size}" in self.says else ""
+        dates = {name: each.value for name, each in self.parameters.items() if each.grid == "gaps"}
+        later = [values[name] for name, rest in dates.items() if name not in explained and values[name] > rest]
         return f"{clause} from about {later[0]:.0f} h on" if later else clause
 
     def as_json(self) -> dict[str, Any]:
@@ -242,9 +240,7 @@ class Effect:
         held = {name: each.beside_first for name, each in self.parameters.items() if each.beside_first is not None}
         if not held:
             return self
-        # The date of an event is free as before: there is a gap after the first session.
-        fixed = [name for name in held if self.parameters[name].grid != "gaps"]
-        kept = [tuple(name for name in form if name not in fixed) for form in self.forms]
+        kept = [tuple(n for n in form if n not in held or self.parameters[n].grid == "gaps") for form in self.forms]
         forms = tuple(dict.fromkeys(form for form in kept if form))
         simple = len(dict.fromkeys(form for form in kept[: self.refined] if form))
         parameters = {

@@ -116,12 +116,27 @@ def together(base: Fit, chosen: Sequence[Candidate]) -> Fit:
     return fit(base.problem, (*base.terms, *terms), State((), base.tips, base.gains)) if terms else base
 
 
+def ages_light(effect: Effect) -> bool:
+    """Whether an effect is a way in which the light itself ages, which only a baseline from the first hour shows."""
+    return effect.baseline == "first-hour" and effect.stage != "instrument"
+
+
+def bends_curves(effect: Effect) -> bool:
+    """Whether an effect changes code values or transfer curves: such effects explain what the formula of one misses."""
+    return effect.stage in {"drive", "transfer"}
+
+
 def is_shown_apart(each: Candidate, others: Sequence[Term], without: Fit, final: Fit) -> bool:
     """Whether readings that other effects do not change alone show an effect, as those of a capped lens.
 
     There, the gain of the effect in χ² must exceed the penalty of BIC. ``without``, ``final``: the fits without and
-    with the effect, all other admitted effects present.
+    with the effect, all other admitted effects present. Two ways in which light ages, or in which curves bend, explain
+    what the formula of the other misses: they are not apart.
     """
+    if any(
+        is_alike(each.effect) and is_alike(other.effect) for is_alike in (ages_light, bends_curves) for other in others
+    ):
+        return False
     unchanged = np.ones(final.problem.rows.size, dtype=bool)
     for other in others:
         unchanged &= (np.abs(without.score.switched_on(other)) < UNCHANGED).all(axis=1)

@@ -32,7 +32,7 @@ from lutgen.criticism.search.candidates import (
     family,
     forms_of,
 )
-from lutgen.criticism.search.explanation import Explanation, Step, is_shown_apart, together
+from lutgen.criticism.search.explanation import Explanation, Step, ages_light, is_shown_apart, together
 from lutgen.criticism.search.free_term import free_term, probe
 
 if TYPE_CHECKING:
@@ -287,11 +287,6 @@ def stand_apart(chosen: Sequence[Candidate], base: Fit) -> bool:
     certain = together(base, list(compress(chosen, shown)))
     own = sum(other.chi2 - final.chi2 for other, is_shown in zip(without, shown, strict=True) if not is_shown)
     return own > HALF * (certain.chi2 - final.chi2)
-
-
-def ages_light(effect: Effect) -> bool:
-    """Whether an effect is a way in which the light itself ages, which only a baseline from the first hour shows."""
-    return effect.baseline == "first-hour" and effect.stage != "instrument"
 
 
 def _ages_in_several_ways(final: Fit, first: Sequence[Family], error: PureError) -> bool:

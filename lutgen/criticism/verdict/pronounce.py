@@ -11,13 +11,14 @@ from lutgen.criticism.compare.comparison import CLEAR
 from lutgen.criticism.compare.drift import drift_problem
 from lutgen.criticism.fit.lack_of_fit import is_even, is_noise, is_within_scatter
 from lutgen.criticism.search.candidates import HALF, STRONG
+from lutgen.criticism.search.explanation import ages_light, bends_curves
 from lutgen.criticism.search.free_term import IN_ORDER, FreeTerm, change_in_order, free_term, probe
-from lutgen.criticism.search.stepwise import MOST_OF_IT, ages_light
+from lutgen.criticism.search.stepwise import MOST_OF_IT
 from lutgen.criticism.verdict.imitation import Imitated, nearest, overlap
 from lutgen.criticism.verdict.remarks import lines_of, remarks_of
 from lutgen.criticism.verdict.shares import shares_of_delta_e
 from lutgen.criticism.verdict.verdict import Verdict
-from lutgen.criticism.verdict.weighing import Weighed, bends_curves, is_of_curves
+from lutgen.criticism.verdict.weighing import Weighed, is_of_curves
 from lutgen.criticism.verdict.words import NO_FREE_TERM, excess, like_both, more_light, one, several, structure
 from lutgen.errors import listed
 from lutgen.numerals import percent
@@ -129,19 +130,25 @@ def _too_much_scatter(explanation: Explanation, error: PureError, remarks: tuple
 
 
 def _unexplained(explanation: Explanation, remarks: tuple[str, ...], residual_term: FreeTerm = NO_FREE_TERM) -> Verdict:
-    nearest = explanation.first[0] if explanation.first else None
+    where, nearest = structure(explanation, residual_term), explanation.first[0] if explanation.first else None
     tried = (
         f" The nearest effect, {nearest.name}, leaves {percent(_left(nearest.best.fit.chi2, explanation))} of it."
         if nearest
         else ""
     )
+    alone = ""
     if len(explanation.steps) > 1:
-        names = listed(step.name for step in explanation.steps)
-        left = percent(_left(explanation.final.chi2, explanation))
-        tried += f" Together, {names} leave {left} of it, and may imitate an effect that the catalogue lacks."
+        names, left = listed(step.name for step in explanation.steps), _left(explanation.final.chi2, explanation)
+        if left < 1.0 - MOST_OF_IT:
+            alone = " alone"
+            tried += f" Together, {names} explain it, but they may imitate an effect that the catalogue lacks."
+        else:
+            tried += (
+                f" Together, {names} leave {percent(left)} of it, and may imitate an effect that the catalogue lacks."
+            )
     sentence = (
-        f"Something is there that no known effect explains: {structure(explanation, residual_term)}.{tried} "
-        f"An effect of your own can be tried: lutgen refine --effects my_effect.py."
+        f"Something is there that no known effect explains{alone}: {where}.{tried} An effect of your own can be tried: "
+        f"lutgen refine --effects my_effect.py."
     )
     if more := more_light(explanation.base):
         command = "To find out whether settings or the meter changed: lutgen sessions explain"
@@ -173,7 +180,7 @@ def _with_steps(explanation: Explanation, error: PureError, remarks: tuple[str, 
     main = [step for step in steps if weighed.shares[step.name] > 1.0 - MOST_OF_IT]
     curves = len(steps) > 1 and weighed.explains and is_of_curves(main, weighed.shares, explanation.base)
     pair = weighed.sound and weighed.clean and len(weighed.kept) == 2
-    separate = pair and any(step.name in explanation.certain and not bends_curves(step.effect) for step in weighed.kept)
+    separate = pair and any(step.name in explanation.certain for step in weighed.kept)
     if curves and not separate and not (pair and _overlap(weighed.kept, explanation)):
         return replace(_changed_curves(explanation, weighed), remarks=remarks)
     if weighed.sound and not _leaves_much(explanation, weighed, error):
@@ -222,8 +229,7 @@ def _overlap(steps: Sequence[Step], explanation: Explanation) -> bool:
     """Whether one of several effects may only follow another; effects that show in readings of their own do not."""
     if len(steps) < 2:
         return False
-    several = [step for step in steps if step.name not in explanation.certain or bends_curves(step.effect)]
-    return overlap([step.chosen for step in several], explanation.base)
+    return overlap([step.chosen for step in steps if step.name not in explanation.certain], explanation.base)
 
 
 def _most_with_residual(kept: Sequence[Step], base: Fit) -> int:
@@ -242,8 +248,7 @@ def _imitations(kept: Sequence[Step], explanation: Explanation, error: PureError
     of its own.
     """
     strongest = max(kept, key=lambda step: step.without.chi2)
-    others = [step for step in kept if step is not strongest]
-    others = [step for step in others if step.name not in explanation.certain or bends_curves(step.effect)]
+    others = [step for step in kept if step is not strongest and step.name not in explanation.certain]
     imitated = {step.name: _imitated(step, explanation, error) for step in others}
     return [name for name, each in imitated.items() if each and each.left < 2 * STRONG]
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from lutgen.criticism.first_session.slope_errors import bic_gain, with_drive_errors
 from lutgen.criticism.fit.lack_of_fit import is_noise, is_within_scatter
 from lutgen.criticism.search.candidates import HALF, STRONG
-from lutgen.criticism.search.explanation import is_shown_apart, together
+from lutgen.criticism.search.explanation import bends_curves, is_shown_apart, together
 from lutgen.criticism.search.free_term import FreeTerm, free_term, probe
 from lutgen.criticism.search.stepwise import MOST_OF_IT, stand_apart
 from lutgen.criticism.verdict.shares import shares_of_delta_e
@@ -144,11 +144,6 @@ def _needed(
 def _is_minor(step: Step, share: float, final: Fit) -> bool:
     """Whether an effect explains a small ``share`` of the error, and χ² without this effect would not even double."""
     return share < 1.0 - MOST_OF_IT and step.without.chi2 < 2.0 * final.chi2
-
-
-def bends_curves(effect: Effect) -> bool:
-    """Whether an effect changes code values or transfer curves: such effects explain what the formula of one misses."""
-    return effect.stage in {"drive", "transfer"}
 
 
 def is_of_curves(main: Sequence[Step], shares: Mapping[str, float], base: Fit) -> bool:

@@ -1,4 +1,4 @@
-"""A quick loss in the first hundreds of hours, then a slow one: OLEDs burn in.
+"""A quick loss at first, within some hundreds of hours, then a slow one: OLEDs burn in.
 
 L = c·e^(−(t/T₁)^β) + (1 − c)·e^(−ℓ·τ). c is ``share``, T₁ is ``early_h``, and ℓ is ``loss``, the slow loss in nepers at
 18 000 h. The refined form gives red, green and blue different shares c. White is the sum of its primaries.
@@ -38,7 +38,7 @@ from lutgen.effects.shapes import scaled
     },
     source="Féry et al. 2005, doi:10.1063/1.2133922 (form); size: an assumption",
     share=Parameter(0.05, (0.0, 0.8), "1", "share of the light that is lost quickly"),
-    early_h=Parameter(600.0, (20.0, 15_000.0), "h", "time constant of the quick loss (63 %)"),
+    early_h=Parameter(600.0, (20.0, 3000.0), "h", "time constant of the quick loss (63 %)"),
     beta=Parameter(1.0, (0.3, 3.0), "1", "shape of the quick loss: 1 exponential, below 1 stretched"),
     loss=Parameter(0.3, (-0.3, 6.0), "1", "nepers that the rest has lost by 18 000 h"),
     red=Parameter(0.0, (-0.8, 0.8), "1", "red's quickly lost share less green's"),
