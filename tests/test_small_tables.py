@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 
 from lutgen.criticism.diagnose import diagnose
+from lutgen.effects import catalogue
+from lutgen.report.diagnosis import diagnose_page
 from tests.quick import mostly_slow
 from tests.readings_text import read
 
@@ -185,3 +187,19 @@ def test_a_cable_with_fewer_bits_may_be_installed_in_the_middle_of_a_campaign(ba
     verdict = diagnosed(table(rows, ""), baseline).verdict
     assert (verdict.name, verdict.effects) == ("named", ("quantization",)), verdict.sentence
     assert "rounded to 6 bits from about 4500 h on" in verdict.sentence
+
+
+def test_a_refutation_asks_for_nothing_that_the_readings_hold() -> None:
+    """Readings of the capped lens in several sessions have ruled out the meter's offset already."""
+    rows = []
+    for hour in HOURS:
+        leak = leaking(hour)
+        rows += [(hour, code, xyz + leak, ",") for code, xyz in zip(CODES, light(CODES), strict=True)]
+        rows += [(hour, np.zeros(3), np.zeros(3), ",lens cap")] * 3
+    with_cap, without = (
+        "\n".join(map(str, diagnose_page(diagnosed(text), catalogue(), "")))
+        for text in (table(rows, ",note"), table([row for row in rows if row[3] == ","], ",note"))
+    )
+    assert "to rule out ambient-reflection" in with_cap
+    assert "to rule out meter-offset" not in with_cap
+    assert "to rule out meter-offset: read with the lens capped" in without

@@ -165,7 +165,9 @@ class NativeDisplay:
             remarks.append("Black read below 0 in X, Y or Z: it is taken as 0 there.")
         curves = []
         if session.source == "greys":
-            remarks.append("No ramps of red, green and blue: their curves are solved from X, Y and Z of the greys.")
+            remarks.append(
+                f"No ramp of {LEAST_LEVELS} levels of each channel: its curve is solved from XYZ of the greys."
+            )
         for channel, name in enumerate(CHANNELS):
             codes, light, sigma = session.points(channel)
             ramp = f"the ramp of {name}" if session.source == "ramps" else f"{name}'s part of the greys"

@@ -257,7 +257,12 @@ def says_cap(note: str) -> bool:
 
 def is_shrouded(readings: Measurements) -> NDArray[np.bool_]:
     """Return whether the note of each reading says that a shroud blocked the room's light, (n,)."""
-    return _noted(readings, lambda note: "shroud" in note)
+    return _noted(readings, says_shroud)
+
+
+def says_shroud(note: str) -> bool:
+    """Whether a note says that a shroud blocked the room's light."""
+    return "shroud" in note.lower()
 
 
 def _noted(readings: Measurements, says: Callable[[str], bool]) -> NDArray[np.bool_]:

@@ -7,12 +7,15 @@ from itertools import groupby
 from math import ceil
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from lutgen.criticism.diagnose import Diagnosis, Ranked, parameters_of
 from lutgen.criticism.verdict.visibility import relative_size, typical_size
 from lutgen.effects.shapes import is_knot
 from lutgen.errors import listed
 from lutgen.numerals import percent, readable, times, with_error
 from lutgen.readings.conditions import COLUMNS
+from lutgen.readings.table import is_capped, is_shrouded, says_cap, says_shroud
 from lutgen.report.comparison import data_line, fresh_lines, from_own_model
 from lutgen.report.effect_sketch import STUB_FILE, STUB_NAME, sketch
 from lutgen.report.parts import Headline, Part, Table
@@ -25,6 +28,7 @@ if TYPE_CHECKING:
     from lutgen.criticism.search.separate import Patch, Separation
     from lutgen.criticism.verdict.visibility import Visibility
     from lutgen.effects import Effect
+    from lutgen.readings import Measurements
 
 #: Most rows of the ranking, and most parameters in a row.
 RANKED, LISTED = 6, 2
@@ -189,8 +193,9 @@ def _refutation(diagnosis: Diagnosis, effects: Mapping[str, Effect]) -> list[str
     lines = []
     for name in verdict.effects[:1] if verdict.name == "one-of" else verdict.effects:
         confused = effects[name].confused_with or {}
-        # Name at most three rivals of an effect.
-        others = [(other, how) for other, how in confused.items() if other not in verdict.effects][:3]
+        others = [(other, how) for other, how in confused.items() if other not in verdict.effects]
+        # Name at most three rivals of an effect, and nothing that these readings already hold.
+        others = [each for each in others if not _is_held(each[1], diagnosis.problem.readings)][:3]
         of = f" in place of {name}" if len(verdict.effects) > 1 else ""
         lines += [f"  to rule out {other}{of}: {how}" for other, how in others]
     if verdict.effects:
@@ -198,6 +203,12 @@ def _refutation(diagnosis: Diagnosis, effects: Mapping[str, Effect]) -> list[str
     if verdict.name in _REFUTES:
         lines.append(f"  {_REFUTES[verdict.name]}")
     return ["What would refute this:", *lines] if lines else []
+
+
+def _is_held(how: str, readings: Measurements) -> bool:
+    """Whether several sessions hold the readings that ``how`` asks for, with a capped lens or behind a shroud."""
+    asked = is_capped(readings) if says_cap(how) else is_shrouded(readings) if says_shroud(how) else None
+    return asked is not None and np.unique(readings.hours[asked]).size > 1
 
 
 #: Verdict → the observation that would refute it.
