@@ -349,6 +349,7 @@ def test_a_full_disk_under_standard_output_is_one_sentence() -> None:
         (("lifetime", "p.png", "--display", "a.csv", "--csv", "a.csv"), "a.csv: is an input of this command"),
         (("lifetime", "p.png", "--json", "p.png"), "p.png: is an input of this command"),
         (("nuclei", "p.png", "--labels", "p.png"), "Choose another name for --labels"),
+        (("trend", "c.toml", "--json", "a.csv"), "a.csv: is an input of this command"),
         (
             ("trend", "a.csv", "--plot", "t.png", "--json", "./t.png"),
             "t.png: is given with --plot and with --json.",
@@ -362,10 +363,11 @@ def test_an_output_is_neither_an_input_nor_another_output(
     for name in ("a.csv", "p.png"):
         (tmp_path / name).write_text("as before", encoding="utf-8")
     (tmp_path / "link.csv").symlink_to("a.csv")
+    (tmp_path / "c.toml").write_text('[[session]]\nfile = "a.csv"\n', encoding="utf-8")
     done = run(*arguments, "--force")
     assert (done.code, done.out) == (2, "")
     assert message in " ".join(done.err.split())
-    assert {path.name for path in tmp_path.iterdir()} == {"a.csv", "link.csv", "p.png"}
+    assert {path.name for path in tmp_path.iterdir()} == {"a.csv", "link.csv", "c.toml", "p.png"}
     assert {(tmp_path / name).read_text(encoding="utf-8") for name in ("a.csv", "p.png")} == {"as before"}
 
 

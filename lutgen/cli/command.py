@@ -7,6 +7,7 @@ the group lists the commands by section, and the help of a command lists rarely 
 from __future__ import annotations
 
 import os
+import re
 import signal
 import sys
 import threading
@@ -34,6 +35,9 @@ LONGEST = 1000
 
 #: Largest width of help, in letters.
 WIDEST = 100
+
+#: Number of letters of a .toml file in which names of files are searched.
+LONGEST_TOML = 1_000_000
 
 #: Names of the parameters that name a file to write.
 OUTPUTS = frozenset({"output", "outputs", "json_to", "csv_to", "plot", "labels", "stub"})
@@ -132,7 +136,8 @@ class Command(click.Command):
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command. Raises LutgenError: it would write a file that it reads, or two outputs into one file."""
         given = [(option, _paths(ctx.params.get(option.name or ""))) for option in self.get_params(ctx)]
-        read = [path for option, paths in given if option.name not in OUTPUTS for path in paths if is_file(path)]
+        inputs = [path for option, paths in given if option.name not in OUTPUTS for path in paths if is_file(path)]
+        read = [*inputs, *(named for path in inputs if path.suffix == ".toml" for named in _named_in(path))]
         written: dict[Path, str] = {}
         for option, paths in given:
             name = option.opts[0]
@@ -170,6 +175,16 @@ def _paths(value: object) -> list[Path]:
     """Return the paths that a parameter with one text or several may name."""
     texts = value if isinstance(value, tuple) else (value,)
     return [Path(text) for text in texts if isinstance(text, str) and text != STANDARD_OUTPUT]
+
+
+def _named_in(path: Path) -> list[Path]:
+    """Return the files that a .toml file names in quotes, as a campaign file names its sessions."""
+    try:
+        with path.open(encoding="utf-8", errors="replace") as file:
+            texts = re.findall(r'"([^"\n]+)"', file.read(LONGEST_TOML))
+    except OSError:
+        return []  # the command itself says why the file cannot be read
+    return [named for text in texts if is_file(named := path.parent / text)]
 
 
 class CommandFolder(Command, click.Group):
