@@ -126,16 +126,25 @@ def bends_curves(effect: Effect) -> bool:
     return effect.stage in {"drive", "transfer"}
 
 
+def _is_since_first_hour(effect: Effect) -> bool:
+    """Whether only a baseline from the first hour shows an effect: the light ages, or the meter's gain drifts."""
+    return effect.baseline == "first-hour"
+
+
+def _changes_colours(effect: Effect) -> bool:
+    """Whether an effect changes code values, curves, or how the channels mix."""
+    return bends_curves(effect) or effect.stage == "mixing"
+
+
 def is_shown_apart(each: Candidate, others: Sequence[Term], without: Fit, final: Fit) -> bool:
     """Whether readings that other effects do not change alone show an effect, as those of a capped lens.
 
     There, the gain of the effect in χ² must exceed the penalty of BIC. ``without``, ``final``: the fits without and
-    with the effect, all other admitted effects present. Two ways in which light ages, or in which curves bend, explain
-    what the formula of the other misses: they are not apart.
+    with the effect, all other admitted effects present. Two changes since the first hour, or two effects on curves and
+    mixing, explain what the formula of the other misses: they are not apart.
     """
-    if any(
-        is_alike(each.effect) and is_alike(other.effect) for is_alike in (ages_light, bends_curves) for other in others
-    ):
+    alike = _is_since_first_hour if _is_since_first_hour(each.effect) else _changes_colours
+    if alike(each.effect) and any(alike(other.effect) for other in others):
         return False
     unchanged = np.ones(final.problem.rows.size, dtype=bool)
     for other in others:
