@@ -79,7 +79,8 @@ def offset_sd(estimates: Sequence[SessionEstimate], problem: Problem, *, capped:
     values, light = (np.array([each.estimate for each in some]) for some in (complete, along))
     tinted = (light - light.mean()).T @ (values - values.mean(axis=0))
     others = [_in_colours(each, np.linalg.svd(tinted)[2][1:]) for each in complete]
-    return max(_sd_beside_leak(along, ordinary), _reml_sd(others, ordinary, 1))
+    least = ordinary if len(complete) == ENOUGH else 0.0  # two sessions hardly show that a meter is a better one
+    return max(_sd_beside_leak(along, ordinary), _reml_sd(others, ordinary, 1), least)
 
 
 def _colour_of_white(names: Sequence[str], problem: Problem) -> Array:
@@ -139,7 +140,8 @@ def _sd_beside_leak(estimates: Sequence[SessionEstimate], ordinary: float) -> fl
     hours = np.array([each.hour for each in estimates])
     light = np.array([each.estimate[0] for each in estimates])
     noise = np.array([each.covariance[0, 0] for each in estimates])
-    logs = np.arange(-REACH, REACH, EVIDENCE_STEP)
+    steps = round(REACH / EVIDENCE_STEP)
+    logs = np.asarray(EVIDENCE_STEP * np.arange(-steps, steps + 1), dtype=np.float64)
     sds = ordinary * np.exp(logs)
     weights = 1.0 / (noise + sds[:, np.newaxis] ** 2)
     total = weights.sum(axis=1)
