@@ -66,7 +66,6 @@ def diagnosed(text: str, baseline: str = "colour-points") -> Diagnosis:
 #: Offsets of the sessions in cd/m².
 ZEROS = (
     (0.006, -0.003, 0.004),
-    (0.02, -0.01),
     (-0.005, 0.006, 0.001),
     (0.0, 0.01, -0.008, 0.004),
     (0.02, -0.015, 0.01, -0.02, 0.005),

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from lutgen.criticism.noise.session_columns import SessionEstimate
 
 #: Smallest number of sessions from which the standard deviation is estimated; with fewer the ordinary one is used.
-ENOUGH = 2
+ENOUGH, ENOUGH_CAPPED = 3, 2
 
 #: A meter's own dark signal may grow over its life: number of terms of its trend, and of sessions that show the trend.
 DRIFTING, ENOUGH_DRIFTING = 2, 6
@@ -39,9 +39,8 @@ SIZE_REACH, SIZE_STEP = 10.0, 0.5
 #: Degrees of freedom of the prior of the logarithm, Student's t: few, lest large offsets be estimated too small.
 FREEDOM = 3.0
 
-#: Logarithm of the ratio of the evidences, 100, above which the blacks show a leak. Two sessions can show no course in
-#: time: their sizes alone decide, and the likelier model is taken.
-ODDS, ODDS_OF_TWO = float(np.log(100.0)), 0.0
+#: Logarithm of the ratio of the evidences, 100, above which the blacks show a leak.
+ODDS = float(np.log(100.0))
 
 #: Courses of a leak, as in the catalogue: powers of time, and saturations in nepers.
 POWERS = (0.3, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 3.0)
@@ -62,8 +61,9 @@ def offset_sd(estimates: Sequence[SessionEstimate], problem: Problem, *, capped:
 
     """
     ordinary = problem.noise.offset_cd_m2
-    if len(estimates) < ENOUGH:
-        return ordinary
+    if len(estimates) < (ENOUGH_CAPPED if capped else ENOUGH):
+        # Under a native baseline black is compared with the black of the first session, which has an offset too.
+        return ordinary * float(np.sqrt(max(len(estimates), 1))) if problem.native else ordinary
     if capped:
         return _reml_sd(estimates, ordinary, DRIFTING if len(estimates) >= ENOUGH_DRIFTING else 1)
     # Sessions without an estimate of all of X, Y and Z are left out.
@@ -79,8 +79,7 @@ def offset_sd(estimates: Sequence[SessionEstimate], problem: Problem, *, capped:
     values, light = (np.array([each.estimate for each in some]) for some in (complete, along))
     tinted = (light - light.mean()).T @ (values - values.mean(axis=0))
     others = [_in_colours(each, np.linalg.svd(tinted)[2][1:]) for each in complete]
-    least = ordinary if len(complete) == ENOUGH else 0.0  # two sessions hardly show that a meter is a better one
-    return max(_sd_beside_leak(along, ordinary), _reml_sd(others, ordinary, 1), least)
+    return max(_sd_beside_leak(along, ordinary), _reml_sd(others, ordinary, 1))
 
 
 def _colour_of_white(names: Sequence[str], problem: Problem) -> Array:
@@ -164,5 +163,5 @@ def _sd_beside_leak(estimates: Sequence[SessionEstimate], ordinary: float) -> fl
             gains.append(0.5 * (precision * size**2 - np.log(precision * largest**2)) + beyond_zero)
     every = np.concatenate(gains)
     leaking = without + logsumexp(every, axis=0) - np.log(len(every))
-    is_leak = logsumexp(leaking) - logsumexp(without) > (ODDS if len(hours) > ENOUGH else ODDS_OF_TWO)
+    is_leak = logsumexp(leaking) - logsumexp(without) > ODDS
     return float(sds[np.argmax(leaking if is_leak else without)])
