@@ -59,7 +59,7 @@ def from_toml(text: str) -> dict[str, Any]:
         raise
     except (ValueError, RecursionError):  # an integer of more than 4300 digits
         raise ValueError(f"it holds an integer beyond ±{LARGEST}") from None
-    if any(isinstance(value, int) and not -LARGEST <= value < LARGEST for value in _values(content)):
+    if any(isinstance(value, int) and not -LARGEST <= value < LARGEST for value in values_in(content)):
         raise ValueError(f"it holds an integer beyond ±{LARGEST}")
     return content
 
@@ -78,10 +78,11 @@ def deepest(text: str) -> int:
     return largest
 
 
-def _values(content: Any) -> Iterator[Any]:
+def values_in(content: Any) -> Iterator[Any]:
+    """Yield every text, number, truth value and date of what ``from_json`` or ``from_toml`` returned."""
     if isinstance(content, dict | list):
         for each in content.values() if isinstance(content, dict) else content:
-            yield from _values(each)
+            yield from values_in(each)
     else:
         yield content
 

@@ -350,6 +350,7 @@ def test_a_full_disk_under_standard_output_is_one_sentence() -> None:
         (("lifetime", "p.png", "--json", "p.png"), "p.png: is an input of this command"),
         (("nuclei", "p.png", "--labels", "p.png"), "Choose another name for --labels"),
         (("trend", "c.toml", "--json", "a.csv"), "a.csv: is an input of this command"),
+        (("trend", "c.toml", "--json", "p.png"), "p.png: is an input of this command"),
         (
             ("trend", "a.csv", "--plot", "t.png", "--json", "./t.png"),
             "t.png: is given with --plot and with --json.",
@@ -363,7 +364,7 @@ def test_an_output_is_neither_an_input_nor_another_output(
     for name in ("a.csv", "p.png"):
         (tmp_path / name).write_text("as before", encoding="utf-8")
     (tmp_path / "link.csv").symlink_to("a.csv")
-    (tmp_path / "c.toml").write_text('[[session]]\nfile = "a.csv"\n', encoding="utf-8")
+    (tmp_path / "c.toml").write_text("[[sessions]]\nfile = \"a.\\u0063sv\"\n[[sessions]]\nfile = 'p.png'\n", "utf-8")
     done = run(*arguments, "--force")
     assert (done.code, done.out) == (2, "")
     assert message in " ".join(done.err.split())

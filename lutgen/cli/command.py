@@ -7,7 +7,6 @@ the group lists the commands by section, and the help of a command lists rarely 
 from __future__ import annotations
 
 import os
-import re
 import signal
 import sys
 import threading
@@ -24,7 +23,7 @@ import click
 
 from lutgen.cli.outputs import STANDARD_OUTPUT, say, tolerate_closed_pipes, with_fixed_spaces, with_plain_spaces
 from lutgen.errors import INTERRUPTED, LutgenError, reason_of
-from lutgen.files import is_file
+from lutgen.files import bytes_at_most, is_file
 from lutgen.version import __version__
 
 if TYPE_CHECKING:
@@ -36,8 +35,8 @@ LONGEST = 1000
 #: Largest width of help, in letters.
 WIDEST = 100
 
-#: Number of letters of a .toml file in which names of files are searched.
-LONGEST_TOML = 1_000_000
+#: Largest .toml file in which names of files are searched, in bytes.
+LARGEST_TOML = 1_000_000
 
 #: Names of the parameters that name a file to write.
 OUTPUTS = frozenset({"output", "outputs", "json_to", "csv_to", "plot", "labels", "stub"})
@@ -178,13 +177,14 @@ def _paths(value: object) -> list[Path]:
 
 
 def _named_in(path: Path) -> list[Path]:
-    """Return the files that a .toml file names in quotes, as a campaign file names its sessions."""
+    """Return the files that a .toml file names, as a campaign file names its sessions."""
+    from lutgen.documents import from_toml, values_in
+
     try:
-        with path.open(encoding="utf-8", errors="replace") as file:
-            texts = re.findall(r'"([^"\n]+)"', file.read(LONGEST_TOML))
-    except OSError:
+        content = from_toml(bytes_at_most(path, LARGEST_TOML, none="").decode("utf-8"))
+    except (OSError, ValueError):
         return []  # the command itself says why the file cannot be read
-    return [named for text in texts if is_file(named := path.parent / text)]
+    return [named for text in values_in(content) if isinstance(text, str) and is_file(named := path.parent / text)]
 
 
 class CommandFolder(Command, click.Group):
