@@ -116,19 +116,19 @@ def together(base: Fit, chosen: Sequence[Candidate]) -> Fit:
     return fit(base.problem, (*base.terms, *terms), State((), base.tips, base.gains)) if terms else base
 
 
+def _is_since_first_hour(effect: Effect) -> bool:
+    """Whether only a baseline from the first hour shows an effect: the light ages, or the meter's gain drifts."""
+    return effect.baseline == "first-hour"
+
+
 def ages_light(effect: Effect) -> bool:
     """Whether an effect is a way in which the light itself ages, which only a baseline from the first hour shows."""
-    return effect.baseline == "first-hour" and effect.stage != "instrument"
+    return _is_since_first_hour(effect) and effect.stage != "instrument"
 
 
 def bends_curves(effect: Effect) -> bool:
     """Whether an effect changes code values or transfer curves: such effects explain what the formula of one misses."""
     return effect.stage in {"drive", "transfer"}
-
-
-def _is_since_first_hour(effect: Effect) -> bool:
-    """Whether only a baseline from the first hour shows an effect: the light ages, or the meter's gain drifts."""
-    return effect.baseline == "first-hour"
 
 
 def _changes_colours(effect: Effect) -> bool:
