@@ -28,7 +28,8 @@ from lutgen.criticism.search.candidates import HALF, STRONG, contenders, family
 from lutgen.criticism.search.explanation import Explanation, together
 from lutgen.criticism.search.influence import Suspicion, wrong_sessions
 from lutgen.criticism.search.separate import separation
-from lutgen.criticism.search.stepwise import _light_alone, admissible, explain, refined
+from lutgen.criticism.search.stepwise import admissible, explain, refined
+from lutgen.criticism.search.ways_of_aging import light_alone
 from lutgen.criticism.verdict.imitation import nearest, overlap
 from lutgen.criticism.verdict.pronounce import _aging_in_several_ways, _most_with_residual, pronounce
 from lutgen.criticism.verdict.weighing import Weighed, _is_minor, is_of_curves
@@ -610,8 +611,8 @@ def test_an_instrument_does_not_explain_what_ways_of_aging_leave(
     base = _stub(problem=_stub(from_first_hour=True))
     first = [_stub(best=_stub(fit=_stub(chi2=1000.0)))]
     light = _stub(chi2=left, freedom=100, problem=base.problem)
-    monkeypatch.setattr("lutgen.criticism.search.stepwise.together", lambda *_: light)
-    assert _light_alone(chosen, base, first, _stub(scale=1.0)) == chosen[:kept]
+    monkeypatch.setattr("lutgen.criticism.search.ways_of_aging.together", lambda *_: light)
+    assert light_alone(chosen, base, first, _stub(scale=1.0)) == chosen[:kept]
 
 
 @pytest.mark.slow

@@ -204,3 +204,43 @@ def test_a_refutation_asks_for_nothing_that_the_readings_hold() -> None:
     assert "to rule out ambient-reflection" in with_cap
     assert "to rule out meter-offset" not in with_cap
     assert "to rule out meter-offset: read with the lens capped" in without
+
+
+#: Shares of X, Y and Z that a filter in front of red, green and blue leaves at 18 000 h: a yellow one, of no spectrum.
+FILTER = np.array([[0.985, 0.985, 0.93], [0.975, 0.98, 0.94], [0.925, 0.955, 0.915]])
+
+
+def faded(codes: Array, hour: float, loss: float, depth: float) -> Array:
+    """Light of a display that fades evenly, by ``loss`` nepers at 18 000 h, behind a filter of ``depth``, (n, 3)."""
+    tau = hour / 18_000.0
+    primaries = SHARES * WHITE * FILTER ** (depth * tau)
+    return np.asarray(np.exp(-loss * tau**1.3) * (light(codes) @ np.linalg.inv(SHARES * WHITE) @ primaries))
+
+
+@pytest.mark.parametrize(("loss", "depth"), [(0.8, 1.0), (0.5, 0.4)])
+def test_an_even_fading_behind_a_yellow_filter_is_two_effects(loss: float, depth: float) -> None:
+    """Effects of several sizes, as rates of three channels, fit as well: they fit what formulas miss."""
+    rows = [(hour, code, faded(code, hour, loss, depth), "") for hour in HOURS for code in CODES]
+    verdict = diagnosed(table(rows, ""), "first-hour").verdict
+    assert (verdict.name, set(verdict.effects)) == ("several", {"backlight-decay", "yellowing"})
+
+
+@pytest.mark.parametrize("loss", [0.6, 0.9])
+def test_an_even_fading_is_no_wear_of_phosphors(loss: float) -> None:
+    """Where all chromaticities are constant, phosphors or channels would have to wear alike: this is a fading."""
+    rows = [(hour, code, faded(code, hour, loss, 0.0), "") for hour in HOURS for code in CODES]
+    verdict = diagnosed(table(rows, ""), "first-hour").verdict
+    assert verdict.effects[0] == "backlight-decay"
+    assert not {"phosphor-wear", "channel-decay", "yellowing"} & set(verdict.effects)
+
+
+@pytest.mark.parametrize(("bump", "leak"), [(0.006, 0.004), (0.004, 0.003), (0.008, 0.006)])
+def test_a_small_leak_beside_a_changed_curve_is_a_second_effect(bump: float, leak: float) -> None:
+    """A changed curve leaves black as it is, so that black shows the leak, however little the leak explains."""
+    rows = [
+        (hour, code, light(code + bump * hour / 18_000.0 * code * np.sin(np.pi * code) ** 2) + leak * WHITE / 250.0, "")
+        for hour in HOURS
+        for code in CODES
+    ]
+    verdict = diagnosed(table(rows, "", seed=2)).verdict
+    assert (verdict.name, set(verdict.effects)) == ("several", {"eotf-drift", "black-level"})

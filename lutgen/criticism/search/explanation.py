@@ -9,19 +9,21 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.criticism.fit.least_squares import fit
-from lutgen.criticism.fit.linear import State
+from lutgen.criticism.fit.linear import State, Term, predict
 from lutgen.criticism.search.candidates import STRONG, GainRatio, best_linear_gain, bic, contenders
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lutgen.criticism.fit.least_squares import Fit
-    from lutgen.criticism.fit.linear import Term
     from lutgen.criticism.search.candidates import Candidate, Family
     from lutgen.effects import Effect
 
 #: A reading is unchanged by an effect that changes it by less than this share of its noise (1 σ).
 UNCHANGED = 0.1
+
+#: Largest relative difference between changes of X, Y and Z that leaves a chromaticity as it is.
+SAME_COLOUR = 1e-6
 
 
 @dataclass(frozen=True)
@@ -95,6 +97,17 @@ class Explanation:
             if is_shown_apart(step.chosen, [other.term for other in step.beside], step.without, self.final)
         )
 
+    @cached_property
+    def shown_by_black(self) -> frozenset[str]:
+        """Names of the admitted effects that show in readings of black which no other admitted effect changes."""
+        return frozenset(
+            step.name
+            for step in self.steps
+            if is_shown_apart(
+                step.chosen, [other.term for other in step.beside], step.without, self.final, in_the_dark=True
+            )
+        )
+
     def of(self, names: Sequence[str]) -> Explanation:
         """Return the explanation by those admitted effects alone that are named, with the forms that were chosen."""
         steps = [step for step in self.steps if step.name in names]
@@ -136,21 +149,41 @@ def _changes_colours(effect: Effect) -> bool:
     return bends_curves(effect) or effect.stage == "mixing"
 
 
-def is_shown_apart(each: Candidate, others: Sequence[Term], without: Fit, final: Fit) -> bool:
+def is_shown_apart(
+    each: Candidate, others: Sequence[Term], without: Fit, final: Fit, *, in_the_dark: bool = False
+) -> bool:
     """Whether readings that other effects do not change alone show an effect, as those of a capped lens.
 
     There, the gain of the effect in χ² must exceed the penalty of BIC. ``without``, ``final``: the fits without and
     with the effect, all other admitted effects present. Two changes since the first hour, or two effects on curves and
     mixing, explain what the formula of the other misses: they are not apart.
+
+    ``in_the_dark``: only readings of black at rest count, where no formula of another effect misses any light, and only
+    effects that need no other condition.
     """
     alike = _is_since_first_hour if _is_since_first_hour(each.effect) else _changes_colours
-    if alike(each.effect) and any(alike(other.effect) for other in others):
+    if (alike(each.effect) and any(alike(other.effect) for other in others)) or (in_the_dark and each.effect.needs):
         return False
-    unchanged = np.ones(final.problem.rows.size, dtype=bool)
+    problem = final.problem
+    dark = problem.readings.at_rest() & (problem.readings.drive == 0.0).all(axis=1)
+    unchanged = dark[problem.rows] | (not in_the_dark)
     for other in others:
         unchanged &= (np.abs(without.score.switched_on(other)) < UNCHANGED).all(axis=1)
     gain = float((without.residual[unchanged] ** 2).sum() - (final.residual[unchanged] ** 2).sum())
     return gain > STRONG + len(each.form) * float(np.log(final.readings))
+
+
+def _only_dims(without: Fit, whole: Fit, term: Term) -> bool:
+    """Whether an effect changes the light of white and primaries, and none of their chromaticities."""
+    problem = without.problem
+    drive = problem.readings.drive[problem.rows]
+    full = drive.any(axis=1) & np.isin(drive, (0.0, 1.0)).all(axis=1)
+    plain, dimmed = (
+        predict(problem, State(terms, whole.tips, whole.gains))[full]
+        for terms in (without.terms, (*without.terms, term))
+    )
+    of_light = plain * (dimmed[:, 1:2] / plain[:, 1:2])
+    return bool(np.allclose(dimmed, of_light, SAME_COLOUR) and not np.allclose(dimmed, plain, SAME_COLOUR))
 
 
 def _rivals(each: Candidate, beside: Sequence[Candidate], effects: Sequence[Effect], base: Fit) -> tuple[Family, ...]:
@@ -168,6 +201,14 @@ def _rivals(each: Candidate, beside: Sequence[Candidate], effects: Sequence[Effe
         if effect.name in each.effect.confused_with and (problem := base.problem.unlogged(effect.needs)):
             near += contenders(fit(problem, without.terms, State((), without.tips, without.gains)), [effect], limit)
 
+    if base.problem.from_first_hour and _only_dims(without, whole, each.term):
+        # Where all chromaticities are constant, the parts of an effect that changes colours only dim alike.
+        near = [
+            rival
+            for rival in near
+            if bic(rival.best) < mine - STRONG
+            or _only_dims(without, whole, Term.at_rest(rival.effect, (), **rival.effect.typical()))
+        ]
     # Formulas of related effects differ little, and no display follows a formula exactly. Therefore a related effect is
     # excluded only by twice the usual difference in BIC, and with it every effect that explains the readings better.
     tied = [bic(rival.best) for rival in near if bic(rival.best) < mine + STRONG]

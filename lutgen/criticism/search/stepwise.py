@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.criticism.compare.comparison import CLEAR
 from lutgen.criticism.fit.heldout import STANDARD_ERRORS
 from lutgen.criticism.fit.lack_of_fit import is_noise
 from lutgen.criticism.fit.least_squares import fit
@@ -34,6 +33,7 @@ from lutgen.criticism.search.candidates import (
 )
 from lutgen.criticism.search.explanation import Explanation, Step, ages_light, is_shown_apart, together
 from lutgen.criticism.search.free_term import free_term, probe
+from lutgen.criticism.search.ways_of_aging import explain_together, light_alone, of_one_size
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -78,17 +78,24 @@ def explain(
         chosen = larger
         current = together(base, chosen)
     admitted = _without_free_term(_pruned(chosen, base), base, error)
-    chosen = _light_alone(admitted, base, first, error)
-    final = together(base, chosen)
-    sufficient = _sufficient_alone(chosen, final, first, base, error)
+    chosen = light_alone(admitted, base, first, error)
+    sufficient = _sufficient_alone(chosen, together(base, chosen), first, base, error)
     if sufficient:
-        chosen = [sufficient[0].best]
-        final = together(base, chosen)
+        chosen = _with_shown_apart(sufficient[0].best, chosen, base, error)
+    if simpler := of_one_size(chosen, base, first, error, refined):
+        chosen, sufficient = simpler, []
+    final = together(base, chosen)
     trail = [together(base, chosen[:count]) for count in range(1, len(chosen))]
     trail += [final] if chosen else []
     steps = tuple(
-        Step(each, tuple(other for other in chosen if other is not each), tuple(effects), base, tuple(sufficient[1:]))
-        for each in chosen
+        Step(
+            each,
+            tuple(other for other in chosen if other is not each),
+            tuple(effects),
+            base,
+            tuple(sufficient[1:]) if at == 0 else (),
+        )
+        for at, each in enumerate(chosen)
     )
     kept = {each.effect.name for each in chosen}
     beyond = tuple(each.effect.name for each in admitted if each.effect.name not in kept)
@@ -289,22 +296,20 @@ def stand_apart(chosen: Sequence[Candidate], base: Fit) -> bool:
     return own > HALF * (certain.chi2 - final.chi2)
 
 
-def _ages_in_several_ways(final: Fit, first: Sequence[Family], error: PureError) -> bool:
-    """Whether ``final`` with several ways of aging explains the readings, which no effect does alone.
+def _with_shown_apart(main: Candidate, chosen: Sequence[Candidate], base: Fit, error: PureError) -> list[Candidate]:
+    """Return the effect that explains nearly all, and others that show in readings which this effect does not change.
 
-    From the first hour, the light usually ages in several ways at once, which have similar effects.
+    Unless the readings are dark, only noise may be left: else the others may explain what the formula misses elsewhere.
     """
-    most = min(HALF * first[0].best.fit.chi2, CLEAR**2 * final.freedom * error.scale)
-    return final.problem.from_first_hour and final.chi2 < most
-
-
-def _light_alone(chosen: list[Candidate], base: Fit, first: Sequence[Family], error: PureError) -> list[Candidate]:
-    """Leave out effects of the instrument where several ways in which the light ages explain the readings without."""
-    light = [each for each in chosen if ages_light(each.effect)]
-    are_of_instrument = all(each.effect.stage == "instrument" for each in chosen if each not in light)
-    if not are_of_instrument or not 1 < len(light) < len(chosen):
-        return chosen
-    return light if _ages_in_several_ways(together(base, light), first, error) else chosen
+    pairs = [(each, together(base, [main, each])) for each in chosen if each.effect.name != main.effect.name]
+    shown = [each for each, both in pairs if is_shown_apart(each, [main.term], main.fit, both)]
+    if shown:
+        kept = refined([main, *shown], base)
+        final = together(base, kept)
+        if is_noise(final, error) and not free_term(final, error).names:
+            return kept
+    dark = [each for each, both in pairs if is_shown_apart(each, [main.term], main.fit, both, in_the_dark=True)]
+    return refined([main, *dark], base)
 
 
 def _sufficient_alone(
@@ -320,7 +325,7 @@ def _sufficient_alone(
     left, apart = free_term(final, error), stand_apart(chosen, base)
     if is_noise(final, error) and not left.names and apart:
         return []
-    if all(ages_light(each.effect) for each in chosen) and _ages_in_several_ways(final, first, error):
+    if all(ages_light(each.effect) for each in chosen) and explain_together(final, first, error):
         return []
     whole = base.chi2 - final.chi2 + left.gain
     sufficient = [each for each in first if each.best.gain > MOST_OF_IT * whole]

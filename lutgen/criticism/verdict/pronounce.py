@@ -316,18 +316,27 @@ def _tied_with_free_term(explanation: Explanation, weighed: Weighed) -> Verdict 
 
 
 def _changed_curves(explanation: Explanation, weighed: Weighed) -> Verdict:
-    """Name the effect that explains most of a changed curve, where other effects explain what its formula misses."""
+    """Name the effect that explains most of a changed curve, where other effects explain what its formula misses.
+
+    Effects that black shows, which no curve changes, are named beside it.
+    """
     base, final = explanation.base, explanation.final
     own = {step.name: step.without.chi2 - final.chi2 for step in explanation.steps if bends_curves(step.effect)}
     first, *others = sorted(explanation.steps, key=lambda step: -own.get(step.name, 0.0))
-    names = (first.name, *(step.name for step in others if own.get(step.name, 0.0) > HALF * own[first.name]))
+    curves = [first.name, *(step.name for step in others if own.get(step.name, 0.0) > HALF * own[first.name])]
+    apart = [step for step in others if step.name in explanation.shown_by_black]
     seen = shares_of_delta_e(base, final, explanation.steps)
     sentence = (
-        f"The display's curves were changed by {listed(names, 'or')}, or by an effect like it that the catalogue "
-        f"lacks. If it is {first.name}, {first.effect.in_words(first.chosen.term.values)}; "
-        f"{listed(step.name for step in others)} explain{'' if len(others) > 1 else 's'} what its formula misses."
+        f"The display's curves were changed by {listed(curves, 'or')}, or by an effect like it that the catalogue "
+        f"lacks. If it is {first.name}, {first.effect.in_words(first.chosen.term.values)}"
     )
-    return Verdict("one-of", sentence, names, shares=weighed.shares, shares_delta_e=seen)
+    if missed := [step.name for step in others if step not in apart]:
+        sentence += f"; {listed(missed)} explain{'' if len(missed) > 1 else 's'} what its formula misses"
+    if apart:
+        which = "; ".join(f"{step.name} ({step.effect.in_words(step.chosen.term.values)})" for step in apart)
+        sentence += f". Separate from this, black shows {which}"
+    names = (*curves, *(step.name for step in apart))
+    return Verdict("one-of", f"{sentence}.", names, shares=weighed.shares, shares_delta_e=seen)
 
 
 def _imitated(step: Step, explanation: Explanation, error: PureError) -> Imitated | None:

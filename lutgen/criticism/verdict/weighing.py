@@ -77,7 +77,12 @@ class Weighed:
             ]
         seen = shares_of_delta_e(base, final, needed)
         needed = sorted(needed, key=lambda step: (-seen[step.name], -shares[step.name]))
-        minor = [step for step in needed[1:] if _is_minor(step, max(seen[step.name], shares[step.name]), final)]
+        minor = [
+            step
+            for step in needed[1:]
+            if step.name not in explanation.shown_by_black
+            and _is_minor(step, max(seen[step.name], shares[step.name]), final)
+        ]
         kept = [step for step in needed if step not in minor]
         chosen, gain = [step.chosen for step in kept], base.chi2 - lenient.chi2
         is_rest_noise, rest_term = leaves_noise, final_term

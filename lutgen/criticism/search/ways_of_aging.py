@@ -1,0 +1,78 @@
+"""Several ways in which the light ages at once, from the first hour: usual on a real display, and alike in readings.
+
+The formula of an effect with several sizes, such as three rates of three channels, also fits what the formulas of
+other ways of aging miss. So BIC prefers it, although two effects of one size each explain the readings as well.
+"""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import TYPE_CHECKING
+
+from lutgen.criticism.compare.comparison import CLEAR
+from lutgen.criticism.fit.lack_of_fit import is_noise
+from lutgen.criticism.search.candidates import HALF, STRONG, family
+from lutgen.criticism.search.explanation import ages_light, together
+from lutgen.criticism.search.free_term import free_term
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from lutgen.criticism.fit.least_squares import Fit
+    from lutgen.criticism.noise.pure_error import PureError
+    from lutgen.criticism.search.candidates import Candidate, Family
+    from lutgen.effects import Effect
+
+    #: Choose the forms of several candidates again, each with the others present.
+    Refine = Callable[[list[Candidate], Fit], list[Candidate]]
+
+
+def explain_together(final: Fit, first: Sequence[Family], error: PureError) -> bool:
+    """Whether ``final`` with several ways of aging explains the readings, which no effect does alone."""
+    most = min(HALF * first[0].best.fit.chi2, CLEAR**2 * final.freedom * error.scale)
+    return final.problem.from_first_hour and final.chi2 < most
+
+
+def light_alone(chosen: list[Candidate], base: Fit, first: Sequence[Family], error: PureError) -> list[Candidate]:
+    """Leave out effects of the instrument where several ways in which the light ages explain the readings without."""
+    light = [each for each in chosen if ages_light(each.effect)]
+    are_of_instrument = all(each.effect.stage == "instrument" for each in chosen if each not in light)
+    if not are_of_instrument or not 1 < len(light) < len(chosen):
+        return chosen
+    return light if explain_together(together(base, light), first, error) else chosen
+
+
+def of_one_size(
+    chosen: Sequence[Candidate], base: Fit, first: Sequence[Family], error: PureError, refine: Refine
+) -> list[Candidate]:
+    """Return two effects of one size each that explain the readings as well as ``chosen`` ways of aging of more sizes.
+
+    The list is empty where there are none, where ``chosen`` has no effect of several sizes, or where one effect leaves
+    only noise. Each of the two effects must be clearly needed beside the other. Both together must leave at most twice
+    the χ² that ``chosen`` leaves, or, beside a single effect, clearly less than that effect.
+    """
+    if not chosen or not base.problem.from_first_hour or not all(ages_light(each.effect) for each in chosen):
+        return []
+    if not any(_sizes(each.effect) > 1 for each in chosen):
+        return []
+    final = together(base, chosen)
+    if len(chosen) == 1 and is_noise(final, error) and not free_term(final, error).names:
+        return []
+    most = min(2.0 * final.chi2, CLEAR**2 * final.freedom * error.scale)
+    simple = [each for each in first if ages_light(each.effect) and _sizes(each.effect) == 1]
+    found: list[tuple[Fit, list[Candidate]]] = []
+    for one, other in combinations(sorted(simple, key=lambda each: each.best.fit.bic), 2):
+        pair = refine([one.best, family(one.best.fit, other.effect).best], base)
+        both = together(base, pair)
+        is_clear = all(together(base, [each]).bic > both.bic + STRONG for each in pair)
+        if is_clear and both.chi2 < most and (len(chosen) > 1 or both.bic < final.bic - STRONG):
+            found.append((both, pair))
+    # Formulas of related effects differ little: among pairs that are nearly tied, the one with the simplest effects.
+    near = min((both.bic for both, _ in found), default=0.0) + 2.0 * STRONG
+    tied = [pair for both, pair in found if both.bic < near]
+    return min(tied, key=lambda pair: sum(len(each.effect.forms[0]) for each in pair), default=[])
+
+
+def _sizes(effect: Effect) -> int:
+    """Return how many sizes the simple forms of an effect free."""
+    return len({name for form in effect.forms[: effect.refined] for name in form if name in effect.neutral})
