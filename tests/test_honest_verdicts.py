@@ -26,12 +26,19 @@ from lutgen.criticism.refine import refine
 from lutgen.criticism.search import explanation as searched
 from lutgen.criticism.search.candidates import HALF, STRONG, contenders, family
 from lutgen.criticism.search.explanation import Explanation, together
+from lutgen.criticism.search.free_term import FreeTerm
 from lutgen.criticism.search.influence import Suspicion, wrong_sessions
 from lutgen.criticism.search.separate import separation
 from lutgen.criticism.search.stepwise import admissible, explain, refined
 from lutgen.criticism.search.ways_of_aging import light_alone
 from lutgen.criticism.verdict.imitation import nearest, overlap
-from lutgen.criticism.verdict.pronounce import _aging_in_several_ways, _most_with_residual, pronounce
+from lutgen.criticism.verdict.pronounce import (
+    _aging_in_several_ways,
+    _changed_curves,
+    _most_with_residual,
+    _unexplained,
+    pronounce,
+)
 from lutgen.criticism.verdict.weighing import Weighed, _is_minor, is_of_curves
 from lutgen.effects import catalogue
 from lutgen.effects.shapes import is_knot
@@ -734,3 +741,48 @@ def test_no_instruments_gain_wanders_by_more_than_two_percent(spread: float, wan
     drawn = np.random.default_rng(2).standard_normal(4001) * np.hypot(spread, 0.001)
     departures = np.array([drawn**2, np.full(4001, 0.001**2), np.ones(4001)])
     assert _likeliest_sd(departures, 0.0003) == pytest.approx(wander, rel=0.05)
+
+
+@pytest.mark.parametrize(
+    ("evidence", "told"),
+    [
+        (40.0, "no known effect explains for certain: here. crosstalk would explain it, but a smooth change"),
+        (10.0, "no known effect explains: here. The nearest effect, crosstalk, leaves 0 % of it."),
+    ],
+)
+def test_an_effect_that_a_free_term_beats_is_not_called_no_explanation(
+    monkeypatch: pytest.MonkeyPatch, evidence: float, told: str
+) -> None:
+    """``evidence``: decrease of BIC by the free term, where the effect decreases BIC by 20."""
+    monkeypatch.setattr("lutgen.criticism.verdict.pronounce.structure", lambda *_: "here")
+    monkeypatch.setattr("lutgen.criticism.verdict.pronounce.more_light", lambda *_: "")
+    base, final = _stub(chi2=300.0, freedom=200, bic=330.0), _stub(chi2=200.0, bic=310.0)
+    first = [_stub(name="crosstalk", best=_stub(fit=final))]
+    explanation = _stub(base=base, final=final, first=first, steps=[_stub(name="crosstalk")])
+    assert told in _unexplained(explanation, (), FreeTerm(("light by level",), evidence, evidence)).sentence
+
+
+@pytest.mark.parametrize(
+    ("shown", "effects", "told"),
+    [
+        (
+            {"black-level"},
+            ("channel-gamma", "black-level"),
+            "crosstalk explains what its formula misses. Separate from",
+        ),
+        (set(), ("channel-gamma",), "black-level and crosstalk explain what its formula misses."),
+    ],
+)
+def test_what_black_shows_is_no_residual_of_a_changed_curve(
+    monkeypatch: pytest.MonkeyPatch, shown: set[str], effects: tuple[str, ...], told: str
+) -> None:
+    monkeypatch.setattr("lutgen.criticism.verdict.pronounce.shares_of_delta_e", lambda *_: {})
+    steps = []
+    for name, without in (("channel-gamma", 9000.0), ("black-level", 500.0), ("crosstalk", 400.0)):
+        effect = catalogue()[name]
+        term = _stub(values=effect.typical())
+        steps.append(_stub(name=name, effect=effect, without=_stub(chi2=without), chosen=_stub(term=term)))
+    explanation = _stub(base=None, final=_stub(chi2=300.0), steps=steps, shown_by_black=shown)
+    verdict = _changed_curves(explanation, _stub(shares={}))
+    assert (verdict.name, verdict.effects) == ("one-of", effects)
+    assert told in verdict.sentence

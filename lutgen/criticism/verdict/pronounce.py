@@ -131,14 +131,17 @@ def _too_much_scatter(explanation: Explanation, error: PureError, remarks: tuple
 
 def _unexplained(explanation: Explanation, remarks: tuple[str, ...], residual_term: FreeTerm = NO_FREE_TERM) -> Verdict:
     where, nearest = structure(explanation, residual_term), explanation.first[0] if explanation.first else None
-    tried = (
-        f" The nearest effect, {nearest.name}, leaves {percent(_left(nearest.best.fit.chi2, explanation))} of it."
-        if nearest
-        else ""
-    )
-    alone = ""
+    base, final = explanation.base, explanation.final
+    alone = tried = ""
+    if nearest:
+        left = _left(nearest.best.fit.chi2, explanation)
+        tried = f" The nearest effect, {nearest.name}, leaves {percent(left)} of it."
+        is_likelier = base.bic - residual_term.evidence < final.bic
+        if len(explanation.steps) == 1 and left < 1.0 - MOST_OF_IT and is_likelier:
+            alone = " for certain"
+            tried = f" {nearest.name} would explain it, but a smooth change that is no known effect is likelier."
     if len(explanation.steps) > 1:
-        names, left = listed(step.name for step in explanation.steps), _left(explanation.final.chi2, explanation)
+        names, left = listed(step.name for step in explanation.steps), _left(final.chi2, explanation)
         if left < 1.0 - MOST_OF_IT:
             alone = " alone"
             tried += f" Together, {names} explain it, but they may imitate an effect that the catalogue lacks."
@@ -150,7 +153,7 @@ def _unexplained(explanation: Explanation, remarks: tuple[str, ...], residual_te
         f"Something is there that no known effect explains{alone}: {where}.{tried} An effect of your own can be tried: "
         f"lutgen refine --effects my_effect.py."
     )
-    if more := more_light(explanation.base):
+    if more := more_light(base):
         command = "To find out whether settings or the meter changed: lutgen sessions explain"
         remarks = (f"Whole sessions differ in light: {more}. {command}.", *remarks)
     return Verdict("unexplained", sentence, remarks=remarks)

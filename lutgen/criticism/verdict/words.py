@@ -30,10 +30,11 @@ CLEARLY = 3.0
 
 
 def structure(explanation: Explanation, residual_term: FreeTerm = NO_FREE_TERM) -> str:
-    """Say where the residual of the final fit is largest: family or condition, hours, signatures of the free term."""
+    """Say where the residual of the final fit is largest: family or condition, and its free term or else its course."""
     worst, course = strongest(explanation)
-    follows = f"; it follows {' and '.join(residual_term.names[:2])}" if residual_term.names else ""
-    return f"it is strongest in the readings called '{worst}', {course}{follows}"
+    # The signatures of a free term say how the residual changes with the hours.
+    rest = f"; it follows {' and '.join(residual_term.names[:2])}" if residual_term.names else f", {course}"
+    return f"it is strongest in the readings called '{worst}'{rest}"
 
 
 def strongest(explanation: Explanation) -> tuple[str, str]:
