@@ -41,6 +41,12 @@ def test_several_sessions_share_a_table_and_a_campaign_is_its_sessions(inspect: 
     assert done.code == 0
     assert done.out.count("200.0") >= 1
     assert inspect("campaign.toml").out.splitlines()[:3] == done.lines[:3]
+    everywhere = done.lines[-1]
+    assert everywhere.startswith("Missing in every session: ")
+    assert done.out.count("One place on the screen: no edge fall-off") == 1
+    assert "One place on the screen: no edge fall-off" in everywhere
+    assert "No calibration curves" in done.out
+    assert "No calibration curves" not in everywhere
 
 
 def test_json_stands_alone_and_pictures_are_named(inspect: Callable[..., Done]) -> None:

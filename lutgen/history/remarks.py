@@ -177,7 +177,8 @@ def on_uniformity(extremes: tuple[float, float] | None) -> Iterator[str]:
     if extremes is not None:
         low, high = extremes
         word = "Uneven" if max(1.0 - low, high - 1.0) >= UNEVEN else "Even"
-        yield f"{word}: over the screen white has {low:.0%} to {high:.0%} of the middle's luminance."
+        share = f"{low:.0%}" if f"{low:.0%}" == f"{high:.0%}" else f"{low:.0%} to {high:.0%}"
+        yield f"{word}: over the screen white has {share} of the middle's luminance."
 
 
 #: Smallest number of levels between black and full drive for a curve.
