@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from lutgen.criticism.compare.comparison import CLEAR
 from lutgen.criticism.fit.lack_of_fit import is_noise
-from lutgen.criticism.search.candidates import HALF, STRONG, family
+from lutgen.criticism.search.candidates import HALF, STRONG, contenders
 from lutgen.criticism.search.explanation import ages_light, together
 from lutgen.criticism.search.free_term import free_term
 
@@ -61,8 +61,12 @@ def of_one_size(
     most = min(2.0 * final.chi2, CLEAR**2 * final.freedom * error.scale)
     simple = [each for each in first if ages_light(each.effect) and _sizes(each.effect) == 1]
     found: list[tuple[Fit, list[Candidate]]] = []
+    limit = most + final.bic - final.chi2  # with no more parameters than ``chosen``
     for one, other in combinations(sorted(simple, key=lambda each: each.best.fit.bic), 2):
-        pair = refine([one.best, family(one.best.fit, other.effect).best], base)
+        beside = contenders(one.best.fit, [other.effect], limit)
+        if not beside:
+            continue
+        pair = refine([one.best, beside[0].best], base)
         both = together(base, pair)
         is_clear = all(together(base, [each]).bic > both.bic + STRONG for each in pair)
         if is_clear and both.chi2 < most and (len(chosen) > 1 or both.bic < final.bic - STRONG):
