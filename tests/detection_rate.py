@@ -20,9 +20,10 @@ from scipy.stats import binomtest
 
 from lutgen.criticism.diagnose import candidates, diagnose
 from lutgen.criticism.fit.least_squares import fit
-from lutgen.criticism.fit.linear import State, Term, predict
+from lutgen.criticism.fit.linear import Term
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.session_errors import with_shared_errors
+from lutgen.criticism.rehearse import with_readings_of
 from lutgen.criticism.verdict.verdict import Verdict
 from lutgen.criticism.verdict.visibility import visibility
 from tests.generators.meters import METERS
@@ -34,7 +35,6 @@ from tests.readings_text import read
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-    from lutgen.colorimetry import Array
     from lutgen.criticism.fit.least_squares import Fit
     from lutgen.effects import Effect
     from lutgen.readings import Measurements
@@ -77,21 +77,6 @@ def at_smallest_size(base: Fit, effects: Sequence[Effect]) -> Iterator[Term]:
             yield Term.at_rest(effect, (), **(grids | {name: signed}))
 
 
-def with_effect(base: Fit, term: Term, rng: np.random.Generator) -> Array:
-    """Return XYZ in cd/m² of all readings, with an effect and with noise and session gains drawn anew."""
-    problem = base.problem
-    light = predict(problem, State((term,), base.tips, np.zeros_like(base.gains)))
-    names = problem.readings.session or ("",) * problem.readings.hours.size
-    sessions = [f"{hour} {names[row]}" for hour, row in zip(problem.hour_of, problem.rows, strict=True)]
-    _, session = np.unique(sessions, return_inverse=True)
-    gains = problem.noise.session * rng.standard_normal(int(session.max()) + 1)
-    light = light * (1.0 + gains[session.reshape(-1)])[:, np.newaxis]
-    xyz = problem.readings.xyz_cd_m2.copy()
-    root = np.linalg.cholesky(problem.covariance(light))
-    xyz[problem.rows] = light + np.einsum("nij,nj->ni", root, rng.standard_normal(light.shape))
-    return xyz
-
-
 def names_it(verdict: Verdict, name: str) -> bool:
     """Whether a verdict names an effect, alone or in a set."""
     named = {*verdict.effects, *(rival for group in verdict.rivals for rival in group)}
@@ -104,7 +89,7 @@ def trials(seed: int, number: int) -> Iterator[tuple[str, Verdict]]:
     base = fit(with_shared_errors(Problem.of(readings)))
     for term in at_smallest_size(base, candidates(None, "colour-points", ())):
         rng = np.random.default_rng([seed, number, crc32(term.effect.name.encode())])
-        yield term.effect.name, diagnose(readings.with_light(with_effect(base, term, rng))).verdict
+        yield term.effect.name, diagnose(with_readings_of(base, term, rng).readings).verdict
 
 
 def report(found: Mapping[str, Sequence[Verdict]]) -> tuple[str, bool]:

@@ -203,7 +203,7 @@ def _unseen(effect: Effect, seen: Visibility) -> str:
 
 def _recovery(base: Fit, term: Term, rivals: Sequence[Effect], seen: Visibility) -> tuple[str, bool]:
     """Simulate the effect, search for it, and return the sentence and whether the effect was recovered."""
-    simulated = fit(_simulated(base, term))
+    simulated = fit(with_readings_of(base, term, np.random.default_rng(SEED)))
     explanation = explain(simulated, [*rivals, term.effect], PureError.of(simulated.problem))
     start = f"Put into these readings{_size_put_in(term, seen)}, "
     names = _names_for(explanation, term.effect.name)
@@ -221,9 +221,9 @@ def _recovery(base: Fit, term: Term, rivals: Sequence[Effect], seen: Visibility)
     return f"{start}{result}{size}.", is_right and len(names) <= MOST_ALIKE
 
 
-def _simulated(base: Fit, term: Term) -> Problem:
-    """Return the problem of new readings of the fitted display with the effect."""
-    problem, rng = base.problem, np.random.default_rng(SEED)
+def with_readings_of(base: Fit, term: Term, rng: np.random.Generator) -> Problem:
+    """Return the problem of new readings of the fitted display with an effect: with new noise and session gains."""
+    problem = base.problem
     light = predict(problem, State((replace(term, free=()),), base.tips, np.zeros_like(base.gains)))
     _, session = np.unique(
         [f"{hour}\0{name}" for hour, name in zip(problem.hour_of, _sessions(problem), strict=True)],

@@ -26,8 +26,9 @@ if TYPE_CHECKING:
 def inspect_page(inspections: Sequence[Inspection]) -> Iterator[Part]:
     """Yield what ``lutgen inspect`` prints."""
     several = len(inspections) > 1
-    in_all = [told for told in inspections[0].missing if all(told in each.missing for each in inspections)]
+    in_all: Sequence[str] = ()
     if several:
+        in_all = [told for told in inspections[0].missing if all(told in each.missing for each in inspections)]
         yield overview(inspections)
     for number, each in enumerate(inspections, start=1):
         if several:
@@ -39,9 +40,9 @@ def inspect_page(inspections: Sequence[Inspection]) -> Iterator[Part]:
         if each.primaries or each.calibration:
             yield channels(each)
         yield from (f"• {remark}" for remark in each.remarks)
-        if missing := [told for told in each.missing if not several or told not in in_all]:
+        if missing := [told for told in each.missing if told not in in_all]:
             yield f"Missing: {' '.join(missing)}"
-    if several and in_all:
+    if in_all:
         yield ""
         yield f"Missing in every session: {' '.join(in_all)}"
 

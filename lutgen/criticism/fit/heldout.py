@@ -85,12 +85,12 @@ class HeldOut:
         return total, min(spread, 2.0 * float(np.sqrt(max(abs(total), 1.0))))
 
 
-def confirmed_gain() -> float:
-    """Return the smallest gain of a fit in χ² with which held-out readings confirm an effect of one parameter.
+def confirmed_gain(parameters: int) -> float:
+    """Return the smallest gain of a fit in χ² with which held-out readings confirm an effect of some parameters.
 
     The held-out gain g has a standard error of 2√g if the effect is true (:meth:`HeldOut.gain_over`).
     """
-    return (2.0 * STANDARD_ERRORS) ** 2 + OPTIMISM
+    return (2.0 * STANDARD_ERRORS) ** 2 + OPTIMISM * parameters
 
 
 def cells(problem: Problem) -> list[NDArray[np.intp]]:

@@ -91,20 +91,23 @@ class Explanation:
     @cached_property
     def certain(self) -> frozenset[str]:
         """Names of the admitted effects that show in readings which no other admitted effect changes."""
-        return frozenset(
-            step.name
-            for step in self.steps
-            if is_shown_apart(step.chosen, [other.term for other in step.beside], step.without, self.final)
-        )
+        return self._shown_apart(in_the_dark=False)
 
     @cached_property
     def shown_by_black(self) -> frozenset[str]:
         """Names of the admitted effects that show in readings of black which no other admitted effect changes."""
+        return self._shown_apart(in_the_dark=True)
+
+    def _shown_apart(self, *, in_the_dark: bool) -> frozenset[str]:
         return frozenset(
             step.name
             for step in self.steps
             if is_shown_apart(
-                step.chosen, [other.term for other in step.beside], step.without, self.final, in_the_dark=True
+                step.chosen,
+                [other.term for other in step.beside],
+                step.without,
+                self.final,
+                in_the_dark=in_the_dark,
             )
         )
 

@@ -321,7 +321,7 @@ def _tied_with_free_term(explanation: Explanation, weighed: Weighed) -> Verdict 
 def _changed_curves(explanation: Explanation, weighed: Weighed) -> Verdict:
     """Name the effect that explains most of a changed curve, where other effects explain what its formula misses.
 
-    Effects that black shows, which no curve changes, are named beside it.
+    Effects that show in readings of black, which these curves leave as it is, are named beside it.
     """
     base, final = explanation.base, explanation.final
     own = {step.name: step.without.chi2 - final.chi2 for step in explanation.steps if bends_curves(step.effect)}

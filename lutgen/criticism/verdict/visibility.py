@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,15 +17,15 @@ from lutgen.criticism.search.stepwise import SIGNIFICANT
 from lutgen.effects.declare import PROPOSED
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     from lutgen.criticism.fit.least_squares import Fit
     from lutgen.criticism.fit.score import Score
     from lutgen.effects import Effect
 
 #: Distance above the threshold, in standard deviations, at which nine of ten campaigns find an effect. For a sharp
-#: threshold it would be 1.28. But each campaign estimates its noise anew, and the error of withheld readings scatters:
-#: chosen with seeds 32 and 33 of ``python -m tests.detection_rate``.
+#: threshold it would be 1.28. But each campaign estimates its noise anew, and the error of withheld readings scatters.
+#: ``python -m tests.detection_rate`` tests the number.
 NINE_OF_TEN = 1.6
 
 #: Number of forms that a search tries on readings with one faint effect, or none.
@@ -66,20 +67,22 @@ def threshold(base: Fit, parameters: int = 1) -> float:
     error = PureError.of(base.problem)
     gain_for_bic = error.allowance * max(error.variance, 1.0) * (STRONG + parameters * np.log(base.readings))
     gain_for_f_test = error.gain_beyond(SIGNIFICANT / TRIED)
-    needed = max(gain_for_bic - (parameters - 1), gain_for_f_test, confirmed_gain() + (parameters - 1))
+    by_chance = parameters - 1
+    needed = max(max(gain_for_bic, confirmed_gain(parameters)) - by_chance, gain_for_f_test)
     return float(np.sqrt(needed)) + NINE_OF_TEN
 
 
 def visibility(base: Fit, effects: Iterable[Effect]) -> list[Visibility]:
     """Return the visibility of every effect in the readings of ``base``."""
-    return [_of(base.score, effect) for effect in effects]
+    needed = cache(partial(threshold, base))
+    return [_of(base.score, effect, needed) for effect in effects]
 
 
-def _of(score: Score, effect: Effect) -> Visibility:
+def _of(score: Score, effect: Effect, needed: Callable[[int], float]) -> Visibility:
     simple = [*effect.forms[0], *(form[0] for form in effect.forms if len(form) == 1)]
     names = [name for name in dict.fromkeys(simple) if name in effect.neutral and not effect.parameters[name].grid]
     if not names:
-        return _without_amplitude(score, effect)
+        return _without_amplitude(score, effect, needed)
     visibilities = []
     for name in names:
         raw, left = (float(np.linalg.norm(each)) for each in score.seen(_typical(score, effect), name))
@@ -88,8 +91,8 @@ def _of(score: Score, effect: Effect) -> Visibility:
             # An effect with a threshold has no gradient at rest: it is judged at its typical size.
             raw, left = (each / typical for each in score.switched(_at_typical(score, effect)))
         limit = max(abs(low), abs(high))
-        needed = threshold(score.base, min(len(form) for form in effect.forms if name in form))
-        size = needed / left if left > 1e-9 * max(raw, 1e-300) else np.inf
+        strength = needed(min(len(form) for form in effect.forms if name in form))
+        size = strength / left if left > 1e-9 * max(raw, 1e-300) else np.inf
         absorbed = 1.0 - (left / raw) ** 2 if raw > 0 else None
         visibilities.append(
             Visibility(
@@ -120,20 +123,20 @@ def _at_typical(score: Score, effect: Effect) -> Term:
     return Term(effect, {**_typical(score, effect).values, **values})
 
 
-def _without_amplitude(score: Score, effect: Effect) -> Visibility:
+def _without_amplitude(score: Score, effect: Effect, needed: Callable[[int], float]) -> Visibility:
     """Return the visibility of an effect without amplitude; with a grid, the mildest setting that the readings show."""
     grids = [name for name in effect.forms[0] if effect.parameters[name].grid]
     if not grids:
         raw, left = score.switched(Term.at_rest(effect, ()))
         absorbed = 1.0 - (left / raw) ** 2 if raw > 0 else None
-        needed = float(np.sqrt(STRONG + switching_penalty(score.problem)))
-        return Visibility(effect.name, "", "", left >= needed, None, absorbed)
-    name, needed = grids[0], threshold(score.base)
+        is_visible = left >= float(np.sqrt(STRONG + switching_penalty(score.problem)))
+        return Visibility(effect.name, "", "", is_visible, None, absorbed)
+    name, strength = grids[0], needed(1)
     visible, absorbed = [], None
     for value in effect.parameters[name].grid:
         raw, left = score.switched(Term.at_rest(effect, effect.forms[0], **{name: float(value)}))
         absorbed = 1.0 - (left / raw) ** 2 if raw > 0 else absorbed
-        if left >= needed:
+        if left >= strength:
             visible.append(float(value))
     mildest = max(visible) if visible else None
     return Visibility(effect.name, name, effect.parameters[name].unit, bool(visible), mildest, absorbed)
