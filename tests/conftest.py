@@ -55,10 +55,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--draw", type=int, default=0, help="seed of that sample; the same one each time without it")
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_configure(config: pytest.Config) -> None:
-    """With ``--everything``, draw as many examples of a property as hypothesis does by itself."""
+    """With ``--everything``, draw as many examples of a property as hypothesis does by itself, and wait longer."""
     if config.getoption("everything"):
         settings.load_profile("everything")
+        config.option.timeout = config.option.timeout or 3600
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

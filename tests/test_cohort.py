@@ -5,13 +5,12 @@ from __future__ import annotations
 import json
 import multiprocessing
 import os
-import signal
 import subprocess
 import sys
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -381,23 +380,6 @@ def _asked(display: DisplayModel) -> CohortTask:
 
 # Dask -----------------------------------------------------------------------------------------------------------------
 
-#: Seconds after which a test with a cluster fails and does not wait for ever: ten times the usual duration.
-ENDLESS = 300
-
-
-@pytest.fixture
-def bounded() -> Iterator[None]:
-    """A time limit for tests with Dask processes: a cluster that loses a worker may wait without end."""
-
-    def give_up(_signal: int, _frame: object) -> NoReturn:
-        raise TimeoutError(f"a cluster of Dask has not answered for {ENDLESS} s")
-
-    before = signal.signal(signal.SIGALRM, give_up)
-    signal.alarm(ENDLESS)
-    yield
-    signal.alarm(0)
-    signal.signal(signal.SIGALRM, before)
-
 
 def dask_config() -> Any:
     return import_module("dask").config
@@ -414,7 +396,6 @@ def dask() -> Iterator[Any]:
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("bounded")
 def test_a_cluster_whose_worker_is_killed_loses_nothing_and_counts_nothing_twice(
     dask: Any, tmp_path: Path, written: list[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -435,7 +416,6 @@ def test_a_cluster_whose_worker_is_killed_loses_nothing_and_counts_nothing_twice
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("bounded")
 def test_a_slide_under_which_dask_workers_die_is_named_and_the_others_finish(tmp_path: Path) -> None:
     distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
     files = make_slides(tmp_path / "in", 3)
@@ -474,7 +454,6 @@ def test_slides_that_dask_suspects_are_tried_again_alone(tmp_path: Path, monkeyp
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("bounded")
 def test_what_a_worker_cannot_do_is_said(dask: Any, tmp_path: Path) -> None:
     slides = find_slides(make_slides(tmp_path / "in", 3))
     unseen, other = replace(slides[0], path="/elsewhere/s.png"), replace(_asked(model()), version="0.0.1")
@@ -510,7 +489,6 @@ def test_a_scheduler_that_is_not_there(
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("bounded")
 def test_a_scheduler_without_workers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
     monkeypatch.setattr(cohort_workers, "PATIENCE_S", 1.0)
@@ -524,7 +502,6 @@ def test_a_scheduler_without_workers(tmp_path: Path, monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("bounded")
 def test_a_scheduler_that_goes_away_leaves_what_is_finished(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
     distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
     files, run = make_slides(tmp_path / "in", 12, side=200), tmp_path / "run"

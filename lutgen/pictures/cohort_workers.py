@@ -125,8 +125,7 @@ def _done_here(
                 while waiting or running:
                     # At most one slide for each process, so that few slides are computed again when a process dies.
                     while waiting and len(running) < jobs:
-                        with _quiet_start():
-                            running[pool.submit(_look, waiting[0])] = waiting[0]
+                        running[pool.submit(_look, waiting[0])] = waiting[0]
                         waiting.popleft()
                     for future in wait(running, return_when=FIRST_COMPLETED).done:
                         yield running[future], future.result()
@@ -145,7 +144,7 @@ def _pool(task: CohortTask, jobs: int, share: int) -> Iterator[ProcessPoolExecut
     our_end, their_end = context.Pipe()
     pool = ProcessPoolExecutor(jobs, context, _begin, (their_end, task, share))
     try:
-        _check_start(pool)
+        _start(pool, jobs)
         yield pool
         pool.shutdown()
     finally:
@@ -154,11 +153,13 @@ def _pool(task: CohortTask, jobs: int, share: int) -> Iterator[ProcessPoolExecut
         their_end.close()
 
 
-def _check_start(pool: ProcessPoolExecutor) -> None:
-    with _quiet_start():
-        first = pool.submit(int)
+def _start(pool: ProcessPoolExecutor, jobs: int) -> None:
+    """Start all processes. Otherwise the pool starts one while another may die, and may then wait for it for ever."""
     try:
-        first.result()
+        with _quiet_start():
+            started = [pool.submit(int) for _ in range(jobs)]
+        for each in started:
+            each.result()
     except BrokenProcessPool:
         raise LutgenError(
             "a worker process cannot be started. Where its complaint stands above, mend that (a script of your own "
