@@ -40,6 +40,20 @@ def with_drive_errors(fitted: Fit) -> Fit:
     return fit(replace(problem, drive_errors=drive_errors), fitted.terms, state)
 
 
+def bic_with_drive_errors(with_errors: Fit, fitted: Fit) -> float:
+    """BIC of a fit with drive errors, comparable with fits without: the errors have a prior, and lower the likelihood.
+
+    For errors with a normal prior, -2 ln of the likelihood is χ² and the logarithm of the determinant of their prior
+    covariance over their posterior covariance.
+    """
+    return with_errors.bic + _spread(with_errors) - _spread(fitted)
+
+
+def _spread(fitted: Fit) -> float:
+    errors = fitted.problem.first_errors
+    return -float(np.linalg.slogdet(errors.inverse)[1]) if errors else 0.0
+
+
 def bic_gain(fitted: Fit, effect: Effect) -> float:
     """Fall of BIC by one of the effects of a fit with drive errors, compared with the fit without this effect."""
     others = [term for term in fitted.terms if term.effect.name != effect.name]

@@ -78,6 +78,9 @@ class Explanation:
         The fits with the first effect, the first two effects, and so on to ``final``.
     beyond
         Effects that were admitted, but may only explain what the formulas of ``steps`` miss.
+    unknown_table
+        Whether ``steps`` hold a rounding behind a table that nobody knows
+        (:mod:`lutgen.criticism.search.unknown_table`).
 
     """
 
@@ -87,6 +90,7 @@ class Explanation:
     steps: tuple[Step, ...]
     trail: tuple[Fit, ...]
     beyond: tuple[str, ...] = ()
+    unknown_table: bool = False
 
     @cached_property
     def certain(self) -> frozenset[str]:

@@ -33,6 +33,7 @@ from lutgen.criticism.search.candidates import (
 )
 from lutgen.criticism.search.explanation import Explanation, Step, ages_light, is_shown_apart, together
 from lutgen.criticism.search.free_term import free_term, probe
+from lutgen.criticism.search.unknown_table import rounding_behind_table
 from lutgen.criticism.search.ways_of_aging import explain_together, light_alone, of_one_size
 
 if TYPE_CHECKING:
@@ -84,6 +85,8 @@ def explain(
         chosen = _with_shown_apart(sufficient[0].best, chosen, base, error)
     if simpler := of_one_size(chosen, base, first, error, refined):
         chosen, sufficient = simpler, []
+    if rounded := rounding_behind_table(chosen, base, effects, error):
+        chosen, sufficient = rounded, []
     final = together(base, chosen)
     trail = [together(base, chosen[:count]) for count in range(1, len(chosen))]
     trail += [final] if chosen else []
@@ -91,7 +94,7 @@ def explain(
         Step(
             each,
             tuple(other for other in chosen if other is not each),
-            tuple(effects),
+            () if rounded and each.effect.propose else tuple(effects),  # no other effect is jagged
             base,
             tuple(sufficient[1:]) if at == 0 else (),
         )
@@ -99,7 +102,7 @@ def explain(
     )
     kept = {each.effect.name for each in chosen}
     beyond = tuple(each.effect.name for each in admitted if each.effect.name not in kept)
-    return Explanation(base, final, tuple(first), steps, tuple(trail), beyond)
+    return Explanation(base, final, tuple(first), steps, tuple(trail), beyond, bool(rounded))
 
 
 def _next(  # noqa: PLR0917 - the state of the search, and its inputs

@@ -15,7 +15,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.criticism.fit.linear import Term
+from lutgen.criticism.search.candidates import STRONG
+from lutgen.criticism.search.explanation import bends_curves
 from lutgen.criticism.search.free_term import LEAST_SEEN
+from lutgen.numerals import percent
+from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -33,6 +37,11 @@ OWN = 1e-4
 #: Share of its signature, in χ², that the forms of the other effects must not be able to follow, for each of several
 #: effects. Chosen on seeds 617 to 619 of ``python -m tests.generators``, below all hidden pairs that were found.
 APART = 0.75
+
+
+#: Share of its change by which a curve may depart from its formula: of two effects on curves that differ by less, these
+#: readings can prove neither. An assumption.
+DEPARTURE = 0.05
 
 
 @dataclass(frozen=True)
@@ -72,6 +81,24 @@ def nearest(step: Step, final: Fit, scale: float) -> Imitated | None:
     ]
     share, name = min(shares, default=(1.0, ""))
     return Imitated(name, share, strength * share) if name else None
+
+
+def unproved(step: Step, final: Fit, scale: float) -> str:
+    """Say why readings do not prove an effect that fits them best; "" where they do; ``scale``: as in :func:`nearest`.
+
+    A smooth curve of another formula differs from a small change by less than the noise. Light that the display adds to
+    every reading looks like an offset of the meter, unless readings of the capped lens show the offset.
+    """
+    effect, problem = step.effect, final.problem
+    strength = (step.without.chi2 - final.chi2) / scale
+    if bends_curves(effect) and not effect.propose and strength * DEPARTURE**2 < 2 * STRONG:
+        return f"A curve of another formula, different by {percent(DEPARTURE)} of this change, fits as well."
+    asks_for_cap = effect.stage == "instrument" and any("lens capped" in way for way in effect.confused_with.values())
+    capped = is_capped(problem.readings)[problem.rows]
+    shown = (step.without.residual[capped] ** 2).sum() - (final.residual[capped] ** 2).sum()
+    if asks_for_cap and shown < STRONG:
+        return "No reading with the lens capped shows that it is the meter, and no light of the display."
+    return ""
 
 
 def overlap(chosen: Sequence[Candidate], base: Fit) -> bool:

@@ -14,7 +14,7 @@ from lutgen.criticism.search.candidates import HALF, STRONG
 from lutgen.criticism.search.explanation import ages_light, bends_curves
 from lutgen.criticism.search.free_term import IN_ORDER, FreeTerm, change_in_order, free_term, probe
 from lutgen.criticism.search.stepwise import MOST_OF_IT
-from lutgen.criticism.verdict.imitation import Imitated, nearest, overlap
+from lutgen.criticism.verdict.imitation import Imitated, nearest, overlap, unproved
 from lutgen.criticism.verdict.remarks import lines_of, remarks_of
 from lutgen.criticism.verdict.shares import shares_of_delta_e
 from lutgen.criticism.verdict.verdict import Verdict
@@ -31,6 +31,9 @@ if TYPE_CHECKING:
     from lutgen.criticism.search.explanation import Explanation, Step
     from lutgen.criticism.search.influence import Suspicion
     from lutgen.criticism.verdict.visibility import Visibility
+
+#: The objection to a rounding behind tables that nobody knows.
+JAGGED = "Each code value is shifted by another part of a step, as behind a calibration table that the file lacks."
 
 AGREES = "Nothing is above the noise: the model agrees with these readings."
 
@@ -214,7 +217,9 @@ def _sound(explanation: Explanation, weighed: Weighed, error: PureError, remarks
         (step,) = kept
         size = f"{sizes[step.name]}: {excess(step, seen, weighed.shares)}"
         simplest, imitated = _share_of_simplest(alone[0], explanation), _imitated(step, explanation, error)
-        verdict = one(step, size, left=left, simplest=simplest, imitated=imitated)
+        objection = JAGGED if explanation.unknown_table else ""
+        doubt = unproved(step, explanation.final, error.scale)
+        verdict = one(step, size, left=left, simplest=simplest, imitated=imitated, objection=objection, doubt=doubt)
     elif (overlapping := _overlap(kept, explanation)) and weighed.clean and len(kept) == 2:
         verdict = like_both(kept)
     elif imitations := _imitations(kept, explanation, error):

@@ -42,6 +42,11 @@ def remarks_of(explanation: Explanation, blind: Sequence[str], suspicion: Suspic
             f"time: the zero of the meter, or a leak of light that these sessions cannot tell from it. Read black with "
             f"the lens capped in every session."
         )
+    if explanation.unknown_table:
+        remarks.append(
+            "The number of bits is uncertain, since the file lacks the calibration table before the rounding. Sessions "
+            "as .ti3 hold this table."
+        )
     if suspicion.rows:
         remarks.append(f"Left out, as other readings of the patch contradict them: {lines_of(explanation, suspicion)}.")
     if outliers := _with_little_weight(explanation):

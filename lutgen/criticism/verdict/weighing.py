@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from lutgen.criticism.first_session.slope_errors import bic_gain, with_drive_errors
+from lutgen.criticism.first_session.slope_errors import bic_gain, bic_with_drive_errors, with_drive_errors
 from lutgen.criticism.fit.lack_of_fit import is_noise, is_within_scatter
 from lutgen.criticism.search.candidates import HALF, STRONG
 from lutgen.criticism.search.explanation import bends_curves, is_shown_apart, together
@@ -65,11 +65,16 @@ class Weighed:
             shares[step.name], before = max(before - trail_fit.chi2, 0.0) / excess, trail_fit.chi2
         base_term = probe(base, error)
         final_term = free_term(final, error, base_term.names)
-        bic_of_both = final.bic - final_term.evidence
         leaves_noise = is_noise(final, error)
-        # Where the residual is not noise, a fit with the slope errors of a native display's curves decides whether the
-        # effects explain enough.
-        lenient = final if leaves_noise else with_drive_errors(final)
+        # Where the residual is not noise, a fit with the errors of slopes and steps of a native display's code values
+        # decides whether the effects explain enough.
+        lenient = final if leaves_noise and not explanation.unknown_table else with_drive_errors(final)
+        is_rest_noise, rest_term = leaves_noise, final_term
+        bic_of_both = final.bic - final_term.evidence
+        if lenient is not final:
+            is_rest_noise, rest_term = is_noise(lenient, error), free_term(lenient, error, base_term.names)
+        if explanation.unknown_table:
+            bic_of_both = min(bic_of_both, bic_with_drive_errors(lenient, final) - rest_term.evidence)
         needed = _needed(explanation, error, shares, base_term, bic_of_both)
         if lenient is not final:
             needed = [
@@ -85,9 +90,6 @@ class Weighed:
         ]
         kept = [step for step in needed if step not in minor]
         chosen, gain = [step.chosen for step in kept], base.chi2 - lenient.chi2
-        is_rest_noise, rest_term = leaves_noise, final_term
-        if lenient is not final:
-            is_rest_noise, rest_term = is_noise(lenient, error), free_term(lenient, error, base_term.names)
         # A free term describes only smooth residuals. Where more than noise is left, at least half of it counts too.
         not_smooth = 0.0 if is_rest_noise else HALF * max(excess - gain, 0.0)
         missed = max(rest_term.gain, not_smooth) if rest_term.names else max(excess - gain, 0.0)
@@ -105,12 +107,13 @@ class Weighed:
         # Even scatter above the noise may be an effect that the catalogue lacks: half of the excess must be explained.
         half = is_within_scatter(error, lenient) or gain > HALF * excess
         # Where the excess is seen and a residual is left, the eye must see half of the excess disappear.
-        visible = clean or not any(seen.values()) or sum(seen[step.name] for step in kept) > HALF
+        is_clean = clean or explanation.unknown_table
+        visible = is_clean or not any(seen.values()) or sum(seen[step.name] for step in kept) > HALF
         sound = (
             bool(kept)
             and half
             and visible
-            and (clean or enough)
+            and (is_clean or enough)
             and not_kept <= (1.0 - MOST_OF_IT) * gain
             and base.bic - base_term.evidence >= bic_of_both - STRONG
             and not any(_is_at_its_limit(step) for step in kept)

@@ -100,12 +100,14 @@ def one(
     simplest: float = 1.0,
     imitated: Imitated | None = None,
     objection: str = "",
+    doubt: str = "",
 ) -> Verdict:
     """Name one effect.
 
     ``size`` describes how large the effect is, ``left`` the residual of its formula. ``simplest`` is the gain of the
     effect's simplest form as a share of its form's gain. ``imitated`` is the effect that its form follows best.
-    ``objection``: a reason of the caller why the effect is not proved; then no other reason is looked for.
+    ``objection``: a reason of the caller why the effect is not proved; then no other reason is looked for. ``doubt``: a
+    reason that counts where there is no other.
     """
     names = (step.name,)
     if step.rivals:
@@ -116,7 +118,7 @@ def one(
         )
         return Verdict("one-of", sentence, either, (either,))
     freed = ", ".join(step.chosen.form)
-    if objection := objection or _objection(step, freed, simplest, imitated):
+    if objection := objection or _objection(step, freed, simplest, imitated) or doubt:
         sentence = f"{step.name} is missing, or an effect like it that the catalogue lacks: {size}. {objection}"
         return Verdict("one-of", sentence, names)
     if step.chosen.refined:
