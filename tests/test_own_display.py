@@ -289,8 +289,8 @@ def test_a_change_of_the_calibration_goes_to_other_processes() -> None:
 
 def test_the_same_calibration_at_all_sessions_changes_nothing() -> None:
     same = dict.fromkeys((0.0, LIFE), LOADED[0.0])
-    assert LoadedCalibrations.of(recalibrated(calibrations=same), told=True) == ()
-    assert LoadedCalibrations.of(recalibrated(calibrations={LIFE: LOADED[LIFE]}), told=True) == ()
+    assert LoadedCalibrations.of(recalibrated(calibrations=same), measured_tips=True) == ()
+    assert LoadedCalibrations.of(recalibrated(calibrations={LIFE: LOADED[LIFE]}), measured_tips=True) == ()
     assert DisplayModel(recalibrated()).known == ()
 
 
@@ -302,7 +302,7 @@ def test_a_change_of_the_calibration_is_said_with_its_ends() -> None:
 
 
 def test_a_code_value_beyond_the_first_days_full_drive_goes_on() -> None:
-    (known,) = LoadedCalibrations.of(recalibrated(), told=False)
+    (known,) = LoadedCalibrations.of(recalibrated(), measured_tips=False)
     scene = Scene(np.full((1, 1), LIFE), np.ones((1, 3)), np.ones((1, 3)), np.ones((1, 3)))
     found = known.effect.function(np.ones((1, 3)), scene)
     assert found == pytest.approx(np.array([[0.99, 1.0, 0.935 / 0.92]]), abs=1e-6)

@@ -164,7 +164,7 @@ _CERTIFICATES: dict[object, Certificate] = {}
 _READ_WHOLE: set[TableKind] = set()
 #: Format → its last table, with the key and the errors of this table. All hours of ``stable`` share one table.
 _BAKED: dict[str, tuple[object, Lut | MatrixLut, Figures]] = {}
-#: Path of a LUT → the code values that OpenColorIO gave for it in the check of a config, for the certificate after it.
+#: LUT path → OpenColorIO's code values from the config check, reused when the certificate is computed.
 SHOWN_WHOLE: dict[Path, Array] = {}
 
 

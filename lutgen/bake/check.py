@@ -253,7 +253,7 @@ def _check_part(work: _Work, records: tuple[FileRecord, ...]) -> Checked:
 
 
 def _shader_findings(path: str, run: GpuRun) -> list[Finding]:
-    # `not <=` also finds NaN.
+    # `not (a <= b)` is also true for NaN.
     return [
         Finding(
             path,

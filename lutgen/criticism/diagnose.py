@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 __all__ = ["VERDICTS", "Diagnosis", "Ranked", "diagnose"]
 
-#: The search is repeated where the estimated drift of the gain within sessions changes by more than this factor.
+#: The search is repeated if the estimated drift of the gain within sessions changes by more than this factor.
 UNSTEADIER = 2.0
 
 #: Number of effects, from the best, whose held-out error is computed.
@@ -49,10 +49,10 @@ class Ranked:
     delta_bic
         Decrease of BIC with the effect: above 6 is strong.
     rms_sigma, held_out_rms_sigma
-        Error with the effect, of all readings, and of readings withheld from the fit; None where not computed.
+        Error with the effect, of all readings, and of readings withheld from the fit; None if not computed.
     held_out_cells, held_out_left_out
         Number of groups of readings, and number of groups that could not be withheld, because a parameter depends on
-        them; None where not computed.
+        them; None if not computed.
     explained
         Share of the excess of χ² over the noise that the effect explains.
     absorbed
@@ -91,7 +91,7 @@ class Diagnosis:
     comparison
         Comparison of the model without new effects with the readings.
     explanation
-        The result of the search; where the verdict names effects, by these effects alone.
+        The result of the search; if the verdict names effects, with these effects alone.
     verdict
         The verdict and its sentence.
     visibility
@@ -117,12 +117,12 @@ class Diagnosis:
 
     @cached_property
     def ranking(self) -> tuple[Ranked, ...]:
-        """Every effect alone, best first; withheld readings are fitted at the first access."""
+        """Every effect alone, best first; withheld readings are predicted at the first access."""
         return tuple(_ranking(self.explanation, self.visibility, self.error))
 
     @cached_property
     def after(self) -> Comparison:
-        """Comparison of the model with the effects that were found with the readings."""
+        """Comparison of the readings with the model that includes the effects that were found."""
         return compare_problem(self.problem, self.explanation.final.terms)
 
     def as_json(self) -> dict[str, Any]:
@@ -181,7 +181,7 @@ def diagnose(
     problem = with_shared_errors(problem, terms)
     choices = candidates(effects, baseline, (*without, *(term.effect.name for term in terms)))
     if problem.first_readings:
-        # The choice among the paper's matrices has no influence where a colour is predicted from its own first reading.
+        # The choice among the paper's matrices has no influence if a colour is predicted from its own first reading.
         choices = [each for each in choices if each.stage != "selection"]
     base, error = fit(problem, terms), PureError.of(problem)
     rows = wrong_rows(base)
@@ -190,7 +190,8 @@ def diagnose(
         base, error = fit(problem, terms), PureError.of(problem)
     seen = tuple(visibility(base, choices))
     explanation = explain(base, choices, error, progress)
-    # A misfit can hide a drift of the gain or look like one: the drift is estimated again when effects explain it.
+    # A misfit can hide a drift of the gain or look like a drift: estimate the drift again after effects explain the
+    # misfit.
     again = with_shared_errors(problem, explanation.final.terms) if explanation.steps else problem
     if _differ(again.wander, problem.wander) or _differ(again.offset_cd_m2, problem.offset_cd_m2):
         problem = again

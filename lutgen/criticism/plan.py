@@ -34,8 +34,8 @@ BASICS = tuple(
 #: χ² between two rivals above which they are distinguished.
 CLEAR = 20.0
 
-#: Strength (root of χ²) to which a rival is scaled where the readings show less: three times the detectable strength.
-THREE_TIMES = 15.0
+#: Strength (root of χ²) to which a rival is scaled if the readings show less: three times the detectable strength.
+THREE_TIMES_DETECTABLE = 15.0
 
 
 @dataclass(frozen=True)
@@ -161,9 +161,9 @@ def _between(base: Fit, known: Mapping[str, Effect], pair: tuple[str, str]) -> M
 
 
 def _as_truth(base: Fit, effect: Effect) -> Fit:
-    """Fit an effect; where the readings show too little of the effect, take three times its detectable size."""
+    """Fit an effect; if the readings show too little of the effect, use three times its detectable size."""
     fitted = family(base, effect).best.fit
-    if base.chi2 - fitted.chi2 >= THREE_TIMES**2:
+    if base.chi2 - fitted.chi2 >= THREE_TIMES_DETECTABLE**2:
         return fitted
     score, term = base.score, Term.at_rest(effect, effect.forms[0])
     sizes = {}
@@ -171,7 +171,7 @@ def _as_truth(base: Fit, effect: Effect) -> Fit:
         strength = float(abs(score.seen(term, name)[1]).max() and (score.seen(term, name)[1] ** 2).sum() ** 0.5)
         low, high = effect.parameters[name].bounds
         rest, typical = term.values[name], effect.parameters[name].value
-        size = THREE_TIMES / strength if strength > 0 else abs(typical - rest)
+        size = THREE_TIMES_DETECTABLE / strength if strength > 0 else abs(typical - rest)
         sizes[name] = min(max(rest + size, low), high)
     return fit(base.problem, (*base.terms, Term(effect, {**term.values, **sizes}, ())))
 
@@ -218,7 +218,7 @@ def _noise_free(base: Fit, problem: Problem) -> Fit:
 
 
 def _coverage(base: Fit, effects: Sequence[Effect]) -> MeasurementPlan:
-    """Choose set by set the patches that make most invisible effects visible; a full session where none does."""
+    """Choose set by set the patches that make most invisible effects visible; if no set does, a full session."""
     invisible = {each.effect for each in visibility(base, effects) if not each.visible}
     chosen: list[str] = []
     gains: dict[str, tuple[float | None, float | None]] = {}

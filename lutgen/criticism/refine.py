@@ -83,7 +83,7 @@ class Refinement:
 
     @property
     def improves(self) -> bool:
-        """Whether the error fell and that of withheld readings did not rise; False where nothing was added."""
+        """Whether the error fell, and the error of withheld readings did not rise; False if nothing was added."""
         return bool(self.steps) and self.falls and self.held_out_gain >= 0.0
 
     @property
@@ -93,7 +93,7 @@ class Refinement:
 
     @property
     def to_save(self) -> DisplayModel:
-        """The model for a file; it holds a note where the user keeps the model although the error does not fall."""
+        """The model for a file; it holds a note if the user keeps the model although the error does not fall."""
         kept = BY_HAND if self.steps else AS_IT_WAS
         return self.model if self.improves else replace(self.model, fit={**self.model.fit, "kept": kept})
 
@@ -376,8 +376,8 @@ def model_of(current: Fit, diagnosis: Diagnosis | None, before: Comparison, afte
 def _tips_of(current: Fit, after: Comparison) -> Array:
     """Return the latent tips for a model file, (H, 4, 3), cd/m².
 
-    Fitted tips that compensate for an unexplained residual are not those of the display. Therefore, without effects,
-    the measured tips are returned; where more than noise is left, the tips are solved from their own readings.
+    Fitted tips that compensate for an unexplained residual are not the tips of the display. Therefore, without effects,
+    the measured tips are returned; if more than noise is left, the tips are solved from their own readings.
     """
     if not current.terms:
         return start_state(current.problem, ()).tips
@@ -385,7 +385,7 @@ def _tips_of(current: Fit, after: Comparison) -> Array:
 
 
 def _at_rest(problem: Problem, effects: Sequence[Effect]) -> Conditions:
-    """Return the campaign's rest in the columns that effects need: baked unless ``--at`` states other conditions."""
+    """Return the campaign's rest in the columns that effects need; a bake uses it unless ``--at`` states others."""
     needed = {name for effect in effects for name in effect.needs}
     return conditions_of({name: value for name, value in problem.readings.usual().items() if name in needed})
 

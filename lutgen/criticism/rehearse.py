@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 SEED = 20150319
 
-#: Size of the added effect in units of the smallest detectable size: hardly any campaign misses this size.
+#: Size of the added effect in units of the smallest detectable size: nearly every campaign finds this size.
 TIMES = 3.0
 
 #: Number of standard errors within which a size is recovered.
@@ -53,9 +53,9 @@ class Rehearsal:
     Attributes
     ----------
     absorbed
-        Share of the effect's signature (in χ²) that the tips absorb; None where it has no signature.
+        Share of the effect's signature (in χ²) that the tips absorb; None if it has no signature.
     smallest_detectable, unit, parameter
-        The size that nine of ten such campaigns would show (None where no size shows), its unit and its parameter.
+        The size that nine of ten such campaigns would show (None if no size shows), its unit and its parameter.
     likeness
         Effect → cosine between both signatures after projection off the tips, with each other effect in its most
         similar simple form; most similar first.
@@ -117,7 +117,7 @@ def rehearse(effect: Effect, measurements: Measurements, others: Sequence[Effect
 def likeness(score: Score, effect: Effect, seen: Visibility, others: Sequence[Effect]) -> list[tuple[str, float]]:
     """Return the cosine between an effect's signature and each other effect's, projected off the tips.
 
-    The most similar effect is first. The list is empty where the tips absorb the effect.
+    The most similar effect is first. The list is empty if the tips absorb the effect.
     """
     if seen.absorbed is None or (_is_amplitude(effect, seen.parameter) and seen.smallest_detectable is None):
         return []
@@ -164,7 +164,7 @@ def _signatures(score: Score, term: Term, amplitudes: Sequence[str]) -> Array:
 
 
 def _put_in(score: Score, effect: Effect, seen: Visibility) -> Term | None:
-    """Return the effect at the size of the rehearsal; None where the readings show no possible size."""
+    """Return the effect at the size of the rehearsal; None if the readings show no possible size."""
     if not seen.visible:
         return None
     settings = _settings(score, effect, effect.forms[:1])
@@ -242,7 +242,7 @@ def _sessions(problem: Problem) -> Array:
 
 
 def _size_put_in(term: Term, seen: Visibility) -> str:
-    """Say at which size an effect is put in."""
+    """Say at which size an effect is added."""
     if not seen.parameter:
         return ""
     value = term.values[seen.parameter]
@@ -256,7 +256,7 @@ def _size_put_in(term: Term, seen: Visibility) -> str:
 
 
 def _recovered_size(simulated: Fit, term: Term, seen: Visibility) -> tuple[str, bool]:
-    """Fit the effect in the form that was put in, and say its size; also return whether this size is right."""
+    """Fit the effect in the form that was added, and say its size; also return whether this size is right."""
     if not seen.parameter:
         return "", True
     simple = replace(term.effect, forms=term.effect.forms[:1], refined=1)
@@ -273,7 +273,7 @@ def _recovered_size(simulated: Fit, term: Term, seen: Visibility) -> tuple[str, 
 
 
 def _names_for(explanation: Explanation, name: str) -> tuple[str, ...]:
-    """Return an effect and its rivals where the search has found the effect or a rival of it, else an empty tuple."""
+    """Return an effect and its rivals if the search has found the effect or one of its rivals; otherwise ()."""
     for step in explanation.steps:
         names = (step.name, *(rival.name for rival in step.rivals))
         if name in names:

@@ -5,7 +5,8 @@ converts these shares to XYZ. Effects use luminance in cd/m²; the result of the
 un-aged display.
 
 In a mode that holds white's luminance, the held luminance is the luminance under the reference conditions, at which a
-display's sensor is calibrated. So a corner stays darker than the centre, and a cold display dimmer than a warm display.
+display's sensor is calibrated. So a corner stays darker than the centre, and a cold display stays dimmer than a warm
+display.
 """
 
 from collections.abc import Callable
@@ -137,7 +138,9 @@ class Fresh:
         now = Surroundings(0.0, fresh, fresh, surroundings.display_class)
         first = now.scene(signal[:, 4:7])
         plain, changed = (trace.panel(each, first, self.selection, native=self.native) for each in ((), applied))
-        return before.begun(*trace.since_first_session(applied, changed, plain, np.array([now.tips]), first))
+        return before.relative_to_first_session(
+            *trace.since_first_session(applied, changed, plain, np.array([now.tips]), first)
+        )
 
 
 @dataclass(frozen=True)
@@ -172,7 +175,7 @@ def _finite(signal: Array, applied: tuple[Applied, ...]) -> Array:
 
 @cache
 def makes_steps(each: Applied, surroundings: Surroundings) -> bool:
-    """Whether an effect turns a ramp into a staircase: most rises have no rise directly before and after them."""
+    """Whether an effect turns a ramp into a staircase: most rises have no rise directly before or after them."""
     if each.effect.stage not in PANEL_STAGES:
         return False
     ramp = np.repeat(np.linspace(0.0, 1.0, _RAMP + 1)[:, np.newaxis], 3, axis=1)

@@ -6,9 +6,9 @@ q is the target in the light of the aged primaries, P·q = XYZ. d is the excess 
 ``continuous``  s = min l = min_c q_c / (1 + d_c)
 ``nearest``     Near a primary s = ⅓ of the two smaller channels, the minimum over i of
                 ⅓Σ_{j≠i} q_j / (1 + ⅓Σ_{j≠i} d_j). Near white s = ⅓Σq / (1 + ⅓Σd). The result is the drive that lies in
-                its own region. If both drives do (the jump folds), the result is the drive nearer to the requested
-                colour. If neither does (the jump leaves a gap), the result is the point on the border with the smaller
-                ΔE2000.
+                its own region. If both drives lie in their regions (the jump folds), the result is the drive nearer to
+                the requested colour. If no drive lies in its region (the jump leaves a gap), the result is the point on
+                the border with the smaller ΔE2000.
 
 For a display with effects the inverse is a search (``display/search.py``). The search solves lattices of code values
 from coarse to fine; each lattice starts from the results of the coarser lattice. All other colours start from the
@@ -53,7 +53,8 @@ _FULL = 1e-7
 #: without lattices, because lattices would take more time than they save.
 _LATTICES, _FEW = (9, 17, 33), 1000
 
-#: Tolerance for an interpolated side label that comes from side 0 alone, and the label of the other side (white).
+#: A node's label is 0 near a primary and 2 near white. ``_ONE_SIDE``: an interpolated label up to this comes from nodes
+#: with label 0 only. ``_OTHER``: the label near white.
 _ONE_SIDE, _OTHER = 1e-9, 2.0
 
 #: Code values whose drives determine the factor of ``scale``: the largest drives lie on corners and edges.
@@ -166,7 +167,7 @@ class _LatticeDrives:
     nodes: Array
 
     def between(self, code: Array) -> Start:
-        """Interpolate the drives at code values (n, 3); NaN where neighbours lie on different sides of a jump."""
+        """Interpolate the drives at code values (n, 3); NaN if the neighbours lie on different sides of a jump."""
         places = code * (self.size - 1)
         low = np.minimum(places.astype(np.intp), self.size - 2)
         above = (places - low)[:, :, np.newaxis]

@@ -40,10 +40,11 @@ class LoadedCalibrations:
     first_codes: tuple[tuple[tuple[float, ...], ...], ...]
 
     @classmethod
-    def of(cls, readings: Measurements, *, told: bool) -> "tuple[LoadedCalibrations, ...]":
+    def of(cls, readings: Measurements, *, measured_tips: bool) -> "tuple[LoadedCalibrations, ...]":
         """Return the change by the calibrations of the readings; () if fewer than two are known, or all are equal.
 
-        ``told``: white and primaries are measured in every session, so full code stays at full code.
+        ``measured_tips``: whether white and primaries are measured in every session. The calibration's change at full
+        code is then already in these readings and is divided out.
         """
         known = readings.calibrations
         first = known.get(0.0)
@@ -52,7 +53,7 @@ class LoadedCalibrations:
         hours, first_codes = tuple(sorted(known)), []
         for hour in hours:
             codes = np.array([_first_codes(first, known[hour], 1 + channel) for channel in range(len(CHANNELS))])
-            first_codes.append(codes / codes[:, -1:] if told else codes)
+            first_codes.append(codes / codes[:, -1:] if measured_tips else codes)
         if all(np.abs(each - CODES).max() < NOTHING for each in first_codes):
             return ()
         ends = tuple(tuple(known[hour][-1, 1:].tolist()) for hour in hours)

@@ -64,7 +64,7 @@ class DisplayModel:
     native
         For native baselines: the fresh display; None: the native display of the readings at hour 0.
     conditions
-        Conditions under which the display is seen. They matter only with effects.
+        Conditions under which the display is seen. They have an influence only with effects.
     verdict, fit
         Result of the fit: a word, and texts and numbers for people.
     file
@@ -246,8 +246,12 @@ class DisplayModel:
 
     @cached_property
     def _known(self) -> tuple[LoadedCalibrations, ...]:
-        told = self.baseline not in FORETELLING_BASELINES
-        return LoadedCalibrations.of(self.measurements, told=told) if self.baseline in NATIVE_BASELINES else ()
+        measured = self.baseline not in FORETELLING_BASELINES
+        return (
+            LoadedCalibrations.of(self.measurements, measured_tips=measured)
+            if self.baseline in NATIVE_BASELINES
+            else ()
+        )
 
     @cached_property
     def _tips(self) -> Tips:

@@ -5,11 +5,11 @@ model of four colour points holds for real displays too:
 
     XYZ(d) = K + Σ_i s_i(l(d)) · (T_i − K),    i over white, red, green and blue,
 
-with l the measured transfer curves, s the shares of :func:`lutgen.display.paper.tip_shares` and T the measured tips.
-Black K is a constant share of white in X, Y and Z, because black follows the backlight. Curves and the share of black
-are constant over time; effects (``black-level``, ``eotf-drift``, …) describe their change with age.
+where l are the measured transfer curves, s the shares of :func:`lutgen.display.paper.tip_shares` and T the measured
+tips. Black K is a constant share of white in X, Y and Z, because black follows the backlight. Curves and the share of
+black are constant over time; effects (``black-level``, ``eotf-drift``, …) describe their change with age.
 
-A point of a curve is the light of a ramp's reading less black, projected on the light of the ramp's tip. Without ramps
+A point of a curve is the light of a ramp's reading minus black, projected on the light of the ramp's tip. Without ramps
 of the channels, X, Y and Z of every grey are solved for the light of the three channels. If the first session has many
 mixtures, the curves may be fitted to all readings, or may be sRGB's, if these curves predict the mixtures better
 (:mod:`lutgen.display.own_model.native_curves`).
@@ -51,7 +51,7 @@ RELATIVE, FLOOR_CD_M2 = 0.005, 0.01
 #: Smallest light, as a share of white, in the denominator of an own model's gain.
 LEAST_SHARE = 1e-6
 
-#: Bounds of an own model's gain over its curves; no display is outside.
+#: Limits of the own model's light over that of its curves. Assumption: no real display exceeds them.
 GAINS = (0.2, 5.0)
 
 #: Distance in code values over which the error of an own model at black and the colour points is corrected: the
@@ -293,7 +293,7 @@ def _mixed_sample(readings: Measurements, leave_out: Sequence[int]) -> Sample | 
 
 
 def _or_srgb(native: NativeDisplay, sample: Sample) -> NativeDisplay:
-    """Return the display with its own curves if they predict the few mixtures clearly better, else with sRGB's curves.
+    """Return the display with its own curves if they predict the few mixtures clearly better; otherwise sRGB's.
 
     This is the rule of the ladder, whose lowest rung is sRGB's curves.
     """

@@ -29,7 +29,7 @@ def three_point_matrices(xyz_tips: Array) -> Array:
     white, *primaries = xyz_tips
     matrices = np.array([np.column_stack(primaries)] * 4)
     for channel in range(3):
-        # White is the sum of all columns, so the column of the missing primary is white less the other two primaries.
+        # White is the sum of all columns, so the column of the missing primary is white minus the other two primaries.
         others = sum(primary for other, primary in enumerate(primaries) if other != channel)
         matrices[channel + 1, :, channel] = white - others
     return matrices
@@ -149,9 +149,9 @@ def tip_shares(
 ) -> Array:
     """Return the share of each tip, (n, 4), for linear light (n, 3): the closed form of the paper's emission.
 
-    With D = W − R − G − B: ``continuous`` gives Σ l_c P_c + D·(smallest channel), ``nearest`` gives
-    Σ l_c P_c + ⅓D·(Σ l − Σ_i w_i l_i), w_i the share of primary i's matrix. ``weights``: shares of ``nearest``, (n, 4),
-    if known. ``grey``: replacement of the smallest channel, (n,); None: the smallest channel.
+    With D = W − R − G − B: ``continuous`` gives Σ l_c P_c + D·(smallest channel), ``nearest`` gives Σ l_c P_c + ⅓D·(Σ l
+    − Σ_i w_i l_i), where w_i is the share of primary i's matrix. ``weights``: shares of ``nearest``, (n, 4), if known.
+    ``grey``: replacement of the smallest channel, (n,); None: the smallest channel.
     """
     if selection == "nearest":
         weights = nearest_weights(code_to_linear(code)) if weights is None else weights

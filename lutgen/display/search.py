@@ -58,7 +58,7 @@ def searched(
 ) -> tuple[Array, Array]:
     """Return the linear drives for which a display with effects is nearest to ``xyz``, both (n, 3), and slopes.
 
-    A channel that would have to leave 0..1 exceeds its bound by the missing light.
+    If a colour is out of reach, the drive of a limiting channel is its bound plus the missing light.
 
     ``start``: starting values; default: the drives of an additive display, without slopes. ``thorough``: whether
     colours that were not found at once are searched longer, and from other starts.
@@ -86,7 +86,7 @@ def searched(
 
 @dataclass(frozen=True)
 class _Problem:
-    """A display in the light of its own primaries, less black."""
+    """A display in the light of its own primaries, minus black."""
 
     aged: AgedDisplay
     to_light: Array

@@ -54,7 +54,7 @@ class Tips:
                 )
 
     def brightened(self) -> str:
-        """Return a sentence if white became brighter by more than age explains, which names the two hours; else ""."""
+        """Return a sentence if white became brighter by more than age explains, which names the two hours; or ""."""
         white = self.xyY[:, 0, 2]
         rises = white / np.minimum.accumulate(white)
         last = int(np.argmax(rises))

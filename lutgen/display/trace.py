@@ -136,8 +136,8 @@ class Panel:
         """Return the panel with linear light, (n, 3), added to the three channels."""
         return replace(self, shares=self.shares + np.concatenate([np.zeros((len(linear), 1)), linear], axis=1))
 
-    def begun(self, factor: Array, offset: Array) -> Panel:
-        """Return the panel with the correction of :func:`since_first_session`."""
+    def relative_to_first_session(self, factor: Array, offset: Array) -> Panel:
+        """Return the panel without the change by the effects at hour 0; arguments from :func:`since_first_session`."""
         return replace(self.times(factor), offset=offset)
 
 
@@ -174,12 +174,12 @@ def panel(
 def since_first_session(
     applied: Sequence[Applied], before: Panel, plain: Panel, tips: Array, first: Scene
 ) -> tuple[Array, Array]:
-    """Return factor and offset for :meth:`Panel.begun`, because the readings of the first session contain its effects.
+    """Return factor and offset for :meth:`Panel.relative_to_first_session`.
 
-    The factor on X, Y and Z, (n, 3), removes the change at hour 0 by effects up to the emission. The offset, (n, 3), in
-    shares of white, removes the change at hour 0 by effects after the emission. ``first``: code values at hour 0, at
-    rest. ``before``, ``plain``: the panel of this scene with and without effects. ``tips``: measured at hour 0,
-    (1, 4, 3).
+    The readings of the first session already contain the effects at hour 0. The factor on X, Y and Z, (n, 3), removes
+    the change at hour 0 by effects up to the emission. The offset, (n, 3), in shares of white, removes the change at
+    hour 0 by effects after the emission. ``first``: code values at hour 0, at rest. ``before``, ``plain``: the panel of
+    this scene with and without effects. ``tips``: measured at hour 0, (1, 4, 3).
     """
     target = plain.emit(tips)
     sent = before.emit(through(applied, ("emission",), tips, first))

@@ -10,7 +10,7 @@ Settings of a channel do not change the leak; an aging backlight also dims the l
 :func:`fit` fits the parameters of a change. Each parameter has a Gaussian prior, whose width is in ``PARAMETERS``. The
 evidence of the change is Laplace's approximation about the best fit (MacKay 2003, Information Theory, Inference, and
 Learning Algorithms, ch. 27). The evidence contains a penalty for every number that a cause needs: a matrix of nine
-numbers does not win over one factor only because the matrix can fit more.
+numbers is not preferred to one factor only because the matrix can fit more.
 """
 
 from collections.abc import Mapping, Sequence
@@ -55,9 +55,9 @@ SHORT = 0.195
 class ColourPoints:
     """White, the primaries and black of a session."""
 
-    #: XYZ of red, green and blue at full drive, less black, (3, 3).
+    #: XYZ of red, green and blue at full drive, minus black, (3, 3).
     channels: Array
-    #: White less black and less the sum of the channels, (3,): 0 for an additive display.
+    #: White minus black and minus the sum of the channels, (3,): 0 for an additive display.
     extra: Array
     #: Black, (3,); zero if black was not read.
     leak: Array
@@ -164,7 +164,7 @@ class ColourFit:
     chi2: float
     #: Natural logarithm of the evidence, up to a constant that all fits of a pair share.
     evidence: float
-    #: XYZ as read less XYZ of the fit, (5, 3).
+    #: XYZ as read minus XYZ of the fit, (5, 3).
     residual: Array
 
 

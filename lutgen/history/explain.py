@@ -71,7 +71,7 @@ def explanations(pair: SessionPair) -> tuple[Hypothesis, ...]:
         return ()
     before, after = pair.seen
     known = [cause for cause in causes().values() if cause.ways and cause.prior(pair) > -np.inf]
-    # Give "no change" the largest tolerance of any cause, so that no cause wins by tolerance alone.
+    # Give "no change" the largest tolerance of all causes, so that no cause is preferred for its tolerance alone.
     loosest = max(cause.loose for cause in known)
     hypotheses: list[Hypothesis] = []
     for together in ((), *combinations(known, 1), *combinations(known, 2)):
@@ -106,7 +106,7 @@ def _reference(campaign: Campaign, named: str | None) -> int:
 
 
 def references(campaign: Campaign) -> list[int]:
-    """Return the indices of sessions with white and primaries, sound sessions first, then by age; else of the first."""
+    """Return the indices of sessions with white and primaries, sound ones first, then by age; otherwise the first."""
     known = [(_penalty(entry), _age(entry), place) for place, entry in enumerate(campaign.entries)]
     ordered = sorted(known)
     return [place for penalty, _, place in ordered if penalty < np.inf] or [ordered[0][2]]
@@ -122,7 +122,7 @@ def _penalty(entry: CampaignEntry) -> float:
 
 
 def _age(entry: CampaignEntry) -> tuple[float, str]:
-    """Return a sort key: hours if known, else the date, with the time of day if the file holds it."""
+    """Return a sort key: hours if known, otherwise the date, with the time of day if the file holds it."""
     if entry.hours is not None:
         return entry.hours, ""
     created = entry.session.created
@@ -131,7 +131,7 @@ def _age(entry: CampaignEntry) -> tuple[float, str]:
 
 
 def _days(campaign: Campaign, before: CampaignEntry, after: CampaignEntry) -> float | None:
-    """Return days between two sessions: from operating hours (24 a day without ``hours_per_day``), else from dates."""
+    """Return days between two sessions: from operating hours (24 a day without ``hours_per_day``), or from dates."""
     if before.hours is not None and after.hours is not None:
         return (after.hours - before.hours) / (campaign.hours_per_day or 24.0)
     if before.date and after.date:

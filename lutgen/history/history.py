@@ -68,7 +68,7 @@ def history(campaign: Campaign, ambient_cd_m2: float = 0.0, used: Collection[int
 
 
 def times(campaign: Campaign) -> tuple[Array, str]:
-    """Return time since the earliest session, (n,), and its unit: hours if known, else days."""
+    """Return time since the earliest session, (n,), and its unit: hours if known, otherwise days."""
     dated = [entry.date for entry in campaign.entries if entry.date]
     counted = all(entry.hours is not None for entry in campaign.entries)
     if campaign.hours_per_day is None and not counted and len(dated) == len(campaign.entries):
@@ -148,12 +148,12 @@ class Limit:
     value: float
     #: The publication, or "user".
     source: str
-    #: Whether the figure must stay at or above ``value``; else at or below.
+    #: Whether the figure must stay at or above ``value``; False: at or below.
     above: bool = True
     relative: bool = False
-    #: Whether somebody compared the number with its source, or with a quotation of its source; else the number is from
-    #: memory. The reports of AAPM and ACR were not available when this table was written: check them before you rely on
-    #: a limit.
+    #: Whether somebody compared the number with its source, or with a quotation of its source; False: the number is
+    #: from memory. The reports of AAPM and ACR were not available when this table was written: check them before you
+    #: rely on a limit.
     verified: bool = True
 
     @property

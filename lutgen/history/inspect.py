@@ -27,7 +27,7 @@ class Inspection:
     primaries: Primaries | None
     #: "grey" and the channels → transfer curve, of the ramps that were read.
     curves: dict[str, transfer.Transfer]
-    #: Y of white over the sum of the primaries' Y, all less black; None: white or a primary is missing.
+    #: Y of white over the sum of the primaries' Y, all minus black; None: white or a primary is missing.
     additivity: float | None
     #: See their modules; None if the session lacks the patches.
     greys: transfer.GreyTracking | None

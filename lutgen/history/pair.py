@@ -117,13 +117,13 @@ class SessionPair:
 
     @cached_property
     def shift(self) -> Array:
-        """Change of u', v' of red, green, blue and white, less black, (4, 2). Raises LutgenError without ``seen``."""
+        """Change of u', v' of red, green, blue and white, minus black, (4, 2). Raises LutgenError without ``seen``."""
         one, other = _both(self)
         return np.asarray(_uv(other) - _uv(one))
 
     @cached_property
     def additivity(self) -> tuple[float, float]:
-        """Luminance of white over that of the sum of the primaries, both less black: before and after."""
+        """Luminance of white over that of the sum of the primaries, both minus black: before and after."""
         one, other = (1.0 + float(each.extra[1] / each.channels[:, 1].sum()) for each in _both(self))
         return one, other
 

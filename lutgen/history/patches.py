@@ -115,7 +115,7 @@ def primaries(session: Session) -> Primaries | None:
 
 
 def additivity(session: Session) -> float | None:
-    """Return Y of white over the sum of Y of red, green and blue, all less black if it was read.
+    """Return Y of white over the sum of Y of red, green and blue, all minus black if it was read.
 
     None if white or a primary is missing.
     """

@@ -15,8 +15,8 @@ from lutgen.history.transfer import lightness
 from lutgen.readings.session import Session
 from lutgen.readings.steadiness import CLEAR, SessionDrift, Steadiness, steadiness_of
 
-#: A reading is misread if its L* differs by ``FAR`` from the value of its neighbours or repeats, and by ``CLEARLY``
-#: times the largest difference of this kind among the other readings.
+#: A reading is misread if its L* differs by at least ``FAR`` from the value of its neighbours or repeats, and by at
+#: least ``CLEARLY`` times the largest such difference of the other readings.
 FAR, CLEARLY = 10.0, 4.0
 
 #: Fewest levels of a ramp, and fewest readings of a patch, with which a misread reading can be identified.
@@ -63,7 +63,7 @@ def _off_its_ramp(session: Session, kind: str) -> NDArray[np.int64]:
 
 
 def _from_neighbours(drive: Array, level: Array) -> Array:
-    """Return the inner levels less the line between their neighbours, (n - 2,)."""
+    """Return the inner levels minus the line between their neighbours, (n - 2,)."""
     share = (drive[1:-1] - drive[:-2]) / (drive[2:] - drive[:-2])
     return np.asarray(level[1:-1] - (level[:-2] + share * (level[2:] - level[:-2])))
 
@@ -130,7 +130,7 @@ def shared(one: Session, other: Session) -> tuple[NDArray[np.int64], NDArray[np.
 
 
 def _is_sorted(colour: Array, order: Array) -> bool:
-    """Whether the order of reading follows the colours, as in a list sorted by code; a drift does not show then."""
+    """Whether the order of reading follows the colours, as in a list sorted by code; a drift then does not show."""
     coefficients = np.linalg.lstsq(colour, order, rcond=None)[0]
     return bool(np.var(order - colour @ coefficients) < (1.0 - SORTED) * np.var(order))
 

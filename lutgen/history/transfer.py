@@ -37,7 +37,7 @@ FEWEST_LEVELS = 3
 class Transfer:
     """The transfer curve of a ramp."""
 
-    #: Code values, (n,), and luminance relative to full drive, both less black, (n,).
+    #: Code values, (n,), and luminance relative to full drive, both minus black, (n,).
     drive: Array
     linear: Array
     #: Slope of log ``linear`` against log ``drive`` by least squares through full drive, between 10 and 90 %; None:
@@ -46,7 +46,7 @@ class Transfer:
     #: Root mean square of the relative difference between ``linear`` and the power law of ``gamma``; None if ``gamma``
     #: is.
     residual: float | None
-    #: L* of the curve less L* of sRGB at each drive, (n,): above 0 the display is lighter (CIE 15:2018, 8.2.1).
+    #: L* of the curve minus L* of sRGB at each drive, (n,): above 0 the display is lighter (CIE 15:2018, 8.2.1).
     lightness: Array
 
     @property
@@ -56,7 +56,7 @@ class Transfer:
 
 
 def transfer(ramp: Ramp, black: Array | None) -> Transfer | None:
-    """Return the curve of a ramp less black, if given; None if full drive was not read, or has no light."""
+    """Return the curve of a ramp minus black, if given; None if full drive was not read, or has no light."""
     if not ramp.drive.size or ramp.drive[-1] < 1.0 - 1e-4:
         return None
     light = ramp.xyz[:, 1] - (0.0 if black is None else black[1])
@@ -117,7 +117,7 @@ class GreyTracking:
 
     #: Code values from 0.1 to below white, (n,).
     drive: Array
-    #: u', v' of each grey less u', v' of white, (n, 2).
+    #: u', v' of each grey minus u', v' of white, (n, 2).
     shift: Array
     #: ΔE2000 to a grey of the same luminance and the chromaticity of white, relative to white, (n,).
     delta_e: Array
@@ -253,7 +253,7 @@ def calibration(session: Session) -> Calibration | None:
 
 
 def native_ramp(session: Session, channel: str) -> tuple[Array, Array]:
-    """Return a channel's drive after the calibration, if known, (n,), and XYZ less black, if read, (n, 3)."""
+    """Return a channel's drive after the calibration, if known, (n,), and XYZ minus black, if read, (n, 3)."""
     levels = ramp(session, channel)
     drive = levels.drive
     if session.calibration is not None:
@@ -327,7 +327,7 @@ def bend(before: Session, after: Session, *, native: bool) -> float | None:
 
 
 def _curve(session: Session, name: str, native: bool) -> tuple[Array, Array]:
-    """Return drive, (n,), and luminance less black, (n,)."""
+    """Return drive, (n,), and luminance minus black, (n,)."""
     levels = ramp(session, name)
     drive = native_ramp(session, name)[0] if native else levels.drive
     return drive, levels.xyz[:, 1] - black_xyz(session)[1]

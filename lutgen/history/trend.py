@@ -1,8 +1,8 @@
 """The trend of a display: which law of decay its figures follow, and when each limit will be passed.
 
-Sessions in which something other than the display changed (see ``explain``) are left out: a changed setting would look
-like aging. The reference is the session from which the most sessions differ by nothing but age. The trend is an average
-over all laws of ``decay``, weighted by evidence, since a few sessions fit several laws.
+Sessions that differ by something other than aging (see ``explain``) are left out: a changed setting would look like
+aging. The reference is the session from which the most sessions differ by nothing but age. The trend is an average over
+all laws of ``decay``, weighted by evidence, since a few sessions fit several laws.
 """
 
 from collections.abc import Sequence
@@ -34,8 +34,8 @@ _POINTS = 1001
 #: Smallest share of the evidence with which a law is named beside the likeliest law.
 NAMED = 0.1
 
-#: What a trend may say about a limit. "passed": the last session is beyond it; "returned": an earlier session is, and
-#: the last is not; "ahead": passed within the horizon; "kept": not within the horizon.
+#: What a trend may say about a limit. "passed": the last session is beyond the limit; "returned": an earlier session is
+#: beyond the limit, but the last is not; "ahead": passed within the horizon; "kept": not passed within the horizon.
 STATUSES = ("passed", "returned", "ahead", "kept", "cannot-tell")
 
 #: Most sessions that are tried as the reference: each costs a comparison with every other session.
@@ -144,8 +144,8 @@ def trend(
 def _compared(campaign: Campaign, reference: str | None, progress: Progress | None) -> Explanations:
     """Return the comparison with ``reference``, or with the session from which most differ by nothing but age.
 
-    Of sessions with as many, the first sound one counts. A session that differs by nothing but age from a session tried
-    before is not tried: about the same sessions would differ from it by nothing but age.
+    If several sessions have equally many, the first sound one is used. A session that differs by nothing but age from a
+    session that was already tried is not tried: nearly the same sessions would differ from it by nothing but age.
     """
     if reference:
         return explain(campaign, reference=reference, progress=progress)

@@ -1,8 +1,8 @@
 """The verdict on two sessions: one cause, several causes that fit equally well, several causes at once, or no cause.
 
 This module names no cause: it uses the declarations in the files of ``causes``. :func:`in_succession` revises a verdict
-by the other sessions of the campaign: a loss of light is no aging if the light came back later, or if the loss was
-sudden after a long time without loss; a steady loss over many sessions is no changed setting.
+by the other sessions of the campaign: a loss of light is not aging if the light came back later, or if the loss was
+sudden after a long time without loss; a steady loss over many sessions is not a changed setting.
 """
 
 from collections.abc import Sequence
@@ -32,7 +32,7 @@ KINDS = {
 #: Two explanations are rivals if their weights differ by less than this, in natural logarithms: odds below 20 to 1.
 RIVAL = 3.0
 
-#: If the best explanation has a larger χ² (of fifteen numbers less the fitted parameters), it is rejected.
+#: If the best explanation has a larger χ² (of fifteen numbers minus the fitted parameters), it is rejected.
 MISFIT = 45.0
 
 #: Smallest change of white over the sum of the primaries that is reported.
@@ -99,7 +99,7 @@ def only(verdict: SessionVerdict, name: str, why: str) -> SessionVerdict:
 
 
 def pronounce(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVerdict:
-    """Return the verdict on a pair: from proofs if any, else from ``hypotheses`` (best first), else from signs."""
+    """Return the verdict on a pair: from proofs, or from ``hypotheses`` (best first), or from signs."""
     verdict = _proven(pair) or (_weighed(pair, hypotheses) if hypotheses else _by_signs(pair))
     for name, cause in causes().items():
         if happened := cause.beside(pair):
@@ -108,7 +108,7 @@ def pronounce(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVer
 
 
 def _proven(pair: SessionPair) -> SessionVerdict | None:
-    """Return the verdict if a cause is proven, with other causes that could make the same changes; else None."""
+    """Return the verdict if a cause is proven, with other causes that could make the same changes; or None."""
     proofs = {name: proof for name, cause in causes().items() if (proof := cause.proof(pair))}
     if not proofs:
         return None
@@ -137,7 +137,7 @@ def _weighed(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVerd
     near = [each for each in hypotheses if hypotheses[0].weight - each.weight < RIVAL]
     untold = {name: why for name, cause in causes().items() if (why := cause.untold(pair))}
     unsaid = [why for name, why in untold.items() if any(name in each.names for each in near)]
-    # A cause that the readings cannot tell is named only where it explains the pair alone.
+    # A cause that the readings cannot show is named only if it explains the pair alone.
     told = [tuple(name for name in each.names if name not in untold) for each in near]
     near = [replace(each, names=names or each.names) for each, names in zip(near, told, strict=True)]
     fewest = min(each.assumed for each in near)
@@ -271,7 +271,7 @@ def _records(pair: SessionPair) -> tuple[str, ...]:
     return tuple(part for part in (pair.other_instrument, pair.other_settings, room_light) if part)
 
 
-#: If a later session has this much more light (natural logarithm), the loss in an earlier session was no aging.
+#: If a later session has this much more light (natural logarithm), the loss in an earlier session was not aging.
 CAME_BACK = 0.05
 
 #: If an earlier session has less than this share of the loss that a steady decay predicts, the loss was sudden.
@@ -322,8 +322,8 @@ def _brighter_later(pair: SessionPair, pairs: Sequence[SessionPair]) -> float:
     if mine is None or pair.days is None:
         return 0.0
     later = [_light(each) for each in pairs if each.days is not None and each.days > pair.days]
-    # In sessions brighter than the reference, brightness was raised. It may be raised in other sessions too: use the
-    # median.
+    # In sessions brighter than the reference, somebody raised the brightness. Other sessions may also have a raised
+    # brightness: use the median.
     gains = [float((each - mine).min()) for each in later if each is not None and each.max() <= CAME_BACK]
     gain = float(np.median(gains)) if gains else 0.0
     return float(np.expm1(gain)) if gain >= CAME_BACK else 0.0

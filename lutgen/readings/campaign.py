@@ -33,7 +33,7 @@ class CampaignEntry:
     instrument: str
     settings: str
     note: str
-    #: ``ambient_lx``, ``warmup_min``, ``temperature_c``, ``window`` and the position ``u``, ``v``, where known.
+    #: ``ambient_lx``, ``warmup_min``, ``temperature_c``, ``window`` and the position ``u``, ``v``, if known.
     conditions: dict[str, float]
 
 

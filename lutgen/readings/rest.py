@@ -3,7 +3,8 @@
 Rest differs between campaigns: the room was dark or had 5 lx, the panel was at 24 °C, patches filled the screen or 90 %
 of the screen. Rest is the set of conditions under which all four colour points (white, red, green, blue at full drive)
 of a session were read. Each condition declares the span of values about rest that count as rest. A session without four
-colour points under the same conditions takes the rest of the other sessions of its hour, or else the campaign's rest.
+colour points under the same conditions takes the rest of the other sessions of its hour, or otherwise the campaign's
+rest.
 """
 
 from collections.abc import Mapping
@@ -75,10 +76,11 @@ def rest_of(
 
 
 def _filled(values: Array, usual: float, sessions: NDArray[np.intp]) -> Array:
-    """Return a column, (n,), with the usual value in its blank cells where blank means usual.
+    """Return a column, (n,), with the usual value in its blank cells if blank means usual.
 
-    A blank cell means warm in the column of minutes. In the column of temperature it means unknown in a session without
-    any temperature; but in a session whose other readings have one, most people log only the heated readings.
+    In the column of minutes, a blank cell means warm. In the column of temperature, it usually means unknown. If more
+    than half but not all readings of a session have no temperature, blank means the usual 25 °C: people often log only
+    the heated readings.
     """
     blank = np.isnan(values)
     if not np.isinf(usual):
@@ -105,7 +107,8 @@ def _centre(tips: NDArray[np.bool_], columns: Mapping[str, Array]) -> NDArray[np
     if not whole.size:
         return None
     usual = sum((values == COLUMNS[name].usual).astype(int) for name, values in each.items()) + np.zeros(len(kinds))
-    # The most readings; of equal numbers, the conditions with the most usual values: full screen, centre, dark.
+    # Choose the conditions with the most colour-point readings. If several have equally many, choose the conditions
+    # with the most usual values: full screen, centre, dark.
     best = max(whole, key=lambda row: (int(counts[row].sum()), float(usual[row])))
     return np.flatnonzero(alike[best][kind])
 

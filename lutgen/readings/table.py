@@ -102,7 +102,7 @@ class Measurements:
         check_tips(self)
 
     def _darken_shrouded(self) -> None:
-        """Set the room's light to 0 lx where a note says that a shroud blocked it, and say so in a remark."""
+        """Set the room's light to 0 lx if a note says that a shroud blocked the light; a remark says so."""
         shrouded, lux = is_shrouded(self), self.column("ambient_lx")
         lit = np.flatnonzero(shrouded & (lux > 0))
         if not lit.size:
@@ -165,7 +165,7 @@ class Measurements:
     @cached_property
     def rest(self) -> Rest:
         """The conditions under which the colour points of each reading's session were read."""
-        # Constant columns matter too: a patch with a constant window below 1 has a surround.
+        # Constant columns also have an influence: a patch with a constant window below 1 has a surround.
         columns = {name: self.column(name) for name in COLUMNS if name in self.conditions or name in self.constants}
         return rest_of(self.sessions, self.hours, self.drive, is_capped(self), columns)
 
@@ -192,7 +192,7 @@ class Measurements:
         return {name: value for name, value in middles.items() if not np.isnan(value)}
 
     def warmer(self) -> Array:
-        """Return the temperature less the session's temperature at rest, in kelvins, (n,); NaN: not logged."""
+        """Return the temperature minus the session's temperature at rest, in kelvins, (n,); NaN: not logged."""
         return self.conditions["temperature_c"] - self.rest.values["temperature_c"]
 
     def tips(self) -> tuple[Array, Array]:

@@ -80,7 +80,10 @@ def fresh_lines(comparison: Comparison) -> Iterator[str]:
 
 
 def from_own_model(comparison: Comparison, again: str) -> str:
-    """Return the arguments ``again`` with the baseline of the display's own model; "" where sRGB's curves will do."""
+    """Return the arguments ``again`` with a native baseline.
+
+    "" if sRGB's curves fit the first session well enough, or if the problem already uses a native display or a model.
+    """
     first, problem = comparison.first_session, comparison.problem
     if not first or not first.is_another or problem.native or " --model " in again:
         return ""

@@ -2,8 +2,8 @@
 
 A script blends the tables of two hours, so that the slider can stand between hours. The page states the error of the
 blended picture against the model. The page also holds a picture and a map of the last hour of each mode, which are
-printed. The picture as it lies on the screen is such a still too, since the slider's tables are LUTs, which do not
-depend on the place.
+printed. The picture at its place on the screen is printed only as a still: the slider applies LUTs, and a LUT cannot
+depend on the position.
 """
 
 from __future__ import annotations

@@ -35,8 +35,8 @@ SCHEMA = 2
 #: Number of readings that are listed as the worst.
 WORST = 10
 
-#: Ratio of error to floor above which a slice is called too large: four standard deviations of that ratio for some 30
-#: numbers.
+#: Ratio of error to floor above which the error of a slice is too large: four standard deviations of the ratio for some
+#: 30 values.
 CLEAR = 1.5
 
 
@@ -57,7 +57,7 @@ class Comparison:
     worst
         The readings with the largest errors in σ.
     direction
-        Direction of the error where it is worst.
+        Direction of the error in the worst slice.
 
     """
 
@@ -72,7 +72,7 @@ class Comparison:
 
     @property
     def residual(self) -> Array:
-        """Measured less predicted, (n, 3), cd/m²."""
+        """Measured minus predicted, (n, 3), cd/m²."""
         return self.problem.xyz - self.predicted
 
     @cached_property
@@ -98,7 +98,7 @@ class Comparison:
 
     @property
     def agrees(self) -> bool:
-        """Whether the error equals that of noise alone, within three standard errors and a tenth."""
+        """Whether the ratio of error to noise exceeds 1 by less than three standard errors plus 0.1."""
         return bool(self.ratio < 1.0 + 3.0 / np.sqrt(max(3 * self.problem.rows.size, 1)) + 0.1)
 
     def sentence(self) -> str:

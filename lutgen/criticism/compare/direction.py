@@ -34,7 +34,7 @@ CALLED = {"hour": "at {}", "level": "at levels {}", "family": "on {} patches"} |
 class Direction:
     """The worst slice and the mean direction of the error there.
 
-    ``lab`` is measured less predicted, mean ΔL*, Δa*, Δb*; ``kind`` is additive, multiplicative or mixed.
+    ``lab`` is measured minus predicted, mean ΔL*, Δa*, Δb*; ``kind`` is additive, multiplicative or mixed.
     """
 
     where: str
@@ -77,7 +77,7 @@ def direction(problem: Problem, predicted: Array, judged: NDArray[np.bool_], whe
 
 
 def _kind(problem: Problem, predicted: Array, judged: NDArray[np.bool_]) -> str:
-    """Say whether a constant or a factor explains the luminance residuals better; "" where neither explains enough."""
+    """Say whether a constant or a factor explains the luminance residuals better; "" if neither explains enough."""
     residual, light = (problem.xyz - predicted)[judged, 1], predicted[judged, 1]
     sigma = np.sqrt(problem.covariance(predicted)[judged, 1, 1])
     squares = float(((residual / sigma) ** 2).sum())

@@ -1,7 +1,7 @@
 """Drift within a session: a patch that was read again gave different light.
 
 The noise is estimated from repeated readings, and the discrepancy of a display's own model from readings of one
-session. A drift makes both estimates as large as itself, so that any model agrees with the readings.
+session. A drift increases both estimates to its own size, so that any model agrees with the readings.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Drift:
 
     change: float
     hour: float
-    #: The reading's line, with the name of its file where there are several files.
+    #: The reading's line, with the name of its file if there are several files.
     line: str
     code: tuple[float, float, float]
 
@@ -61,7 +61,7 @@ def drifts(problem: Problem) -> tuple[Drift, ...]:
 
 
 def drift_problem(problem: Problem, verdict: str) -> str:
-    """Say which drift makes the measurement unreliable; "" where the verdict names an effect or nothing drifts."""
+    """Say which drift makes the measurement unreliable; "" if the verdict names an effect or nothing drifts."""
     unsteady = drifts(problem) if verdict in MEANING else ()
     if not unsteady:
         return ""

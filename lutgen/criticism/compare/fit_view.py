@@ -120,7 +120,7 @@ class View:
 
     @cached_property
     def residual(self) -> Array:
-        """Measured less predicted without the effect, in this component, in σ, (n,)."""
+        """Measured minus predicted without the effect, in this component, in σ, (n,)."""
         return np.asarray(((self.problem.xyz - self.without) / self.sigma)[:, self.axis])
 
     @property
@@ -130,7 +130,7 @@ class View:
 
     @cached_property
     def way(self) -> Way:
-        """Horizontal axis: the condition that the effect needs, else code value or hours, as its stage suggests."""
+        """Horizontal axis: the condition that the effect needs; otherwise code value or hours, by its stage."""
         problem, needs = self.problem, self.effect.needs
         scene = problem.scene(problem.measured_tips)
         full = problem.rows.size
@@ -142,7 +142,7 @@ class View:
             names = tuple(column.name for column in condition.columns)
             if set(names) & set(needs):
                 values = scene.radius if condition.cell == "position" else getattr(scene, names[0])
-                # A session has only one or two temperatures, so a curve joins readings of all hours.
+                # A session has only one or two temperatures; therefore a curve joins readings of all hours.
                 return Way(condition.axis, spread(values), (*names, *(("hour",) if condition.cell == "heat" else ())))
         if self.effect.stage in {"drive", "transfer", "mixing"} or (
             self.effect.stage == "emission" and not problem.from_first_hour
@@ -192,7 +192,7 @@ class View:
         levels = self.way.name == "code value"
         code = self._codes
         top = code.max(axis=1, keepdims=True)
-        # Where the axis is the code value, the ratio of the channels identifies a colour.
+        # If the axis is the code value, the ratio of the channels identifies a colour.
         patch = np.round(code / np.where(top > 0, top, 1.0), 2) if levels else code
         hour = np.zeros(len(code)) if "hour" in columns else problem.hours[problem.hour_of]
         kept = [
@@ -228,7 +228,7 @@ class View:
 
     @cached_property
     def unit(self) -> str:
-        """Unit of the curves: percent of the model without the effect; cd/m² where the strongest readings are dark."""
+        """Unit of the curves: percent of the model without the effect; cd/m² if the strongest readings are dark."""
         strongest = np.argsort(-np.abs(self.change))[: max(self.change.size // 50, 3)]
         white = self.problem.measured_tips[0, 0, self.axis]
         dark = float(np.median(self.without[strongest, self.axis])) < DARK * white
@@ -267,7 +267,7 @@ class View:
         return [bar for bar in bars if abs(bar.with_it) > WORTH_A_BAR * abs(bars[0].with_it)][:PATCHES]
 
     def _condition(self, index: int) -> str:
-        """Return the condition of a reading in words; "" where the reading is at rest."""
+        """Return the condition of a reading in words; "" if the reading is at rest."""
         row, kind = self.problem.rows[index], str(condition_of(self.problem)[index])
         if is_capped(self.problem.readings)[row]:
             return "lens cap"
@@ -298,14 +298,14 @@ class View:
         )
 
     def _same_condition(self, index: int) -> NDArray[np.bool_]:
-        """Return a mask of the readings with a reading's hour, condition and, nearly, change by the effect, (n,)."""
+        """Return a mask of the readings with equal hour and condition, and nearly equal change by the effect, (n,)."""
         condition = condition_of(self.problem)
         same = (condition == condition[index]) & (self.problem.hour_of == self.problem.hour_of[index])
         return np.asarray(same & (np.abs(self.change - self.change[index]) < 0.2 * abs(self.change[index]) + 1.0))
 
 
 def _lit(code: Array) -> tuple[float, float, float]:
-    """Return the code value in which the same channels are lit fully."""
+    """Return the code value with the same channels at full drive."""
     red, green, blue = (float(value > 0) for value in code)
     return red, green, blue
 

@@ -42,7 +42,7 @@ class ResidualPanel:
     ratio, band
         Root mean square over that of noise alone, (k,), and its range in campaigns of noise alone, (k, 2).
     lab, scatter
-        Mean ΔL*, Δa*, Δb*, measured less predicted, (k, 3), and two standard deviations of noise alone, (k, 3).
+        Mean ΔL*, Δa*, Δb*, measured minus predicted, (k, 3), and two standard deviations of noise alone, (k, 3).
 
     """
 

@@ -1,4 +1,4 @@
-"""Size of the errors of all readings, of one reading, and of readings that belong together; which stand out."""
+"""Size of the errors of all readings, of one reading, and of groups of readings; which groups have large errors."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-#: A slice stands out when its error over noise exceeds 1 by this many standard deviations of that ratio ...
+#: A slice stands out if its error over noise exceeds 1 by this many standard deviations of that ratio ...
 NOTICED = 4.0
 
-#: ... and when it exceeds the ratio of all slices of the same dimension by this factor. Slices of a condition are
-#: compared with each other only, because they hold the same patches.
+#: ... and if it exceeds the ratio of all slices of the same dimension by this factor. Slices of a condition are
+#: compared only with each other, because they hold the same patches.
 BEYOND = 1.1
 
 #: Dimensions to which every reading belongs; other dimensions are conditions.
@@ -33,7 +33,7 @@ class Errors:
 class Slice:
     """Errors of readings that belong together.
 
-    ``mean_residual_xyz`` is measured less predicted in cd/m²; the floors are the errors that noise alone gives.
+    ``mean_residual_xyz`` is measured minus predicted in cd/m²; the floors are the errors that noise alone gives.
     """
 
     by: str
@@ -72,7 +72,7 @@ def prominence(each: Slice) -> float:
 
 
 def informative(where: Sequence[Slice]) -> list[Slice]:
-    """Return the slices that can locate the error: a slice of a condition only where its error exceeds the usual."""
+    """Return the slices that can locate the error: a slice of a condition only if its error exceeds the usual."""
     usual = _usual(where)
     return [each for each in where if each.by in OF_EVERY_READING or over_noise(each) > BEYOND * usual[each.by]]
 

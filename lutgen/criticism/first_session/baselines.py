@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.problem import Problem
     from lutgen.display.own_model import OwnModel
 
-#: The display is not the paper's if the paper's mean ΔE2000 exceeds this, and the native one is below half of that.
-#: Assumption: about twice the mean ΔE2000 that the noise of a good meter gives.
+#: The display is not the paper's if the mean ΔE2000 of the paper's model is above this, and that of the native model is
+#: less than half of it. Assumption: about twice the mean ΔE2000 that the noise of a good meter gives.
 ANOTHER = 0.25
 
 
@@ -68,7 +68,7 @@ class FirstSession:
 
 
 def first_session(problem: Problem) -> FirstSession | None:
-    """Compare readings of hour 0 with the paper's fresh display and the native one; None if none are left."""
+    """Compare readings of hour 0 with the paper's fresh display and the native one; None if no readings are left."""
     paper = replace(problem, baseline="colour-points", native=None, drawn=(), rows=problem.rows[problem.hour_of == 0])
     left_out = np.setdiff1d(np.arange(problem.readings.hours.size), problem.rows)
     try:

@@ -1,8 +1,8 @@
 """Errors of a native display's curves and black by noise of the first session, which propagate to every hour.
 
 First sessions are simulated with noise, and a native display is made from each. A few principal modes span the changes
-of the prediction. A fit treats the sizes of the modes as unknowns that all sessions share: an error of a point of a
-curve, which contradicts all later sessions equally, does not appear as aging.
+of the prediction. A fit treats the sizes of the modes as unknowns that all sessions share. An error of one curve point
+gives the same residual in all later sessions; the fit attributes it to the curve, not to aging.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ NOTHING = 1e-9
 def drawn_displays(
     readings: Measurements, noise: Noise, left_out: Sequence[int], source: str
 ) -> tuple[NativeDisplay, ...]:
-    """Make native displays of ``DRAWS`` simulated first sessions with noise; seeded; ``source``: of the curves."""
+    """Make native displays of ``DRAWS`` simulated first sessions with seeded noise; ``source``: that of the curves."""
     rng = np.random.default_rng(SEED)
     first = np.flatnonzero(readings.hours == 0)
     cholesky = np.linalg.cholesky(noise.covariance(readings.xyz_cd_m2[first]))

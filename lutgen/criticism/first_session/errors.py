@@ -6,7 +6,8 @@ noise of the instrument: a fit estimates them, and χ² includes their squares i
 readings of a colour share has a lower weight, and a change from hour to hour keeps its full weight.
 
 The local unknowns of a block (tips, gains and shared errors) can absorb part of these errors. :meth:`FirstErrors.of`
-removes this part with the derivatives at the measured tips, from which the latent tips hardly differ.
+removes this part with the derivatives at the measured tips, because the latent tips hardly differ from the measured
+tips.
 """
 
 from __future__ import annotations

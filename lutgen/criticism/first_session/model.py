@@ -1,8 +1,8 @@
 """A native display's first session, evaluated at the readings of a problem: residual light of curves, errors, effects.
 
-Curves alone have errors at most colours that exceed the noise, by the same share at every hour. So if the first session
-has read a colour, a fit predicts the colour from that reading: the residual of the curves is expressed as light of the
-three channels, which ages as the channels do. An error of that reading propagates to all later readings of the colour
+The errors of curves exceed the noise at most colours, by the same share at every hour. So if the first session has read
+a colour, a fit predicts the colour from that reading: the residual of the curves is expressed as light of the three
+channels, which ages as the channels do. An error of that reading propagates to all later readings of the colour
 (:mod:`lutgen.criticism.first_session.errors`).
 """
 
@@ -34,15 +34,17 @@ if TYPE_CHECKING:
     from lutgen.readings import Measurements
 
 
-#: A sensor holds white within this share; if white has changed by more, the sensor has no reserve, or does not exist.
+#: A sensor holds the luminance of white within this share. If white has changed by more, the display has no sensor, or
+#: the sensor has no reserve.
 HELD_WITHIN = 0.03
 
 
-#: Number of colours of a session with independent errors of curves: errors are correlated within a quarter of the range
-#: of code values.
+#: Number of colours of a session whose errors of curves are independent: errors are correlated within a quarter of the
+#: range of code values.
 COLOURS = 4.0**3
 
-#: Factor of the variance of errors that are not measured: no effect is named that twice their σ would explain.
+#: Factor of the variance of errors that nobody measured (2 σ): an effect is named only if errors of 2 σ cannot explain
+#: the readings.
 ALLOWANCE = 4.0
 
 
@@ -52,11 +54,11 @@ class FirstReadings:
 
     ``residual_light``: light that the curves do not predict. ``exact`` (n,): whether the residual light was made from
     the reading, so that it is predicted exactly. ``colour`` (n,): number of the colour, if later readings of the colour
-    share an error, else −1. ``error`` (n, 3, 3): changes of these readings by 1 σ of that error, cd/m²: noise of the
-    first session, or the discrepancy of curves at a colour that the first session has not read.
+    share an error, otherwise −1. ``error`` (n, 3, 3): changes of these readings by 1 σ of that error, cd/m²: noise of
+    the first session, or the discrepancy of curves at a colour that the first session has not read.
     ``discrepancy_factor`` (n,): factor of the discrepancy's covariance, at colours that were read only once, in a later
-    session; else 0. ``counts`` (n,): effective number of readings; 0 for ``exact``, whose information is in ``light``;
-    below 1 if the errors are correlated, or an unknown of the colour absorbs part of the reading.
+    session; otherwise 0. ``counts`` (n,): effective number of readings; 0 for ``exact``, whose information is in
+    ``light``; below 1 if the errors are correlated, or an unknown of the colour absorbs part of the reading.
     """
 
     residual_light: ResidualLight
@@ -80,7 +82,7 @@ class FirstSessionModel:
 
     @cached_property
     def held_out_gain(self) -> Array | None:
-        """Factor (n, 3) that turns the own model's prediction of the first session into the held-out one, if any."""
+        """Ratio (n, 3) of the own model's held-out prediction to its prediction, at first readings; None if unknown."""
         native, drive = self.problem.native, self.problem.readings.drive[self.problem.rows]
         gain, first = native.own_gain(drive) if native else None, self.problem.hour_of == 0
         if native is None or native.ladder is None or gain is None:
@@ -185,8 +187,8 @@ class FirstSessionModel:
         """Matrix at each reading that ages XYZ of the first session as the channels age, (n, 3, 3)."""
         return (self._channels @ np.linalg.inv(self._channels[0]))[self.problem.hour_of]
 
-    def begun(self, applied: Sequence[Applied], before: Panel) -> Panel:
-        """Return the panel with effects relative to hour 0, if the display is native: it was made with the effects."""
+    def relative_to_first_session(self, applied: Sequence[Applied], before: Panel) -> Panel:
+        """Return the panel with effects relative to hour 0, because a native display contains the effects at hour 0."""
         if not (self.problem.native and applied):
             return before
         # The factors are cached: the same effects are needed many times.
@@ -197,7 +199,7 @@ class FirstSessionModel:
             changed = panel(applied, first, self.problem.selection, native=self.problem.native)
             factor, offset = since_first_session(applied, changed, self._plain, tips, first)
             self._factors[key] = factor[self.codes[1]], offset[self.codes[1]]
-        return before.begun(*self._factors[key])
+        return before.relative_to_first_session(*self._factors[key])
 
     @cached_property
     def _plain(self) -> Panel:

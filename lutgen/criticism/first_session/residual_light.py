@@ -2,9 +2,9 @@
 
 A curve predicts how much light a channel emits at a code value, but not a change of its colour. Also, the light of
 several channels is not exactly the sum of their single lights. The first session's reading of a colour gives the
-residual light by both causes. If an effect changes the levels of the channels, the residual light changes too: the part
-of one channel follows its ramp, and the part of several channels is proportional to the product of two code values,
-which fits mixtures of most displays best.
+residual light of both causes together. If an effect changes the levels of the channels, the residual light changes too:
+the part of one channel follows its ramp, and the part of several channels is proportional to the product of two code
+values, which fits mixtures of most displays best.
 """
 
 from __future__ import annotations

@@ -1,9 +1,10 @@
 """Uncertainty of effects on code values with a display's own curves.
 
 An effect that shifts a code value changes the light by the slope of the curve, and a curve through few levels gives its
-slope between them to some 15 %. A rounding after a calibration table shifts each code value of each channel by a
-fraction of a step, which only the table would determine. The errors of slopes and steps are unknowns in the tests of
-whether an effect explains enough and whether others are needed; the formulas of effects are fitted without them.
+slope between them to some 15 %. If the display rounds after a calibration table, each code value of each channel is
+shifted by an unknown fraction of a step, because the readings do not hold the table. The errors of slopes and steps are
+unknowns in the tests of whether an effect explains enough and whether others are needed; the formulas of effects are
+fitted without them.
 """
 
 from __future__ import annotations
@@ -23,13 +24,13 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.linear import Term
     from lutgen.effects import Effect
 
-#: Relative error (1 σ) of the slope of a curve between its levels, where levels are few; measured by
+#: Relative error (1 σ) of the slope of a curve between its levels, if levels are few; measured by
 #: ``tests/test_slope_errors.py``.
 SLOPE = 0.15
 
 
 def with_drive_errors(fitted: Fit) -> Fit:
-    """Fit the same effects again with errors of those of stage ``drive``; return the fit itself if it has none."""
+    """Fit the effects again, with errors of the effects of stage ``drive``; return the fit itself if it has none."""
     problem, state = fitted.problem, State(fitted.terms, fitted.tips, fitted.gains)
     drive_terms = [term for term in fitted.terms if term.effect.stage == "drive"]
     if not drive_terms or problem.native is None:
@@ -43,8 +44,8 @@ def with_drive_errors(fitted: Fit) -> Fit:
 def bic_with_drive_errors(with_errors: Fit, fitted: Fit) -> float:
     """BIC of a fit with drive errors, comparable with fits without: the errors have a prior, and lower the likelihood.
 
-    For errors with a normal prior, -2 ln of the likelihood is χ² and the logarithm of the determinant of their prior
-    covariance over their posterior covariance.
+    For errors with a normal prior, -2 ln of the likelihood is χ² plus the logarithm of the ratio of two determinants:
+    prior covariance of the errors over posterior covariance.
     """
     return with_errors.bic + _spread(with_errors) - _spread(fitted)
 
@@ -72,7 +73,7 @@ def _slopes(fitted: Fit, term: Term) -> Array:
 
 
 def _steps(fitted: Fit, term: Term) -> Array:
-    """Change of the light by a shift of one code value of one channel, of the effect's RMS shift, (e, n, 3), cd/m²."""
+    """Change of the light if one code value of one channel shifts by the effect's RMS shift, (e, n, 3), cd/m²."""
     problem, drive = fitted.problem, fitted.problem.readings.drive[fitted.problem.rows]
     is_between, later = (drive > 0.0) & (drive < 1.0), problem.hour_of > 0
     shift = term.effect.function(drive, problem.scene(fitted.tips), **term.values) - drive

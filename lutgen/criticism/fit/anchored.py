@@ -1,9 +1,9 @@
 """The prediction of a baked model: tips are solved from their own readings alone, all other readings are predicted.
 
-In a fit all readings influence the tips. This is right for statistical tests, but it misplaces errors: a fault off the
-centre of the screen would appear as an error of white. Here the effects are given, and the tips are solved from their
-own readings only, so that an error appears at the readings that have it. Simulated noise gives the errors that this
-procedure shows where the model is true.
+In a fit all readings influence the tips. This is right for statistical tests, but shows errors at the wrong readings: a
+fault off the centre of the screen would appear as an error of white. Here the effects are given, and the tips are
+solved from their own readings only, so that an error appears at the readings that have it. Simulated noise gives the
+errors that this procedure shows if the model is true.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def anchored(problem: Problem, terms: Sequence[Term]) -> Array:
 
 def anchored_tips(problem: Problem, terms: Sequence[Term]) -> Array:
     """Latent tips of :func:`anchored`, (H, 4, 3), cd/m²."""
-    # Tips are read at full drive, which has no information on curves: the curve modes are left out.
+    # Readings at full drive have no information on curves: the curve modes are left out.
     part = replace(problem, rows=problem.rows[problem.is_tip_anchor], drawn=())
     solved = fit(part, _given(terms))
     tips = problem.measured_tips.copy()

@@ -1,8 +1,8 @@
 """Estimated shifts of the code values: a fast test for effects that round code values, before one of them is fitted.
 
-A rounding has one setting for each table that may precede it: too many settings to fit each. To first order a rounding
-shifts each code value, by the same amount in all channels at all hours. The information matrix of these shifts is
-computed once; each setting then costs one product of vectors.
+A rounding has one setting for each table that may precede it; there are too many settings to fit all of them. To first
+order a rounding shifts each code value, by the same amount in all channels at all hours. The information matrix of
+these shifts is computed once; each setting then costs one product of vectors.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ STEP = 1e-4
 #: Largest number of code values whose shifts are estimated: those with the most information.
 MOST = 150
 
-#: Number of Legendre polynomials of a smooth function of the code value. A smooth function is no rounding.
+#: Number of Legendre polynomials of a smooth function of the code value. A rounding is not smooth.
 SMOOTH = 7
 
-#: Shifts are jagged if they gain more χ² than a smooth function by so many standard deviations of chance.
+#: Shifts are jagged if they gain more χ² than a smooth function by this number of standard deviations of chance.
 BEYOND_CHANCE = 3.0
 
 #: Number of proposed settings that are fitted.

@@ -57,7 +57,7 @@ def condition_of(problem: Problem) -> NDArray[np.str_]:
 
 
 def kind_of(problem: Problem) -> NDArray[np.str_]:
-    """Kind of each reading, (n,): the cell name of the condition that is away from rest, else the colour family."""
+    """Kind of each reading, (n,): the cell name of the condition that is away from rest, or the colour family."""
     condition = condition_of(problem)
     return np.where(condition == "", family_of(problem), condition)
 
@@ -93,8 +93,8 @@ def slices(problem: Problem) -> Mapping[str, NDArray[np.str_]]:
 def _comparable(problem: Problem, condition: Condition, patch: NDArray[np.intp]) -> NDArray[np.bool_]:
     """Whether a reading is away from rest by this condition alone, or at rest and of the same patch: (n,).
 
-    ``patch`` numbers the patches, (n,). Anchors are left out of the readings at rest. Where no
-    patch was read both ways, only the readings away from rest count.
+    ``patch`` numbers the patches, (n,). Anchors are left out of the readings at rest. If no patch was read both ways,
+    only the readings away from rest count.
     """
     others = [
         away[problem.rows] for cell, away in problem.readings.rest.away.items() if cell not in _related_cells(condition)
@@ -108,5 +108,5 @@ def _comparable(problem: Problem, condition: Condition, patch: NDArray[np.intp])
 
 
 def _related_cells(condition: Condition) -> set[str]:
-    """Cells of the conditions that vary with this condition, as a window and its surround do."""
+    """Cells of the conditions that vary with this condition, for example a window and its surround."""
     return {each.cell for each in CONDITIONS if each.depends == condition.depends}

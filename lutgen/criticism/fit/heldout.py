@@ -1,9 +1,10 @@
 """Cross-validation: whether an effect predicts readings to which it was not fitted.
 
 Readings are withheld by cell, one colour family of one hour at a time, and not at random, because the errors of the
-readings of a cell are correlated. The readings of the tips stay. Each cell is predicted from all other cells by one
-Gauss-Newton step from the full fit. The step is exact if the model is linear, and accurate for small effects. A cell
-with nearly all the information on a parameter cannot be predicted from the rest: it is left out, and counted.
+readings of a cell are correlated. The readings of the tips are never withheld. Each cell is predicted from all other
+cells by one Gauss-Newton step from the full fit. The step is exact if the model is linear, and accurate for small
+effects. A cell with nearly all the information on a parameter cannot be predicted from the rest: it is left out, and
+counted.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.problem import Problem
 
 
-#: The χ² of held-out readings must fall by at least so many standard errors.
+#: The χ² of held-out readings must fall by more than this number of standard errors.
 STANDARD_ERRORS = 2.0
 
 #: Expected excess of the gain of a fit over the gain on held-out readings, per parameter.
@@ -41,7 +42,7 @@ class HeldOut:
     Attributes
     ----------
     squares
-        Squared whitened error of each cell, (cells,); NaN where the cell could not be withheld.
+        Squared whitened error of each cell, (cells,); NaN if the cell could not be withheld.
     numbers
         Number of values (three a reading) in each cell, (cells,).
     of_one_session
@@ -62,18 +63,22 @@ class HeldOut:
 
     @property
     def left_out(self) -> int:
-        """Number of cells that could not be withheld, because they have nearly all information on a parameter."""
+        """Number of cells that could not be withheld, because each has nearly all the information on a parameter."""
         return int(np.isnan(self.squares).sum())
 
     @property
     def may_miss(self) -> bool:
-        """Whether the test may miss a real effect, because some cells could not be withheld or confirm nothing."""
+        """Whether the test may miss a real effect.
+
+        True if some cells could not be withheld, or if all cells are of one session and cannot confirm a change that
+        all colours share.
+        """
         return self.of_one_session or self.left_out > 0
 
     def gain_over(self, other: HeldOut) -> tuple[float, float]:
         """Return the fall of held-out χ² from ``other`` to this, and the standard error of that fall.
 
-        Only cells that both could withhold are compared.
+        Only cells that were withheld in both fits count.
         """
         gain = other.squares - self.squares
         gain = gain[np.isfinite(gain)]
@@ -81,7 +86,7 @@ class HeldOut:
             return 0.0, np.inf
         total, spread = float(gain.sum()), float(np.sqrt(gain.size) * gain.std(ddof=1))
         # An effect that shows in a few cells gives a large spread. If the better model is true, the gain is the squared
-        # distance of the predictions, with a standard error of twice the root of that.
+        # distance of the predictions, and its standard error is twice that distance.
         return total, min(spread, 2.0 * float(np.sqrt(max(abs(total), 1.0))))
 
 
@@ -118,10 +123,10 @@ def held_out_gain(fitted: Fit, base: Fit) -> float:
 
 
 def held_out(fitted: Fit, *, by_cells: bool = False) -> HeldOut:
-    """Withhold each cell in turn and predict it from the rest; under ``from_first_hour`` each later session in turn.
+    """Withhold each cell in turn and predict it from the rest; under ``from_first_hour`` withhold each later session.
 
     A single later session has all information on the aging and could not be predicted from the rest: its cells are
-    withheld instead. ``by_cells``: withhold cells in any case.
+    withheld instead. ``by_cells``: always withhold cells.
     """
     problem, projection = fitted.problem, fitted.projection
     rest = _Rest(fitted)
@@ -142,7 +147,7 @@ def held_out(fitted: Fit, *, by_cells: bool = False) -> HeldOut:
 class _Rest:
     """All rows of a fit, from which some rows at a time are withheld.
 
-    The global unknowns have orthonormal columns here, so that their information without some rows is 1 less the
+    The global unknowns have orthonormal columns here, so that their information without some rows is 1 minus the
     information of these rows (a downdate: Golub & Van Loan, Matrix Computations, 4th ed., 6.5.4).
     """
 
@@ -162,14 +167,15 @@ class _Rest:
         self.effects = (vt[kept].T / s[kept] / size[:, np.newaxis])[:count]
 
     def error(self, rows: NDArray[np.intp] | slice, basis: Array) -> float:
-        """Squared error of rows (m) that are predicted from all others; NaN where the others cannot predict them.
+        """Squared error of rows (m) that are predicted from all other rows; NaN if the other rows cannot predict them.
 
-        ``basis``: the part of the local unknowns' basis in these rows, (m, l); (0, l) where a whole block is withheld.
+        ``basis``: the part of the local unknowns' basis in these rows, (m, l); (0, l) if a whole block is withheld.
         """
         withheld = np.column_stack([self.columns[rows], self.residual[rows]])
         without = withheld
         if len(basis):
-            # A direction of the local unknowns that these rows alone determine stays as the fit has it.
+            # If only the withheld rows determine a direction of the local unknowns, keep the value of the full fit in
+            # this direction.
             left, directions = np.linalg.eigh(np.eye(basis.shape[1]) - basis.T @ basis)
             known = left > SINGULAR
             turned = basis @ directions[:, known]

@@ -1,8 +1,8 @@
 """Joint covariance of the estimates of a fit: parameters of effects, and the latent white and primaries.
 
-Where a parameter is correlated with another one or with white, the standard error of a picture is smaller than their
-standard errors suggest. The eliminated unknowns t follow from the global ones δ: t = R⁻¹ (z − U δ), with the blocks of
-:mod:`lutgen.criticism.fit.system`.
+If a parameter is correlated with another one or with white, the standard error of a picture is smaller than the
+standard errors of both suggest. The eliminated unknowns t follow from the global ones δ: t = R⁻¹ (z − U δ), with the
+blocks of :mod:`lutgen.criticism.fit.system`.
 """
 
 from __future__ import annotations
@@ -57,9 +57,9 @@ def _with_tips(factor: Array, block: Block, spread: Array, scale: Array, gain: A
 
 
 def _session_gain(fitted: Fit, hour: int) -> Array:
-    """1 σ error of the tips of an hour by the stated gain of the session, (12,), cd/m²; 0 where the gain is fitted.
+    """1 σ error of the tips of an hour by the stated gain of the session, (12,), cd/m²; 0 if the gain is fitted.
 
-    Only a stated gain counts: lutgen's default is no measurement of this instrument.
+    Only a stated gain counts: lutgen's default is not a measurement of this instrument.
     """
     problem = fitted.problem
     stated = session_gain(problem.readings.metadata, problem.readings.file) or 0.0

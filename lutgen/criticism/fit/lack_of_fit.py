@@ -1,12 +1,13 @@
 """Whether the residuals of a fit are noise: tests of their size and of their evenness.
 
 The size is tested by an F test for lack of fit, against the scatter of replicates. A few dozen replicates estimate the
-noise badly: where they agree by chance, the F test alone would reject every model. The residuals of a wrong model are
-also uneven: they are large in some colours, conditions or hours. So an effect may be named if the residuals beside it
-are too large but even. But no campaign is called consistent if the F test rejects it: residuals that are too large and
-even have no structure that a display could cause, so the measurement is blamed. A second sign of a wrong model are
-correlated residuals of neighbouring levels. Seeded draws of χ² give the distribution of the unevenness of noise; each
-draw takes another variance of bright patches, and of dark ones, within the uncertainty of the replicates.
+noise badly: if replicates agree by chance, the F test alone would reject every model. The residuals of a wrong model
+are also uneven: they are large in some colours, conditions or hours. Therefore a verdict may name an effect if the
+residuals of the fit with this effect are larger than noise but even. The verdict ``consistent`` requires that the F
+test accepts the residuals. Large, even residuals have no structure that a display could cause; the verdict blames the
+measurement. A second sign of a wrong model are correlated residuals of neighbouring levels. Seeded draws of χ² give the
+distribution of the unevenness of noise; each draw takes another variance of bright patches, and of dark patches, within
+the uncertainty of the replicates.
 """
 
 from __future__ import annotations
@@ -24,14 +25,14 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.least_squares import Fit
     from lutgen.criticism.noise.pure_error import PureError
 
-#: Residuals with a probability below this one are no noise.
+#: Residuals are not noise if noise gives such residuals with a probability below this.
 SIGNIFICANT = 0.01
 
 SEED, DRAWS = 20150319, 1999
 
 
 def is_noise(fitted: Fit, error: PureError) -> bool:
-    """Whether the residuals of a fit may be noise alone: by their size or by their evenness."""
+    """Whether the residuals of a fit may be noise alone: the test of size or the test of evenness accepts them."""
     return error.p_of_lack_of_fit(fitted) >= SIGNIFICANT or p_of_unevenness(fitted) >= SIGNIFICANT
 
 
@@ -47,7 +48,7 @@ def is_even(fitted: Fit) -> bool:
 
 
 def p_of_autocorrelation(fitted: Fit) -> float:
-    """Probability that the residuals of neighbouring levels are so correlated by chance, and not by a wrong curve.
+    """Probability that chance, and not a wrong curve, correlates the residuals of neighbouring levels at least as much.
 
     The patches of one kind and hour are sorted by level. By chance the product of the mean residuals of two neighbours
     has either sign with equal probability: each draw gives random signs to the products.
@@ -69,14 +70,17 @@ def p_of_autocorrelation(fitted: Fit) -> float:
 
 
 def p_of_unevenness(fitted: Fit) -> float:
-    """Probability of so uneven residuals if all are noise of one size: the least of three partitions, times three."""
+    """Probability that noise gives residuals at least as uneven.
+
+    The result is the smallest probability of three partitions, times three (Bonferroni).
+    """
     squares = (fitted.residual**2).sum(axis=1)[_tested(fitted)]
     probabilities = [_p_of_parts(squares, labels, fitted) for labels in _partitions(fitted)]
     return min(1.0, 3.0 * min(probabilities))
 
 
 def _tested(fitted: Fit) -> NDArray[np.bool_]:
-    """Whether each reading is tested, (n,): all but the anchors, which any model fits; all, if all are anchors."""
+    """Whether each reading is tested, (n,): all except anchors, which any model fits; all if all are anchors."""
     anchor = fitted.problem.is_anchor
     return np.ones_like(anchor) if anchor.all() else ~anchor
 
@@ -90,7 +94,7 @@ def _partitions(fitted: Fit) -> tuple[NDArray[np.generic], ...]:
 
 
 def _p_of_parts(squares: Array, labels: NDArray[np.generic], fitted: Fit) -> float:
-    """Probability of so uneven squares (m,) of residuals over the parts of one partition."""
+    """Probability that noise gives squares (m,) of residuals at least as uneven over the parts of one partition."""
     _, part = np.unique(labels, return_inverse=True)
     part = part.reshape(-1)
     counts = fitted.problem.counts

@@ -2,8 +2,8 @@
 
 One iteration linearises the prediction (:mod:`lutgen.criticism.fit.linear`), eliminates the unknowns that are local to
 a block of readings (:mod:`lutgen.criticism.fit.system`), and solves the remaining small system of the effects. A step
-that does not lower χ² is tried again with damping. χ² is the sum of squared whitened residuals; it is
-never rescaled by the misfit.
+that does not lower χ² is tried again with damping. χ² is the sum of squared whitened residuals; it is never rescaled by
+the misfit.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ if TYPE_CHECKING:
 #: A fit has converged if one more iteration would gain less χ² than this: far below any threshold.
 CONVERGED = 0.005
 
-#: A failed step that predicts a smaller gain is not tried again: jumps of effects and interpolated tips make it fail.
+#: Stop if a step failed and its predicted gain in χ² is below this, or if a damped step gains less. Such steps fail at
+#: jumps of an effect or because of interpolated tips.
 NEGLIGIBLE = 0.3
 
 #: The same two limits as shares of the misfit; they apply to wrong models, whose last digits do not matter.
@@ -144,7 +145,7 @@ class Fit:
 
     @cached_property
     def stderr(self) -> tuple[dict[str, float], ...]:
-        """Standard error of each free parameter, one dict a term; infinite where the data have no information."""
+        """Standard error of each free parameter, one dict a term; infinite if the data have no information."""
         sigma, place, errors = np.sqrt(np.diag(self.covariance)), 0, []
         for term in self.terms:
             errors.append({name: float(sigma[place + k]) for k, name in enumerate(term.free)})
@@ -153,7 +154,7 @@ class Fit:
 
 
 def unknowns(problem: Problem) -> int:
-    """Number of tip and curve unknowns that the data determine, and not a prior."""
+    """Number of tip and curve unknowns that the data determine, not a prior."""
     tips = 12 if problem.from_first_hour else 12 * int(problem.is_knot.sum())
     return tips + (len(problem.curve_modes) if problem.native else 0)
 
@@ -161,8 +162,8 @@ def unknowns(problem: Problem) -> int:
 def switching_penalty(problem: Problem) -> float:
     """Penalty in χ² for another selection of the paper's matrices, which has no parameter that BIC would count.
 
-    Another selection takes the non-additivity, three numbers an hour, from other colours. Where there is none, the χ²
-    of the two selections differ by two correlated χ²(3) an hour: a variance of 12 an hour at most.
+    Each selection fits the non-additivity (three numbers an hour) to different colours. On an additive display the
+    difference in χ² of two selections has a variance of at most 12 an hour: two correlated χ²(3) variables.
     """
     return 3.7 * float(np.sqrt(12.0 * problem.is_knot.sum()))
 
@@ -217,7 +218,7 @@ def _minimised(problem: Problem, state: State, system: System) -> tuple[State, S
         predicted_gain = system.chi2 - move.chi2
         misfit = system.chi2 - 3 * problem.rows.size
         converged, negligible = max(CONVERGED, CONVERGED_SHARE * misfit), max(NEGLIGIBLE, NEGLIGIBLE_SHARE * misfit)
-        # χ² holds to first order in the tips: one step at least shows whether it also holds for the fitted tips.
+        # χ² is exact only to first order in the tips. Always take one step, to check χ² at the fitted tips.
         if predicted_gain < converged and iteration:
             break
         moved = system.moved(state, move.parameters)

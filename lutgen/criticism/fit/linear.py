@@ -35,7 +35,7 @@ NUDGE = 1e-2
 
 @dataclass(frozen=True)
 class Term:
-    """An effect in a fit: values of all parameters, names of the free ones, and of those searched on a grid."""
+    """An effect in a fit: values of all parameters, names of free parameters, and of parameters searched on a grid."""
 
     effect: Effect
     values: Mapping[str, float]
@@ -133,7 +133,7 @@ def _by_tips(problem: Problem, state: State, before: Panel, xyz: Array) -> Array
     """Derivatives by the twelve values of the tips of a reading's own hour, in units of ``tip_scale``: (12, n, 3)."""
     size = tip_scale(problem)
     if not problem.from_first_hour and not any(term.effect.stage in BEHIND_PANEL for term in state.terms):
-        before = problem.first_session_model.begun(state.terms, before)
+        before = problem.first_session_model.relative_to_first_session(state.terms, before)
         shares = before.shares * (1.0 - problem.scene(state.tips).capped)
         direct = np.zeros((4, 3, *xyz.shape))
         for k in range(3):
@@ -156,7 +156,7 @@ def _by_tips(problem: Problem, state: State, before: Panel, xyz: Array) -> Array
 
 
 def mixes(term: Term) -> bool:
-    """Whether an effect behind the panel makes X, Y and Z depend on one another: tested on two colours."""
+    """Whether an effect behind the panel mixes X, Y and Z: tested on two colours."""
     stage = term.effect.stage
     if stage not in {"emission", "optics", "viewing", "instrument"}:
         return False

@@ -1,8 +1,8 @@
 """The prediction of a problem's readings, XYZ that the meter should report, from code values, tips and effects.
 
 A fit needs thousands of predictions. So effects on code values are evaluated once for each code value and hour, and
-effects of the emission once for each hour, unless they use the conditions of a reading. The result of the stages before
-an effect that changes is cached.
+effects of the emission once for each hour, unless they use the conditions of a reading. If an effect changes, the
+result of the stages before it comes from a cache.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ BEFORE_MIXING = ("drive", "transfer")
 #: Stages before the emission, where the tips enter.
 BEFORE_EMISSION = ("drive", "transfer", "mixing", "selection")
 
-#: Stages before light leaves the display, where a sensor measures it.
+#: Stages up to the light that leaves the display; a sensor of the display measures this light.
 BEFORE_ROOM = (*BEFORE_EMISSION, "emission", "optics")
 
 T = TypeVar("T")
@@ -104,9 +104,9 @@ class Prediction:
         return before.times(self.problem.first_session_model.held_out_gain)
 
     def _panel(self, applied: Sequence[Applied]) -> Panel:
-        """The panel; evaluated once for each code value and hour, unless effects need more of the scene."""
-        # With an own model each reading is evaluated: rounding of its matrix products depends on the other colours, so
-        # that an effect that does nothing would change the result.
+        """Return the panel; evaluate it once for each code value and hour, unless effects need other conditions."""
+        # With an own model each reading is evaluated: the rounding of its matrix products depends on which other
+        # colours are evaluated, so an effect that does nothing would change the result.
         if not (self.problem.native and self.problem.native.own):
             first, inverse, scene = self._codes
             weights = self._weights[first]
@@ -148,7 +148,7 @@ class Prediction:
 
     def predict(self, applied: Sequence[Applied], before: Panel, tips: Array) -> Array:
         """XYZ that the meter should report, (..., n, 3), cd/m², for latent tips (..., H, 4, 3)."""
-        before = self.problem.first_session_model.begun(applied, before)
+        before = self.problem.first_session_model.relative_to_first_session(applied, before)
         if self.problem.holds_white:
             tips = self._held(applied, tips)
         scene, emission = self.scene(tips), [each for each in applied if each.effect.stage == "emission"]
@@ -163,7 +163,7 @@ class Prediction:
         if aged is not None and aged.ndim > 3:
             xyz = before.emit_by(aged, self._readings_of_hours)
         elif aged is not None:
-            # The same order of sums as below: an effect that does nothing must not even change the rounding.
+            # The order of sums is the same as below: an effect that does nothing must not change the rounding.
             xyz = before.emit(np.take(aged, self.problem.hour_of, axis=0))
         else:
             xyz = before.emit(through(emission, ("emission",), np.take(tips, self.problem.hour_of, axis=-3), scene))
@@ -187,7 +187,7 @@ class Prediction:
         return self._without_conditions(emission, lambda: through(emission, ("emission",), tips, scene))
 
     def _without_conditions(self, applied: Sequence[Applied], result: Callable[[], T]) -> T | None:
-        """Return the result for a scene without conditions; None if effects need more, which is tried only once."""
+        """Return the result for a scene without conditions; None if effects need conditions; tested only once."""
         names = frozenset(each.effect.name for each in applied)
         if names not in self._needing_conditions:
             try:

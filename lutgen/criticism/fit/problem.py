@@ -2,10 +2,10 @@
 
 Under the baseline ``colour-points`` the tips of every hour are unknown, and their own readings are among the data.
 Effects act on the latent display, so a fit solves the tips again whenever an effect changes. At an hour without
-readings of the tips, the prior of its tips is the interpolation between the neighbouring hours, with the error of that.
-Under ``first-hour`` only the tips of hour 0 are unknown, and each session has a gain. ``native`` is ``colour-points``
-with another fresh display: transfer curves and black are measured in the first session, and their errors by the noise
-of that session are unknowns that all sessions share.
+readings of the tips, the prior of its tips is the interpolation between neighbouring hours, with the interpolation
+error. Under ``first-hour`` only the tips of hour 0 are unknown, and each session has a gain. ``native`` is
+``colour-points`` with another fresh display: transfer curves and black are measured in the first session, and their
+errors by the noise of that session are unknowns that all sessions share.
 
 Tips and gains are *local* to a block of readings, and the prediction is (nearly) linear in them. So a fit eliminates
 them block by block (:mod:`lutgen.criticism.fit.least_squares`).
@@ -72,7 +72,7 @@ class Problem:
     rows
         Indices of the n readings that are fitted; outliers are left out.
     assumed
-        Assumed values of conditions that were not logged, the same at all readings but shrouded or capped ones:
+        Assumed values of conditions that were not logged, equal at all readings except shrouded or capped ones:
         (column, value).
     native
         The fresh display of native baselines; None: the paper's.
@@ -193,7 +193,7 @@ class Problem:
 
     @cached_property
     def correlated(self) -> float:
-        """Number of readings that count as one: the discrepancies of neighbouring colours are correlated."""
+        """Number of readings that count as one, because the discrepancies of neighbouring colours are correlated."""
         sessions = self.hours.size if self.native and self.native.own else 1
         are_correlated = self.discrepancy and not self.first_readings
         return max(1.0, self.rows.size / sessions / COLOURS) if are_correlated else 1.0
@@ -222,7 +222,7 @@ class Problem:
 
     @cached_property
     def gains(self) -> NDArray[np.intp]:
-        """Number of each reading's session gain, (n,); −1 where the tips of the hour include the gain."""
+        """Number of each reading's session gain, (n,); −1: the fitted tips absorb this gain, so it is no unknown."""
         return self._gains[0]
 
     @property
@@ -242,7 +242,7 @@ class Problem:
         of_hour: dict[float, set[str]] = {}
         for hour, name in keys:
             of_hour.setdefault(hour, set()).add(name)
-        # Tips that are read at an hour with one session include the gain of that session.
+        # If tips are read at an hour with one session, they include the gain of that session.
         includes_gain = {
             float(hour)
             for hour, knot in zip(self.hours, self.is_knot, strict=True)
@@ -357,7 +357,7 @@ class Problem:
 
     @property
     def first_readings(self) -> FirstReadings | None:
-        """The first session's readings of single colours; None where curves, or an own model, predict these well."""
+        """The first session's readings of single colours; None if curves, or an own model, predict them well."""
         curves_alone = self.native is not None and not self.native.own and self.discrepancy
         return self.first_session_model.first_readings if self.uses_first_readings and curves_alone else None
 
@@ -368,8 +368,8 @@ class Problem:
 
     @cached_property
     def known(self) -> tuple[LoadedCalibrations, ...]:
-        """Known changes, which are no effects of aging: calibrations that files of later sessions hold."""
-        return LoadedCalibrations.of(self.readings, told=not self.from_first_hour) if self.native else ()
+        """Known changes that are not aging: calibrations that the files of later sessions hold."""
+        return LoadedCalibrations.of(self.readings, measured_tips=not self.from_first_hour) if self.native else ()
 
     @cached_property
     def light(self) -> SpectralDisplay:
@@ -395,5 +395,5 @@ class Problem:
 
     @property
     def holds_white(self) -> bool:
-        """Whether a sensor's control of white is predicted; where tips are measured, the tips include it."""
+        """Whether a sensor's control of white is predicted; measured tips already include it."""
         return self.from_first_hour and self.held

@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 class Part:
     """The rows of one block: three for each of its readings ``here``, then one for each prior of its local unknowns.
 
-    ``at``: the same readings, as a slice where they are consecutive. ``basis`` (rows, l): orthonormal basis of the
-    changes by local unknowns. ``off``: right sides of the priors. ``rows``: the place of the block's rows among those
-    of all blocks.
+    ``at``: the same readings, as a slice if they are consecutive. ``basis`` (rows, l): orthonormal basis of the changes
+    by local unknowns. ``off``: right sides of the priors. ``rows``: the place of the block's rows among those of all
+    blocks.
     """
 
     here: NDArray[np.intp]
@@ -60,7 +60,7 @@ class Projection:
             self.parts.append(Part(here, readings_at(here), basis, off, slice(start, start + len(basis))))
             start += len(basis)
         self._count = start
-        # The residual contains the shared errors of sessions: large errors are unlikely, and their priors say so.
+        # The residual contains the shared errors of sessions; the priors state that large errors are unlikely.
         self.free, self.residual = self.of(linear.free), self.of(fitted.whitened, priors=True)
 
     @cached_property

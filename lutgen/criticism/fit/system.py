@@ -31,7 +31,7 @@ COLLINEAR = 1e-6
 #: A triangle is solved by least squares if the ratio of its smallest to its largest diagonal element is smaller.
 SINGULAR = 1e-9
 
-#: Shares (of variance) of a parameter in a direction below this one are taken as 0.
+#: A parameter's share of the variance in a direction counts as 0 below this.
 NEGLIGIBLE_SHARE = 1e-3
 
 
@@ -57,7 +57,8 @@ class System:
         self.mode_count = len(problem.curve_modes) if problem.native else 0
         modes = self.A[:, self.global_count - self.mode_count :]
         sizes = np.linalg.lstsq(modes, self.z, rcond=1e-9)[0]
-        #: The step that moves no effect. A state holds no sizes of curve modes, so the step has their best values.
+        #: The step that changes no effect and sets the curve modes to their best sizes: a state holds no sizes of
+        #: modes.
         self.mode_step = np.concatenate([np.zeros(self.global_count - self.mode_count), sizes])
         residual = self.z - modes @ sizes
         self.chi2 = float(residual @ residual)
@@ -87,7 +88,7 @@ class System:
         return State(tuple(terms), tips, gains)
 
     def covariance(self, terms: Sequence[Term]) -> Array:
-        """Covariance of the effects' parameters, (p, p); infinite where the data have no information."""
+        """Covariance of the effects' parameters, (p, p); infinite if the data have no information."""
         if not self.effect_count:
             return np.zeros((0, 0))
         spread, undetermined = self.spread(terms)
@@ -97,10 +98,11 @@ class System:
         return np.asarray(covariance)
 
     def spread(self, terms: Sequence[Term]) -> tuple[Array, NDArray[np.bool_]]:
-        """Return V (g, k), with V·Vᵀ the covariance of the global unknowns; and which parameters are undetermined.
+        """Return V (g, k), where V·Vᵀ is the covariance of the global unknowns, and which parameters are undetermined.
 
         The data have no information on a direction in which parameters may cross their whole range while the readings
-        together change by less than one standard deviation. Derivatives are numerical, so the rank is no criterion.
+        together change by less than one standard deviation. The rank shows no such direction, because derivatives are
+        numerical.
         """
         count = self.effect_count
         if not self.global_count:
@@ -249,7 +251,7 @@ def prior_rows(problem: Problem, state: State, hour: int, gains: tuple[int, ...]
     tips = 0 if problem.from_first_hour else 12
     if not gains and not shared and (not tips or problem.is_knot[hour]):
         return np.zeros((0, tips)), np.zeros(0)
-    # Correlated readings count too often in χ²; a gain's prior must count as often.
+    # Correlated readings increase χ² by the factor ``correlated``. Weight the prior of a gain by the same factor.
     sigma = max(problem.noise.session / problem.correlated**0.5, 1e-6)
     rows = np.column_stack([np.zeros((len(gains) + shared, tips)), np.eye(len(gains) + shared)])
     rows[: len(gains)] /= sigma

@@ -1,10 +1,10 @@
-"""Standard deviation of a meter's dark offset between sessions, where a leak of the display's light may be beside it.
+"""Standard deviation of a meter's dark offset between sessions, if the display may also leak light.
 
 Readings of the capped lens show the offset alone. Black shows the sum of both. A leak has one colour, near that of
-white: what differs in other colours is the offset. In the colour of the leak, two models are compared: the offsets of
-sessions are independent, but a leak grows along a smooth course in time. The evidence of a model is the likelihood of
-the sessions' estimates, averaged over its unknowns: the standard deviation of the offsets, the size of the leak, and
-its course.
+white: a difference between sessions in other colours is the offset. In the colour of the leak, two models are compared:
+the offsets of sessions are independent, but a leak grows along a smooth course in time. The evidence of a model is the
+likelihood of the sessions' estimates, averaged over its unknowns: the standard deviation of the offsets, the size of
+the leak, and its course.
 """
 
 from __future__ import annotations
@@ -23,20 +23,22 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.problem import Problem
     from lutgen.criticism.noise.session_columns import SessionEstimate
 
-#: Smallest number of sessions from which the standard deviation is estimated; with fewer the ordinary one is used.
+#: Smallest number of sessions from which the standard deviation is estimated. With fewer sessions the standard
+#: deviation of an ordinary meter is used. The second number is for readings of the capped lens.
 ENOUGH, ENOUGH_CAPPED = 3, 2
 
 #: A meter's own dark signal may grow over its life: number of terms of its trend, and of sessions that show the trend.
 DRIFTING, ENOUGH_DRIFTING = 2, 6
 
-#: Range of the logarithm of the standard deviation about the ordinary one, and its steps: of the restricted likelihood,
-#: and of the two evidences.
+#: Largest distance of the logarithm of the standard deviation from that of an ordinary meter; step of the logarithm for
+#: the restricted likelihood, and for the two evidences.
 REACH, STEP, EVIDENCE_STEP = 7.0, 0.02, 0.1
 
 #: Range and step of the logarithm of a leak's largest size over the ordinary standard deviation: up to 20 cd/m².
 SIZE_REACH, SIZE_STEP = 10.0, 0.5
 
-#: Degrees of freedom of the prior of the logarithm, Student's t: few, lest large offsets be estimated too small.
+#: Degrees of freedom of the prior of the logarithm (Student's t). A small number gives heavy tails: the prior does not
+#: shrink large offsets much.
 FREEDOM = 3.0
 
 #: Logarithm of the ratio of the evidences, 100, above which the blacks show a leak.
@@ -75,7 +77,8 @@ def offset_sd(estimates: Sequence[SessionEstimate], problem: Problem, *, capped:
     noise = np.mean([each.covariance for each in complete], axis=0) + ordinary**2 * np.eye(most)
     best = np.linalg.solve(noise, _colour_of_white(complete[0].names, problem))
     along = [_in_colours(each, best[np.newaxis] / np.linalg.norm(best)) for each in complete]
-    # A leak may be tinted: its colour is that of what changes with this combination. Other colours show offsets alone.
+    # A leak may be tinted: its colour is that of the estimates' changes with this combination. Other colours show
+    # offsets alone.
     values, light = (np.array([each.estimate for each in some]) for some in (complete, along))
     tinted = (light - light.mean()).T @ (values - values.mean(axis=0))
     others = [_in_colours(each, np.linalg.svd(tinted)[2][1:]) for each in complete]

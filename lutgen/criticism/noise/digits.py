@@ -19,7 +19,7 @@ MOST_DECIMALS, MOST_SIGNIFICANT = 7, 7
 #: Smallest number of values from which a step is inferred.
 ENOUGH = 24
 
-#: A value has so many digits if rounding to them changes it by at most this share of a step.
+#: A value has a number of digits if rounding to this number changes the value by at most this share of a step.
 NOTHING = 1e-6
 
 
@@ -48,7 +48,7 @@ def digits_of(values: Array) -> Digits:
     decimals = _needed(numbers, np.zeros(numbers.size), MOST_DECIMALS)
     top = np.floor(np.log10(np.abs(numbers))) + 1
     significant = _needed(numbers, top, MOST_SIGNIFICANT)
-    # The last printed digit is not 0 in nine of ten values: choose the rule by which most values use all digits.
+    # The last printed digit is not 0 in nine of ten values: choose the rule under which most values use all digits.
     rules = [
         (float((needed == needed.max()).mean()), kind, int(needed.max()))
         for kind, needed, most in (

@@ -6,7 +6,7 @@ three parts: a share of each of X, Y and Z, a share of the luminance in the colo
 correlated, different colours are not (Kennedy & O'Hagan 2001, doi:10.1111/1467-9868.00294, without the correlation
 between colours). The share of the luminance is for channels that are not additive: the model's error of Z at yellow may
 exceed the Z of yellow. All parameters are estimated by maximum likelihood from readings of the first session, each
-predicted by a model to which it was not fitted. So changes over the hours do not count as discrepancy.
+predicted by a model that was not fitted to it. So changes over the hours do not count as discrepancy.
 """
 
 from __future__ import annotations
@@ -186,8 +186,8 @@ def _of_curves(
         deviations = np.array([added_up(sample, each.curves, code) - usual[judged] for each in drawn]) * sample.white
         covariance = covariance + np.einsum("kni,knj->nij", deviations, deviations) / len(drawn)
     squares = np.einsum("ni,nij,nj->", residual, np.linalg.inv(covariance), residual)
-    # The test is for curves that run through ramps or greys. Smooth curves of all readings miss single levels, which
-    # the test over all readings would hide.
+    # The test is for curves that run through ramps or greys. Smooth curves of all readings miss single levels; a test
+    # over all readings would not find this.
     if native.source != "readings" and chdtrc(residual.size, squares) >= SIGNIFICANT:
         return NONE
     return discrepancy_of(residual, light, covariance, sample.white)
@@ -196,7 +196,7 @@ def _of_curves(
 def _predicted_by_other_levels(
     native: NativeDisplay, readings: Measurements, leave_out: list[int], sample: Sample, judged: NDArray[np.bool_]
 ) -> Array:
-    """Predicted shares of white (n, 3) of a sample's readings; of ``judged`` ones by curves without their level."""
+    """Predicted shares of white (n, 3) of a sample's readings; ``judged`` readings by curves without their level."""
     here, predicted = first_session_rows(readings, leave_out), added_up(sample, native.curves, sample.drive)
     for code in np.unique(sample.drive[judged], axis=0):
         level = (sample.drive == code).all(axis=1)

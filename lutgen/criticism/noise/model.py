@@ -3,8 +3,9 @@
 Covariance of a reading of light M: Σ = C ∘ s sᵀ + D ∘ b bᵀ + diag(q²/12) with s_k² = (a_k·M_k)² + g·|M_k|, C and D the
 correlations of X, Y, Z in the bright part and in the floor, and q the step of the last digit. Flicker moves X, Y and Z
 together; the floor is often independent in each detector. a_k, b_k, C and D are estimated by maximum likelihood from
-replicates (readings of one session under equal conditions), and g if the likelihood requires it. Few replicates, or
-none of dark patches, do not determine all parameters; a weak prior keeps these near an ordinary good colorimeter.
+replicates (readings of one session under equal conditions), and g if the likelihood requires it. If there are few
+replicates, or no replicates of dark patches, they do not determine all parameters; a weak prior keeps these near an
+ordinary good colorimeter.
 
 The gain of a session, which all its readings share, cannot be estimated from one session an hour: the file states its
 σ (``# session_gain: 0.003``), or a default is assumed.
@@ -87,7 +88,7 @@ class Noise:
     outliers
         Indices of the readings that replicates show to be wrong.
     contradictory
-        Indices of pairs of replicates that contradict each other, of which replicates do not tell the wrong one.
+        Indices of pairs of replicates that contradict each other; it is unknown which replicate of a pair is wrong.
     copied
         Share of the replicated patches, other than dark ones, whose readings agree to the last digit.
     ratio, floor_ratio
@@ -132,7 +133,7 @@ class Noise:
     def dark_offset(self) -> Array:
         """Lower triangle (3, 3): X, Y and Z of three independent dark offsets of a session, 1 cd/m² (1 σ) in Y.
 
-        The detectors of a meter have offsets as they have noise, and the same matrix makes X, Y and Z of both.
+        The detectors of a meter have offsets and noise; the same matrix makes X, Y and Z from both.
         """
         return np.asarray(np.array(self.ratio)[:, np.newaxis] * np.linalg.cholesky(self.correlation))
 
@@ -232,7 +233,7 @@ def _no_smaller(noise: Noise, usual: Noise, *, floor_measured: bool) -> Noise:
 def _confirmed_outliers(
     xyz: Array, groups: NDArray[np.intp], outliers: tuple[int, ...], noise: Noise
 ) -> tuple[int, ...]:
-    """Suspected outliers that are far from the median in units of the noise estimated from the others."""
+    """Suspected outliers that are far from the median in units of the noise, estimated without the outliers."""
     confirmed = []
     for row in outliers:
         here = groups == groups[row]

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.special import chdtrc, chdtri, fdtrc, fdtri  # what scipy.stats computes with, without its 0.2 s of import
+
+# scipy.stats calls these functions; importing them directly saves 0.2 s.
+from scipy.special import chdtrc, chdtri, fdtrc, fdtri
 
 from lutgen.criticism.first_session.model import ALLOWANCE
 from lutgen.criticism.noise.replicates import Replicates
@@ -20,10 +22,11 @@ if TYPE_CHECKING:
 class PureError:
     """Scatter of replicates about their means in units of the fit's noise: the reference of all tests.
 
-    ``squares``, ``freedom``: sum of squares and degrees of freedom. ``allowance``: factor by which the variance may
-    exceed the assumed one without a finding, if the noise is not measured or a model discrepancy dominates it.
-    ``inside``: the part of a fit's χ² that is scatter of replicates; None: ``squares``. ``correlated``: number of
-    correlated readings that count as one independent reading, by the discrepancy of neighbouring colours.
+    ``squares``, ``freedom``: sum of squares and degrees of freedom. ``allowance``: an effect is admitted only if it
+    passes the tests under a variance of this factor times the assumed variance; above 1 if the noise is not measured,
+    or if a model discrepancy dominates the noise. Without enough replicates, the tests also accept residuals with this
+    variance. ``inside``: the part of a fit's χ² that is scatter of replicates; None: ``squares``. ``correlated``:
+    number of correlated readings that count as one independent reading, by the discrepancy of neighbouring colours.
     """
 
     squares: float
@@ -45,8 +48,8 @@ class PureError:
         )
         white = np.einsum("nij,nj->ni", problem.whitener[counted], replicates.deviations)
         freedom = int(3 * replicates.contrasts)
-        # Replicates that are rounded to the same value have too little scatter. The noise model includes the rounding:
-        # its variance is the lower bound.
+        # Replicates that are rounded to the same value have too little scatter. The noise model includes the rounding,
+        # so the variance of the noise model is the lower bound.
         inside = float((white**2).sum())
         # Replicates do not show whether the error of curves at a colour ages as the channels do, as the model assumes.
         allowance = ALLOWANCE if problem.first_readings else 1.0
@@ -68,9 +71,10 @@ class PureError:
         return max(self.variance, 1.0) if self.measured else self.allowance
 
     def certain_gain(self, gain: float) -> float:
-        """Twice the log-likelihood ratio of a gain in χ² if few replicates tell the noise (Student's t); never more.
+        """Gain in χ² if the noise is estimated from replicates: twice the log-likelihood ratio under Student's t.
 
-        With many replicates this is the gain in units of their variance.
+        With few replicates a gain above 2 becomes smaller. With many replicates the result is the gain in units of
+        their variance.
         """
         gain /= self.scale
         return (self.freedom + 1.0) * float(np.log1p(gain / self.freedom)) if self.measured else gain
@@ -90,7 +94,7 @@ class PureError:
         return self.variance * float(fdtri(1, self.freedom, 1.0 - chance))
 
     def p_of_lack_of_fit(self, fitted: Fit) -> float:
-        """Probability of so large residuals by noise alone (F test for lack of fit)."""
+        """Probability that noise alone gives residuals at least as large (F test for lack of fit)."""
         if not self.measured:
             return float(chdtrc(max(fitted.freedom, 1) / self.correlated, fitted.chi2 / self.allowance))
         inside = self.squares if self.inside is None else self.inside

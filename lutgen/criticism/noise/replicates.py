@@ -26,8 +26,8 @@ RELATIVE, FLOOR_CD_M2 = 0.002, 0.003
 #: Smallest number of contrasts between replicates with which the noise counts as measured.
 ENOUGH = 6
 
-#: Largest gap in kelvins between sorted temperatures of replicates: logged temperatures scatter by less, and somebody
-#: who sets another temperature sets one that is further away.
+#: Largest gap in kelvins between sorted temperatures of replicates. Logged temperatures scatter by less; deliberate
+#: changes of the temperature are larger.
 SCATTER_K = 0.75
 
 #: Number of rounds, each of which estimates the gains and offsets of sessions, and then the means of replicates.
@@ -74,9 +74,9 @@ class Replicates:
 
 
 def _as_one_session(xyz: Array, groups: NDArray[np.intp], session: NDArray[np.intp]) -> tuple[Array, Array]:
-    """Readings corrected for gain and dark offset of their session relative to the others of the hour, (n, 3), cd/m².
+    """Correct readings for gain and dark offset of their session relative to the other sessions of the hour.
 
-    Also the leverage of each reading on these gains and offsets, (n,).
+    Return the readings, (n, 3), cd/m², and the leverage of each reading on these gains and offsets, (n,).
     """
     light = group_means(xyz, groups)
     # A group of one reading has no information on the differences of sessions.
@@ -86,7 +86,8 @@ def _as_one_session(xyz: Array, groups: NDArray[np.intp], session: NDArray[np.in
     corrected = xyz
     for _ in range(ROUNDS):
         deviations = corrected - group_means(corrected, groups)
-        # X, Y and Z have a gain each: one gain of all three would absorb more of their common noise than of the rest.
+        # X, Y and Z have a gain each: one gain for all three would absorb more of their common noise than of other
+        # noise.
         corrected = corrected - light * (_sums(weight * light * deviations, session) / of_gain)[session]
         deviations = corrected - group_means(corrected, groups)
         corrected = corrected - (_sums(weight * deviations, session) / of_offset)[session]

@@ -32,7 +32,8 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.linear import Linear, Term
     from lutgen.criticism.fit.problem import Problem
 
-    #: A contrast of gains, the departure from a line through three sessions: place of a session → its gain, weight.
+    #: Departure of a gain from a line between two sessions, as a contrast: index of a session → index of its gain,
+    #: weight.
     Line = dict[int, tuple[int, float]]
 
 #: Weight of a reading that is certainly or possibly wrong in the fit from which all weights are computed.
@@ -44,7 +45,8 @@ MOST = 0.02
 #: Step of the logarithm of the standard deviation of gains.
 STEP = 0.02
 
-#: Degrees of freedom of the departures, and the squared scale of the distribution most like a normal one of σ 1.
+#: Degrees of freedom of Student's t distribution of the departures, and its squared scale at which it is most similar
+#: to a normal distribution of σ 1.
 FREEDOM, NORMAL = 4.0, 0.691
 
 #: An error is estimated only if at least this share of its change cannot be absorbed by tips and gains.
@@ -52,13 +54,13 @@ LEAST_SEEN = 1e-2
 
 
 def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
-    """Return a problem with estimated weights and standard deviations of offset and ``wander``, ``terms`` given."""
+    """Return a problem with estimated weights and standard deviations of offset and ``wander``, for given ``terms``."""
     problem = replace(problem, offset_cd_m2=0.0, wander=0.0, weights=None)
     plain, fixed = problem, [replace(term, free=()) for term in terms]
     if tails := tails_of(plain):
         # With heavy tails, outliers are expected: they get small weights, and are not left out.
         weights = np.ones(problem.readings.hours.size)
-        # Errors far beyond the tails would move the fit, and with it the residuals of other readings.
+        # Errors far beyond the tails would change the fit, and so the residuals of other readings.
         weights[[*problem.noise.outliers, *problem.noise.contradictory]] = NEARLY_NONE
         problem, plain = problem.with_outliers(), plain.with_outliers()
         fitted = fit(replace(plain, weights=weights), fixed)
@@ -96,15 +98,16 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
 
 def _wander(problem: Problem, estimates: list[SessionEstimate]) -> float:
     """Standard deviation of the gain drift within a session."""
-    # Predictions from hour 0 deviate from the readings as the display ages: the gains are not the instrument's.
+    # With a baseline from hour 0, residuals of aging look like gains, so the drift of the instrument cannot be
+    # estimated: return the usual value.
     return problem.noise.wander if problem.from_first_hour else _gain_sd(estimates, problem.noise.wander)
 
 
 def _gain_sd(estimates: list[SessionEstimate], least: float) -> float:
-    """Most likely standard deviation of the gains about lines in time, or ``least`` where they show no more.
+    """Most likely standard deviation of the gains about lines in time, at least ``least``.
 
-    The departures are taken along the principal axes of their covariance: the noise of white, which all gains of a
-    session share, changes few of these.
+    The departures are projected on the principal axes of their covariance, because all gains of a session share the
+    noise of white: this noise changes the departures along few axes.
     """
     sessions = [part for each in estimates for part in _by_session(each)]
     along_axes = []
@@ -119,8 +122,8 @@ def _gain_sd(estimates: list[SessionEstimate], least: float) -> float:
 def _likeliest_sd(departures: Array, least: float) -> float:
     """Most likely standard deviation of gains from ``departures`` (3, k): squares, variances by noise and by gains.
 
-    Departures have Student's t distribution: a misfit of a few kinds of readings changes the result little. A drift as
-    large as ``MOST`` is none of an instrument: then ``least``.
+    Departures have Student's t distribution: a misfit of a few kinds of readings changes the result little. If the
+    estimate reaches ``MOST``, the instrument is not the cause: return ``least``.
     """
     squares, noise, gain = departures
     sds = least * np.exp(np.arange(0.0, np.log(MOST / least), STEP))
@@ -131,7 +134,7 @@ def _likeliest_sd(departures: Array, least: float) -> float:
 
 
 def _by_session(estimates: SessionEstimate) -> list[SessionEstimate]:
-    """Split the estimates of an hour into sessions: the next session begins where a name occurs again."""
+    """Split the estimates of an hour into sessions: a new session begins when a name occurs again."""
     starts = [0]
     for place, name in enumerate(estimates.names):
         if name in estimates.names[starts[-1] : place]:
@@ -148,7 +151,8 @@ def _by_session(estimates: SessionEstimate) -> list[SessionEstimate]:
 def _departures(sessions: list[SessionEstimate], place: int) -> tuple[Array, Array, Array] | None:
     """Departures of a session's gains from the lines between the gains of the sessions before and after.
 
-    Departures (k,), their covariance by noise (k, k), and their variances by gains of σ 1 (k,); None: no gain has both.
+    Departures (k,), their covariance by noise (k, k), and their variances by gains of σ 1 (k,). None if no gain has a
+    session before and a session after.
     """
     here, lines = sessions[place], []
     for mine, name in enumerate(here.names):
@@ -198,13 +202,14 @@ def _session_estimates(
         names, shared = shared_columns(unit, whole)
         shared = shared[:, np.searchsorted(whole, here)]
         count = len(shared)
-        # An array may have no columns: numpy cannot infer the length of a reshape then.
+        # An array may have no columns; numpy then cannot infer the length of a reshape.
         local = np.concatenate([columns.reshape(len(columns), 3 * here.size).T, prior])
         signatures = np.concatenate([shared.reshape(count, 3 * here.size).T, np.zeros((len(off), count))])
         right = np.concatenate([linear.residual[here].ravel(), off])
         q = spanned(local)
         unabsorbed, right = signatures - q @ (q.T @ signatures), right - q @ (q.T @ right)
-        # Errors that tips and gains of the block absorb completely cannot be estimated, as the gain of the tips.
+        # Errors that tips and gains of the block absorb completely cannot be estimated, for example the gain of the
+        # tips.
         estimable = np.linalg.norm(unabsorbed, axis=0) > LEAST_SEEN * np.linalg.norm(signatures, axis=0)
         if estimable.any():
             covariance = np.linalg.pinv(unabsorbed[:, estimable].T @ unabsorbed[:, estimable], hermitian=True)

@@ -3,8 +3,8 @@
 Replicates show whether the tails are heavy, because they differ by noise only. If so, the weight of each reading
 depends on its distance d from the same patch at the hours before and after: w = (ν + 3)/(ν + d²). Least squares with
 these weights maximises the likelihood of a t distribution (Lange, Little & Taylor 1989,
-doi:10.1080/01621459.1989.10478852). An outlier then has little influence, and is reported. Aging of a patch makes no
-outlier: the neighbours in time age too.
+doi:10.1080/01621459.1989.10478852). An outlier then has little influence, and is reported. Aging of a patch does not
+make a reading an outlier: its neighbours in time age too.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.criticism.fit.problem import Problem
 
-#: Degrees of freedom that are tried; with more of them the distribution is practically normal.
+#: Degrees of freedom that are tried; with more degrees of freedom the distribution is practically normal.
 DEGREES = (2.5, 3.0, 4.0, 5.0, 7.0, 10.0, 15.0)
 
 #: Smallest number of replicated readings from which tails are estimated.
@@ -49,7 +49,7 @@ def tails_of(problem: Problem) -> Tails | None:
     replicated = (count > 1) & ~_coarse(problem) & ~np.isin(problem.rows, problem.noise.contradictory)
     if int(replicated.sum()) < ENOUGH:
         return None
-    # In units of the meter's noise: the model discrepancy is the same in all replicates.
+    # Whiten by the meter's noise only. The model discrepancy is equal in all replicates of a patch and cancels.
     deviations, remaining = replicates.deviations[replicated], (1.0 - 1.0 / count - replicates.lost)[replicated]
     noise = problem.noise.covariance(problem.xyz[replicated] - deviations)
     squares = np.einsum("ni,nij,nj->n", deviations, np.linalg.inv(noise), deviations) / np.maximum(
@@ -90,7 +90,7 @@ def weights_of(problem: Problem, residual: Array, tails: Tails) -> Array:
     """Weight of each reading, (n,), relative to the variance of replicates; ``residual`` is whitened, (n, 3)."""
     expected, is_known = _expected(problem, residual)
     weights = weights_at(((residual - expected) ** 2).sum(axis=1) / (1.5 * tails.scale**2), tails)
-    # A reading without others of its patch cannot be tested: it keeps the variance of replicates.
+    # A reading without other readings of its patch cannot be tested: it keeps the variance of replicates.
     return np.where(is_known, weights, 1.0)
 
 

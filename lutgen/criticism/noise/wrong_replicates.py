@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 #: A replicate further than this many robust sigmas from the others is an outlier, not noise.
 OUTLIER_SIGMA = 12.0
 
-#: Of two contradictory replicates, the one that differs so many times more from the patch at other hours is an outlier.
+#: One of two contradictory replicates is an outlier if it differs from the patch at other hours by more than this
+#: factor times the difference of the other replicate.
 UNLIKE = 3.0
 
 
@@ -29,9 +30,9 @@ def wrong_replicates(
 ) -> tuple[tuple[int, ...], tuple[int, ...]]:
     """Return the replicates that are further from their group than noise explains, and the contradictory pairs.
 
-    In a group of three or more, the median tells which replicate is wrong. Two replicates that contradict each other
-    do not tell this; both are left out of the estimate of the noise. ``start``: relative part and floor, cd/m², of an
-    ordinary meter's noise. The rounding to ``digits`` may move two replicates apart by one step.
+    In a group of three or more, the median shows which replicate is wrong. With only two replicates the median cannot
+    show it; both are left out of the noise estimate if they contradict each other. ``start``: relative part and floor,
+    cd/m², of an ordinary meter's noise. The rounding to ``digits`` may move two replicates apart by one step.
     """
     deviations, rows = [], []
     for group in np.flatnonzero(np.bincount(groups) >= 2):
@@ -42,7 +43,7 @@ def wrong_replicates(
         deviations.append((np.maximum(np.abs(xyz[here] - middle) - rounding, 0.0) / sigma).max(axis=1))
         rows.append(here)
     # The scale comes from the data: the median over groups of the second largest deviation, robust against one outlier.
-    # Of few groups, groups of two would make this scale large themselves.
+    # If there are few groups of two, leave them out of this median: a contradictory pair would inflate the scale.
     large = [each for each in deviations if each.size >= 3]
     seconds = [np.sort(each)[-2] for each in (deviations if len(deviations) - len(large) >= ENOUGH else large)]
     scale = max(float(np.median(seconds)), 0.05) if seconds else np.inf

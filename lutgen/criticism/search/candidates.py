@@ -28,11 +28,11 @@ if TYPE_CHECKING:
 #: doi:10.1080/01621459.1995.10476572).
 STRONG = 6.0
 
-#: A form with at most so many free parameters is a formula of its effect. A longer form still counts as this effect
-#: where a formula explains more than this share of the longer form's gain.
+#: A form with at most ``FORMULA`` free parameters, and an effect's first form, is a *formula*. A longer form is
+#: accepted only if a formula reaches more than ``HALF`` of its gain in χ².
 FORMULA, HALF = 3, 0.5
 
-#: A grid of several parameters with more settings than this is tried only where its first parameter alone is promising.
+#: A grid with more settings than this is tried only if its first parameter alone is promising.
 MANY = 20
 
 #: Ratio by which the gain of a full fit may exceed the linear gain, which comes from few starts.
@@ -88,7 +88,7 @@ class GainRatio:
     def update(self, linear_gain: float, gain: float) -> None:
         """Update the ratio from the fit with the largest gain so far.
 
-        Where outliers have small weights, the linear gain is a small part of the gain.
+        If outliers have small weights, the linear gain is a small part of the gain.
         """
         if gain > self._largest:
             self.ratio, self._largest = max(OPTIMISM, OPTIMISM * gain / max(linear_gain, 1e-9)), gain
@@ -99,13 +99,13 @@ def families(
 ) -> Iterator[Family]:
     """Fit every effect together with the terms of ``base``, one effect after the other, in the given order.
 
-    ``within``: the refined forms of an effect are fitted only where their BIC may come this near to the best effect's
-    BIC, as their linear gains predict. ``limit``: effects whose simple formulas cannot bring BIC below this limit are
+    ``within``: the refined forms of an effect are fitted only if their linear gains predict a BIC that is at most this
+    much above the best effect's BIC. ``limit``: effects whose simple formulas cannot bring BIC below this limit are
     left out.
     """
     ratio, effects, may_skip = GainRatio(), list(effects), limit < np.inf
     simple, best = dict[str, list[Candidate]](), np.inf
-    # Proposed settings take long to find. They come last, and only where they may be as good as the other effects.
+    # Proposed settings take long to find. They are fitted last, and only if they may be as good as the other effects.
     for effect in sorted(effects, key=_proposes):
         reach = min(limit, best + within) if may_skip and _proposes(effect) else limit
         forms = _simple(effect, may_skip)
@@ -123,13 +123,13 @@ def families(
 
 
 def _simple(effect: Effect, may_skip: bool) -> list[int]:
-    """Return the indices of an effect's simple formulas; where these may be skipped, also of proposed settings."""
+    """Return the indices of an effect's simple formulas; with ``may_skip`` also of its proposed settings."""
     forms = enumerate(effect.forms)
     return [at for at, form in forms if at < effect.refined or (may_skip and _is_proposed(effect, form))]
 
 
 def contenders(base: Fit, effects: Iterable[Effect], limit: float, ratio: GainRatio | None = None) -> list[Family]:
-    """Return the families that bring the BIC of ``base`` below a limit, best first.
+    """Return the families with which the BIC of ``base`` falls below a limit, best first.
 
     Families that cannot reach the limit are not fitted.
     """
@@ -153,9 +153,9 @@ def family(
 ) -> Family:
     """Fit the forms of an effect together with the terms of ``base``, and choose the best by BIC.
 
-    ``freely``: allow a long form of which no formula explains half, because the user knows that the effect is there.
-    ``limit``, ``longest``: apart from the simplest form, fit only forms that may bring BIC below this limit, and that
-    have at most so many parameters.
+    ``freely``: allow a long form although no formula has half of its gain, because the user knows that the effect is
+    there. ``limit``, ``longest``: apart from the simplest form, fit only forms that may bring BIC below ``limit``, and
+    that have at most ``longest`` parameters.
     """
     ratio = ratio or GainRatio()
     forms = [at for at, form in enumerate(effect.forms) if not at or longest is None or len(form) <= longest]
@@ -172,7 +172,7 @@ def _is_formula(effect: Effect, form: tuple[str, ...]) -> bool:
 
 
 def _without_mimics(base: Fit, fitted: Sequence[Candidate]) -> list[Candidate]:
-    """Leave out each long form of which no formula explains half: with many parameters a form mimics any effect."""
+    """Leave out each long form if no formula has half of its gain: with many parameters a form imitates any effect."""
     formulas = [each for each in fitted if _is_formula(each.effect, each.form)]
     best = max(formulas, key=lambda each: each.gain, default=None)
 
@@ -196,7 +196,7 @@ def _with_time_course(base: Fit, formula: Candidate, long: Candidate) -> Candida
 
 
 def _with_skipped_formulas(base: Fit, ratio: GainRatio, fitted: Sequence[Candidate]) -> list[Candidate]:
-    """Fit also the formulas that a limit has skipped, where a long form must be compared with them."""
+    """Fit the formulas that ``limit`` skipped: they decide whether a long form is accepted."""
     effect, known = fitted[0].effect, {each.form for each in fitted}
     if all(_is_formula(effect, form) for form in known):
         return list(fitted)
@@ -205,7 +205,7 @@ def _with_skipped_formulas(base: Fit, ratio: GainRatio, fitted: Sequence[Candida
 
 
 def best_start(base: Fit, effect: Effect) -> Term:
-    """Return the start, among an effect's simple forms, with the largest linear gain less its penalty."""
+    """Return the start, among an effect's simple forms, with the largest linear gain minus its penalty."""
     score, penalty = base.score, float(np.log(base.readings))
     forms = effect.forms[: effect.refined] or ((),)
     starts = [
@@ -239,17 +239,17 @@ def _fitted_forms(
     limit: float = np.inf,
     may_skip: bool = False,
 ) -> list[Candidate]:
-    """Fit those forms whose linear gain is large enough, and the simplest form always, unless ``may_skip``."""
+    """Fit the forms whose linear gain is large enough, and always the simplest form, unless ``may_skip``."""
     score, fitted = base.score, list[Candidate]()
     forms = effect.forms or ((),)
     for index in indices:
         form = forms[index]
         if base.parameters + len(form) > base.problem.max_parameters:
-            continue  # the readings cannot determine so many parameters
+            continue  # the readings cannot determine this number of parameters
         penalty = len(form) * float(np.log(base.readings))
         if _is_proposed(effect, form) and base.bic - ratio.ratio * score.code_shifts.most + penalty > limit:
-            continue  # no setting gains more than one free shift for each code value
-        needed = HALF * (base.bic - limit)  # gain that a formula needs where this form comes below the limit
+            continue  # no setting gains more than free shifts, one for each code value
+        needed = HALF * (base.bic - limit)  # a long form is accepted only if a formula gains more
         if needed > 0.0 and not _is_formula(effect, form) and ratio.ratio * _formula_gain(score, effect) < needed:
             continue
         grids = _grids(score, effect, form)
@@ -300,7 +300,7 @@ def _is_proposed(effect: Effect, form: tuple[str, ...]) -> bool:
 
 
 def _grids(score: Score, effect: Effect, form: tuple[str, ...]) -> list[dict[str, float]]:
-    """Return all settings of a form's grid parameters; where there are too many, those that the effect proposes."""
+    """Return all settings of a form's grid parameters; if there are too many, those that the effect proposes."""
     if _is_proposed(effect, form):
         return [setting for setting in score.proposed(effect)[0] if set(setting) == set(form)][:FITTED]
     settings: list[dict[str, float]] = [{}]

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from lutgen.criticism.search.candidates import Candidate, Family
     from lutgen.effects import Effect
 
-#: A reading is unchanged by an effect that changes it by less than this share of its noise (1 σ).
+#: A reading counts as unchanged if an effect changes it by less than this share of its noise (1 σ).
 UNCHANGED = 0.1
 
 #: Largest relative difference between changes of X, Y and Z that leaves a chromaticity as it is.
@@ -30,7 +30,7 @@ SAME_COLOUR = 1e-6
 class Step:
     """One admitted effect: its final candidate, the other admitted candidates, and the effects it was chosen from.
 
-    ``sufficient``: other families that alone explain nearly all of the misfit, where no formula explains all of it.
+    ``sufficient``: other families that alone explain nearly all of the misfit, if no formula explains all of it.
     """
 
     chosen: Candidate
@@ -56,7 +56,7 @@ class Step:
 
     @cached_property
     def rivals(self) -> tuple[Family, ...]:
-        """Families that explain the readings as well in place of this effect; searched for at the first access."""
+        """Families that explain the readings as well as this effect, in its place; searched for at the first access."""
         rivals = _rivals(self.chosen, self.beside, self.effects, self.base)
         known = {rival.name for rival in rivals}
         return (*rivals, *(each for each in self.sufficient if each.name not in known))
@@ -77,7 +77,7 @@ class Explanation:
     trail
         The fits with the first effect, the first two effects, and so on to ``final``.
     beyond
-        Effects that were admitted, but may only explain what the formulas of ``steps`` miss.
+        Effects that were admitted, but may only fit the residual that the formulas of ``steps`` leave.
     unknown_table
         Whether ``steps`` hold a rounding behind a table that nobody knows
         (:mod:`lutgen.criticism.search.unknown_table`).
@@ -116,7 +116,7 @@ class Explanation:
         )
 
     def of(self, names: Sequence[str]) -> Explanation:
-        """Return the explanation by those admitted effects alone that are named, with the forms that were chosen."""
+        """Return the explanation by the named admitted effects alone, with the forms that were chosen."""
         steps = [step for step in self.steps if step.name in names]
         if len(steps) in {0, len(self.steps)}:
             return self
@@ -147,7 +147,10 @@ def ages_light(effect: Effect) -> bool:
 
 
 def bends_curves(effect: Effect) -> bool:
-    """Whether an effect changes code values or transfer curves: such effects explain what the formula of one misses."""
+    """Whether an effect changes code values or transfer curves.
+
+    Any of these effects can absorb the residual that the formula of another one leaves.
+    """
     return effect.stage in {"drive", "transfer"}
 
 
@@ -159,14 +162,14 @@ def _changes_colours(effect: Effect) -> bool:
 def is_shown_apart(
     each: Candidate, others: Sequence[Term], without: Fit, final: Fit, *, in_the_dark: bool = False
 ) -> bool:
-    """Whether readings that other effects do not change alone show an effect, as those of a capped lens.
+    """Whether an effect is proven by readings that no other admitted effect changes, such as those of a capped lens.
 
-    There, the gain of the effect in χ² must exceed the penalty of BIC. ``without``, ``final``: the fits without and
-    with the effect, all other admitted effects present. Two changes since the first hour, or two effects on curves and
-    mixing, explain what the formula of the other misses: they are not apart.
+    In these readings the gain of the effect in χ² must exceed the penalty of BIC. ``without``, ``final``: the fits
+    without and with the effect, all other admitted effects present. Two effects since the first hour, or two on curves
+    and mixing, can fit each other's residual: they never count as shown apart.
 
-    ``in_the_dark``: only readings of black at rest count, where no formula of another effect misses any light, and only
-    effects that need no other condition.
+    ``in_the_dark``: only readings of black at rest count, in which no formula of another effect leaves a residual; an
+    effect that needs a condition never counts.
     """
     alike = _is_since_first_hour if _is_since_first_hour(each.effect) else _changes_colours
     if (alike(each.effect) and any(alike(other.effect) for other in others)) or (in_the_dark and each.effect.needs):
@@ -181,7 +184,7 @@ def is_shown_apart(
 
 
 def _only_dims(without: Fit, whole: Fit, term: Term) -> bool:
-    """Whether an effect changes the light of white and primaries, and none of their chromaticities."""
+    """Whether an effect changes the light of white and primaries, but not their chromaticities."""
     problem = without.problem
     drive = problem.readings.drive[problem.rows]
     full = drive.any(axis=1) & np.isin(drive, (0.0, 1.0)).all(axis=1)
@@ -194,22 +197,23 @@ def _only_dims(without: Fit, whole: Fit, term: Term) -> bool:
 
 
 def _rivals(each: Candidate, beside: Sequence[Candidate], effects: Sequence[Effect], base: Fit) -> tuple[Family, ...]:
-    """Return the families that explain the readings as well in place of an admitted effect."""
+    """Return the families that explain the readings as well as an admitted effect, in its place."""
     names = {each.effect.name, *(other.effect.name for other in beside)}
     without, whole = together(base, beside), together(base, [*beside, each])
     ratio = GainRatio()
     ratio.update(best_linear_gain(without.score, each.effect, each.form), without.chi2 - whole.chi2)
-    mine = min(whole.bic, bic(each))  # two fits of one model from two starts: χ² differs by the tolerance of a fit
+    mine = min(whole.bic, bic(each))  # fits from two starts: χ² differs by the tolerance of a fit
     limit = mine + 2 * STRONG
     others = [effect for effect in effects if effect.name not in names]
     near = contenders(without, others, limit, ratio)
-    # An effect may be invisible here only because its condition was not logged, as room light that was always on.
+    # An effect may be invisible only because its condition was not logged, for example room light that was always on.
     for effect in others:
         if effect.name in each.effect.confused_with and (problem := base.problem.unlogged(effect.needs)):
             near += contenders(fit(problem, without.terms, State((), without.tips, without.gains)), [effect], limit)
 
     if base.problem.from_first_hour and _only_dims(without, whole, each.term):
-        # Where all chromaticities are constant, the parts of an effect that changes colours only dim alike.
+        # The admitted effect leaves all chromaticities constant. An effect that changes colours then fits only because
+        # its parts dim equally: it is a rival only if its BIC is clearly lower.
         near = [
             rival
             for rival in near

@@ -1,12 +1,12 @@
 """The free term: simple signatures, which belong to no effect, that the residuals of a fit still follow.
 
-An F test over thousands of readings misses a misfit in a few of them. Therefore simple signatures are fitted to the
-residuals: light that is proportional to level, channel, mixture, position, minutes, lux, window, temperature or order
-(equally at all hours, growing, or at one hour), and light that is added. Each signature has one parameter; the tips and
-the admitted effects stay free. The free term takes one signature after another while its gain exceeds its penalty in
-BIC: ln n for the parameter, and 2 ln k for the choice among k signatures. The gain less the penalties is the evidence
-of the free term. This evidence is a difference in BIC, so it can be compared with that of effects. Where the evidence
-is not strong, there is no free term.
+An F test over thousands of readings does not find a misfit in a few of them. Therefore simple signatures are fitted to
+the residuals: light that is proportional to level, channel, mixture, position, minutes, lux, window, temperature or
+order (equally at all hours, growing, or at one hour), and light that is added. Each signature has one parameter; the
+tips and the admitted effects stay free. The free term takes one signature after another while the gain of each exceeds
+its penalty in BIC: ln n for the parameter, and 2 ln k for the choice among k signatures. The gain minus the penalties
+is the evidence of the free term. This evidence is a difference in BIC, so it can be compared with that of effects. If
+the evidence is not strong, there is no free term.
 """
 
 from __future__ import annotations
@@ -34,10 +34,10 @@ if TYPE_CHECKING:
 #: Largest number of signatures in a free term.
 MOST = 24
 
-#: A signature is ignored where tips and effects leave less than this share of its norm.
+#: A signature is ignored if tips and effects leave less than this share of its norm.
 LEAST_SEEN = 1e-3
 
-#: A signature is ignored where a chosen signature leaves no more than this share of its squared norm.
+#: A signature is ignored if a chosen signature leaves no more than this share of its squared norm.
 LEAST_LEFT = 0.05**2
 
 #: Number of signatures that are projected at once: more need too much memory.
@@ -57,7 +57,7 @@ class FreeTerm:
     Attributes
     ----------
     names
-        Its signatures, which describe the residuals, best first; empty where the residuals are noise.
+        Its signatures, which describe the residuals, best first; empty if the residuals are noise.
     gain
         Decrease of χ² by all signatures together.
     evidence
@@ -73,8 +73,9 @@ class FreeTerm:
 def probe(current: Fit, error: PureError, known: Sequence[str] = (), *, leave_out: Collection[str] = ()) -> FreeTerm:
     """Find the free term of a fit. The unit of its gains is the measured variance of replicates, or the assumed one.
 
-    ``known``: signatures of a free term of another fit, which are tried first too: two signatures may explain together
-    what neither explains alone. ``leave_out``: columns of conditions that no signature may depend on.
+    ``known``: signatures of a free term of another fit. They are also tried as the first signatures: two signatures may
+    together explain a residual that neither explains alone. ``leave_out``: columns of conditions that no signature may
+    depend on.
     """
     score = current.score
     names, matrix = _columns(score, _signatures(current.problem, current.predicted, leave_out))
@@ -96,12 +97,12 @@ def _greedy(
 ) -> tuple[list[int], float, float, float]:
     """Choose rows of ``matrix`` one after another, ``first`` before others.
 
-    Return them, their gain, their evidence, and their evidence if the noise is only as well known as replicates show.
+    Return the rows, their gain, their evidence, and the evidence that includes the uncertainty of the estimated noise.
     """
     gain, evidence, certain = 0.0, 0.0, 0.0
     chosen: list[int] = []
-    # Of the part of each signature that is orthogonal to the chosen ones: product with the residuals, and squared norm.
-    # ``along``: products of every signature with the chosen directions.
+    # For the part of each signature that is orthogonal to the chosen ones: product with the residuals, and squared
+    # norm. ``along``: products of every signature with the chosen directions.
     products, left, along = matrix @ residual, np.ones(len(matrix)), np.zeros((0, len(matrix)))
     directions = np.zeros((0, matrix.shape[1]))
     while len(chosen) < MOST:
@@ -123,14 +124,14 @@ def _greedy(
 
 
 def free_term(current: Fit, error: PureError, known: Sequence[str] = ()) -> FreeTerm:
-    """Find the free term of a fit as :func:`probe`, in units of the scatter's variance where this is large but even."""
+    """Find the free term of a fit as :func:`probe`; if the scatter is large but even, its variance is the unit."""
     if not is_within_scatter(error, current) and is_even(current):
         error = replace(error, squares=current.chi2, freedom=max(current.freedom, 1), inside=None)
     return probe(current, error, known)
 
 
 def change_in_order(current: Fit) -> float:
-    """Return the relative change of light from the first to the last reading of a session that the residuals show."""
+    """Return the relative change of light, from the first to the last reading of a session, that the residuals show."""
     score, problem = current.score, current.problem
     order = problem.readings.order
     if order is None:
@@ -155,7 +156,7 @@ def _columns(score: Score, signatures: Iterator[tuple[str, Array]]) -> tuple[lis
 
 
 def _outside_catalogue(problem: Problem, predicted: Array, leave_out: Collection[str]) -> Iterator[tuple[str, Array]]:
-    """Yield signatures of displays that no effect of the catalogue has: by order of reading, by side, by room light."""
+    """Yield signatures that no effect of the catalogue has: by order of reading, by side, by room light."""
     if problem.readings.order is not None:
         yield from _in_order(problem, predicted, problem.readings.order[problem.rows])
     top = problem.readings.drive[problem.rows].max(axis=1)

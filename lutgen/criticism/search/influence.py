@@ -1,4 +1,4 @@
-"""Find wrong rows and wrong sessions before the search, which else fits an effect to a fault of the measurement."""
+"""Find wrong rows and wrong sessions before the search. Otherwise the search fits an effect to them."""
 
 from __future__ import annotations
 
@@ -16,13 +16,14 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.least_squares import Fit
     from lutgen.criticism.fit.problem import Problem
 
-#: A reading is an outlier where noise gives so large a residual in the whole file with less than this probability ...
+#: A reading is an outlier if the probability that noise gives a residual of this size anywhere in the file is below
+#: this ...
 UNLIKELY = 1e-4
 
-#: ... and where its residual exceeds those of the same patch at other times by this factor.
+#: ... and if its residual exceeds those of the same patch at other times by this factor.
 ALONE = 4.0
 
-#: A session is wrong where noise alone gives so large a misfit with less than this probability.
+#: A session is wrong if the probability that noise gives a misfit of this size is below this.
 SURE = 1e-12
 
 #: Ratio of an hour's misfit to that of the median hour: above the first value the hour is bad; up to the second value a
@@ -51,8 +52,8 @@ class Suspicion:
 def wrong_rows(current: Fit) -> tuple[int, ...]:
     """Return the indices of outliers: they contradict the fit, and the same patch at other hours or in replicates.
 
-    An outlier shifts the fitted tips, so that its neighbours look wrong too. Therefore the largest outlier is removed
-    and the fit is repeated, until none is left. Where more than ``MOST_ROWS`` are found, none of them is an outlier.
+    An outlier shifts the fitted tips, so that neighbouring readings also look wrong. Therefore the largest outlier is
+    removed and the fit is repeated until no outlier is left. If there are more than ``MOST_ROWS``, the result is empty.
     """
     outliers: list[int] = []
     while len(outliers) <= MOST_ROWS:
@@ -72,7 +73,7 @@ def _is_only_tip(problem: Problem, index: int) -> bool:
 
 
 def _largest_outlier(current: Fit) -> int | None:
-    """Return the index of the reading with the largest residual if it is an outlier, else None."""
+    """Return the index of the reading with the largest residual if it is an outlier; otherwise None."""
     problem = current.problem
     size = (current.residual**2).sum(axis=1)
     worst = int(np.argmax(size))
@@ -87,24 +88,24 @@ def _largest_outlier(current: Fit) -> int | None:
 
 
 def wrong_sessions(current: Fit, scale: float) -> tuple[float, ...]:
-    """Return the hours that hold nearly all of the misfit although later hours are sound: aging is not reversible.
+    """Return the hours with nearly all of the misfit if later hours are sound: aging is not reversible.
 
     ``scale`` is the variance of the noise in the units of the fit.
     """
     problem = current.problem
     if problem.from_first_hour or problem.hours.size < 4:
         return ()
-    # Few sessions hold readings away from rest, as at other places on the screen: sessions are compared at rest only.
+    # Few sessions hold readings away from rest, such as other places on the screen: compare sessions at rest only.
     rest = problem.readings.at_rest()[problem.rows]
     count = np.bincount(problem.hour_of[rest], minlength=problem.hours.size)
     if not count.all():
         return ()
     squares = (current.residual[rest] ** 2).sum(axis=1) / scale
     mean = np.bincount(problem.hour_of[rest], squares) / (3 * count)
-    # A bad hour also raises the misfit of its neighbours; the second condition excludes these.
+    # A bad hour also raises the misfit of its neighbours; the second condition excludes the neighbours.
     usual = float(np.median(mean))
     bad = np.flatnonzero((mean > BAD * usual) & (mean > 0.05 * mean.max()))
-    # A native display's first session differs from all later ones where the display has changed.
+    # If the display has changed, a native display's first session differs from all later sessions.
     bad = bad[bad > 0] if problem.native else bad
     sure = all(chdtrc(3 * count[hour], mean[hour] * 3 * count[hour]) < SURE for hour in bad)
     if not 1 <= bad.size <= 2 or not sure or bad[0] == problem.hours.size - bad.size:
@@ -116,7 +117,7 @@ def wrong_sessions(current: Fit, scale: float) -> tuple[float, ...]:
 
 
 def suspicious_noise(problem: Problem) -> str:
-    """Say what is wrong with the scatter of replicates; "" where nothing is wrong."""
+    """Say what is wrong with the scatter of replicates; "" if nothing is wrong."""
     noise = problem.noise
     if noise.source == "instrument" and noise.contrasts >= 6:
         ratio = noise.scatter / (3 * noise.contrasts)

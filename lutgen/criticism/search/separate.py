@@ -1,8 +1,8 @@
 """The next measurement: the patches that best distinguish two rival effects (T-optimality).
 
-Atkinson & Fedorov, Biometrika 62, 57-70 (1975), doi:10.1093/biomet/62.1.57. The fit of one effect is taken as the
-truth. Noise-free readings of candidate patches are added, and the other effect is fitted to all readings. The χ² of
-this second fit is the separation that the patches give.
+Atkinson & Fedorov, Biometrika 62, 57-70 (1975), doi:10.1093/biomet/62.1.57. The fit of one effect is assumed to be
+true. Noise-free readings of candidate patches are added, and the other effect is fitted to all readings. The χ² of this
+second fit is the separation that the patches give.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Patch:
-    """A patch to measure: its code value and, where it is not at rest, its conditions by column."""
+    """A patch to measure: its code value and, if it is not at rest, its conditions by column."""
 
     code: tuple[float, float, float]
     conditions: Mapping[str, float]
@@ -102,7 +102,7 @@ def what_separates(explanation: Explanation, pair: tuple[str, str]) -> Separatio
 
 
 def separation(truth: Fit, rival: Candidate, pair: tuple[str, str]) -> Separation:
-    """Take the fit ``truth`` as the truth, and find the patches that ``rival`` predicts worst."""
+    """Find the patches that ``rival`` predicts worst if the fit ``truth`` is true."""
     others = tuple(term for term in truth.terms if term.effect.name != pair[0] and term.effect.name != pair[1])
     terms = (*others, rival.term)
     truth = replace(truth, problem=rival.fit.problem)

@@ -1,10 +1,10 @@
 """Stepwise search for several effects: admit, refine the form, exchange, prune, and stop at the noise.
 
-An effect is admitted when chance cannot explain its gain: BIC, an F test corrected for all forms that were tried, and
-held-out readings must all support the effect. The refined forms of the first effect are tried before a second effect
-is, because the right effect with too simple a formula looks like further effects. Each pass may also exchange an
-admitted effect for a better one. Where several effects make no sound finding and one of them alone explains nearly
-all, only this one is kept: the other effects explain what its formula misses.
+An effect is admitted if chance cannot explain its gain: BIC, an F test corrected for all forms that were tried, and
+held-out readings must all support the effect. The refined forms of the first effect are tried before a second effect:
+if the formula of the right effect is too simple, its residual looks like further effects. Each pass may also exchange
+an admitted effect for a better one. If several effects make no sound finding and one of them alone explains nearly all,
+only this one is kept: the other effects fit the residual that its formula leaves.
 """
 
 from __future__ import annotations
@@ -47,11 +47,12 @@ if TYPE_CHECKING:
 #: Probability of a false alarm over all forms that were tried.
 SIGNIFICANT = 0.01
 
-#: The refined forms of a family are fitted where its BIC may come this near to the best. Rivals are much nearer.
+#: The refined forms of a family are fitted if its BIC may be at most this much above the best BIC. Rivals are much
+#: nearer.
 NEAR = 60.0
 
-#: A misfit is clear where the excess of χ² is more than the first number times χ² of the noise. One effect, or two,
-#: must then explain these shares of the excess before a further effect is tried.
+#: A misfit is clear if the excess of χ² is more than ``CLEAR_EXCESS`` times χ² of the noise. One effect, or two, must
+#: then explain the shares ``LEAST_EXPLAINED`` of the excess before a further effect is tried.
 CLEAR_EXCESS, LEAST_EXPLAINED = 0.2, (0.15, 0.5)
 
 #: Largest number of effects at once: no campaign distinguishes more.
@@ -71,7 +72,7 @@ def explain(
 ) -> Explanation:
     """Search for the effects that explain the residuals of ``base``.
 
-    ``known``: what a search under another noise has admitted, in its order. These effects are tested first.
+    ``known``: the effects that a search under another noise has admitted, in its order. They are tested first.
     """
     first = _ranked(base, effects, progress)
     chosen, current = _readmit(known, base, first, error)
@@ -94,7 +95,7 @@ def explain(
         Step(
             each,
             tuple(other for other in chosen if other is not each),
-            () if rounded and each.effect.propose else tuple(effects),  # no other effect is jagged
+            () if rounded and each.effect.propose else tuple(effects),  # the shifts by other effects are not jagged
             base,
             tuple(sufficient[1:]) if at == 0 else (),
         )
@@ -114,12 +115,12 @@ def _next(  # noqa: PLR0917 - the state of the search, and its inputs
     first: Sequence[Family],
     progress: Callable[[int, int], None],
 ) -> list[Candidate] | None:
-    """Admit one more effect, or else exchange one; return None where neither helps."""
+    """Admit one more effect; otherwise exchange one. Return None if neither helps."""
     names = {each.effect.name for each in chosen}
     if len(chosen) < MOST and not _is_hopeless(base, current, len(chosen)):
         others = [each for each in effects if each.name not in names]
         ranked = _ranked(current, others, progress, limit=current.bic - STRONG) if chosen else first
-        # The first effect has shown a misfit under the larger noise; a further effect need not show this again.
+        # The first effect was tested under the larger noise; a further effect is tested under the measured noise.
         judged_by = replace(error, allowance=1.0) if chosen and error.measured else error
         if ranked and _is_beyond_chance(ranked[0], current, judged_by, sum(each.tried for each in ranked)):
             return refined([*chosen, ranked[0].best], base)
@@ -144,7 +145,7 @@ def _readmit(
 
 
 def _is_hopeless(base: Fit, current: Fit, count: int) -> bool:
-    """Whether ``count`` effects leave so much of a clear misfit that a further effect cannot make a sound finding."""
+    """Whether ``count`` effects explain too little of a clear misfit for a sound finding with one more effect."""
     if not count:
         return False
     excess = base.chi2 - base.freedom
@@ -159,8 +160,8 @@ def _is_beyond_chance(ranked: Family, current: Fit, error: PureError, tried: int
 
 def admissible(candidate: Candidate, current: Fit, error: PureError, tried: int) -> bool:
     """Whether the gain of a candidate over ``current`` is beyond chance: BIC, corrected F test, held-out readings."""
-    # The gain must exceed the BIC penalty under the noise of the replicates; where nobody measured the noise, under
-    # twice the assumed noise.
+    # The gain must exceed the BIC penalty under the noise of the replicates; if nobody measured the noise, under twice
+    # the assumed noise.
     excess = candidate.gain * (1.0 - 1.0 / (error.allowance * max(error.variance, 1.0)))
     if bic(candidate) + excess > current.bic - STRONG:
         return False
@@ -169,7 +170,7 @@ def admissible(candidate: Candidate, current: Fit, error: PureError, tried: int)
         return False
     withheld = candidate.fit.withheld
     gain, deviation = withheld.gain_over(current.withheld)
-    # Where one cell alone determines a parameter, withheld readings cannot confirm the effect; they must not refute it.
+    # If one cell alone determines a parameter, withheld readings cannot confirm the effect, but must not refute it.
     return gain > STANDARD_ERRORS * deviation or (withheld.may_miss and gain >= -STANDARD_ERRORS * deviation)
 
 
@@ -188,7 +189,7 @@ def _ranked(
 
 
 def refined(chosen: list[Candidate], base: Fit, *, alone: bool = False, limit: float = np.inf) -> list[Candidate]:
-    """Choose the form of every admitted effect again, with the others present; ``alone``: also that of a single effect.
+    """Choose the form of every admitted effect again, with the others present; ``alone``: also if there is only one.
 
     ``limit``: forms that cannot bring BIC below this limit are not fitted, except the simplest.
     """
@@ -197,21 +198,22 @@ def refined(chosen: list[Candidate], base: Fit, *, alone: bool = False, limit: f
     whole = together(base, chosen)
     for index, each in enumerate(chosen):
         beside = [*chosen[:index], *chosen[index + 1 :]]
-        # Where all parameters together gain less than the penalty of one, a longer form cannot improve BIC.
+        # If all parameters together gain less than the penalty of one parameter, a longer form cannot improve BIC.
         is_settled = OPTIMISM * _gain_of_all_free(whole, each.effect) < np.log(base.readings)
         around = together(base, beside)
         again = replace(each, fit=whole, gain=around.chi2 - whole.chi2)
         if not (is_settled and _needs_all(whole, each)):
             reach, longest = min(limit, whole.bic), len(each.form) if is_settled else None
             best = family(around, each.effect, limit=reach, longest=longest).best
-            # Settings are proposed from the residuals of the others, and may miss the better setting of ``each``.
+            # Settings are proposed from the residuals of the other effects, and may not include the setting of
+            # ``each``.
             again = again if whole.bic < bic(best) else best
         chosen, whole = [*chosen[:index], again, *chosen[index + 1 :]], again.fit
     return chosen
 
 
 def _needs_all(whole: Fit, each: Candidate) -> bool:
-    """Whether BIC loses without any one of the free parameters of an effect, by their standard errors (Wald's test)."""
+    """Whether removing any single free parameter of an effect clearly raises BIC (Wald's test on standard errors)."""
     at = next(at for at, term in enumerate(whole.terms) if term.effect.name == each.effect.name)
     values, errors, rest = whole.terms[at].values, whole.stderr[at], each.effect.rest()
     loss = [((values[name] - rest[name]) / errors[name]) ** 2 for name in each.form if errors.get(name)]
@@ -229,14 +231,15 @@ def _exchanged(chosen: list[Candidate], effects: Sequence[Effect], base: Fit) ->
         better = contenders(together(base, beside), [new for new in effects if new.name not in names], limit)
         if better:
             exchanged = refined([*beside, better[0].best], base)
-            # Two fits of one model from two starts may differ: an exchange that they disagree on would never end.
+            # Accept the exchange only if BIC of the refitted set is below ``limit``. Fits from different starts differ
+            # slightly; otherwise exchanges could alternate for ever.
             if together(base, exchanged).bic < limit:
                 return exchanged
     return None
 
 
 def _pruned(chosen: list[Candidate], base: Fit) -> list[Candidate]:
-    """Drop each effect that the later ones make unnecessary, once their forms are chosen without this effect."""
+    """Drop each effect that the other effects can replace after their forms are chosen again without this effect."""
     if len(chosen) < 2:
         return chosen
     limit = together(base, chosen).bic + STRONG
@@ -269,7 +272,10 @@ def _gain_of_all_free(current: Fit, *effects: Effect) -> float:
 
 
 def _without_free_term(chosen: list[Candidate], base: Fit, error: PureError) -> list[Candidate]:
-    """Where a single effect leaves a free term, take its best form with a smaller χ² that leaves none, if any does."""
+    """Replace the form of an only effect that leaves a free term.
+
+    The new form is the best one that has a smaller χ² and leaves no free term, if there is one.
+    """
     if len(chosen) != 1 or not probe(chosen[0].fit, error).names:
         return chosen
     for freer in forms_of(base, chosen[0].effect):
@@ -281,8 +287,8 @@ def _without_free_term(chosen: list[Candidate], base: Fit, error: PureError) -> 
 def stand_apart(chosen: Sequence[Candidate], base: Fit) -> bool:
     """Whether several effects share less than half of what they explain together.
 
-    Where two effects each explain nearly all and share most of it, they may both mimic a third effect. Effects that
-    show in readings which the others do not change are certain, and are not counted.
+    If two effects each explain nearly all, and share most of it, they may both imitate a third effect. Effects that are
+    proven by readings which the other effects do not change are certain, and are not counted.
     """
     if len(chosen) < 2:
         return True
@@ -302,7 +308,8 @@ def stand_apart(chosen: Sequence[Candidate], base: Fit) -> bool:
 def _with_shown_apart(main: Candidate, chosen: Sequence[Candidate], base: Fit, error: PureError) -> list[Candidate]:
     """Return the effect that explains nearly all, and others that show in readings which this effect does not change.
 
-    Unless the readings are dark, only noise may be left: else the others may explain what the formula misses elsewhere.
+    Keep all of these further effects if the fit leaves only noise. Otherwise keep only those that readings of black
+    show: in other readings they may fit the residual that the main effect's formula leaves.
     """
     pairs = [(each, together(base, [main, each])) for each in chosen if each.effect.name != main.effect.name]
     shown = [each for each, both in pairs if is_shown_apart(each, [main.term], main.fit, both)]
@@ -320,8 +327,8 @@ def _sufficient_alone(
 ) -> list[Family]:
     """Return the families that each explain nearly all of a misfit alone, best first.
 
-    The list is empty where several effects make a sound finding. Else the further effects only fit the small residual
-    that the not quite exact formula of the main effect leaves.
+    The list is empty if several effects make a sound finding. In all other cases the further effects fit only the
+    residual of the main effect's formula, which is approximate.
     """
     if len(chosen) < 2:
         return []
@@ -333,7 +340,7 @@ def _sufficient_alone(
     whole = base.chi2 - final.chi2 + left.gain
     sufficient = [each for each in first if each.best.gain > MOST_OF_IT * whole]
     if sufficient and apart:
-        # Where the other effects explain nearly all of what the main effect leaves, they are a finding, however small.
+        # If the other effects explain nearly all of the residual of the main effect, they are a finding, however small.
         others = sufficient[0].best.fit.chi2 - final.chi2
         missed = max(left.gain, final.chi2 - final.freedom * error.scale)
         if others > MOST_OF_IT * (others + missed):

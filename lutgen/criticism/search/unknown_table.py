@@ -1,10 +1,10 @@
 """A rounding of code values behind calibration tables that nobody knows, on a display with its own model.
 
 A rounding shifts each code value of each channel by a part of a step. Which part depends on the table before the
-rounding. If the table is known, or near a power, a formula gives all shifts. Else a formula gives a few, and the search
-adds effects that explain some of the others. Therefore the shifts of all code values are unknowns here, as large as
-those of the rounding (:mod:`lutgen.criticism.first_session.slope_errors`): if nothing but noise is left beside them,
-and the shifts are jagged, the rounding takes the place of the other effects.
+rounding. If the table is known, or near a power, a formula gives all shifts. Otherwise a formula gives a few shifts,
+and the search adds effects that explain some of the others. Therefore the shifts of all code values are unknowns here,
+as large as those of the rounding (:mod:`lutgen.criticism.first_session.slope_errors`): if these shifts leave only noise
+and are jagged, the rounding takes the place of the other effects.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def rounding_behind_table(
 ) -> list[Candidate]:
     """Return a rounding, alone or beside one effect of ``chosen``, that explains the readings with unknown shifts.
 
-    The list is empty where there is none, where the display has no own model, or where ``chosen`` leaves only noise.
+    The list is empty if there is no such rounding, if the display has no own model, or if ``chosen`` leaves only noise.
     """
     rounding = next((effect for effect in effects if effect.propose), None)
     if not chosen or rounding is None or base.problem.native is None or _is_explained(together(base, chosen), error):

@@ -1,7 +1,8 @@
-"""Several ways in which the light ages at once, from the first hour: usual on a real display, and alike in readings.
+"""Several mechanisms that age the light at once, from the first hour.
 
-The formula of an effect with several sizes, such as three rates of three channels, also fits what the formulas of
-other ways of aging miss. So BIC prefers it, although two effects of one size each explain the readings as well.
+Real displays usually have several aging mechanisms, and their readings are hard to tell apart. The formula of an effect
+with several amplitudes, such as three rates of three channels, also fits the residual that the formulas of other
+mechanisms leave. So BIC prefers it, although two effects of one amplitude each explain the readings as well.
 """
 
 from __future__ import annotations
@@ -28,13 +29,13 @@ if TYPE_CHECKING:
 
 
 def explain_together(final: Fit, first: Sequence[Family], error: PureError) -> bool:
-    """Whether ``final`` with several ways of aging explains the readings, which no effect does alone."""
+    """Whether ``final``, with several aging mechanisms, explains the readings, although no effect alone does."""
     most = min(HALF * first[0].best.fit.chi2, CLEAR**2 * final.freedom * error.scale)
     return final.problem.from_first_hour and final.chi2 < most
 
 
 def light_alone(chosen: list[Candidate], base: Fit, first: Sequence[Family], error: PureError) -> list[Candidate]:
-    """Leave out effects of the instrument where several ways in which the light ages explain the readings without."""
+    """Leave out effects of the instrument if several effects that age the light explain the readings without them."""
     light = [each for each in chosen if ages_light(each.effect)]
     are_of_instrument = all(each.effect.stage == "instrument" for each in chosen if each not in light)
     if not are_of_instrument or not 1 < len(light) < len(chosen):
@@ -45,11 +46,11 @@ def light_alone(chosen: list[Candidate], base: Fit, first: Sequence[Family], err
 def of_one_size(
     chosen: Sequence[Candidate], base: Fit, first: Sequence[Family], error: PureError, refine: Refine
 ) -> list[Candidate]:
-    """Return two effects of one size each that explain the readings as well as ``chosen`` ways of aging of more sizes.
+    """Return two effects with one amplitude each that fit as well as ``chosen``, which has several amplitudes.
 
-    The list is empty where there are none, where ``chosen`` has no effect of several sizes, or where one effect leaves
-    only noise. Each of the two effects must be clearly needed beside the other. Both together must leave at most twice
-    the χ² that ``chosen`` leaves, or, beside a single effect, clearly less than that effect.
+    The list is empty if there are no such effects, if no effect of ``chosen`` has several amplitudes, or if one effect
+    leaves only noise. Each of the two effects must be clearly needed. Both together must leave less than twice the χ²
+    that ``chosen`` leaves; if ``chosen`` is a single effect, their BIC must be clearly lower.
     """
     if not chosen or not base.problem.from_first_hour or not all(ages_light(each.effect) for each in chosen):
         return []
@@ -71,12 +72,13 @@ def of_one_size(
         is_clear = all(together(base, [each]).bic > both.bic + STRONG for each in pair)
         if is_clear and both.chi2 < most and (len(chosen) > 1 or both.bic < final.bic - STRONG):
             found.append((both, pair))
-    # Formulas of related effects differ little: among pairs that are nearly tied, the one with the simplest effects.
+    # Formulas of related effects differ little: of the pairs that are nearly tied, return the one with the simplest
+    # effects.
     near = min((both.bic for both, _ in found), default=0.0) + 2.0 * STRONG
     tied = [pair for both, pair in found if both.bic < near]
     return min(tied, key=lambda pair: sum(len(each.effect.forms[0]) for each in pair), default=[])
 
 
 def _sizes(effect: Effect) -> int:
-    """Return how many sizes the simple forms of an effect free."""
+    """Return the number of amplitudes that are free in the simple forms of an effect."""
     return len({name for form in effect.forms[: effect.refined] for name in form if name in effect.neutral})

@@ -1,10 +1,10 @@
 """Imitation: which other effects the form of an admitted effect could imitate on these readings.
 
-A good fit proves an effect only as far as its form cannot fit other effects. Therefore the signature of each other
-effect, in its simple forms at typical sizes, is scaled to the χ² that the admitted effect explains, and is projected
-off the tips, the other admitted effects and the form's free parameters. The remaining part distinguishes the two
-effects. Effects of the catalogue represent similar effects that the catalogue lacks: a form that imitates the first
-also imitates the second.
+A good fit proves an effect only if its form cannot fit other effects. Therefore the signature of each other effect, in
+its simple forms at typical sizes, is scaled to the χ² that the admitted effect explains, and is projected off the tips,
+the other admitted effects and the form's free parameters. The remaining part distinguishes the two effects. Effects of
+the catalogue represent similar effects that the catalogue lacks: a form that imitates the first also imitates the
+second.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ if TYPE_CHECKING:
 #: Directions of a form with a singular value below this share of the largest one are ignored.
 OWN = 1e-4
 
-#: Share of its signature, in χ², that the forms of the other effects must not be able to follow, for each of several
-#: effects. Chosen on seeds 617 to 619 of ``python -m tests.generators``, below all hidden pairs that were found.
+#: Each of several named effects must keep at least this share of its signature (in χ²) after projection off the other
+#: effects' forms. Chosen on seeds 617 to 619 of ``python -m tests.generators``, below all hidden pairs that were found.
 APART = 0.75
 
 
-#: Share of its change by which a curve may depart from its formula: of two effects on curves that differ by less, these
-#: readings can prove neither. An assumption.
+#: A curve may depart from its formula by this share of its change. If two effects on curves differ by less, readings
+#: prove neither. An assumption.
 DEPARTURE = 0.05
 
 
@@ -55,9 +55,9 @@ class Imitated:
     share
         Share of the effect's signature, in χ², that the form cannot follow: 0 to 1.
     left
-        χ² that the form would leave of the effect if the effect were as strong as the form's own gain.
+        χ² of the effect that the form could not explain, if the effect's χ² were equal to the form's own gain.
     alone
-        What the imitated effect itself explains as a share of what the finding explains, in χ²; None: not known.
+        χ² that the imitated effect itself explains, as a share of the χ² that the finding explains; None: not known.
 
     """
 
@@ -84,7 +84,7 @@ def nearest(step: Step, final: Fit, scale: float) -> Imitated | None:
 
 
 def unproved(step: Step, final: Fit, scale: float) -> str:
-    """Say why readings do not prove an effect that fits them best; "" where they do; ``scale``: as in :func:`nearest`.
+    """Say why readings do not prove an effect that fits them best; "" if they do; ``scale``: as in :func:`nearest`.
 
     A smooth curve of another formula differs from a small change by less than the noise. Light that the display adds to
     every reading looks like an offset of the meter, unless readings of the capped lens show the offset.
@@ -102,7 +102,7 @@ def unproved(step: Step, final: Fit, scale: float) -> str:
 
 
 def overlap(chosen: Sequence[Candidate], base: Fit) -> bool:
-    """Whether the forms of the others can follow a large part of the signature of one of several effects.
+    """Whether the forms of the other effects can follow a large part of the signature of one of several effects.
 
     A greedy search combines effects with overlapping forms to imitate another effect; separate effects do not overlap.
     """
@@ -118,8 +118,8 @@ def overlap(chosen: Sequence[Candidate], base: Fit) -> bool:
 def _typical(effect: Effect) -> Iterator[list[Term]]:
     """Yield each simple form of an effect at its declared typical sizes, as one term for each size.
 
-    A form imitates an effect only where it follows all of these terms. For example, a common drift of three channels
-    does not imitate a drift of one channel.
+    A form imitates an effect only if it follows all of these terms. For example, a common drift of three channels does
+    not imitate a drift of one channel.
     """
     for form in effect.forms[: effect.refined] or ((),):
         values = {name: effect.parameters[name].value for name in form}
@@ -146,7 +146,7 @@ def _basis(columns: Array) -> Array:
 
 
 def _outside(form: Array, score: Score, term: Term) -> float:
-    """Return the share of an effect's signature, in χ², that a form cannot follow; 1 where the effect is invisible."""
+    """Return the share of an effect's signature, in χ², that a form cannot follow; 1 if the effect is invisible."""
     whole = score.switched_on(term)
     signature = score.project(whole)
     size = float(np.linalg.norm(signature))

@@ -37,7 +37,7 @@ JAGGED = "Each code value is shifted by another part of a step, as behind a cali
 
 AGREES = "Nothing is above the noise: the model agrees with these readings."
 
-#: Where the readings hold tips only, the model cannot fail, and nothing was tested.
+#: If the readings hold tips only, the model cannot fail, and nothing was tested.
 NOTHING_COMPARED = (
     "Nothing was compared: these readings hold nothing but white and primaries, which any model agrees with."
 )
@@ -65,13 +65,13 @@ def pronounce(explanation: Explanation, error: PureError, seen: Sequence[Visibil
 
 
 def _or_drift(verdict: Verdict, explanation: Explanation) -> Verdict:
-    """Blame the measurement where luminance drifted within a session and no effect is named."""
+    """Blame the measurement if luminance drifted within a session and no effect is named."""
     sentence = drift_problem(explanation.base.problem, verdict.name)
     return replace(verdict, name="measurement-problem", sentence=sentence) if sentence else verdict
 
 
 def _under_assumed_noise(verdict: Verdict, explanation: Explanation) -> Verdict:
-    """State the assumed noise as a condition of the verdict where nobody measured the noise."""
+    """State the assumed noise as a condition of the verdict if nobody measured the noise."""
     noise = explanation.base.problem.noise
     if noise.source != "assumed" or verdict.name in {"consistent", "measurement-problem"}:
         return verdict
@@ -182,7 +182,7 @@ def _with_steps(explanation: Explanation, error: PureError, remarks: tuple[str, 
         remark = f"A negligible part of the residual could be explained by {traces}."
         return Verdict("consistent", _agrees(base), remarks=(*remarks, remark))
     residual_term = weighed.final_free_term if weighed.final_free_term.names else weighed.base_free_term
-    # An effect whose share is no larger than what formulas may miss may only fit what the formula of a curve misses.
+    # An effect with a small share of χ² may only fit the residual of a curve effect's formula.
     main = [step for step in steps if weighed.shares[step.name] > 1.0 - MOST_OF_IT]
     curves = len(steps) > 1 and weighed.explains and is_of_curves(main, weighed.shares, explanation.base)
     pair = weighed.sound and weighed.clean and len(weighed.kept) == 2
@@ -199,7 +199,7 @@ def _with_steps(explanation: Explanation, error: PureError, remarks: tuple[str, 
 
 
 def _sound(explanation: Explanation, weighed: Weighed, error: PureError, remarks: tuple[str, ...]) -> Verdict | None:
-    """Name the kept effects of a sound finding; return None where they may be an imitation of another effect."""
+    """Name the kept effects of a sound finding; return None if they may imitate another effect."""
     steps, base = explanation.steps, explanation.base
     kept, seen, minor = weighed.kept, weighed.seen, [step.name for step in weighed.minor]
     named = {*minor, *(step.name for step in kept)}
@@ -208,7 +208,7 @@ def _sound(explanation: Explanation, weighed: Weighed, error: PureError, remarks
         remarks = (*remarks, f"Also fitted, {only}: {', '.join(beside)}.")
     if minor:
         remarks = (*remarks, f"Also fitted, but explaining almost none of the error: {', '.join(minor)}.")
-    # The model gets the named effects alone, so that their sizes come from the fit without the others.
+    # Take the printed sizes from a fit with the named effects only: ``refine`` builds this model.
     alone = explanation.of([step.name for step in kept]).steps
     sizes = {step.name: step.effect.in_words(step.chosen.term.values) for step in alone}
     left = "" if weighed.clean else f"its formula leaves a residual: {structure(explanation, weighed.final_free_term)}."
@@ -225,7 +225,8 @@ def _sound(explanation: Explanation, weighed: Weighed, error: PureError, remarks
     elif imitations := _imitations(kept, explanation, error):
         without = _without_imitations(explanation, weighed, imitations, error)
         return replace(without, remarks=remarks) if without else None
-    # Where the catalogue lacks the true effect, a search fits three that leave a residual or that do not show.
+    # If the catalogue lacks the true effect, the search combines several effects, which overlap, leave a residual, or
+    # explain no visible error.
     elif overlapping or (len(kept) > _most_with_residual(kept, base) and not (weighed.clean and any(seen.values()))):
         return None
     else:
@@ -234,26 +235,29 @@ def _sound(explanation: Explanation, weighed: Weighed, error: PureError, remarks
 
 
 def _overlap(steps: Sequence[Step], explanation: Explanation) -> bool:
-    """Whether one of several effects may only follow another; effects that show in readings of their own do not."""
+    """Whether one of several effects may only imitate another.
+
+    Effects that are proven by readings which no other effect changes are excluded.
+    """
     if len(steps) < 2:
         return False
     return overlap([step.chosen for step in steps if step.name not in explanation.certain], explanation.base)
 
 
 def _most_with_residual(kept: Sequence[Step], base: Fit) -> int:
-    """Return how many effects may leave a residual: two, and from the first hour one more for the aging of the light.
+    """Return how many effects a finding may have if they leave a residual: two, or three with aging of the light.
 
-    The other baselines measure this aging again in each session.
+    Only baselines from the first hour show aging of the light; the others measure it again in each session.
     """
     ages = base.problem.from_first_hour and any(ages_light(step.effect) for step in kept)
     return 3 if ages else 2
 
 
 def _imitations(kept: Sequence[Step], explanation: Explanation, error: PureError) -> list[str]:
-    """Return those of several effects, other than the strongest, that may imitate an effect that is equally strong.
+    """Return the effects, other than the strongest, that may imitate another effect of equal strength.
 
-    Such an effect may only explain what the formula of the strongest effect misses, unless the effect shows in readings
-    of its own.
+    Such an effect may only fit the residual that the formula of the strongest effect leaves, unless readings that no
+    other effect changes prove it.
     """
     strongest = max(kept, key=lambda step: step.without.chi2)
     others = [step for step in kept if step is not strongest and step.name not in explanation.certain]
@@ -264,7 +268,7 @@ def _imitations(kept: Sequence[Step], explanation: Explanation, error: PureError
 def _without_imitations(
     explanation: Explanation, weighed: Weighed, imitations: Sequence[str], error: PureError
 ) -> Verdict | None:
-    """Name the other effects where they leave noise without the imitations; return None where they do not."""
+    """Name the kept effects without the imitations if they leave only noise; otherwise return None."""
     rest = explanation.of([step.name for step in weighed.kept if step.name not in imitations])
     if not is_noise(rest.final, error) or free_term(rest.final, error).names:
         return None
@@ -283,13 +287,13 @@ def _without_imitations(
 
 
 def _is_of_light(explanation: Explanation) -> bool:
-    """Whether several effects were admitted, and all of them are ways in which the light ages from the first hour."""
+    """Whether several effects were admitted, and all of them age the light from the first hour."""
     steps, problem = explanation.steps, explanation.base.problem
     return problem.from_first_hour and len(steps) > 1 and all(ages_light(step.effect) for step in steps)
 
 
 def _leaves_much(explanation: Explanation, weighed: Weighed, error: PureError) -> bool:
-    """Whether the kept effects leave clearly more than all ways together in which the light ages."""
+    """Whether the kept effects leave clearly more χ² than all admitted effects together, if all age the light."""
     if not _is_of_light(explanation):
         return False
     final, left = explanation.final, explanation.of([step.name for step in weighed.kept]).final.chi2
@@ -297,7 +301,7 @@ def _leaves_much(explanation: Explanation, weighed: Weighed, error: PureError) -
 
 
 def _aging_in_several_ways(explanation: Explanation, weighed: Weighed) -> Verdict | None:
-    """Name several ways in which the light ages, if they explain nearly all together but are no separate findings."""
+    """Name several effects that age the light if they explain nearly all together but are no separate findings."""
     base, final, steps = explanation.base, explanation.final, explanation.steps
     if not _is_of_light(explanation) or not weighed.explains:
         return None
@@ -311,7 +315,7 @@ def _aging_in_several_ways(explanation: Explanation, weighed: Weighed) -> Verdic
 
 
 def _tied_with_free_term(explanation: Explanation, weighed: Weighed) -> Verdict | None:
-    """Name a single effect that leaves noise where a free term is as likely as this effect; else return None."""
+    """Name a single effect that leaves noise if a free term is as likely as this effect; otherwise return None."""
     base, final = explanation.base, explanation.final
     is_tied = abs(base.bic - weighed.base_free_term.evidence - final.bic) < STRONG
     if len(explanation.steps) > 1 or weighed.kept or not weighed.clean or not is_tied:
@@ -324,9 +328,9 @@ def _tied_with_free_term(explanation: Explanation, weighed: Weighed) -> Verdict 
 
 
 def _changed_curves(explanation: Explanation, weighed: Weighed) -> Verdict:
-    """Name the effect that explains most of a changed curve, where other effects explain what its formula misses.
+    """Name the effect that explains most of a changed curve; other effects fit the residual of its formula.
 
-    Effects that show in readings of black, which these curves leave as it is, are named beside it.
+    Effects that readings of black show are also named, because these curves do not change black.
     """
     base, final = explanation.base, explanation.final
     own = {step.name: step.without.chi2 - final.chi2 for step in explanation.steps if bends_curves(step.effect)}
@@ -348,7 +352,7 @@ def _changed_curves(explanation: Explanation, weighed: Weighed) -> Verdict:
 
 
 def _imitated(step: Step, explanation: Explanation, error: PureError) -> Imitated | None:
-    """Return the effect that the form of an admitted effect follows best; None where the effect has a rival."""
+    """Return the effect that the form of an admitted effect follows best; None if the effect has a rival."""
     imitated = None if step.rivals else nearest(step, explanation.final, error.scale)
     gain = [each.best.gain for each in explanation.first if imitated and each.name == imitated.name]
     whole = explanation.base.chi2 - explanation.final.chi2

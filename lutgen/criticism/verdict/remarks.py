@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from lutgen.criticism.search.explanation import Explanation
     from lutgen.criticism.search.influence import Suspicion
 
-#: A dark offset larger than usual by this factor is remarked on.
+#: A remark names a dark offset that is larger than usual by this factor.
 UNUSUAL = 5.0
 
 #: Largest number of lines of readings that a remark names.
@@ -57,7 +57,7 @@ def remarks_of(explanation: Explanation, blind: Sequence[str], suspicion: Suspic
 
 
 def _with_little_weight(explanation: Explanation) -> str:
-    """Name the readings to which heavy tails give little weight, the first few of them by their lines."""
+    """Name the readings to which heavy tails give little weight; give the lines of the first few."""
     problem = explanation.base.problem
     if problem.weights is None:
         return ""

@@ -1,7 +1,7 @@
-"""Share of the excess error that each effect explains, in mean ΔE2000: as the eye sees it.
+"""Share of the excess error that each effect explains, in mean ΔE2000, which measures visible differences.
 
 The unit of χ² is the noise of the meter, which is most sensitive to dark patches. An effect may explain nine tenths of
-χ² and still be the less visible one.
+χ² and still be the less visible effect.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 
 
 def shares_of_delta_e(base: Fit, final: Fit, steps: Sequence[Step]) -> dict[str, float]:
-    """Return, for each admitted effect, the share of the excess mean ΔE2000 that returns when it is left out of a fit.
+    """Return, for each admitted effect, the share of the excess mean ΔE2000 that returns in a fit without it.
 
-    The other effects are fitted again without this effect: what they can explain in its place is no share of it.
-    ``base`` is the fit without any of the effects, ``final`` the fit with all of them. The excess is the mean ΔE2000 of
-    ``base`` less that of noise alone. Where seeded noise gives as much as the excess, all shares are 0. Shares of
-    effects that act on the same colours need not add to 1.
+    The other effects are refitted without it; error that they then explain does not count for this effect. ``base`` is
+    the fit without any of the effects, ``final`` the fit with all of them. The excess is the mean ΔE2000 of ``base``
+    minus that of noise alone. If seeded noise gives as much as the excess, all shares are 0. Shares of effects that act
+    on the same colours need not add to 1.
     """
     problem = base.problem
     # Colours that the first session has not read are excluded: the errors of the curves there would dominate.

@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.score import Score
     from lutgen.effects import Effect
 
-#: Distance above the threshold, in standard deviations, at which nine of ten campaigns find an effect. For a sharp
-#: threshold it would be 1.28. But each campaign estimates its noise anew, and the error of withheld readings scatters.
-#: ``python -m tests.detection_rate`` tests the number.
+#: Distance above the threshold, in standard deviations, at which nine of ten campaigns find an effect. A fixed
+#: threshold would need 1.28. The threshold varies from campaign to campaign (estimated noise, withheld readings), so
+#: 1.6 is used. ``python -m tests.detection_rate`` tests the number.
 NINE_OF_TEN = 1.6
 
 #: Number of forms that a search tries on readings with one faint effect, or none.
@@ -43,9 +43,9 @@ class Visibility:
     visible
         Whether the smallest detectable size is physically possible.
     smallest_detectable
-        Size that nine of ten campaigns like this one would show; None where no size shows.
+        Size that nine of ten campaigns like this one would show; None if no size shows.
     absorbed
-        Share of its signature (in χ²) that tips and gains absorb; None where it has no signature.
+        Share of its signature (in χ²) that tips and gains absorb; None if it has no signature.
 
     """
 
@@ -61,7 +61,7 @@ def threshold(base: Fit, parameters: int = 1) -> float:
     """Return the strength (whitened norm) of an effect that nine of ten campaigns find.
 
     The effect must pass the whole rule of admission: BIC under the allowed noise, the corrected F test, and held-out
-    readings. ``parameters``: number of parameters of the shortest form that can follow the effect. Each of them costs
+    readings. ``parameters``: number of parameters of the shortest form that can follow the effect. Each parameter costs
     ln n in BIC, and gains 1 by chance.
     """
     error = PureError.of(base.problem)
@@ -88,7 +88,7 @@ def _of(score: Score, effect: Effect, needed: Callable[[int], float]) -> Visibil
         raw, left = (float(np.linalg.norm(each)) for each in score.seen(_typical(score, effect), name))
         low, high = effect.parameters[name].bounds
         if raw == 0.0 and (typical := abs(effect.parameters[name].value)):
-            # An effect with a threshold has no gradient at rest: it is judged at its typical size.
+            # An effect with a threshold has no gradient at rest: its typical size is used.
             raw, left = (each / typical for each in score.switched(_at_typical(score, effect)))
         limit = max(abs(low), abs(high))
         strength = needed(min(len(form) for form in effect.forms if name in form))
@@ -148,7 +148,7 @@ def typical_size(effect: Effect, parameter: str) -> float:
 
 
 def relative_size(visibility: Visibility, effects: Mapping[str, Effect]) -> float | None:
-    """Return the ratio of the smallest detectable size to the typical size; None where one of them is undefined."""
+    """Return the ratio of the smallest detectable size to the typical size; None if one of them is undefined."""
     effect = effects[visibility.effect]
     if (
         visibility.smallest_detectable is None

@@ -31,7 +31,7 @@ class Weighed:
     kept
         Effects that the readings need, the most visible first.
     minor
-        Effects that the readings need too, but that explain almost none of the error: no separate faults.
+        Further needed effects that explain almost none of the error; they are not separate faults.
     shares, seen
         Effect → share of the excess χ², and of the excess mean ΔE2000, that it explains.
     base_free_term, final_free_term
@@ -66,7 +66,7 @@ class Weighed:
         base_term = probe(base, error)
         final_term = free_term(final, error, base_term.names)
         leaves_noise = is_noise(final, error)
-        # Where the residual is not noise, a fit with the errors of slopes and steps of a native display's code values
+        # If the residual is not noise, a fit with the errors of slopes and steps of a native display's code values
         # decides whether the effects explain enough.
         lenient = final if leaves_noise and not explanation.unknown_table else with_drive_errors(final)
         is_rest_noise, rest_term = leaves_noise, final_term
@@ -90,15 +90,15 @@ class Weighed:
         ]
         kept = [step for step in needed if step not in minor]
         chosen, gain = [step.chosen for step in kept], base.chi2 - lenient.chi2
-        # A free term describes only smooth residuals. Where more than noise is left, at least half of it counts too.
+        # A free term describes only smooth residuals. If more than noise is left, half of the rest counts too.
         not_smooth = 0.0 if is_rest_noise else HALF * max(excess - gain, 0.0)
         missed = max(rest_term.gain, not_smooth) if rest_term.names else max(excess - gain, 0.0)
         explained = gain / (gain + missed)
-        # A single effect may leave what its formula misses. Each of several effects must explain nearly all of what the
-        # others leave: else the search may have combined them to imitate another effect.
+        # A single effect may leave the residual of its formula. Each of several effects must explain nearly all of the
+        # residual of the others: otherwise the search may have combined them to imitate another effect.
         own = [step.without.chi2 - final.chi2 for step in kept]
         enough = explained > MOST_OF_IT and (is_rest_noise or all(each > MOST_OF_IT * (each + missed) for each in own))
-        # The gain of the effects that are not kept must not exceed what formulas may miss.
+        # The gain of the effects that are not kept must not exceed the residual that formulas may leave.
         not_kept = 0.0
         if len(kept) < len(steps):
             kept_fit = together(base, chosen)
@@ -106,7 +106,8 @@ class Weighed:
         clean = leaves_noise and not final_term.names
         # Even scatter above the noise may be an effect that the catalogue lacks: half of the excess must be explained.
         half = is_within_scatter(error, lenient) or gain > HALF * excess
-        # Where the excess is seen and a residual is left, the eye must see half of the excess disappear.
+        # If the excess is visible and a residual is left, the kept effects must explain half of the excess in mean
+        # ΔE2000.
         is_clean = clean or explanation.unknown_table
         visible = is_clean or not any(seen.values()) or sum(seen[step.name] for step in kept) > HALF
         sound = (
@@ -128,17 +129,17 @@ def _needed(
 ) -> list[Step]:
     """Return the admitted effects without which the readings are clearly less likely, even with a free term.
 
-    An inexact formula leaves a residual that looks like effects with which its own effect is confused. A free term
-    explains this residual too, so that such effects are not needed; a free term cannot replace a separate fault. The
-    residual grows with the main effect. Therefore an effect must also explain more than 5 % of what the largest
-    similar effect explains, or show in readings that the similar effects do not change, as those of a capped lens.
-    ``base_term`` is the free term of the base; ``bic_of_both`` is BIC with all effects and a free term.
+    An inexact formula leaves a residual that looks like similar effects. A free term explains this residual too, so
+    that such effects are not needed; a free term cannot replace a separate fault. The residual grows with the main
+    effect. Therefore an effect must also explain more than 5 % of what the largest similar effect explains, or show in
+    readings that the similar effects do not change, such as those of a capped lens. ``base_term`` is the free term of
+    the base; ``bic_of_both`` is BIC with all effects and a free term.
     """
     needed = []
     for step in explanation.steps:
         similar = [term for term in step.without.terms if _is_similar(step.effect, term.effect)]
         largest = max((shares[term.effect.name] for term in similar if term.effect.name in shares), default=0.0)
-        # Light that follows the condition of an effect is no residual of another formula: it is this effect.
+        # Light that changes with the condition of an effect is not the residual of another formula: it is this effect.
         alone = step.without is explanation.base
         term = base_term if alone else probe(step.without, error, leave_out=step.effect.needs)
         bic_without = step.without.bic - term.evidence
@@ -150,15 +151,15 @@ def _needed(
 
 
 def _is_minor(step: Step, share: float, final: Fit) -> bool:
-    """Whether an effect explains a small ``share`` of the error, and χ² without this effect would not even double."""
+    """Whether an effect explains a small ``share`` of the error, and χ² would less than double without it."""
     return share < 1.0 - MOST_OF_IT and step.without.chi2 < 2.0 * final.chi2
 
 
 def is_of_curves(main: Sequence[Step], shares: Mapping[str, float], base: Fit) -> bool:
-    """Whether the main effects are a changed curve, and effects that explain what its formula misses.
+    """Whether the main effects are a changed curve, and effects that fit the residual of its formula.
 
-    Behind a display's own curves the latter may be mixing, because no reading of the first session shows how the light
-    of several channels depends on their drive.
+    With a display's own curves, an effect on mixing may fit this residual, because no reading of the first session
+    shows how the light of several channels depends on their drive.
     """
     if not main or not bends_curves(max(main, key=lambda step: shares[step.name]).effect):
         return False

@@ -22,17 +22,17 @@ if TYPE_CHECKING:
 
 NO_FREE_TERM = FreeTerm()
 
-#: Added to a share of χ² where the mean ΔE2000 is not above that of noise.
+#: Added to a share of χ² if the mean ΔE2000 is not above that of noise.
 NOT_SEEN = ", too little to show in the mean ΔE2000"
 
-#: Two sessions differ in light where the difference exceeds so many of its standard deviations.
+#: Two sessions differ in light if the difference exceeds this number of its standard deviations.
 CLEARLY = 3.0
 
 
 def structure(explanation: Explanation, residual_term: FreeTerm = NO_FREE_TERM) -> str:
-    """Say where the residual of the final fit is largest: family or condition, and its free term or else its course."""
+    """Say where the residual of the final fit is largest: family or condition, and its free term, or its course."""
     worst, course = strongest(explanation)
-    # The signatures of a free term say how the residual changes with the hours.
+    # The signatures of a free term already state how the residual changes with the hours.
     rest = f"; it follows {' and '.join(residual_term.names[:2])}" if residual_term.names else f", {course}"
     return f"it is strongest in the readings called '{worst}'{rest}"
 
@@ -52,7 +52,7 @@ def strongest(explanation: Explanation) -> tuple[str, str]:
 
 
 def like_both(steps: tuple[Step, ...]) -> Verdict:
-    """Name two effects that together imitate one effect: the form of one could follow a large part of the other."""
+    """Name two effects that may together imitate one missing effect: one form can follow a large part of the other."""
     first, second = (step.name for step in steps)
     sentence = (
         f"One effect is missing, which resembles both {first} and {second}: the two fit together, but they are too "
@@ -86,7 +86,7 @@ def several(
 
 
 def excess(step: Step, seen: Mapping[str, float], shares: Mapping[str, float]) -> str:
-    """Say which share of the excess mean ΔE2000 an effect explains; of the excess χ² where ΔE2000 has no excess."""
+    """Say which share of the excess mean ΔE2000 an effect explains; of the excess χ² if ΔE2000 has no excess."""
     if any(seen.values()):
         return f"{percent(seen[step.name])} of the excess error"
     return f"{percent(shares[step.name])} of the excess χ²{NOT_SEEN}"
@@ -106,8 +106,8 @@ def one(
 
     ``size`` describes how large the effect is, ``left`` the residual of its formula. ``simplest`` is the gain of the
     effect's simplest form as a share of its form's gain. ``imitated`` is the effect that its form follows best.
-    ``objection``: a reason of the caller why the effect is not proved; then no other reason is looked for. ``doubt``: a
-    reason that counts where there is no other.
+    ``objection``: a reason of the caller why the effect is not proved; then no other reason is searched for. ``doubt``:
+    a reason that counts if there is no other reason.
     """
     names = (step.name,)
     if step.rivals:
@@ -133,7 +133,7 @@ def one(
 
 
 def _objection(step: Step, freed: str, simplest: float, imitated: Imitated | None) -> str:
-    """Say why the fit of a form does not prove its effect; "" where it does."""
+    """Say why the fit of a form does not prove its effect; "" if it does."""
     form = f"The form that fits ({freed} free)" if step.chosen.refined else "Its formula"
     if imitated and (imitated.left < 2 * STRONG or (step.chosen.refined and imitated.share < HALF)):
         known = imitated.alone is not None
@@ -157,10 +157,10 @@ def _at_bounds(step: Step) -> list[str]:
 
 
 def more_light(current: Fit) -> str:
-    """Say which session has how much more light than another; "" where a usual meter's gain explains this.
+    """Say which session has how much more light than another; "" if a usual meter's gain explains the difference.
 
-    No effect is named for it: the meter's gain and the display's brightness cannot be distinguished. A comparison has
-    no gains, so it may fail where a diagnosis finds nothing.
+    No effect is named for the difference: the meter's gain and the display's brightness cannot be distinguished. A
+    comparison has no gains, so the model may disagree although a diagnosis finds nothing.
     """
     keys, gains = current.problem.gain_keys, current.gains
     if len(keys) < 2:

@@ -5,7 +5,7 @@ The lowest rung is the paper's fresh display: sRGB's curves, with measured white
 The next rung has one curve for each channel, fitted to all readings: XYZ(d) = K + Σ_c l_c(d_c)·P_c. Curves from
 single-channel ramps alone are worse, because mixtures are brighter than the sum of their channels.
 
-The next rung has curves for X, Y and Z of each channel: XYZ(d) = K + Σ_c C_c(d_c), with C_c three curves. The
+The next rung has curves for X, Y and Z of each channel: XYZ(d) = K + Σ_c C_c(d_c), where C_c are three curves. The
 chromaticity of a channel changes with its drive (a liquid crystal's transmission depends on wavelength and voltage), so
 that one curve for each channel is not enough. The curve of Y never falls.
 

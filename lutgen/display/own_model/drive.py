@@ -13,7 +13,7 @@ from lutgen.colorimetry import Array
 
 #: Names of the conversions from code values to the drive of the panel.
 WAYS = (
-    "as asked",
+    "code value unchanged",
     "through the calibration",
     "through the calibration in 8-bit steps",
     "up to the code from which light no longer rises",
@@ -29,7 +29,7 @@ class Drive:
 
     #: One of ``WAYS``.
     way: str = WAYS[0]
-    #: Curves of the calibration or of the clipped input, (k, 4); None if ``way`` is "as asked".
+    #: Curves of the calibration or of the clipped input, (k, 4); None if ``way`` is "code value unchanged".
     calibration: Array | None = None
 
     def __call__(self, code: Array) -> Array:

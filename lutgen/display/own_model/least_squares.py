@@ -5,8 +5,8 @@ import scipy  # scipy loads its parts lazily; most displays need none
 
 from lutgen.colorimetry import Array
 
-#: Largest residual with full weight, in robust standard deviations; beyond, the weight is the fourth power of the
-#: ratio.
+#: Largest residual with full weight, in robust standard deviations. The weight of a larger residual is the fourth power
+#: of the ratio of this to the residual.
 FULL = 6.0
 
 #: Median of the norm of three normal components, in standard deviations of one component.

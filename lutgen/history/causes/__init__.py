@@ -40,27 +40,29 @@ class Cause:
     ways: tuple[tuple[str, ...], ...] = ()
     #: Natural logarithm of the factor by which the records of a pair make the cause likelier; -inf: they exclude it.
     prior: Callable[[SessionPair], float] = lambda _pair: 0.0
-    #: Whether the records of a pair say that the cause happened: it is then no assumption beside another cause.
+    #: Whether the records of a pair say that the cause happened; beside another cause it is then not an assumption.
     recorded: Callable[[SessionPair], bool] = lambda _pair: False
     #: Whether the fitted parameters are possible for this cause.
     sound: Callable[[Values, SessionPair], bool] = lambda _values, _pair: True
     #: Further tolerance of white and primaries with this cause, as a share, 1 σ.
     loose: float = 0.0
-    #: A sentence if other evidence than white, primaries and black proves the cause, else "". Of several proofs the
-    #: proof with the lowest rank counts. Unless ``alone``, other causes that can move the same facts stay rivals.
+    #: A sentence if other evidence than white, primaries and black proves the cause; otherwise "". Of several proofs
+    #: the proof with the lowest rank counts. Unless ``alone``, other causes that can move the same facts stay rivals.
     proof: Callable[[SessionPair], str] = lambda _pair: ""
     rank: int = 9
     alone: bool = True
-    #: A sentence if evidence supports the cause without a proof, else "": the cause is named if no other cause explains
-    #: the pair.
+    #: A sentence if evidence supports the cause without a proof; otherwise "". The cause is then named if no other
+    #: cause explains the pair.
     sign: Callable[[SessionPair], str] = lambda _pair: ""
-    #: Whether the cause may have bent the transfer curves as far as they are bent.
+    #: Whether the cause may have changed the transfer curves by the measured amount.
     bends: Callable[[SessionPair], bool] = lambda _pair: False
-    #: A sentence if the cause happened in addition to other causes and was corrected (a reading was left out), else "".
+    #: A sentence if the cause happened in addition to other causes and was corrected (a reading was left out);
+    #: otherwise "".
     beside: Callable[[SessionPair], str] = lambda _pair: ""
-    #: A sentence if the readings of a pair cannot tell the cause, else "": the cause is then not named beside others.
+    #: A sentence if the readings of a pair cannot show the cause, which is then not named beside other causes;
+    #: otherwise "".
     untold: Callable[[SessionPair], str] = lambda _pair: ""
-    #: Names, fitted values and pair of another explanation → the parameter whose change this cause can make as well; ""
+    #: Names, fitted values and pair of another explanation → the parameter whose change this cause can also make; ""
     #: without such a parameter.
     rival: Callable[[tuple[str, ...], Values, SessionPair], str] = lambda _names, _values, _pair: ""
     #: Course of the light over many sessions with this cause: "steady", "step", or "" (unknown).

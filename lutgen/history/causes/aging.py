@@ -9,7 +9,7 @@ import numpy as np
 from lutgen.history.causes import Cause, Values
 from lutgen.history.pair import SessionPair
 
-#: Days: below the first number a colorimeter measures no aging, from the second number on it may.
+#: Days. A colorimeter measures no aging within less than the first number; it may measure aging from the second on.
 _TOO_SHORT, LONG = 7.0, 60.0
 
 #: Largest possible losses, in nepers: at once, and per year. Backlights lose half in 10 000 to 50 000 hours.
@@ -57,7 +57,7 @@ def _sound(values: Values, pair: SessionPair) -> bool:
 
 
 def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
-    """Return the parameter of another explanation (a factor, a meter's gain or a matrix) that may be aging; else ""."""
+    """Return the parameter of another explanation (a factor, a meter's gain or a matrix) that may be aging; or ""."""
     if "aged" in values:
         return ""
     if "scale" in values and "gains" not in values:

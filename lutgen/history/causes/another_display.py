@@ -15,7 +15,7 @@ def _colour(pair: SessionPair) -> str:
 
 
 def _sign(pair: SessionPair) -> str:
-    """Return a clause if red or green, or blue and the curve, moved, unless the records name one display; else ""."""
+    """Return a clause if red or green, or blue and the curve, moved and the records do not name one display; or ""."""
     other_curve = pair.bend is not None and abs(pair.bend) >= _BEND
     moved = "colour" in pair.moved or ("blue" in pair.moved and other_curve)
     if not moved or pair.named_alike or (pair.other_instrument and not other_curve):
@@ -24,7 +24,7 @@ def _sign(pair: SessionPair) -> str:
 
 
 def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
-    """Return the parameter of another explanation, a matrix or a step, that another panel may cause; else ""."""
+    """Return the parameter of another explanation, a matrix or a step, that another panel may cause; or ""."""
     changed = next((name for name in ("matrix", "gamut") if name in values), "")
     if changed and (_sign(pair) or (len(names) > 1 and not pair.named_alike)):
         return changed

@@ -23,7 +23,7 @@ def _sound(values: Values, pair: SessionPair) -> bool:
 
 
 def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
-    """Return the parameter of another explanation, a gain of the instrument, that a setting may cause; else ""."""
+    """Return the parameter of another explanation, a gain of the instrument, that a setting may cause; or ""."""
     if pair.other_instrument or len(names) > 1:
         return ""
     if "step" in values:

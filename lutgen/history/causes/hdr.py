@@ -8,7 +8,7 @@ _NOT_ADDITIVE = 0.06
 
 
 def _proof(pair: SessionPair) -> str:
-    """Return a sentence if additivity changed with another fact or by much, or curve and contrast together; else ""."""
+    """Return a sentence if additivity changed much or with another fact, or curve and contrast both changed; or ""."""
     moved = pair.moved
     if pair.seen is None or not {"sum", "curve"} & moved:
         return ""

@@ -25,7 +25,7 @@ def _proof(pair: SessionPair) -> str:
 
 
 def _is_possible(pair: SessionPair) -> bool:
-    """Whether wrong corrections can move the primaries as far: that of one session, or those of two instruments."""
+    """Whether wrong corrections, of one session or of two instruments, can move the primaries by the measured shift."""
     is_one = pair.before.instrument and not pair.other_instrument
     return pair.largest_shift <= (_COLOUR if is_one else 2.0 * _COLOUR)
 

@@ -34,7 +34,7 @@ class Column:
     blank: float
     #: Value that effects use for a blank cell or a missing column.
     usual: float
-    #: A possible value of the condition during the whole campaign if nobody logged it.
+    #: If the column is missing, diagnosis also tests the hypothesis that the condition had this constant value.
     unlogged: float
     #: Values that the check of an effect's contract uses; the usual value first.
     tried: tuple[float, ...]

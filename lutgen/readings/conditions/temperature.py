@@ -9,11 +9,11 @@ from lutgen.readings.conditions import Array, Column, Condition, Values, greys, 
 #: Tolerance in kelvins for equal temperatures within a session. Luminance changes by about 0.3 % per kelvin.
 FEW_KELVINS = 3.0
 
-#: A gap in kelvins between sorted temperatures of a session from which on somebody has set another temperature: rest
-#: ends at the gap. Sensors print steps of at most 1 K.
+#: A gap of more than this (K) between sorted temperatures of a session means that the temperature was changed
+#: deliberately; readings beyond the gap are not at rest. Sensors print steps of at most 1 K.
 SET_ANEW = 1.5
 
-#: Temperature that effects use where none was logged, in °C.
+#: Temperature that effects use if no temperature was logged, in °C.
 REFERENCE_C = 25.0
 
 
@@ -23,7 +23,7 @@ def _signatures(values: Values, rest: Values) -> dict[str, Array]:
 
 
 def _span(values: Array, rest: float) -> tuple[float, float]:
-    """Temperatures about rest without a gap, and within a few kelvins."""
+    """Return the span of rest: temperatures near the value at rest, without a gap, within a few kelvins."""
     near = np.unique(values[np.abs(values - rest) <= FEW_KELVINS])
     apart = np.flatnonzero(np.diff(near) > SET_ANEW)
     ends = np.concatenate([[rest - FEW_KELVINS], near[apart + 1], near[apart], [rest + FEW_KELVINS]])

@@ -12,7 +12,7 @@ STEP = 1.25
 
 
 def _span(values: Array, rest: float) -> tuple[float, float]:
-    """Return the span of rest: from the colour points' minutes on, extended down while ratios are at most ``STEP``."""
+    """Return the span of rest: all later minutes, and earlier ones while neighbouring ratios are at most ``STEP``."""
     low = rest
     for minutes in np.unique(values[np.isfinite(values) & (values <= rest)])[::-1]:
         if minutes * STEP < low:

@@ -7,7 +7,7 @@ from lutgen.cells import number
 from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError
 
-#: Hours as they look with a point as the separator of thousands: 500, 3.000, 14.000; not 0.500, and not 100.500, which
+#: Patterns of hours with a point as the separator of thousands: 500, 3.000, 14.000; not 0.500, and not 100.500, which
 #: would be 100 500 hours, 11 years.
 _THOUSANDS, _BELOW = re.compile(r"[1-9][0-9]?\.[0-9]{3}"), re.compile(r"[0-9]{1,3}")
 
@@ -29,7 +29,7 @@ def refuse_thousands(texts: Sequence[str], lines: Sequence[int], file: str) -> N
 
 
 def since_start(hours: Array, metadata: Mapping[str, str], file: str) -> Array:
-    """Return the hours since the un-aged display: the counter less ``# start_hour``, if stated."""
+    """Return the hours since the un-aged display: the counter minus ``# start_hour``, if stated."""
     text = metadata.get("start_hour")
     if text is None:
         return hours

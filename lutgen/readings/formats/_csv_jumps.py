@@ -1,8 +1,8 @@
 """A primary in a CSV of readings that jumps in one session and comes back in the next: a mistyped number.
 
 A display may change between two sessions, for example to another gamut. If the light of one primary changes, white
-changes with it, because white contains this light. A typing error changes one primary alone, in one session: the
-primaries together then exceed white by just this change.
+changes with it, because white contains this light. A typing error changes one primary alone, in one session: the sum of
+the primaries minus white then changes by the same amount.
 """
 
 import numpy as np
@@ -13,7 +13,7 @@ from lutgen.readings.rest import is_tip
 from lutgen.readings.table import TIP_NAMES, Measurements, is_capped
 
 #: Smallest jump of a primary: distance in u'v', and factor of its luminance over white's. Between real sessions of one
-#: display (tests/test_readings_typed.py) the largest are 0.07 and 1.6, because it was calibrated differently.
+#: display (tests/test_readings_typed.py) the largest are 0.07 and 1.6: that display was calibrated differently.
 FAR_UV, FAR_FACTOR = 0.12, 2.5
 
 #: Largest difference between the sessions before and after a jump, as a share of the jump.
@@ -24,7 +24,7 @@ UNLIKE = 0.25
 
 
 def refuse_jumps(readings: Measurements) -> None:
-    """Raise LutgenError if one primary jumps in one session, and neither white nor the next session goes with it."""
+    """Raise LutgenError if one primary jumps in one session, white does not, and the next session has the old value."""
     hours, colours = readings.tips()
     for place in range(1, hours.size - 1):
         before, here, after = colours[place - 1 : place + 2]
@@ -54,13 +54,13 @@ def lone_jump(xyz: Array) -> int | None:
         return None
     usual = (before + after) / 2.0
     jump = here[jumping[0]] - usual[jumping[0]]
-    # What the primaries together have above white, less what they usually have.
+    # Light of the primaries together minus white, minus the usual value of this difference.
     above = (here[1:].sum(axis=0) - here[0]) - (usual[1:].sum(axis=0) - usual[0])
     return jumping[0] if np.linalg.norm(above - jump) <= UNLIKE * np.linalg.norm(jump) else None
 
 
 def _is_far(here: Array, before: Array, after: Array) -> bool:
-    """Whether a colour, XYZ over white's Y, is far from the sessions before and after, which agree."""
+    """Whether a colour, XYZ over white's Y, is far from its value in the sessions before and after, which agree."""
     uv = xyz_to_uv(np.array([here, before, after]))
     luminance = np.log([here[1], before[1], after[1]])
     apart = float(np.hypot(*(uv[1] - uv[2]))), float(abs(luminance[1] - luminance[2]))

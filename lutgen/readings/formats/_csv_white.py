@@ -11,10 +11,11 @@ from lutgen.readings.rest import rest_of
 from lutgen.readings.table import Measurements, is_capped, says_cap
 
 #: Smallest difference between readings of white in one session, as a share of the largest, that suggests several
-#: sessions. Of 24 real sessions with repeated white two have more, both of one laptop; all others have 1.4 % or less.
+#: sessions. Of 24 real sessions with repeated white, two sessions of one laptop have more; all others have 1.4 % or
+#: less.
 FAR_APART = 0.1
 
-#: White of a table of relative values, and how near to it white must be at the first hour.
+#: White of a table of relative values, and the tolerance for white at the first hour.
 _RELATIVE, _NEAR = 100.0, 0.01
 
 

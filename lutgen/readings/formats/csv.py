@@ -149,7 +149,7 @@ class CsvTable:
         return alone(self._session())
 
     def _check_times(self) -> None:
-        """Raise LutgenError where an unknown column seems to divide the readings of one session by time."""
+        """Raise LutgenError if an unknown column seems to divide the readings of one session by time."""
         for at, name in enumerate(self.header):
             is_time = is_unknown(self.columns[at]) and bool(_TIMES & {*re.split("[^a-z]+", name.casefold())})
             times = {row[at] for row in self.cells}
@@ -234,7 +234,7 @@ class CsvTable:
         return states_unit(self.metadata, self.source.file) or named
 
     def _unit_remark(self, white: float | None, hour: float | None = None) -> str:
-        """Return the remark that light is taken as cd/m²; ``white``: its Y, ``hour``: where a table has hours."""
+        """Return the remark that light is assumed to be in cd/m²; ``white``: its Y; ``hour``: its hour, if any."""
         is_xyz = "X" in self.columns
         light, verb, they, them = ("X, Y and Z", "are", "they", "them") if is_xyz else ("Y", "is", "it", "it")
         had = "" if white is None else f", of which white has {white:.4g}"
