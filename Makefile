@@ -34,7 +34,7 @@ demo: setup ## a real tissue image on an aged display; prints the path of the pi
 	@$(PYTHON) examples/demo.py
 
 # One process checks types while the tests run.
-test: setup ## style, types and the quick tests: four to six minutes on two cores
+test: setup ## style, types and the quick tests: four minutes on two cores, more on slow ones
 	@$(MAKE) --no-print-directory --jobs 2 lint test-quick
 
 test-quick: setup

@@ -186,6 +186,31 @@ def until_closed(terminal: int) -> Iterator[bytes]:
         yield part
 
 
+def test_an_interrupted_build_says_what_it_keeps(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("lutgen.bake.build._write_common_config", interrupt)
+    folder = str(tmp_path / "aged")
+    options = ("--hours", "0,9000", "--mode", "chroma", "--cubesize", "17", "--jobs", "1", "-o", folder)
+    done = in_process(monkeypatch, capsys)("build", *options)
+    kept = f"Interrupted. {folder} keeps the finished files; the same command continues with the others."
+    assert (done.code, done.out, " ".join(done.err.split())[-len(kept) :]) == (130, "", kept)
+    monkeypatch.undo()
+    done = in_process(monkeypatch, capsys)("build", *options)
+    assert done.code == 0
+    assert "interrupted" in done.out
+
+
+def test_readings_that_are_given_as_an_argument_are_told_their_option(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    done = in_process(monkeypatch, capsys)("build", "readings.csv")
+    assert done.err.splitlines()[-1].endswith("(readings.csv). Give readings with --display.")
+
+
 def handles_sigterm(pid: int) -> bool:
     """Whether a process has begun to run a command: from then on the process handles SIGINT and SIGTERM itself."""
     (caught,) = re.findall(r"SigCgt:\s*([0-9a-f]+)", Path(f"/proc/{pid}/status").read_text())

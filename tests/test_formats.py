@@ -121,25 +121,6 @@ def through_ocio(path: Path, code: Array, *, optimised: bool = True) -> Array:
 # The contract of every format
 
 
-def test_the_formats_of_the_issue_are_there() -> None:
-    asked = {
-        "cube",
-        "clf",
-        "resolve",
-        "3dl",
-        "spi3d",
-        "csp",
-        "hald",
-        "obs",
-        "ocioz",
-        "icc",
-        "icc-v2",
-        "icc-matrix",
-        "devicelink",
-    }
-    assert asked <= set(format_names())
-
-
 def test_an_unknown_format_names_the_choices() -> None:
     with pytest.raises(LutgenError, match="unknown format 'icc2'. Pick one of: " + ", ".join(format_names())):
         format_named("icc2")
@@ -326,7 +307,7 @@ def test_a_displays_name_in_any_script_survives_in_a_file(plain: Plain, colours:
     assert not any(trial.outcome != READS for trial in lint(plain.path, ask_readers=True).trials if trial.version)
 
 
-# .cube: the universal form of outputs.md
+# .cube: the form that every program reads
 
 CUBE = re.compile(
     rb'TITLE "[^"\n]*"\n'

@@ -120,7 +120,7 @@ def test_an_effect_of_one_channel_leaves_the_ramps_of_the_others(kind: str) -> N
         assert changed[select(truth, "black")].max() < 1e-12
 
 
-# effect, readings, smallest and largest change over ten displays: near the typical sizes of effects.md.
+# effect, readings, smallest and largest change over ten displays: near the typical sizes of the catalogue.
 SIZES = (
     ("eotf-drift", "last, grey, middle, rest", 0.05, 0.3),
     ("channel-gamma", "last, grey, middle, rest", 0.02, 0.35),

@@ -1,8 +1,8 @@
 """The paper's six steps, literally: one pixel at a time, in plain Python floats, without code of lutgen.
 
-Avanaki et al., Proc. SPIE 9420 (2015), section 2.2, with the decisions of ``model.md``: reference, modes, luminance
-laws, averaged ties, and the selection ``continuous``. The code is slow on purpose; tests compare the fast routines with
-it.
+Avanaki et al., Proc. SPIE 9420 (2015), section 2.2, with the decisions of ``docs/explanation/model.md``: reference,
+modes, luminance laws, averaged ties, and the selection ``continuous``. The code is slow on purpose; tests compare the
+fast routines with it.
 """
 
 from __future__ import annotations

@@ -9,8 +9,8 @@ setup`` fetches the wheel).
 
 The method is the paper's: modes ``chroma`` and ``chroma-luma`` with the law ``paper``, selection ``nearest``,
 reference ``relative``; CIEDE2000 between each pixel un-aged and aged, both as an sRGB viewer shows them, clipped;
-"Max" is mean + 2 SD, because Table 1 is read from Figure 5 (model.md). The lifetime is the hour where the piecewise
-linear curve through the 31 hours exceeds the tolerance.
+"Max" is mean + 2 SD, because Table 1 is read from Figure 5 (docs/explanation/default-display.md). The lifetime is the
+hour where the piecewise linear curve through the 31 hours exceeds the tolerance.
 """
 
 from __future__ import annotations

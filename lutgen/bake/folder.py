@@ -63,6 +63,11 @@ class Folder:
         (self.path / JOURNAL).unlink(missing_ok=True)
 
 
+def is_unfinished(path: Path) -> bool:
+    """Whether a folder holds an unfinished build, which the next build with the same options continues."""
+    return (path / JOURNAL).exists()
+
+
 def claim(path: Path, recipe: Mapping[str, Any], paths: list[str], *, force: bool) -> Folder:
     """Check, before any file is written, that a build may use the folder ``path``.
 

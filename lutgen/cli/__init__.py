@@ -1,7 +1,7 @@
 """The command line: one module per command in ``lutgen/cli/commands``, found by its name; a folder is a group.
 
 A command only reads options, calls the library and writes the results: first files, then sentences. A command's module
-is imported when the command runs, and functions import slow modules themselves: ``lutgen --help`` takes 40 ms. A
+is imported when the command runs, and functions import slow modules themselves, so that ``--help`` answers at once. A
 further file in this folder contains code that several commands share.
 """
 

@@ -118,6 +118,8 @@ class Command(click.Command):
             return super().parse_args(ctx, args)
         except click.UsageError as error:
             error.ctx = error.ctx or ctx
+            if "unexpected extra argument" in error.message and any(each.name == "display" for each in self.params):
+                raise click.UsageError(f"{error.message}. Give readings with --display.", error.ctx) from None
             raise
 
     def _check_values(self, ctx: click.Context, args: list[str]) -> None:

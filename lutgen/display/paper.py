@@ -20,7 +20,7 @@ import numpy as np
 from lutgen.colorimetry import XYZ_TO_LINEAR, Array, code_to_linear, transform, xyY_to_xyz
 from lutgen.display.chain import AgedDisplay, SrgbTransfer
 
-#: Tolerance for equal distances to colour points (model.md, step 6).
+#: Tolerance for equal distances to colour points (step 6 in docs/explanation/model.md).
 TIE = 1e-9
 
 

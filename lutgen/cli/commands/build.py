@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -121,6 +122,7 @@ def command(
       lutgen build --hours 10000 --format icc --source-profile scanner.icc -o aged-slides/
     """
     from lutgen.bake.build import build
+    from lutgen.bake.folder import is_unfinished
     from lutgen.bake.littlecms import read_source_profile
     from lutgen.bake.plan import Plan
     from lutgen.display import what_luts_carry
@@ -141,8 +143,14 @@ def command(
         gpu=gpu,
         source=read_source_profile(source_profile) if source_profile else None,
     )
-    with progress_bar("building", quiet=as_json) as progress:
-        built = build(model, plan, output, jobs=jobs, force=force, progress=progress)
+    try:
+        with progress_bar("building", quiet=as_json) as progress:
+            built = build(model, plan, output, jobs=jobs, force=force, progress=progress)
+    except KeyboardInterrupt:
+        if is_unfinished(Path(output)):
+            kept = f"{output} keeps the finished files"
+            say(f"Interrupted. {kept}; the same command continues with the others.", err=True)
+        raise
     if as_json:
         print_json(built.manifest.as_json())
     else:

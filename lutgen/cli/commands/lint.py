@@ -24,9 +24,10 @@ def command(*, files: tuple[str, ...], ask_readers: bool, json_to: str | None, f
     installed readers of .cube and configs, and compares their results.
 
     \b
-    error    a program silently shows something else, or no program reads the file   exit 1
-    warning  a program refuses the file                                              exit 1
-    note     every program shows what is meant                                       exit 0
+    error    a program silently shows something else,
+             or no program reads the file                exit 1
+    warning  a program refuses the file                  exit 1
+    note     every program shows what is meant           exit 0
 
     \b
     Example:

@@ -8,7 +8,8 @@ Meaning of 0 and 1: ε = 0 is a steady meter. ε = 1 would be a meter that repor
 Valid for drifts of at most 6 % that grow early or steadily, of one meter over the whole campaign. A second meter, or a
 new calibration of the meter, causes a step and no drift.
 Never baked: a meter adds no light to the display.
-Source: luminance meters built into displays do not stay constant: Silosky & Marsh, Med. Phys. 40, 121902 (2013).
+Source: luminance meters built into displays do not stay constant: Silosky & Marsh, "Constancy of built-in luminance
+meter measurements in diagnostic displays", Med. Phys. 40, 121902 (2013).
 Assumption: 0.2 to 1 % a year, so 0.4 to 2 % at 18 000 h.
 """
 

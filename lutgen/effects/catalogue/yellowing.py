@@ -6,8 +6,8 @@ class of the display. g is a power of time. The depth a is never negative: optic
 Meaning of 0 and 1: ``depth`` 0 is clear optics. ``depth`` 1 transmits 1/e, 37 %, of the light at 400 nm at 18 000 h.
 Valid as far as the spectra are. With an estimated spectrum the size is an estimate too. The LUT is correct in both
 cases, because it is fitted to XYZ.
-Source: all colour LCDs of a radiology practice yellowed over three years, and did so together: J. Digit. Imaging 24,
-828 (2011), doi:10.1007/s10278-010-9346-x.
+Source: all colour LCDs of a radiology practice yellowed over three years, and did so together: "Aging and quality
+control of color LCDs for radiologic imaging", J. Digit. Imaging 24, 828 (2011), doi:10.1007/s10278-010-9346-x.
 Assumption: the exponential in wavelength, and the size.
 """
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     #: the generator has no such question.
     Draw = Callable[[Source, int, np.random.Generator], "Question | None"]
 
-#: Effects that only a model of hour 0 shows (second table of effects.md).
+#: Effects that only a model of hour 0 shows (their ``baseline`` in the catalogue).
 LAWS = (
     "backlight-decay",
     "burn-in-decay",
