@@ -154,7 +154,7 @@ def bends_curves(effect: Effect) -> bool:
     return effect.stage in {"drive", "transfer"}
 
 
-def _changes_colours(effect: Effect) -> bool:
+def changes_colours(effect: Effect) -> bool:
     """Whether an effect changes code values, curves, or how the channels mix."""
     return bends_curves(effect) or effect.stage == "mixing"
 
@@ -171,7 +171,7 @@ def is_shown_apart(
     ``in_the_dark``: only readings of black at rest count, in which no formula of another effect leaves a residual; an
     effect that needs a condition never counts.
     """
-    alike = _is_since_first_hour if _is_since_first_hour(each.effect) else _changes_colours
+    alike = _is_since_first_hour if _is_since_first_hour(each.effect) else changes_colours
     if (alike(each.effect) and any(alike(other.effect) for other in others)) or (in_the_dark and each.effect.needs):
         return False
     problem = final.problem

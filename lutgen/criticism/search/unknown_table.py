@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from lutgen.criticism.first_session.slope_errors import bic_gain, with_drive_errors
 from lutgen.criticism.fit.lack_of_fit import is_noise
 from lutgen.criticism.search.candidates import STRONG, family
-from lutgen.criticism.search.explanation import together
+from lutgen.criticism.search.explanation import changes_colours, together
 from lutgen.criticism.search.free_term import free_term
 
 if TYPE_CHECKING:
@@ -31,12 +31,14 @@ def rounding_behind_table(
 ) -> list[Candidate]:
     """Return a rounding, alone or beside one effect of ``chosen``, that explains the readings with unknown shifts.
 
-    The list is empty if there is no such rounding, if the display has no own model, or if ``chosen`` leaves only noise.
+    Effects on code values, curves and mixing are not tried beside the rounding: these readings cannot tell them from the
+    shifts. The list is empty if there is no such rounding, if the display has no own model, or if ``chosen`` leaves only
+    noise.
     """
     rounding = next((effect for effect in effects if effect.propose), None)
     if not chosen or rounding is None or base.problem.native is None or _is_explained(together(base, chosen), error):
         return []
-    others = [[each] for each in chosen if each.effect is not rounding]
+    others = [[each] for each in chosen if not changes_colours(each.effect)]
     for beside in ([], *others):
         around = together(base, beside)
         if not around.score.code_shifts.is_jagged:
