@@ -9,15 +9,16 @@ where l are the measured transfer curves, s the shares of :func:`lutgen.display.
 tips. Black K is a constant share of white in X, Y and Z, because black follows the backlight. Curves and the share of
 black are constant over time; effects (``black-level``, ``eotf-drift``, …) describe their change with age.
 
-A point of a curve is the light of a ramp's reading minus black, projected on the light of the ramp's tip. Without ramps
-of the channels, X, Y and Z of every grey are solved for the light of the three channels. If the first session has many
-mixtures, the curves may be fitted to all readings, or may be sRGB's, if these curves predict the mixtures better
-(:mod:`lutgen.display.own_model.native_curves`).
+Curves come from the greys: X, Y and Z of every grey are solved for the light of the three channels. Or curves come from
+the ramps of single channels: a point is the light of a reading less black, projected on the light of the ramp's tip.
+Mixtures are brighter than the sum of their channels, so that ramps are used only without greys, or where they predict
+mixtures better. If the first session has many mixtures, the curves may be fitted to all readings, or may be sRGB's, if
+these curves predict the mixtures better (:mod:`lutgen.display.own_model.native_curves`).
 """
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -137,17 +138,18 @@ class NativeDisplay:
         sample = _mixed_sample(readings, leave_out) if source in {None, "readings", "srgb"} else None
         if source is not None and sample is not None:
             return cls(curves_of(sample) if source == "readings" else straight(), _black_of(sample), source)
-        if sample is None:
-            return cls._of_ramps(readings, leave_out, strict=strict)
+        by_ramps = partial(cls._of_ramps, readings, leave_out, strict=strict)
+        if source is not None or sample is None:
+            return by_ramps(source or ("greys" if _grey_levels(readings, leave_out) >= LEAST_LEVELS else "ramps"))
         if sample.mixtures < LEAST_MIXTURES:
-            return _or_srgb(cls._of_ramps(readings, leave_out, strict=strict), sample)
+            return _or_srgb(_better_ramps(by_ramps, sample), sample)
         try:
-            ramps = cls._of_ramps(readings, leave_out, strict=strict)
+            ramps = by_ramps("ramps")
         except LutgenError:
             ramps = None
         ladder = fit_own_model(sample)
-        by_ramps = mixtures_error(sample, added_up(sample, ramps.curves, sample.drive)) if ramps else np.inf
-        if ladder.is_above_curves and ladder.error < by_ramps:
+        error = mixtures_error(sample, added_up(sample, ramps.curves, sample.drive)) if ramps else np.inf
+        if ladder.is_above_curves and ladder.error < error:
             own = StoredModel.of(ladder.model, sample.tips, sample.black)
             return cls(curves_of(sample), _black_of(sample), "readings", ladder.remarks(), own, ladder)
         chosen, remark = best_source(sample, ramps.curves if ramps else None, ramps.source if ramps else "ramps")
@@ -157,17 +159,21 @@ class NativeDisplay:
         return cls(curves, _black_of(sample), chosen, (remark,), ladder=ladder)
 
     @classmethod
-    def _of_ramps(cls, readings: Measurements, leave_out: Sequence[int], *, strict: bool) -> "NativeDisplay":
-        session = _Session.of(readings, leave_out)
+    def _of_ramps(
+        cls, readings: Measurements, leave_out: Sequence[int], source: str, *, strict: bool
+    ) -> "NativeDisplay":
+        """Return the display with curves of ``source`` (ramps or greys), or of the other if that has too few levels."""
+        session = _Session.of(readings, leave_out, source)
         remarks = []
         black = session.black / session.tips[0]
         if (black < 0).any():
             remarks.append("Black read below 0 in X, Y or Z: it is taken as 0 there.")
         curves = []
         if session.source == "greys":
-            remarks.append(
-                f"No ramp of {LEAST_LEVELS} levels of each channel: its curve is solved from XYZ of the greys."
-            )
+            why = "greys predict mixtures better than ramps of single channels"
+            if not session.has_ramps:
+                why = f"there is no ramp of {LEAST_LEVELS} levels of each channel"
+            remarks.append(f"The curve of each channel is solved from XYZ of the greys: {why}.")
         for channel, name in enumerate(CHANNELS):
             codes, light, sigma = session.points(channel)
             ramp = f"the ramp of {name}" if session.source == "ramps" else f"{name}'s part of the greys"
@@ -292,6 +298,25 @@ def _mixed_sample(readings: Measurements, leave_out: Sequence[int]) -> Sample | 
     return sample if sample.mixtures >= FEW else None
 
 
+def _grey_levels(readings: Measurements, leave_out: Sequence[int]) -> int:
+    """Return the number of different greys of the first session between black and white."""
+    codes = readings.drive[first_session_rows(readings, leave_out)]
+    return len(np.unique(codes[_is_grey(codes), 0]))
+
+
+def _better_ramps(by_ramps: Callable[[str], NativeDisplay], sample: Sample) -> NativeDisplay:
+    """Return the display with curves from ramps, or from greys if these predict the mixtures with a smaller error."""
+    displays = []
+    for source in ("ramps", "greys"):
+        try:
+            displays.append(by_ramps(source))
+        except LutgenError as error:
+            refused = error
+    if not displays:
+        raise refused
+    return min(displays, key=lambda each: mixtures_error(sample, added_up(sample, each.curves, sample.drive)))
+
+
 def _or_srgb(native: NativeDisplay, sample: Sample) -> NativeDisplay:
     """Return the display with its own curves if they predict the few mixtures clearly better; otherwise sRGB's.
 
@@ -321,9 +346,10 @@ class _Session:
     codes: Array
     xyz_cd_m2: Array
     source: str
+    has_ramps: bool
 
     @classmethod
-    def of(cls, readings: Measurements, leave_out: Sequence[int]) -> "_Session":
+    def of(cls, readings: Measurements, leave_out: Sequence[int], source: str) -> "_Session":
         rows = first_session_rows(readings, leave_out)
         codes, place = np.unique(readings.drive[rows], axis=0, return_inverse=True)
         place = place.reshape(-1)
@@ -334,9 +360,11 @@ class _Session:
         ramps = [_is_ramp(codes, channel) for channel in range(3)]
         greys = _is_grey(codes)
         _check_complete(readings, black, tips, [int(ramp.sum()) for ramp in ramps], int(greys.sum()))
-        source = "ramps" if min(int(ramp.sum()) for ramp in ramps) >= LEAST_LEVELS else "greys"
+        levels = {"ramps": min(int(ramp.sum()) for ramp in ramps), "greys": int(greys.sum())}
+        if levels[source] < LEAST_LEVELS:
+            source = "greys" if source == "ramps" else "ramps"
         tips_xyz = np.array([xyz[tip][0] for tip in tips])
-        return cls(xyz[black][0], tips_xyz, codes, xyz, source)
+        return cls(xyz[black][0], tips_xyz, codes, xyz, source, levels["ramps"] >= LEAST_LEVELS)
 
     def points(self, channel: int) -> tuple[Array, Array, Array]:
         """Return code, light relative to full drive, and its standard deviation, (m,) each, of a channel's ramp."""

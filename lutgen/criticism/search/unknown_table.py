@@ -31,9 +31,9 @@ def rounding_behind_table(
 ) -> list[Candidate]:
     """Return a rounding, alone or beside one effect of ``chosen``, that explains the readings with unknown shifts.
 
-    Effects on code values, curves and mixing are not tried beside the rounding: these readings cannot tell them from the
-    shifts. The list is empty if there is no such rounding, if the display has no own model, or if ``chosen`` leaves only
-    noise.
+    Effects on code values, curves and mixing are not tried beside the rounding: these readings cannot tell them from
+    the shifts. The list is empty if there is no such rounding, if the display has no own model, or if ``chosen`` leaves
+    only noise.
     """
     rounding = next((effect for effect in effects if effect.propose), None)
     if not chosen or rounding is None or base.problem.native is None or _is_explained(together(base, chosen), error):
