@@ -9,11 +9,11 @@ where l are the measured transfer curves, s the shares of :func:`lutgen.display.
 tips. Black K is a constant share of white in X, Y and Z, because black follows the backlight. Curves and the share of
 black are constant over time; effects (``black-level``, ``eotf-drift``, …) describe their change with age.
 
-Curves come from the greys: X, Y and Z of every grey are solved for the light of the three channels. Or curves come from
-the ramps of single channels: a point is the light of a reading less black, projected on the light of the ramp's tip.
-Mixtures are brighter than the sum of their channels, so that ramps are used only without greys, or where they predict
-mixtures better. If the first session has many mixtures, the curves may be fitted to all readings, or may be sRGB's, if
-these curves predict the mixtures better (:mod:`lutgen.display.own_model.native_curves`).
+A point of a curve is the light of a ramp's reading minus black, projected on the light of the ramp's tip. Without ramps
+of the channels, X, Y and Z of every grey are solved for the light of the three channels; also if there are no mixtures,
+and the ramps do not predict the greys (:mod:`lutgen.display.own_model.greys_or_ramps`). If the first session has many
+mixtures, the curves may be fitted to all readings, or may be sRGB's, if these curves predict the mixtures better
+(:mod:`lutgen.display.own_model.native_curves`).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -25,9 +25,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lutgen.colorimetry import Array, inverse
+from lutgen.display.cache import Remembered
 from lutgen.display.own_model import OwnModel, Sample, fit_own_model
+from lutgen.display.own_model.greys_or_ramps import by_greys
 from lutgen.display.own_model.ladder import LENGTHS, clearly_better, mixtures_error
-from lutgen.display.own_model.native_curves import FEW, LEAST_MIXTURES, added_up, best_source, curves_of, straight
+from lutgen.display.own_model.native_curves import (
+    FEW,
+    LEAST_MIXTURES,
+    Curves3,
+    added_up,
+    best_source,
+    curves_of,
+    straight,
+)
 from lutgen.display.own_model.stored import StoredModel
 from lutgen.display.paper import tip_shares
 from lutgen.display.transfer_curve import TransferCurve, fallen, misread_levels, rising_light
@@ -64,33 +74,6 @@ ENDS = np.array([(0.0, 0.0, 0.0), *TIP_DRIVES])
 
 #: Largest share of black in white.
 DARKEST = 0.2
-
-
-#: Number of cached results, and largest number of values of a cached set of code values: a table is cached, an image is
-#: not.
-KEPT, MOST = 8, 30_000
-
-
-class Remembered:
-    """A cache of the last results by code values, in read-only arrays; a fit uses the same code values often."""
-
-    def __init__(self) -> None:
-        self._results: dict[tuple[tuple[int, ...], bytes], Array] = {}
-
-    def of(self, code: Array, compute: Callable[[], Array]) -> Array:
-        """Return the result for code values (..., 3), from the cache or from ``compute``."""
-        if code.size > MOST:
-            return compute()
-        key = code.shape, code.tobytes()
-        result = self._results.pop(key, None)
-        if result is None:
-            result = compute()
-            result.flags.writeable = False
-        self._results[key] = result
-        # Another thread may have removed an old result already.
-        for old in list(self._results)[:-KEPT]:
-            self._results.pop(old, None)
-        return result
 
 
 @dataclass(frozen=True)
@@ -138,13 +121,13 @@ class NativeDisplay:
         sample = _mixed_sample(readings, leave_out) if source in {None, "readings", "srgb"} else None
         if source is not None and sample is not None:
             return cls(curves_of(sample) if source == "readings" else straight(), _black_of(sample), source)
-        by_ramps = partial(cls._of_ramps, readings, leave_out, strict=strict)
+        by_ramps = partial(cls._of_ramps, readings, strict=strict)
         if source is not None or sample is None:
-            return by_ramps(source or ("greys" if _grey_levels(readings, leave_out) >= LEAST_LEVELS else "ramps"))
+            return by_ramps(leave_out, source or _source_without_mixtures(readings, leave_out, by_ramps))
         if sample.mixtures < LEAST_MIXTURES:
-            return _or_srgb(_better_ramps(by_ramps, sample), sample)
+            return _or_srgb(by_ramps(leave_out, "ramps"), sample)
         try:
-            ramps = by_ramps("ramps")
+            ramps = by_ramps(leave_out, "ramps")
         except LutgenError:
             ramps = None
         ladder = fit_own_model(sample)
@@ -170,7 +153,7 @@ class NativeDisplay:
             remarks.append("Black read below 0 in X, Y or Z: it is taken as 0 there.")
         curves = []
         if session.source == "greys":
-            why = "greys predict mixtures better than ramps of single channels"
+            why = "ramps of single channels do not predict them"
             if not session.has_ramps:
                 why = f"there is no ramp of {LEAST_LEVELS} levels of each channel"
             remarks.append(f"The curve of each channel is solved from XYZ of the greys: {why}.")
@@ -298,23 +281,20 @@ def _mixed_sample(readings: Measurements, leave_out: Sequence[int]) -> Sample | 
     return sample if sample.mixtures >= FEW else None
 
 
-def _grey_levels(readings: Measurements, leave_out: Sequence[int]) -> int:
-    """Return the number of different greys of the first session between black and white."""
-    codes = readings.drive[first_session_rows(readings, leave_out)]
-    return len(np.unique(codes[_is_grey(codes), 0]))
+def _source_without_mixtures(
+    readings: Measurements, leave_out: Sequence[int], by_ramps: Callable[[Sequence[int], str], NativeDisplay]
+) -> str:
+    """Return the source of the curves of a first session with too few mixtures to judge them."""
+    here = first_session_rows(readings, leave_out)
+    try:
+        sample = sample_of(readings, here)
+    except LutgenError:
+        return "ramps"  # the error that names all that is missing follows
 
+    def curves_from(source: str, without: Sequence[int]) -> Curves3:
+        return by_ramps([*leave_out, *here[list[int](without)]], source).curves
 
-def _better_ramps(by_ramps: Callable[[str], NativeDisplay], sample: Sample) -> NativeDisplay:
-    """Return the display with curves from ramps, or from greys if these predict the mixtures with a smaller error."""
-    displays = []
-    for source in ("ramps", "greys"):
-        try:
-            displays.append(by_ramps(source))
-        except LutgenError as error:
-            refused = error
-    if not displays:
-        raise refused
-    return min(displays, key=lambda each: mixtures_error(sample, added_up(sample, each.curves, sample.drive)))
+    return by_greys(sample, _is_grey(sample.drive), curves_from)
 
 
 def _or_srgb(native: NativeDisplay, sample: Sample) -> NativeDisplay:

@@ -191,7 +191,7 @@ def _cached(fit: Fit) -> Fit:
 def clearly_better(sample: Sample, one: Array, other: Array) -> bool:
     """Whether ``one`` has a smaller error on mixtures than ``other``, by more than ``CLEAR`` standard errors."""
     patch = sample.patch[sample.is_mixture]
-    gain = (_errors(sample, other) - _errors(sample, one))[sample.is_mixture]
+    gain = (errors_of(sample, other) - errors_of(sample, one))[sample.is_mixture]
     count = np.bincount(patch)
     mean = np.bincount(patch, gain)[count > 0] / count[count > 0]
     return bool(mean.mean() > CLEAR * mean.std(ddof=1) / np.sqrt(mean.size))
@@ -199,10 +199,11 @@ def clearly_better(sample: Sample, one: Array, other: Array) -> bool:
 
 def mixtures_error(sample: Sample, share: Array) -> float:
     """Return the mean ΔE2000 of shares (n, 3) on the sample's mixtures; the reference white is the sample's white."""
-    return float(_errors(sample, share)[sample.is_mixture].mean())
+    return float(errors_of(sample, share)[sample.is_mixture].mean())
 
 
-def _errors(sample: Sample, share: Array) -> Array:
+def errors_of(sample: Sample, share: Array) -> Array:
+    """Return ΔE2000 of shares (n, 3) at every reading, (n,); the reference white is the sample's white."""
     white = sample.white / sample.white[1]
     return np.asarray(delta_e_2000(xyz_to_lab(share * white, white), xyz_to_lab(sample.share * white, white)))
 
