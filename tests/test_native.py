@@ -205,6 +205,15 @@ def brighter_mixtures(codes: list[tuple[float, ...]]) -> Measurements:
     return replace(plain, xyz_cd_m2=plain.xyz_cd_m2 * (1.0 + 0.1 * pairs[:, np.newaxis]))
 
 
+def test_without_mixtures_greys_show_whether_ramps_are_wrong() -> None:
+    greys = [(code, code, code) for code in np.round(np.linspace(0.05, 0.95, 19), 3).tolist()]
+    codes = [*TIPS, BLACK, *greys, *RAMPS]
+    native = NativeDisplay.of(brighter_mixtures(codes))
+    assert native.source == "greys"
+    assert native.remarks[0].endswith("is solved from XYZ of the greys: ramps of single channels do not predict them.")
+    assert NativeDisplay.of(session(Panel(extra=(0.0, 0.0, 0.0)), codes)).source == "ramps"
+
+
 def test_many_mixtures_outvote_the_ramps() -> None:
     rng = np.random.default_rng(11)
     many = [tuple(code) for code in np.round(rng.uniform(0.05, 1.0, (80, 3)), 3).tolist()]

@@ -59,6 +59,26 @@ def test_a_rounding_that_came_later_behind_tables_that_nobody_knows_is_told() ->
     assert (verdict.name, verdict.effects[0]) == ("one-of", "quantization")
 
 
+@pytest.mark.slow
+@pytest.mark.rare(instead="test_a_rounding_that_came_later_behind_tables_that_nobody_knows_is_told")
+def test_a_rounding_behind_tables_that_are_no_powers_is_told_beside_a_leak() -> None:
+    random, levels = np.random.default_rng(8), np.linspace(0.0, 1.0, 1025)
+    still = session(Panel(), [*CODES, *random.uniform(0.05, 0.95, (200, 3)).round(3).tolist()], HOURS)
+    drive, later = still.drive.copy(), still.hours > 0
+    for channel, (bow, wave) in enumerate(((0.1, 0.026), (-0.08, 0.022), (0.12, -0.024))):
+        table = levels + bow * np.sin(np.pi * levels) + wave * np.sin(3.0 * np.pi * levels)
+        rounded = np.round(np.interp(drive[later, channel], levels, table) * 63.0) / 63.0
+        drive[later, channel] = np.interp(rounded, table, levels)
+    xyz = np.array([Panel().xyz(code, hour) for code, hour in zip(drive.tolist(), still.hours.tolist(), strict=True)])
+    white = still.xyz_cd_m2[(still.drive == 1.0).all(axis=1)][0]
+    full = still.drive.any(axis=1) & np.isin(still.drive, (0.0, 1.0)).all(axis=1)
+    xyz += np.where(full, 0.0, 0.002 * still.hours / 18_000.0)[:, np.newaxis] * white
+    xyz *= 1.0 + 0.002 * random.standard_normal(xyz.shape)
+    diagnosis = diagnose(replace(still, xyz_cd_m2=xyz), baseline="native")
+    assert set(diagnosis.verdict.effects) == {"black-level", "quantization"}
+    assert any("The number of bits is uncertain" in remark for remark in diagnosis.verdict.remarks)
+
+
 @needs_sessions
 def test_a_curve_through_some_ten_levels_knows_its_slopes_as_well_as_is_assumed() -> None:
     """Greys of real sessions: slopes between all levels against a curve through every fifth to tenth level."""

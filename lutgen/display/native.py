@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from lutgen.colorimetry import Array, inverse
 from lutgen.display.cache import Remembered
 from lutgen.display.own_model import OwnModel, Sample, fit_own_model
+from lutgen.display.own_model.first_session import first_session_rows, in_first_session, sample_of
 from lutgen.display.own_model.greys_or_ramps import by_greys
 from lutgen.display.own_model.ladder import LENGTHS, clearly_better, mixtures_error
 from lutgen.display.own_model.native_curves import (
@@ -44,7 +45,6 @@ from lutgen.display.transfer_curve import TransferCurve, fallen, misread_levels,
 from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.readings import Measurements
 from lutgen.readings.rest import TIP_DRIVES
-from lutgen.readings.table import is_capped
 
 CHANNELS = ("red", "green", "blue")
 
@@ -252,20 +252,9 @@ class NativeDisplay:
         """
         codes = readings.drive
         if self.own:
-            return np.asarray(_in_first_session(readings) & ~codes.any(axis=1))
+            return np.asarray(in_first_session(readings) & ~codes.any(axis=1))
         ramps = [_is_grey(codes)] if self.source == "greys" else [_is_ramp(codes, channel) for channel in range(3)]
-        return np.asarray(_in_first_session(readings) & np.logical_or.reduce([~codes.any(axis=1), *ramps]))
-
-
-def sample_of(readings: Measurements, rows: NDArray[np.intp]) -> Sample:
-    """Return a sample of some readings of one session. Raises LutgenError: black or a colour point is missing."""
-    return Sample.of(
-        readings.drive[rows],
-        readings.xyz_cd_m2[rows],
-        lines=readings.lines[rows].astype(np.int64),
-        file=readings.file_of(int(rows[0])) if rows.size else readings.file,
-        calibration=readings.calibration,
-    )
+        return np.asarray(in_first_session(readings) & np.logical_or.reduce([~codes.any(axis=1), *ramps]))
 
 
 def _mixed_sample(readings: Measurements, leave_out: Sequence[int]) -> Sample | None:
@@ -364,15 +353,6 @@ class _Session:
             ((xyz - self.black) * weight).sum(axis=1),
             np.sqrt(((sigma * weight) ** 2).sum(axis=1)),
         )
-
-
-def first_session_rows(readings: Measurements, leave_out: Sequence[int] = ()) -> NDArray[np.intp]:
-    """Return the indices of the readings of hour 0 at rest, without ``leave_out``."""
-    return np.setdiff1d(np.flatnonzero(_in_first_session(readings)), list(leave_out))
-
-
-def _in_first_session(readings: Measurements) -> NDArray[np.bool_]:
-    return np.asarray(readings.at_rest() & ~is_capped(readings) & (readings.hours == 0))
 
 
 def _is_ramp(codes: Array, channel: int) -> NDArray[np.bool_]:

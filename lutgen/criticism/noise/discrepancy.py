@@ -18,7 +18,8 @@ import numpy as np
 import scipy  # its parts load when they are first used: the first comparison needs few of them
 from scipy.special import chdtrc
 
-from lutgen.display.native import NativeDisplay, first_session_rows, sample_of
+from lutgen.display.native import NativeDisplay
+from lutgen.display.own_model.first_session import first_session_rows, sample_of
 from lutgen.display.own_model.native_curves import FEW, added_up, parts_of
 from lutgen.errors import LutgenError
 from lutgen.readings.rest import is_tip
