@@ -196,12 +196,12 @@ def test_the_discrepancy_is_what_was_put_in_beside_the_noise() -> None:
     truth = Discrepancy(0.008, 0.006, 0.05, np.full((3, 3), 0.7) + 0.3 * np.eye(3), WHITE)
     root = np.linalg.cholesky(noise.covariance(light) + truth.covariance(light))
     off = np.einsum("nij,nj->ni", root, rng.standard_normal(light.shape))
-    found = discrepancy_of(off, light, noise.covariance(light), WHITE)
+    found = discrepancy_of(off, light, noise.covariance(light), WHITE, np.arange(len(off)))
     assert found.share == pytest.approx(truth.share, rel=0.06)
     assert found.of_luminance == pytest.approx(truth.of_luminance, rel=0.06)
     assert found.floor_cd_m2 == pytest.approx(truth.floor_cd_m2, rel=0.06)
     np.testing.assert_allclose(found.correlation, truth.correlation, atol=0.05)
-    none = discrepancy_of(np.zeros_like(off), light, noise.covariance(light), WHITE)
+    none = discrepancy_of(np.zeros_like(off), light, noise.covariance(light), WHITE, np.arange(len(off)))
     assert max(none.share, none.of_luminance) < 1e-4
 
 

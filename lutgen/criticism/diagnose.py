@@ -11,7 +11,7 @@ from lutgen.criticism.fit.least_squares import Fit, fit
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.pure_error import PureError
 from lutgen.criticism.noise.session_errors import with_shared_errors
-from lutgen.criticism.search.influence import Suspicion, suspicious_noise, wrong_rows, wrong_sessions
+from lutgen.criticism.search.influence import Suspicion, misread_rows, suspicious_noise, wrong_rows, wrong_sessions
 from lutgen.criticism.search.separate import Separation, what_separates
 from lutgen.criticism.search.stepwise import explain
 from lutgen.criticism.verdict.pronounce import pronounce
@@ -184,7 +184,7 @@ def diagnose(
         # The choice among the paper's matrices has no influence if a colour is predicted from its own first reading.
         choices = [each for each in choices if each.stage != "selection"]
     base, error = fit(problem, terms), PureError.of(problem)
-    rows = wrong_rows(base)
+    rows = tuple(sorted({*wrong_rows(base), *misread_rows(problem)}))
     if rows:
         problem = problem.without(rows)
         base, error = fit(problem, terms), PureError.of(problem)

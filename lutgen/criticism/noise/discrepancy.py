@@ -18,8 +18,10 @@ import numpy as np
 import scipy  # its parts load when they are first used: the first comparison needs few of them
 from scipy.special import chdtrc
 
+from lutgen.colorimetry import Array, xyz_to_lab
 from lutgen.display.native import NativeDisplay
 from lutgen.display.own_model.first_session import first_session_rows, sample_of
+from lutgen.display.own_model.ladder import MISREAD_LAB
 from lutgen.display.own_model.native_curves import FEW, added_up, parts_of
 from lutgen.errors import LutgenError
 from lutgen.readings.rest import is_tip
@@ -29,7 +31,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from lutgen.colorimetry import Array
     from lutgen.criticism.noise.model import Noise
     from lutgen.display.own_model import Sample
     from lutgen.readings import Measurements
@@ -45,6 +46,9 @@ SIGNIFICANT = 0.01
 
 #: Number of rounds, each of which estimates shares and floor, and then the correlation.
 ROUNDS = 3
+
+#: Share of light by which readings differ from any model, to compare their errors before the estimate.
+SHARE = 0.005
 
 
 #: Correlation of independent X, Y and Z.
@@ -67,6 +71,9 @@ class Discrepancy:
         Correlation of X, Y and Z, (3, 3).
     white
         XYZ of white, (3,); only the ratios count.
+    misread
+        Readings with a visible error far beyond noise and discrepancy, which the estimate leaves out: their indices in
+        the file.
 
     """
 
@@ -75,6 +82,7 @@ class Discrepancy:
     floor_cd_m2: float = 0.0
     correlation: Array = field(default_factory=lambda: INDEPENDENT)
     white: Array = field(default_factory=lambda: np.ones(3))
+    misread: tuple[int, ...] = ()
 
     def __bool__(self) -> bool:
         """Whether the discrepancy is above 0."""
@@ -98,20 +106,26 @@ class Discrepancy:
 NONE = Discrepancy()
 
 
-def discrepancy_of(residual: Array, xyz_cd_m2: Array, noise: Array, white: Array) -> Discrepancy:
+def discrepancy_of(
+    residual: Array, xyz_cd_m2: Array, noise: Array, white: Array, rows: NDArray[np.intp]
+) -> Discrepancy:
     """Estimate the discrepancy from residuals (n, 3), cd/m², of a model at light (n, 3) to which it was not fitted.
 
-    ``noise``: covariance of the residuals without a discrepancy, (n, 3, 3); ``white``: XYZ, (3,).
+    ``noise``: covariance of the residuals without a discrepancy, (n, 3, 3); ``white``: XYZ, (3,); ``rows``: indices of
+    the readings in the file, (n,).
     """
     meter, discrepancy = noise, Discrepancy(*START, white=white)
-    is_used = np.ones(len(residual), dtype=bool)
+    size = np.linalg.norm(residual, axis=1) / (SHARE * np.linalg.norm(xyz_cd_m2, axis=1) + np.sqrt(noise[:, 1, 1]))
+    is_used = size <= MISREAD * max(float(np.median(size)), 1.0)
     for _ in range(ROUNDS):
         discrepancy = _most_likely(residual[is_used], xyz_cd_m2[is_used], meter[is_used], discrepancy)
         whole = meter + discrepancy.covariance(xyz_cd_m2)
         is_used = np.einsum("ni,nij,nj->n", residual, np.linalg.inv(whole), residual) < MISREAD**2
         sigma = np.sqrt(np.diagonal(whole, axis1=1, axis2=2))
         discrepancy = replace(discrepancy, correlation=_correlation((residual / sigma)[is_used]))
-    return discrepancy
+    lab = xyz_to_lab(xyz_cd_m2, white) - xyz_to_lab(np.maximum(xyz_cd_m2 - residual, 0.0), white)
+    misread = rows[~is_used & (np.linalg.norm(lab, axis=1) > MISREAD_LAB)]
+    return replace(discrepancy, misread=tuple(misread.tolist()))
 
 
 def _correlation(residual: Array) -> Array:
@@ -156,7 +170,8 @@ def discrepancy_of_native(
     sample, held_out = native.ladder.sample, native.ladder.held_out
     in_fold = sample.fold >= 0
     residual, light = ((sample.share - held_out) * sample.white)[in_fold], (sample.share * sample.white)[in_fold]
-    return discrepancy_of(residual, light, noise.covariance(light), sample.white)
+    rows = first_session_rows(readings, leave_out)[in_fold]
+    return discrepancy_of(residual, light, noise.covariance(light), sample.white, rows)
 
 
 def _of_curves(
@@ -191,7 +206,7 @@ def _of_curves(
     # over all readings would not find this.
     if native.source != "readings" and chdtrc(residual.size, squares) >= SIGNIFICANT:
         return NONE
-    return discrepancy_of(residual, light, covariance, sample.white)
+    return discrepancy_of(residual, light, covariance, sample.white, here[judged])
 
 
 def _predicted_by_other_levels(

@@ -65,6 +65,16 @@ def wrong_rows(current: Fit) -> tuple[int, ...]:
     return ()
 
 
+def misread_rows(problem: Problem) -> tuple[int, ...]:
+    """Return the indices of readings of a native display's first session that contradict all its other readings.
+
+    A fit predicts a colour from the first session's own reading, so that no residual shows these. If there are more
+    than ``MOST_ROWS``, the result is empty: the model of the display is wrong there.
+    """
+    misread = problem.discrepancy.misread
+    return misread if len(misread) <= MOST_ROWS else ()
+
+
 def _is_only_tip(problem: Problem, index: int) -> bool:
     """Whether a reading is the only one of a tip at its hour: without it the model has no tip to start from."""
     drive = problem.readings.drive[problem.rows]
