@@ -214,6 +214,36 @@ def test_without_mixtures_greys_show_whether_ramps_are_wrong() -> None:
     assert NativeDisplay.of(session(Panel(extra=(0.0, 0.0, 0.0)), codes)).source == "ramps"
 
 
+def with_light_of(readings: Measurements, code: tuple[float, ...], other: tuple[float, ...]) -> Measurements:
+    """The readings, but a window hid the patch ``code``: it has the light of ``other``."""
+    here, there = ((readings.drive == each).all(axis=1) for each in (code, other))
+    xyz = readings.xyz_cd_m2.copy()
+    xyz[here] = xyz[there][0]
+    return replace(readings, xyz_cd_m2=xyz)
+
+
+@pytest.mark.parametrize(
+    ("code", "other", "says"),
+    [
+        (GREYS[3], GREYS[6], "line {line} cannot be right"),
+        (MIXTURES[2], GREYS[4], "line {line} cannot be right"),
+        ((1.0, 1.0, 1.0), GREYS[5], "readings of the first session contradict each other by"),
+    ],
+)
+def test_a_misread_patch_of_one_session_is_the_measurements_fault(
+    code: tuple[float, ...], other: tuple[float, ...], says: str
+) -> None:
+    random = np.random.default_rng(5)
+    readings = session(Panel(), EVERYTHING, (0.0,))
+    readings = replace(readings, xyz_cd_m2=readings.xyz_cd_m2 * random.normal(1.0, 0.002, readings.xyz_cd_m2.shape))
+    sound = diagnose(readings, baseline="native").verdict
+    assert sound.name == "consistent"
+    found = diagnose(with_light_of(readings, code, other), baseline="native").verdict
+    (line, *_) = readings.lines[(readings.drive == code).all(axis=1)]
+    assert found.name == "measurement-problem"
+    assert says.format(line=int(line)) in found.sentence
+
+
 def test_many_mixtures_outvote_the_ramps() -> None:
     rng = np.random.default_rng(11)
     many = [tuple(code) for code in np.round(rng.uniform(0.05, 1.0, (80, 3)), 3).tolist()]

@@ -44,7 +44,7 @@ def diagnose_page(
     verdict = diagnosis.verdict
     yield Headline(f"{verdict.name}: {verdict.sentence}")
     before = diagnosis.comparison
-    yield before.sentence()
+    yield before.sentence() + _allowed(diagnosis)
     if verdict.effects:
         after = diagnosis.after
         yield (
@@ -79,6 +79,16 @@ def diagnose_page(
         yield from _held_out_lines(diagnosis.ranking)
     if not verbose:
         yield "How each effect does alone: --verbose."
+
+
+def _allowed(diagnosis: Diagnosis) -> str:
+    """Say why a diagnosis finds nothing where a comparison, which knows the noise of single readings alone, fails."""
+    if diagnosis.verdict.name != "consistent" or diagnosis.comparison.agrees:
+        return ""
+    shared = ["the meter's dark offset", "the meter's gain"]
+    if diagnosis.problem.native:
+        shared.append("the errors of the display's own model")
+    return f" A diagnosis allows for errors that readings share too: {listed(shared)}."
 
 
 def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect], *, verbose: bool = True) -> Table:

@@ -10,6 +10,7 @@ from scipy.special import chdtrc, chdtri, fdtrc
 
 from lutgen.criticism.fit.least_squares import fit
 from lutgen.criticism.noise.replicates import patch_numbers
+from lutgen.numerals import percent
 from lutgen.readings.rest import TIP_DRIVES
 
 if TYPE_CHECKING:
@@ -38,6 +39,10 @@ MOST_COPIES = 0.5
 
 #: Largest relative scatter of a colorimeter for displays.
 WORST_INSTRUMENT = 0.012
+
+#: Largest error of a native display's own model, as a share of the light: three times that of any real session that was
+#: steady.
+WORST_MODEL = 0.05
 
 
 @dataclass(frozen=True)
@@ -127,12 +132,18 @@ def wrong_sessions(current: Fit, scale: float) -> tuple[float, ...]:
 
 
 def suspicious_noise(problem: Problem) -> str:
-    """Say what is wrong with the scatter of replicates; "" if nothing is wrong."""
+    """Say what is wrong with the scatter of replicates, or of a first session; "" if nothing is wrong."""
     noise = problem.noise
     if noise.source == "instrument" and noise.contrasts >= 6:
         ratio = noise.scatter / (3 * noise.contrasts)
         if fdtrc(3 * noise.contrasts, 1e6, ratio) < 1e-6 and ratio > 2.0:
             return f"replicates scatter {np.sqrt(ratio):.1f} times as much as the stated noise of the instrument allows"
+    of_model = max(problem.discrepancy.share, problem.discrepancy.of_luminance)
+    if of_model > WORST_MODEL:
+        return (
+            f"readings of the first session contradict each other by {percent(of_model)} of their light, more than "
+            f"those of a steady display. White, a primary or black may be misread, or the brightness changed"
+        )
     if noise.source == "replicates" and noise.copied > MOST_COPIES:
         return (
             f"replicates of {noise.copied:.0%} of the patches agree to the last digit, so they are copies of one "
