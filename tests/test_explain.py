@@ -596,6 +596,33 @@ def test_one_patch_misread_is_named_and_left_out(beside: str, tmp_path: Path) ->
     assert found.display == "unchanged"
 
 
+@pytest.mark.parametrize("code", ["255.0000,255.0000,255.0000", "255.0000,0.0000,0.0000", "0.0000,0.0000,0.0000"])
+def test_a_misread_end_of_a_ramp_is_named(code: str, tmp_path: Path) -> None:
+    """A window of a middle grey covers white, red or black. This is no HDR and no other range of the signal."""
+    texts = life([State(), State()])
+    head, *rows = texts[1].splitlines()
+    (grey,) = (row.split(",")[3:] for row in rows if len({*row.split(",")[:3]}) == 1 and row.startswith("159"))
+    places = [n for n, row in enumerate(rows) if row.startswith(f"{code},")]
+    for place in places:
+        rows[place] = ",".join([code, *grey])
+    found = _two(tmp_path, [texts[0], "\n".join([head, *rows])])
+    assert found.names[0] == "misreading"
+    assert not {"hdr", "signal-range", "gamut-mode", "another-display"} & {*found.names}
+    assert f"1.txt, line {places[0] + 2}: code" in found.evidence[0]
+
+
+def test_a_loss_that_a_calibration_hides_in_blue_may_be_aging(tmp_path: Path) -> None:
+    """Light falls by a tenth in three years; a calibration that no file holds raised blue again, and moved its hue."""
+    rng = np.random.default_rng(21)
+    made, code = panel(rng), chart(9, 3)
+    lost = replace(made, channels=made.channels * np.array([[0.9] * 3, [0.88] * 3, [0.9, 0.943, 0.87]]))
+    head = "# display: one\n# instrument: one meter\n"
+    texts = [head + csv_text(code, read(each, State(), code, rng, noise=0.001, floor=0.002)) for each in (made, lost)]
+    found = _two(tmp_path, texts, 1133)
+    assert "aging" in found.names
+    assert found.display != "unchanged"
+
+
 @pytest.mark.parametrize("declares", ["proof", "sign", "beside", "bends"])
 def test_a_cause_is_one_file(declares: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Each declaration of an invented cause suffices to name the cause. No other module has to know the cause."""

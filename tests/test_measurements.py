@@ -421,7 +421,7 @@ def test_a_table_is_known_by_its_content_whatever_its_name(tmp_path: Path) -> No
     assert read_measurements(path).hours[-1] == 1000
 
 
-@pytest.mark.parametrize("name", ["ambient_lux", "hours", "temperature", "warmup", "Window"])
+@pytest.mark.parametrize("name", ["ambient_lux", "hours", "temperature", "temp_c", "warmup", "Window", "window_share"])
 def test_a_column_whose_name_is_nearly_known_is_refused(name: str, tmp_path: Path) -> None:
     with pytest.raises(LutgenError, match=rf"unknown column '{name}' in the header; is \w+ meant\?"):
         read_measurements(file_with(tmp_path, plus(name, "1")))

@@ -291,6 +291,11 @@ BAD: dict[str, tuple[str | bytes, str]] = {
     "perhaps normalised": (ti3(keywords=('NORMALIZED_TO_Y_100 "MAYBE"',)), "Pick one of: YES, NO"),
     "Lab under nothing": (ti3(kind="CGATS.17", xyz=lab_under(D50), names=LAB, keywords=()), "reference white"),
     "drive of unknown range": (ti3(DRIVE[1:9], kind="CGATS.17", scale=255.0), "the largest drive is 229.5"),
+    "one drive beyond percent": (ti3(np.vstack([DRIVE[:-1], [1.7, 0.5, 0.5]])), "RGB reaches 170 there"),
+    "one drive beyond 1": (
+        "R,G,B,X,Y,Z\n1,1,1,95,100,108\n0,0,0,.1,.1,.1\n1,0,0,41,21,2\n1.7,1,0,77,92,14\n",
+        "line 5: a drive of 1.7, but full drive is 1 in all other lines",
+    ),
     "no white to tell by": (ti3(DRIVE[1:9], keywords=()), "has no white that shows it"),
     "wavelengths that fall": (
         ti3(xyz=np.hstack([100 * light(), light()[:, :2]]), names=(*XYZ, "SPEC_390", "SPEC_380")), "must rise"

@@ -9,7 +9,7 @@ of their light has terms for the colour of the patches and for the order of read
 import numpy as np
 from numpy.typing import NDArray
 
-from lutgen.colorimetry import Array
+from lutgen.colorimetry import Array, xyz_to_uv
 from lutgen.history.patches import CHANNELS, black_xyz, ramp, repeats
 from lutgen.history.transfer import lightness
 from lutgen.readings.session import Session
@@ -19,13 +19,22 @@ from lutgen.readings.steadiness import CLEAR, SessionDrift, Steadiness, steadine
 #: least ``CLEARLY`` times the largest such difference of the other readings.
 FAR, CLEARLY = 10.0, 4.0
 
+#: Full drive is misread if its Δu'v' from the level below it is at least this.
+OTHER_COLOUR = 0.1
+
+#: Black is misread if it is brighter than the two darkest greys by this factor.
+BRIGHTER = 1.5
+
 #: Fewest levels of a ramp, and fewest readings of a patch, with which a misread reading can be identified.
 FEWEST_LEVELS, FEWEST_REPEATS = 6, 3
 
 
 def misread(session: Session) -> NDArray[np.int64]:
-    """Return rows of misread readings: at most one level of each ramp, and one reading of each repeated patch."""
-    rows = [_off_its_ramp(session, kind) for kind in ("grey", *CHANNELS)]
+    """Return rows of misread readings: at most one level of a ramp, black, and one reading of each repeated patch."""
+    rows = [_off_the_end(session, kind) for kind in ("grey", *CHANNELS)]
+    if not any(each.size for each in rows):
+        rows = [_off_its_ramp(session, kind) for kind in ("grey", *CHANNELS)]
+    rows += [_above_dark_greys(session)]
     rows += [_off_its_repeats(session, group) for group in repeats(session)]
     return np.unique(np.concatenate(rows))
 
@@ -60,6 +69,29 @@ def _off_its_ramp(session: Session, kind: str) -> NDArray[np.int64]:
         return none
     rows = session.rows("grey") if kind == "grey" else session.rows(kind)
     return np.asarray(rows[np.abs(session.drive[rows].max(axis=1) - levels.drive[worst]) <= 1e-4])
+
+
+def _off_the_end(session: Session, kind: str) -> NDArray[np.int64]:
+    """Return the rows of full drive if it is much darker than the level below it, or of quite another colour."""
+    levels = ramp(session, kind)
+    none = np.empty(0, dtype=np.int64)
+    if levels.drive.size < FEWEST_LEVELS:
+        return none
+    level = lightness(levels.xyz[:, 1] / max(float(levels.xyz[:-1, 1].max()), 1e-9))
+    falls = -np.diff(level)
+    shift = float(np.hypot(*(xyz_to_uv(levels.xyz[-1]) - xyz_to_uv(levels.xyz[-2]))))
+    if falls[-1] < max(FAR, CLEARLY * float(falls[:-1].max())) and shift < OTHER_COLOUR:
+        return none
+    rows = session.rows("grey", "white") if kind == "grey" else session.rows(kind)
+    return np.asarray(rows[session.drive[rows].max(axis=1) > levels.drive[-2] + 1e-4])
+
+
+def _above_dark_greys(session: Session) -> NDArray[np.int64]:
+    """Return the rows of black if it is much brighter than the two darkest greys."""
+    levels, black = ramp(session, "grey"), black_xyz(session)[1]
+    if levels.drive.size < FEWEST_LEVELS or black <= BRIGHTER * float(levels.xyz[:2, 1].max()):
+        return np.empty(0, dtype=np.int64)
+    return session.rows("black")
 
 
 def _from_neighbours(drive: Array, level: Array) -> Array:

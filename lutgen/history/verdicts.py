@@ -190,7 +190,9 @@ def _with(verdict: SessionVerdict, name: str, happened: str) -> SessionVerdict:
     if verdict.kind == "same":
         return _verdict("named", (name,), evidence)
     if not verdict.names:
-        return replace(verdict, evidence=evidence)
+        # If white is missing because it was misread, nothing else can be said.
+        misread = _NOT_READ in verdict.evidence
+        return _verdict("named", (name,), evidence) if misread else replace(verdict, evidence=evidence)
     certain = verdict.names if verdict.kind in {"named", "several"} else verdict.sure
     sure = (name, *certain)
     names = (*sure, *(each for each in verdict.names if each not in sure))

@@ -164,7 +164,8 @@ def _clause(each: Passing, trend: Trend) -> str:
     what, value, time = _NAMES[each.limit.quantity], _value(each.limit), when(each, trend)
     side = "below" if each.limit.above else "above"
     if each.status == "ahead":
-        return f"{what} will {'fall' if each.limit.above else 'rise'} {side} its {value} limit {time}"
+        will = "will" if each.high is not None else "may"
+        return f"{what} {will} {'fall' if each.limit.above else 'rise'} {side} its {value} limit {time}"
     if each.status == "returned":
         last, now = _returned(each, trend)
         return f"{what} was {side} its {value} limit{last} and is {now}"

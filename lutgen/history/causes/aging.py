@@ -23,6 +23,9 @@ _TOGETHER = 0.15
 #: hours of continuous operation. A larger loss is a changed setting.
 _USUAL = 0.6
 
+#: Smallest loss of each channel, in nepers, that one instrument cannot show by a wrong correction.
+_LEAST_LOSS = 0.05
+
 #: Largest Δu'v' of red or green by aging: twice that of the paper's display.
 _COLOUR = 0.01
 
@@ -56,6 +59,14 @@ def _sound(values: Values, pair: SessionPair) -> bool:
     return bool(slow and together and aged[2] <= min(aged[0], aged[1]) + 0.02 and yellowed <= 0.01)
 
 
+def _dimmed_for_one_meter(pair: SessionPair) -> bool:
+    """Whether the files name one instrument, and all channels lost more light than two meters disagree by."""
+    if pair.seen is None or not pair.before.instrument or pair.before.instrument != pair.after.instrument:
+        return False
+    before, after = pair.seen
+    return bool((np.log(after.channels[:, 1] / before.channels[:, 1]) < -_LEAST_LOSS).all())
+
+
 def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
     """Return the parameter of another explanation (a factor, a meter's gain or a matrix) that may be aging; or ""."""
     if "aged" in values:
@@ -68,8 +79,9 @@ def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
         lost = change < 0 if pair.days is None or pair.days > 0 else change > 0
         return "gauge" if lost and _long(pair) else ""
     red, green, blue = np.hypot(*pair.shift[:3].T)
-    # A matrix that moves only blue makes the same change as years of aging.
-    alone = len(names) == 1 and "blue" in pair.moved and not pair.other_instrument
+    # A matrix that moves only blue makes the same change as years of aging. So does a matrix that dims all channels of
+    # a display, if one instrument read both sessions.
+    alone = len(names) == 1 and not pair.other_instrument and ("blue" in pair.moved or _dimmed_for_one_meter(pair))
     likely = max(red, green) < _COLOUR and (alone or (len(names) > 1 and blue < _COLOUR))
     return "matrix" if "matrix" in values and likely and _long(pair) else ""
 

@@ -70,6 +70,7 @@ def _known_name(name: str) -> str:
     """Return the known column that a name abbreviates or misspells; "" if there is none."""
     known = [each for each in KNOWN if len(each) > 1]
     written = name.casefold()[:40]
-    begun = [each for each in known if len(written) >= 4 and each.startswith(written)]
+    first = written.partition("_")[0]  # "temp_c", "window_share"
+    begun = [each for each in known if len(first) >= 4 and each.partition("_")[0].startswith(first)]
     near = begun or get_close_matches(written, known, n=1, cutoff=_NEAR)
     return near[0] if near else ""

@@ -2,6 +2,7 @@
 
 import csv
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -120,16 +121,22 @@ def decoded(data: bytes, file: str) -> str:
     return text
 
 
-def full_drive(drive: Array, file: str) -> float:
+def full_drive(drive: Array, file: str, lines: Sequence[int]) -> float:
     """Return full drive (1, 100, 255 or 1023) from the largest value of a file that does not state full drive.
 
-    Raises LutgenError: the largest value is none of these.
+    ``drive`` (n, 3), on the ``lines`` (n,) of the file. Raises LutgenError: the largest value is none of these.
     """
     top = float(drive.max(initial=0.0))
     for full in FULL_DRIVE:
         if abs(top - full) <= DRIVE_TOLERANCE * full:
             return full
     known = ", ".join(f"{full:g} ({name})" for full, name in FULL_DRIVE.items())
+    row = int(drive.max(axis=1, initial=0.0).argmax())
+    rest = float(np.delete(drive, row, axis=0).max(initial=0.0))
+    if any(abs(rest - full) <= DRIVE_TOLERANCE * full for full in FULL_DRIVE):
+        raise LutgenError(
+            f"{file}, line {lines[row]}: a drive of {top:g}, but full drive is {rest:g} in all other lines. Correct it."
+        )
     raise LutgenError(
         f"{file}: the largest drive is {top:g}, and full drive is one of {known}; the file does not say which. "
         "Add the reading of white, or convert drive to 0..1."

@@ -147,9 +147,12 @@ def _columns(source: FileText, table: CgatsTable, names: tuple[str, ...]) -> Arr
 def _drive(source: FileText, table: CgatsTable, *, argyll: bool) -> Array:
     values = _columns(source, table, _RGB)
     if not argyll:
-        return values / full_drive(values, source.file)
+        return values / full_drive(values, source.file, table.lines)
     top = float(values.max(initial=0.0))
     if top > 100.0 + 1e-3:
+        line = table.lines[int(values.max(axis=1).argmax())]
+        if (values > 100.0 + 1e-3).any(axis=1).sum() == 1:
+            raise LutgenError(f"{source.file}, line {line}: RGB reaches {top:g} there, more than 100 %. Correct it.")
         raise LutgenError(
             f"{source.file}: RGB reaches {top:g}, but an ArgyllCMS file has percent. Divide 8-bit drive by 2.55."
         )

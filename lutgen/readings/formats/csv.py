@@ -257,7 +257,7 @@ class CsvTable:
     def _full_drive(self, drive: Array) -> float:
         declared = self.metadata.get("drive")
         if declared is None:
-            return full_drive(drive, self.source.file)
+            return full_drive(drive, self.source.file, self.lines)
         known = {name: full for full, name in FULL_DRIVE.items()}
         refuse_unknown(f"{self.source.file}: drive", declared, known)
         top = float(drive.max(initial=0.0))
