@@ -686,7 +686,7 @@ def test_sizes_are_those_of_the_model_that_the_next_command_makes() -> None:
     assert step.effect.in_words(step.chosen.term.values) in found.verdict.sentence
     made = refine(data, ["black-level"])
     assert found.after.ratio == pytest.approx(made.after.ratio, rel=0.05)
-    (term,) = made.found.terms
+    (term,) = made.final.terms
     assert term.values["new"] == pytest.approx(step.chosen.term.values["new"], rel=0.02)
 
 

@@ -129,7 +129,7 @@ def test_a_trial_tells_what_a_reader_did(tmp_path: Path, monkeypatch: pytest.Mon
     monkeypatch.setattr(programs, "PROGRAMS", readers)
     found = linted(tmp_path, lines("DOMAIN_MAX 2 2 2", SIZE, *R), ask=True)
     assert [each.outcome for each in found.trials] == [READS, WRONG, WRONG, REFUSES, ""]
-    assert [each.said for each in found.trials][3:] == ["no domain in lut.cube", "is not here"]
+    assert [each.message for each in found.trials][3:] == ["no domain in lut.cube", "is not here"]
 
 
 def test_a_disagreement_between_rules_and_readers_is_told() -> None:

@@ -57,7 +57,7 @@ def test_the_error_falls_with_every_step_down_to_the_floor() -> None:
     assert ratios[0] > 3.0
     # Replicates that determine separate sizes for X, Y and Z have an uncertainty of a tenth for each.
     assert ratios[-1] == pytest.approx(1.0, abs=0.12)
-    assert both().found.chi2 / both().found.freedom == pytest.approx(1.0, abs=0.1)
+    assert both().final.chi2 / both().final.freedom == pytest.approx(1.0, abs=0.1)
     assert both().after is both().steps[-1].comparison
 
 
@@ -114,15 +114,15 @@ def test_a_saved_model_is_the_same_display(tmp_path: Path) -> None:
     for mode, hours in (("chroma", 0.0), ("chroma", 7000.0), ("chroma-luma", 18_000.0), ("stable", 6000.0)):
         found = loaded.at(mode, hours).code_to_xyz(code)
         np.testing.assert_array_equal(found, made.model.at(mode, hours).code_to_xyz(code))
-    by_name = {term.effect.name: term for term in made.found.terms}
+    by_name = {term.effect.name: term for term in made.final.terms}
     assert {term.effect.name: term for term in terms_of(loaded)} == by_name
-    again = compare_problem(made.found.problem, terms_of(loaded))
+    again = compare_problem(made.final.problem, terms_of(loaded))
     assert again.error.rms_sigma == pytest.approx(made.after.error.rms_sigma, rel=1e-9)
     assert loaded.effects == made.model.effects
 
 
 def test_the_model_predicts_the_readings_that_it_was_fitted_to() -> None:
-    made, problem = both(), both().found.problem
+    made, problem = both(), both().final.problem
     absolute = replace(made.model, reference="absolute", luminance=luminance_law("measured"))
     white = absolute.tips_before_effects.xyY[0, 0, 2]
     for index, hours in enumerate(problem.hours):
@@ -130,8 +130,8 @@ def test_the_model_predicts_the_readings_that_it_was_fitted_to() -> None:
         code: Array = problem.readings.drive[problem.rows[here]]
         shown = absolute.at("chroma-luma", float(hours)).code_to_xyz(code)
         # In units of the whole display: relative luminances refer to white with its effects.
-        scale = float((shown * made.found.predicted[here]).sum() / (shown**2).sum())
-        np.testing.assert_allclose(shown * scale, made.found.predicted[here], rtol=1e-6, atol=1e-6 * white)
+        scale = float((shown * made.final.predicted[here]).sum() / (shown**2).sum())
+        np.testing.assert_allclose(shown * scale, made.final.predicted[here], rtol=1e-6, atol=1e-6 * white)
 
 
 @cache
@@ -168,7 +168,7 @@ def test_auto_adds_what_a_diagnosis_finds() -> None:
     assert made.diagnosis is not None
     assert made.diagnosis.verdict == found.verdict
     assert made.model.verdict == made.as_json()["verdict"] == "named"
-    assert made.found.chi2 == pytest.approx(by_name.found.chi2, rel=1e-4)
+    assert made.final.chi2 == pytest.approx(by_name.final.chi2, rel=1e-4)
     assert made.after.error.rms_sigma == pytest.approx(found.after.error.rms_sigma, rel=1e-9)
 
 
@@ -182,9 +182,9 @@ def test_auto_adds_nothing_to_a_healthy_display() -> None:
     assert made.model.effects == ()
     # White and primaries stay as read. A fit would move them, and far if no effect explains the residuals.
     assert made.model.latent is not None
-    problem = made.found.problem
+    problem = made.final.problem
     np.testing.assert_array_equal(made.model.latent.xyz_cd_m2, problem.measured_tips[problem.is_knot])
-    assert np.abs(made.found.tips[problem.is_knot] - made.model.latent.xyz_cd_m2).max() > 1e-4
+    assert np.abs(made.final.tips[problem.is_knot] - made.model.latent.xyz_cd_m2).max() > 1e-4
 
 
 @pytest.mark.slow
@@ -220,12 +220,12 @@ def test_white_and_primaries_stay_as_they_were_read_where_more_than_noise_is_lef
     codes = [*native.TIPS, native.BLACK, *native.GREYS, *native.RAMPS, *native.MIXTURES]
     made = refine(native.session(native.Panel(), codes), ["crosstalk"])
     assert not made.after.agrees
-    problem = made.found.problem
+    problem = made.final.problem
     here = problem.is_tip_anchor
     white = problem.measured_tips[0, 0, 1]
     shown = made.model.shown_tips(18_000.0)
     np.testing.assert_allclose(shown, made.model.measurements.tips()[1][-1], rtol=0.005, atol=0.002)
-    assert np.abs(made.found.predicted[here] - problem.xyz[here]).max() > 0.02 * white
+    assert np.abs(made.final.predicted[here] - problem.xyz[here]).max() > 0.02 * white
     np.testing.assert_allclose(made.after.predicted[here], problem.xyz[here], rtol=0.005, atol=0.002 * white)
 
 
@@ -250,7 +250,7 @@ def test_what_cannot_be_added_is_refused(add: list[str], baseline: str, told: st
 
 def test_an_effect_that_the_model_has_is_not_added_again() -> None:
     with pytest.raises(LutgenError, match="in the model already"):
-        refine(readings(*TWO), ["black-level"], terms=both().found.terms)
+        refine(readings(*TWO), ["black-level"], terms=both().final.terms)
 
 
 def test_too_few_readings_for_the_parameters_are_refused() -> None:
@@ -270,7 +270,7 @@ def test_a_fresh_display_is_refined_from_hour_0() -> None:
     made = refine(read(csv_text(hidden), file="oled.csv", sha256="2" * 64), ["channel-decay"], baseline="first-hour")
     assert made.before.ratio > 5.0
     # The gains of three sessions alone change the error over its floor by a quarter, so χ² is the sharper test.
-    assert made.found.chi2 / made.found.freedom == pytest.approx(1.0, abs=0.12)
+    assert made.final.chi2 / made.final.freedom == pytest.approx(1.0, abs=0.12)
     assert made.after.ratio == pytest.approx(1.0, abs=0.5)
     code = np.random.default_rng(8).random((200, 3))
     assert error(made.model, hidden, 18_000.0, code) < 0.3

@@ -58,7 +58,7 @@ class Refinement:
         The comparison without new effects.
     steps
         The added effects in their order.
-    found
+    final
         The final fit.
     model
         The display with the effects, as ``lutgen build --model`` bakes it.
@@ -71,7 +71,7 @@ class Refinement:
 
     before: Comparison
     steps: tuple[Added, ...]
-    found: Fit
+    final: Fit
     model: DisplayModel
     diagnosis: Diagnosis | None = None
     held_out_gain: float = 0.0
@@ -146,7 +146,7 @@ class Refinement:
             ],
             "after": asdict(self.after.error),
             "floor": asdict(self.after.floor),
-            "parameters": parameters_of(self.found),
+            "parameters": parameters_of(self.final),
             "verdict": self.diagnosis.verdict.name if self.diagnosis else None,
             "carried": self.carried(),
             "model": model,

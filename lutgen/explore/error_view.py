@@ -61,7 +61,7 @@ def _sentence(comparison: Comparison) -> str:
 
 
 def _fitted(comparison: Comparison, opened: Opened, refinement: Refinement | None) -> list[dict[str, Any]]:
-    estimates = parameters_of(refinement.found) if refinement else {}
+    estimates = parameters_of(refinement.final) if refinement else {}
     support = _support(opened, refinement) if refinement else {}
     lines = []
     for term in comparison.terms:

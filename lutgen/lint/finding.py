@@ -100,7 +100,7 @@ class Trial(NamedTuple):
     reader: str
     version: str
     outcome: str
-    said: str
+    message: str
 
 
 @dataclass(frozen=True)

@@ -87,7 +87,7 @@ def plot_refinement(
     refinement: Refinement, effects: Mapping[str, Effect], folder: str | Path, *, force: bool = False
 ) -> list[Path]:
     """Draw a refinement; errors as in :func:`plot_comparison`."""
-    place, foot, steps = Path(folder), refinement.found.problem.readings.provenance, refinement.steps
+    place, foot, steps = Path(folder), refinement.final.problem.readings.provenance, refinement.steps
     added, before = ", ".join(step.effect for step in steps), refinement.before if steps else None
     plot_residuals(refinement.after, place / RESIDUALS, force=force, added=added, before=before)
     stages = {FIRST: refinement.before, **{f"+ {step.effect}": step.comparison for step in steps}}
@@ -95,7 +95,7 @@ def plot_refinement(
     pictures = [place / RESIDUALS, place / STEPS]
     if not steps:
         return pictures
-    views = [View.of(refinement.found.problem, refinement.found.terms, effects[step.effect]) for step in steps]
+    views = [View.of(refinement.final.problem, refinement.final.terms, effects[step.effect]) for step in steps]
     plot_fit(views, place / FIT, title=refinement.sentence().rstrip("."), foot=foot, force=force)
     return [*pictures, place / FIT]
 

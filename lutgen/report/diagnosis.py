@@ -271,12 +271,12 @@ def refine_page(refinement: Refinement, effects: Mapping[str, Effect], data: str
     if refinement.diagnosis:
         verdict = refinement.diagnosis.verdict
         yield f"Verdict: {verdict.name}: {verdict.sentence}"
-    yield data_line(refinement.found.problem)
+    yield data_line(refinement.final.problem)
     yield ""
     yield _steps_table(refinement)
-    if refinement.found.terms:
+    if refinement.final.terms:
         yield ""
-        yield parameter_table(parameters_of(refinement.found), effects)
+        yield parameter_table(parameters_of(refinement.final), effects)
         yield ""
         yield from refinement.carried() or ["LUTs of this model carry all of it."]
     yield ""
@@ -285,7 +285,7 @@ def refine_page(refinement: Refinement, effects: Mapping[str, Effect], data: str
         first = "" if model else f"Write the model (-o MODEL.toml{keep}), then:  "
         yield f"Something is left. {first}lutgen diagnose {data} --model {model or 'MODEL.toml'}"
     if model:
-        last = f"{float(refinement.found.problem.hours[-1]):g}"
+        last = f"{float(refinement.final.problem.hours[-1]):g}"
         yield f"Model written: {model}. Bake it:  lutgen build --model {model} --hours 0..{last} -o aged/"
     elif refinement.improves:
         yield "No model was written: -o MODEL.toml writes it."

@@ -110,7 +110,7 @@ def readers_table(linted: Linted) -> Table:
         cells = [reader, fate.outcome if predicted else "", fate.how, finding.rule if finding else ""]
         trial = tried.get(reader)
         if tried:
-            cells.append(f"{trial.version} {trial.outcome}: {trial.said}".strip(" :") if trial else "–")
+            cells.append(f"{trial.version} {trial.outcome}: {trial.message}".strip(" :") if trial else "–")
         rows.append(cells)
     return Table((*headings, "tried here") if tried else headings, rows, words=range(5))
 

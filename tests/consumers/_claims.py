@@ -85,7 +85,7 @@ def cubes(program: Program) -> Claim:
     def version() -> str:
         trial = _trial(next(iter(tried().values())), reader)
         if not trial.version:
-            raise Unavailable(trial.said)
+            raise Unavailable(trial.message)
         return trial.version
 
     def differences(_folder: Path) -> Iterator[str]:

@@ -61,7 +61,7 @@ def of_one_size(
         return []
     most = min(2.0 * final.chi2, CLEAR**2 * final.freedom * error.scale)
     simple = [each for each in first if ages_light(each.effect) and _sizes(each.effect) == 1]
-    found: list[tuple[Fit, list[Candidate]]] = []
+    pairs: list[tuple[Fit, list[Candidate]]] = []
     limit = most + final.bic - final.chi2  # with no more parameters than ``chosen``
     for one, other in combinations(sorted(simple, key=lambda each: each.best.fit.bic), 2):
         beside = contenders(one.best.fit, [other.effect], limit)
@@ -71,11 +71,11 @@ def of_one_size(
         both = together(base, pair)
         is_clear = all(together(base, [each]).bic > both.bic + STRONG for each in pair)
         if is_clear and both.chi2 < most and (len(chosen) > 1 or both.bic < final.bic - STRONG):
-            found.append((both, pair))
+            pairs.append((both, pair))
     # Formulas of related effects differ little: of the pairs that are nearly tied, return the one with the simplest
     # effects.
-    near = min((both.bic for both, _ in found), default=0.0) + 2.0 * STRONG
-    tied = [pair for both, pair in found if both.bic < near]
+    near = min((both.bic for both, _ in pairs), default=0.0) + 2.0 * STRONG
+    tied = [pair for both, pair in pairs if both.bic < near]
     return min(tied, key=lambda pair: sum(len(each.effect.forms[0]) for each in pair), default=[])
 
 

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from lutgen.colorimetry import xyz_to_uv
 from lutgen.criticism.compare.drift import drifts
 from lutgen.criticism.first_session.model import white_moved
 from lutgen.criticism.noise.tails import OUTLIER
+from lutgen.errors import listed
 from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from lutgen.criticism.fit.problem import Problem
     from lutgen.criticism.search.explanation import Explanation
     from lutgen.criticism.search.influence import Suspicion
 
@@ -31,6 +36,8 @@ def remarks_of(explanation: Explanation, blind: Sequence[str], suspicion: Suspic
             f"Too few replicates: the noise is assumed, {noise.relative:.2%} and {noise.floor_cd_m2:.2g} cd/m². Repeat "
             f"readings three times, or give --instrument."
         )
+    if problem.from_first_hour and problem.hours.size > 1:
+        remarks.append(_what_changed(problem))
     if problem.from_first_hour and problem.readings.metadata.get("luminance") == "held" and not problem.held:
         remarks.append(
             f"The file says that luminance is held, but white has changed by {white_moved(problem.readings):+.0%}: no "
@@ -54,6 +61,17 @@ def remarks_of(explanation: Explanation, blind: Sequence[str], suspicion: Suspic
     if blind:
         remarks.append(f"These data could not have seen: {', '.join(blind)}.")
     return tuple(remarks)
+
+
+def _what_changed(problem: Problem) -> str:
+    """State the measured change of white and primaries from the first session to the last."""
+    first, last = problem.measured_tips[0], problem.measured_tips[-1]
+    light = last[:, 1] / first[:, 1]
+    shift = np.hypot(*(xyz_to_uv(last) - xyz_to_uv(first)).T)
+    names = ("white", "red", "green", "blue")
+    changes = listed(f"{name} ×{share:.3f}" for name, share in zip(names, light, strict=True))
+    shifts = listed(f"{name} {size:.4f}" for name, size in zip(names, shift, strict=True))
+    return f"Measured from {problem.hours[0]:g} to {problem.hours[-1]:g} h: luminance of {changes}; Δu'v' of {shifts}."
 
 
 def _with_little_weight(explanation: Explanation) -> str:
