@@ -172,7 +172,7 @@ def test_impossible_primaries_are_come_near_to_and_said() -> None:
 def test_primaries_without_light_are_refused(luminance: float) -> None:
     tips = TIPS.copy()
     tips[2, 1] = luminance
-    with pytest.raises(LutgenError, match="give positive, finite tips"):
+    with pytest.raises(LutgenError, match="give positive, finite X, Y and Z"):
         SpectralDisplay.of("ccfl", tips)
 
 

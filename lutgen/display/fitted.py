@@ -130,15 +130,15 @@ class LatentTips:
         object.__setattr__(self, "xyz_cd_m2", xyz)
         if not hours.size or hours.ndim != 1 or xyz.shape != (hours.size, 4, 3):
             raise LutgenError(
-                f"latent tips: {hours.size} hours need {hours.size} × 4 × 3 numbers: X, Y, Z of white, red, green and "
+                f"[tips]: {hours.size} hours need {hours.size} × 4 × 3 numbers: X, Y, Z of white, red, green and "
                 f"blue at each; these are {' × '.join(map(str, xyz.shape)) or 'none'}."
             )
         if hours[0] != 0 or not (np.diff(hours) > 0).all() or not np.isfinite(hours).all():
-            raise LutgenError("latent tips: hours must be finite and increase from 0.")
+            raise LutgenError("[tips]: hours must be finite and increase from 0.")
         if not np.isfinite(xyz).all():
-            raise LutgenError("latent tips: X, Y and Z must be finite numbers, in cd/m².")
+            raise LutgenError("[tips]: X, Y and Z must be finite numbers, in cd/m².")
         if (xyz[..., 1] <= 0).any() or (xyz.sum(axis=-1) <= 0).any():
-            raise LutgenError("latent tips: Y of white and primaries must be above 0 cd/m².")
+            raise LutgenError("[tips]: Y of white and primaries must be above 0 cd/m².")
 
     def over_time(self, source: str) -> Tips:
         """Return the tips over time. Raises LutgenError: the primaries lie on a line."""
@@ -174,7 +174,7 @@ class FitCovariance:
     def __post_init__(self) -> None:
         matrix, count = np.asarray(self.matrix, dtype=np.float64), len(self.of)
         if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or matrix.shape[0] < count:
-            message = f"covariance: {count} parameters need {count} rows and columns, and 12 more an hour of tips."
+            message = f"covariance: {count} parameters need {count} rows and columns, and 12 more an hour of [tips]."
             raise LutgenError(message)
         if (matrix.shape[0] - count) % 12:
             raise LutgenError(

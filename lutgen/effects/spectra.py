@@ -236,7 +236,7 @@ class SpectralDisplay:
         if not (np.isfinite(primaries).all() and (primaries[:, 1] > 0).all()):
             raise LutgenError(
                 f"the primaries' luminances are {', '.join(f'{value:g}' for value in primaries[:, 1])} cd/m². "
-                f"Spectra are estimated from primaries that give light: give positive, finite tips."
+                f"Spectra are estimated from primaries that give light: give positive, finite X, Y and Z."
             )
         return _estimated(display_class, tuple(primaries.ravel().tolist()))
 

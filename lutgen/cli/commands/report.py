@@ -100,6 +100,7 @@ def command(
     evidence = _evidence(data, model, options, instrument) if data else None
     placed = placed_stills(scenes, uneven, screen) if screen else None
     write_report(Run(lifetimes, scenes, built, evidence, placed), output)
+    say(model.luminance.sentence())
     say(f"{output}: {Path(output).stat().st_size / 1e6:.1f} MB, {len(frames)} hours. Open it in a browser.")
 
 
