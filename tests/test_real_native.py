@@ -6,6 +6,7 @@ Its sessions have dates but no hours. This file states 0 and 8000 h, which nobod
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -75,6 +76,14 @@ def test_the_calibration_of_2020_is_known_and_no_aging() -> None:
     assert (found.verdict.name, found.verdict.effects) == ("consistent", ())
     assert found.after.error.delta_e_mean < 0.37
     assert found.after.error.delta_e_mean < 1.2 * found.after.floor.delta_e_mean
+
+
+@pytest.mark.rare(instead="test_the_calibration_of_2020_is_known_and_no_aging")
+def test_a_calibration_that_no_file_holds_is_a_changed_curve() -> None:
+    readings = replace(sessions(*AGED), calibrations={})
+    found = diagnose(readings, baseline="native")
+    assert (found.verdict.name, found.verdict.effects) == ("one-of", ("recalibration", "eotf-drift"))
+    assert found.after.error.delta_e_mean < 0.75 * found.comparison.error.delta_e_mean
 
 
 def test_black_blues_curve_and_the_recalibration_of_2020_bring_the_error_down() -> None:

@@ -62,6 +62,15 @@ class Candidate:
         """The effect's term in the fit."""
         return next(term for term in self.fit.terms if term.effect.name == self.effect.name)
 
+    @property
+    def is_at_limit(self) -> bool:
+        """Whether an amplitude lies at a physical bound other than its neutral value."""
+        values, rest, parameters = self.term.values, self.effect.neutral, self.effect.parameters
+        return any(
+            parameters[name].is_at_bound(values[name]) and not parameters[name].is_at(rest[name], values[name])
+            for name in set(self.term.free) & set(rest)
+        )
+
 
 @dataclass(frozen=True)
 class Family:

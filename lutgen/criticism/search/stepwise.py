@@ -31,7 +31,7 @@ from lutgen.criticism.search.candidates import (
     family,
     forms_of,
 )
-from lutgen.criticism.search.explanation import Explanation, Step, ages_light, is_shown_apart, together
+from lutgen.criticism.search.explanation import Explanation, Step, ages_light, bends_curves, is_shown_apart, together
 from lutgen.criticism.search.free_term import free_term, probe
 from lutgen.criticism.search.unknown_table import rounding_behind_table
 from lutgen.criticism.search.ways_of_aging import explain_together, light_alone, of_one_size
@@ -84,6 +84,8 @@ def explain(
     sufficient = _sufficient_alone(chosen, together(base, chosen), first, base, error)
     if sufficient:
         chosen = _with_shown_apart(sufficient[0].best, chosen, base, error)
+    if inside := _inside_limits(chosen, first):
+        chosen, sufficient = [inside[0].best], inside
     if simpler := of_one_size(chosen, base, first, error, refined):
         chosen, sufficient = simpler, []
     if rounded := rounding_behind_table(chosen, base, effects, error):
@@ -303,6 +305,21 @@ def stand_apart(chosen: Sequence[Candidate], base: Fit) -> bool:
     certain = together(base, list(compress(chosen, shown)))
     own = sum(other.chi2 - final.chi2 for other, is_shown in zip(without, shown, strict=True) if not is_shown)
     return own > HALF * (certain.chi2 - final.chi2)
+
+
+def _inside_limits(chosen: Sequence[Candidate], first: Sequence[Family]) -> list[Family]:
+    """Return families on curves that explain as much as a single effect on curves at a physical limit, and its own.
+
+    The first family takes the place of the effect, and the other families are its rivals. The list is empty if the
+    effect is inside its limits, or if no other family explains nearly as much inside its limits.
+    """
+    if len(chosen) != 1 or not chosen[0].is_at_limit or not bends_curves(chosen[0].effect):
+        return []
+    enough = MOST_OF_IT * chosen[0].gain
+    inside = [
+        each for each in first if bends_curves(each.effect) and each.best.gain > enough and not each.best.is_at_limit
+    ]
+    return [*inside, *(each for each in first if each.effect is chosen[0].effect)] if inside else []
 
 
 def _with_shown_apart(main: Candidate, chosen: Sequence[Candidate], base: Fit, error: PureError) -> list[Candidate]:

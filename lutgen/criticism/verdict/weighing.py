@@ -117,7 +117,7 @@ class Weighed:
             and (is_clean or enough)
             and not_kept <= (1.0 - MOST_OF_IT) * gain
             and base.bic - base_term.evidence >= bic_of_both - STRONG
-            and not any(_is_at_its_limit(step) for step in kept)
+            and not any(step.chosen.is_at_limit for step in kept)
             and stand_apart(chosen, base)
         )
         explains = clean or explained > MOST_OF_IT
@@ -169,12 +169,3 @@ def is_of_curves(main: Sequence[Step], shares: Mapping[str, float], base: Fit) -
 
 def _is_similar(one: Effect, other: Effect) -> bool:
     return one.is_kin(other) or (bends_curves(one) and bends_curves(other))
-
-
-def _is_at_its_limit(step: Step) -> bool:
-    """Whether an amplitude of an effect lies at a physical bound other than its neutral value."""
-    values, rest, parameters = step.chosen.term.values, step.effect.neutral, step.effect.parameters
-    return any(
-        parameters[name].is_at_bound(values[name]) and not parameters[name].is_at(rest[name], values[name])
-        for name in set(step.chosen.term.free) & set(rest)
-    )
