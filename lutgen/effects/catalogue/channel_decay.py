@@ -5,7 +5,9 @@ P_c' = P_c·exp(−ℓ_c·τ^p) for each primary P_c. White is the sum of its pr
 Meaning of 0 and 1: ℓ_c = 0 keeps the channel's light of hour 0. ℓ_c = 1 leaves 1/e, 37 %, at 18 000 h.
 Valid where each channel has its own light source, whose spectrum keeps its shape while the source fades.
 Source: stretched exponential in time: Féry et al., Appl. Phys. Lett. 87, 213502 (2005), doi:10.1063/1.2133922.
-Assumption: unequal rates of the size of an early OLED, on which blue lost 12, green 8 and red 7 % in 1000 h.
+Unequal rates: two sets of an early OLED, Sony's XEL-1, lost 12 % of blue, 8 % of green and 7 % of red in 1000 h
+(DisplaySearch, "OLED characterization report: Sony XEL-1", 2008, as the press reported).
+Assumption: later displays are of that kind.
 """
 
 import numpy as np

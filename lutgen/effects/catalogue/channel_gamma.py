@@ -60,7 +60,7 @@ RED, GREEN, BLUE = (
         "eotf-drift": "ramps of red, green and blue: one of them bends, or all",
         "black-level": "single-channel ramps at dark levels",
     },
-    source="size: an assumption",
+    source="mechanism and size: an assumption",
     **SIZES,
     power=POWER,
     saturation=SATURATION,

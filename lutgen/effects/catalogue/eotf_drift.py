@@ -49,7 +49,7 @@ LEVELS = level_parameters("level", "change of the exponent near code value {}, a
         "drive-loss": "ramps: a loss of drive hardly bends the curve",
     },
     says="the exponent of the transfer curve changes by {size}",
-    source="size: an assumption",
+    source="mechanism and size: an assumption",
     new=Parameter(0.05, (-0.6, 2.0), "1", "change of the exponent at hour 0", beside_first=0.0),
     grown=Parameter(0.05, (-0.6, 2.0), "1", "further change of the exponent by 18 000 h"),
     power=POWER,

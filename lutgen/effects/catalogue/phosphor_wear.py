@@ -46,7 +46,7 @@ from lutgen.effects.spectra import WAVELENGTHS, mapped, of_scene
         "meter-drift": "a second meter or a check source",
         "channel-decay": "spectra of the primaries: a worn phosphor also moves their chromaticities",
     },
-    source="size: an assumption",
+    source="which part wears, form and size: an assumption",
     wear=Parameter(0.15, (0.0, 3.0), "1", "nepers that the part that wears first has lost by 18 000 h"),
     second=Parameter(0.0, (-0.3, 3.0), "1", "nepers that the next part has lost by 18 000 h"),
     third=Parameter(0.0, (-0.3, 3.0), "1", "nepers that the part after that has lost by 18 000 h"),

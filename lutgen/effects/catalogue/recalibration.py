@@ -30,7 +30,7 @@ LEVELS = level_parameters("level", "change of the exponent near code value {}")
         "eotf-drift": "readings at more dates: a step or a slow growth",
     },
     says="somebody recalibrated the display near {hour:.0f} h",
-    source="size: an assumption",
+    source="form and size: an assumption",
     hour=Parameter(9000.0, (0.0, 100_000.0), "h", "hour of the recalibration", "gaps"),
     gamma=Parameter(0.05, (-0.6, 2.0), "1", "change of the exponent of the code value since then"),
     red=Parameter(0.0, (-0.6, 2.0), "1", "change of red's exponent in addition to gamma"),
