@@ -111,24 +111,26 @@ def wrong_sessions(current: Fit, scale: float) -> tuple[float, ...]:
     if problem.from_first_hour or problem.hours.size < 4:
         return ()
     # Few sessions hold readings away from rest, such as other places on the screen: compare sessions at rest only.
-    rest = problem.readings.at_rest()[problem.rows]
-    count = np.bincount(problem.hour_of[rest], minlength=problem.hours.size)
-    if not count.all():
+    # White and primaries fit any model: a session of these alone shows nothing.
+    rest = problem.readings.at_rest()[problem.rows] & ~problem.is_tip_anchor
+    hours, hour_of = np.unique(problem.hour_of[rest], return_inverse=True)
+    if hours.size < 4:
         return ()
+    count = np.bincount(hour_of)
     squares = (current.residual[rest] ** 2).sum(axis=1) / scale
-    mean = np.bincount(problem.hour_of[rest], squares) / (3 * count)
+    mean = np.bincount(hour_of, squares) / (3 * count)
     # A bad hour also raises the misfit of its neighbours; the second condition excludes the neighbours.
     usual = float(np.median(mean))
     bad = np.flatnonzero((mean > BAD * usual) & (mean > 0.05 * mean.max()))
     # If the display has changed, a native display's first session differs from all later sessions.
     bad = bad[bad > 0] if problem.native else bad
     sure = all(chdtrc(3 * count[hour], mean[hour] * 3 * count[hour]) < SURE for hour in bad)
-    if not 1 <= bad.size <= 2 or not sure or bad[0] == problem.hours.size - bad.size:
+    if not 1 <= bad.size <= 2 or not sure or bad[0] == hours.size - bad.size:
         return ()
-    later = np.setdiff1d(np.arange(bad[0], problem.hours.size), bad)
+    later = np.setdiff1d(np.arange(bad[0], hours.size), bad)
     if (mean[later] > SOUND * usual).any():
         return ()
-    return tuple(float(problem.hours[hour]) for hour in bad)
+    return tuple(float(problem.hours[hours[hour]]) for hour in bad)
 
 
 def suspicious_noise(problem: Problem) -> str:
