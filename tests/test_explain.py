@@ -430,6 +430,12 @@ def test_spectral_lines_that_all_shift_are_the_instruments(tmp_path: Path) -> No
     for later in (entries[1], moved):
         (found,) = explain(replace(campaign, entries=(entries[0], later))).verdicts
         assert (found.kind, found.names) == ("named", ("instrument",))
+    # An instrument moves no curve: where a curve moved too, something else has happened besides.
+    level = entries[1].session.xyz / entries[1].session.xyz.max()
+    bent = replace(entries[1], session=replace(entries[1].session, xyz=entries[1].session.xyz * level**0.15))
+    (found,) = explain(replace(campaign, entries=(entries[0], bent))).verdicts
+    assert found.sure == ("instrument",)
+    assert {"brightness", "calibration"} <= {*found.names}
 
 
 def test_sessions_without_primaries_are_unclear_and_say_why(tmp_path: Path) -> None:

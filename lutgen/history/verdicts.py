@@ -114,7 +114,13 @@ def _proven(pair: SessionPair) -> SessionVerdict | None:
         return None
     first = min(proofs, key=lambda name: causes()[name].rank)
     rivals = () if causes()[first].alone else tuple(name for name in _able(pair) if name != first)
-    return _one_of((first, *rivals), (proofs[first], *_facts(pair), *_records(pair)))
+    facts = (proofs[first], *_facts(pair), *_records(pair))
+    # A display is not called unchanged if its curves moved, which the proven cause cannot do.
+    unexplained = causes()[first].display == "unchanged" and "curve" in pair.moved - causes()[first].moves
+    bends = tuple(name for name, cause in causes().items() if cause.bends(pair) and "curve" in cause.moves)
+    if unexplained and bends:
+        return _verdict("several" if len(bends) == 1 else "one-of", (first, *bends), facts, (first,))
+    return _one_of((first, *rivals), facts)
 
 
 def _able(pair: SessionPair) -> list[str]:
