@@ -40,9 +40,8 @@ MOST_COPIES = 0.5
 #: Largest relative scatter of a colorimeter for displays.
 WORST_INSTRUMENT = 0.012
 
-#: Largest error of a native display's own model, as a share of the light: three times that of any real session that was
-#: steady.
-WORST_MODEL = 0.05
+#: Largest error of a native display's own model, as a share of the light: twice that of any real session.
+WORST_MODEL = 0.15
 
 
 @dataclass(frozen=True)
@@ -73,11 +72,14 @@ def wrong_rows(current: Fit) -> tuple[int, ...]:
 def misread_rows(problem: Problem) -> tuple[int, ...]:
     """Return the indices of readings of a native display's first session that contradict all its other readings.
 
-    A fit predicts a colour from the first session's own reading, so that no residual shows these. If there are more
-    than ``MOST_ROWS``, the result is empty: the model of the display is wrong there.
+    A fit predicts a colour from the first session's own reading, so that no residual shows these. Only a colour that
+    the file reads once may be misread: a display may also depart from its own model, and does so in each reading. If
+    there are more than ``MOST_ROWS`` such readings, the result is empty: the model of the display is wrong there.
     """
     misread = problem.discrepancy.misread
-    return misread if len(misread) <= MOST_ROWS else ()
+    times = [(problem.readings.drive == problem.readings.drive[row]).all(axis=1).sum() for row in misread]
+    once = tuple(row for row, count in zip(misread, times, strict=True) if count == 1)
+    return once if len(once) <= MOST_ROWS else ()
 
 
 def _is_only_tip(problem: Problem, index: int) -> bool:
@@ -111,26 +113,26 @@ def wrong_sessions(current: Fit, scale: float) -> tuple[float, ...]:
     if problem.from_first_hour or problem.hours.size < 4:
         return ()
     # Few sessions hold readings away from rest, such as other places on the screen: compare sessions at rest only.
-    # White and primaries fit any model: a session of these alone shows nothing.
-    rest = problem.readings.at_rest()[problem.rows] & ~problem.is_tip_anchor
-    hours, hour_of = np.unique(problem.hour_of[rest], return_inverse=True)
-    if hours.size < 4:
+    rest = problem.readings.at_rest()[problem.rows]
+    count = np.bincount(problem.hour_of[rest], minlength=problem.hours.size)
+    if not count.all():
         return ()
-    count = np.bincount(hour_of)
     squares = (current.residual[rest] ** 2).sum(axis=1) / scale
-    mean = np.bincount(hour_of, squares) / (3 * count)
+    mean = np.bincount(problem.hour_of[rest], squares) / (3 * count)
     # A bad hour also raises the misfit of its neighbours; the second condition excludes the neighbours.
     usual = float(np.median(mean))
     bad = np.flatnonzero((mean > BAD * usual) & (mean > 0.05 * mean.max()))
     # If the display has changed, a native display's first session differs from all later sessions.
     bad = bad[bad > 0] if problem.native else bad
     sure = all(chdtrc(3 * count[hour], mean[hour] * 3 * count[hour]) < SURE for hour in bad)
-    if not 1 <= bad.size <= 2 or not sure or bad[0] == hours.size - bad.size:
+    if not 1 <= bad.size <= 2 or not sure:
         return ()
-    later = np.setdiff1d(np.arange(bad[0], hours.size), bad)
-    if (mean[later] > SOUND * usual).any():
+    # White and primaries fit any model: a session of these alone is not sound, it shows nothing.
+    shows = np.unique(problem.hour_of[rest & ~problem.is_tip_anchor])
+    later = np.setdiff1d(shows[shows > bad[0]], bad)
+    if not later.size or (mean[later] > SOUND * usual).any():
         return ()
-    return tuple(float(problem.hours[hours[hour]]) for hour in bad)
+    return tuple(float(problem.hours[hour]) for hour in bad)
 
 
 def suspicious_noise(problem: Problem) -> str:

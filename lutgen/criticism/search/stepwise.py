@@ -79,6 +79,7 @@ def explain(
     while larger := _next(chosen, current, effects, base, error, first, progress):
         chosen = larger
         current = together(base, chosen)
+    chosen = chosen or _instead_of_free_term(first, base, error)
     admitted = _without_free_term(_pruned(chosen, base), base, error)
     chosen = light_alone(admitted, base, first, error)
     sufficient = _sufficient_alone(chosen, together(base, chosen), first, base, error)
@@ -271,6 +272,22 @@ def _gain_of_all_free(current: Fit, *effects: Effect) -> float:
     state = State(terms, current.tips, current.gains)
     system = System(current.problem, linearise(current.problem, state), state)
     return system.chi2 - system.step(terms).chi2
+
+
+def _instead_of_free_term(first: Sequence[Family], base: Fit, error: PureError) -> list[Candidate]:
+    """Admit the best effect in a simple form if a free term would win, and the effect is as likely as the free term.
+
+    Readings that were held out must not refute the effect, but need not confirm it beyond chance.
+    """
+    best = first[0].best if first else None
+    if best is None or best.refined or bic(best) > base.bic - STRONG:
+        return []
+    tried = sum(each.tried for each in first) * best.settings
+    beyond_chance = bool(best.form) and error.p_of_gain(best.gain, len(best.form)) * tried < SIGNIFICANT
+    if not beyond_chance or best.fit.withheld.gain_over(base.withheld)[0] <= 0.0:
+        return []
+    term = probe(base, error)
+    return [best] if term.names and base.bic - bic(best) > term.evidence - STRONG else []
 
 
 def _without_free_term(chosen: list[Candidate], base: Fit, error: PureError) -> list[Candidate]:
