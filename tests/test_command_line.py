@@ -209,6 +209,8 @@ def test_readings_that_are_given_as_an_argument_are_told_their_option(
 ) -> None:
     done = in_process(monkeypatch, capsys)("build", "readings.csv")
     assert done.err.splitlines()[-1].endswith("(readings.csv). Give readings with --display.")
+    done = in_process(monkeypatch, capsys)("sheet", "a.png", "b.png", "-o", "c.png")
+    assert "--display" not in done.err.splitlines()[-1]
 
 
 def handles_sigterm(pid: int) -> bool:

@@ -296,6 +296,7 @@ BAD: dict[str, tuple[str | bytes, str]] = {
         "R,G,B,X,Y,Z\n1,1,1,95,100,108\n0,0,0,.1,.1,.1\n1,0,0,41,21,2\n1.7,1,0,77,92,14\n",
         "line 5: a drive of 1.7, but full drive is 1 in all other lines",
     ),
+    "no rows": (ti3(DRIVE[:0], kind="CGATS.17"), "the largest drive is 0"),
     "no white to tell by": (ti3(DRIVE[1:9], keywords=()), "has no white that shows it"),
     "wavelengths that fall": (
         ti3(xyz=np.hstack([100 * light(), light()[:, :2]]), names=(*XYZ, "SPEC_390", "SPEC_380")), "must rise"

@@ -118,7 +118,9 @@ class Command(click.Command):
             return super().parse_args(ctx, args)
         except click.UsageError as error:
             error.ctx = error.ctx or ctx
-            if "unexpected extra argument" in error.message and any(each.name == "display" for each in self.params):
+            takes_none = not any(isinstance(each, click.Argument) for each in self.params)
+            takes_display = any(each.name == "display" for each in self.params)
+            if "unexpected extra argument" in error.message and takes_none and takes_display:
                 raise click.UsageError(f"{error.message}. Give readings with --display.", error.ctx) from None
             raise
 

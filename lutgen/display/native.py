@@ -281,7 +281,7 @@ def _source_without_mixtures(
         return "ramps"  # the error that names all that is missing follows
 
     def curves_from(source: str, without: Sequence[int]) -> Curves3:
-        return by_ramps([*leave_out, *here[list[int](without)]], source).curves
+        return by_ramps([*leave_out, *here[np.array(without, dtype=np.intp)]], source).curves
 
     return by_greys(sample, _is_grey(sample.drive), curves_from)
 

@@ -166,6 +166,14 @@ class SessionPair:
         return f"{which} moved by Δu'v' {moved:.3f}"
 
     @cached_property
+    def light_change(self) -> Array | None:
+        """Natural logarithm of each channel's light over the reference's light, (3,); None without ``seen``."""
+        if self.seen is None:
+            return None
+        before, after = self.seen
+        return np.asarray(np.log(after.channels[:, 1] / before.channels[:, 1]))
+
+    @cached_property
     def largest_shift(self) -> float:
         """Largest Δu'v' of a primary. Raises LutgenError without ``seen``."""
         return float(np.hypot(*self.shift[:3].T).max())

@@ -11,7 +11,6 @@ from itertools import chain
 
 import numpy as np
 
-from lutgen.colorimetry import Array
 from lutgen.errors import listed
 from lutgen.history.causes import causes
 from lutgen.history.colour_points import ColourFit
@@ -316,20 +315,12 @@ def _with_course(way: str, verdict: SessionVerdict) -> tuple[str, ...]:
     return tuple(name for name in verdict.names if causes()[name].over_time == way)
 
 
-def _light(pair: SessionPair) -> Array | None:
-    """Return the logarithm of each channel's light over the reference's light, (3,); None without colour points."""
-    if pair.seen is None:
-        return None
-    before, after = pair.seen
-    return np.asarray(np.log(after.channels[:, 1] / before.channels[:, 1]))
-
-
 def _brighter_later(pair: SessionPair, pairs: Sequence[SessionPair]) -> float:
     """Return the share of light that came back after a session; 0 if none came back, or if dates are missing."""
-    mine = _light(pair)
+    mine = pair.light_change
     if mine is None or pair.days is None:
         return 0.0
-    later = [_light(each) for each in pairs if each.days is not None and each.days > pair.days]
+    later = [each.light_change for each in pairs if each.days is not None and each.days > pair.days]
     # In sessions brighter than the reference, somebody raised the brightness. Other sessions may also have a raised
     # brightness: use the median.
     gains = [float((each - mine).min()) for each in later if each is not None and each.max() <= CAME_BACK]
@@ -339,11 +330,11 @@ def _brighter_later(pair: SessionPair, pairs: Sequence[SessionPair]) -> float:
 
 def _lost_within(pair: SessionPair, still: Sequence[SessionPair]) -> str:
     """Return the time within which most of the loss came; "" without an unchanged session in the later half."""
-    mine = _light(pair)
+    mine = pair.light_change
     if mine is None or pair.days is None or pair.days <= 0:
         return ""
     for each in still:
-        light = _light(each)
+        light = each.light_change
         if light is not None and each.days is not None and pair.days / 2 <= each.days < pair.days:
             steady = float(mine.mean()) * each.days / pair.days
             if steady <= -CAME_BACK and float(light.mean()) > LATE * steady:
@@ -356,7 +347,7 @@ def _lost_within(pair: SessionPair, still: Sequence[SessionPair]) -> str:
 def _is_steady(pairs: Sequence[SessionPair]) -> bool:
     """Whether the logarithm of every channel's light falls along a straight line in time through the reference."""
     days = np.array([pair.days if pair.days is not None else np.nan for pair in pairs])
-    light = [_light(pair) for pair in pairs]
+    light = [pair.light_change for pair in pairs]
     if not np.isfinite(days).all() or np.ptp(np.append(days, 0.0)) <= 0 or any(each is None for each in light):
         return False
     loss = np.array(light)

@@ -325,10 +325,10 @@ def stand_apart(chosen: Sequence[Candidate], base: Fit) -> bool:
 
 
 def _inside_limits(chosen: Sequence[Candidate], first: Sequence[Family]) -> list[Family]:
-    """Return families on curves that explain as much as a single effect on curves at a physical limit, and its own.
+    """Return families on curves, inside their limits, that explain as much as a single effect on curves at its limit.
 
-    The first family takes the place of the effect, and the other families are its rivals. The list is empty if the
-    effect is inside its limits, or if no other family explains nearly as much inside its limits.
+    The first family takes the place of the effect. The others, with the effect's own family, are its rivals. The list
+    is empty if the effect is inside its limits, or if no other family explains nearly as much inside its limits.
     """
     if len(chosen) != 1 or not chosen[0].is_at_limit or not bends_curves(chosen[0].effect):
         return []

@@ -23,7 +23,7 @@ _TOGETHER = 0.15
 #: hours of continuous operation. A larger loss is a changed setting.
 _USUAL = 0.6
 
-#: Smallest loss of each channel, in nepers, that one instrument cannot show by a wrong correction.
+#: Smallest loss of each channel, in nepers, that may be aging although a matrix also explains the pair; an assumption.
 _LEAST_LOSS = 0.05
 
 #: Largest Δu'v' of red or green by aging: twice that of the paper's display.
@@ -60,11 +60,9 @@ def _sound(values: Values, pair: SessionPair) -> bool:
 
 
 def _dimmed_for_one_meter(pair: SessionPair) -> bool:
-    """Whether the files name one instrument, and all channels lost more light than two meters disagree by."""
-    if pair.seen is None or not pair.before.instrument or pair.before.instrument != pair.after.instrument:
-        return False
-    before, after = pair.seen
-    return bool((np.log(after.channels[:, 1] / before.channels[:, 1]) < -_LEAST_LOSS).all())
+    """Whether the files name one instrument, and all channels have clearly lost light."""
+    same = bool(pair.before.instrument) and pair.before.instrument == pair.after.instrument
+    return same and pair.light_change is not None and bool((pair.light_change < -_LEAST_LOSS).all())
 
 
 def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:

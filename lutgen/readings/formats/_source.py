@@ -131,8 +131,8 @@ def full_drive(drive: Array, file: str, lines: Sequence[int]) -> float:
         if abs(top - full) <= DRIVE_TOLERANCE * full:
             return full
     known = ", ".join(f"{full:g} ({name})" for full, name in FULL_DRIVE.items())
-    row = int(drive.max(axis=1, initial=0.0).argmax())
-    rest = float(np.delete(drive, row, axis=0).max(initial=0.0))
+    row = int(drive.max(axis=1).argmax()) if len(drive) else 0
+    rest = float(np.delete(drive, row, axis=0).max(initial=0.0)) if len(drive) else 0.0
     if any(abs(rest - full) <= DRIVE_TOLERANCE * full for full in FULL_DRIVE):
         raise LutgenError(
             f"{file}, line {lines[row]}: a drive of {top:g}, but full drive is {rest:g} in all other lines. Correct it."
