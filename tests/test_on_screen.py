@@ -141,7 +141,7 @@ def session(places: Array = GRID, ratio: Array = RATIO, grey: float = 1.0) -> Se
         names=("",) * 2 * count,
         lines=np.arange(2, 2 + 2 * count),
         form="test",
-        positions=np.vstack([places, places]),
+        conditions=dict(zip(("u", "v"), np.vstack([places, places]).T, strict=True)),
         file="table.csv",
         sha256="ab",
     )
@@ -187,7 +187,7 @@ AROUND = np.array([[0.1, 0.1], [0.9, 0.1], [0.1, 0.9], [0.9, 0.9], [0.2, 0.5]])
         (session(GRID[:4], RATIO[:4]), "no grey was read at 5 places"),
         (session(AROUND, RATIO[:5]), "nearest to the middle of the screen is u = 0.2, v = 0.5"),
         (session(ratio=np.where(RATIO < 0.79, 0.0, RATIO)), "has no light"),
-        (replace(session(), positions=None), "state no positions"),
+        (replace(session(), conditions={}), "state no positions"),
     ],
 )
 def test_tables_that_say_too_little_are_refused(readings: Session, says: str) -> None:

@@ -13,7 +13,6 @@ from jsonschema.exceptions import ValidationError
 from lutgen.cli.outputs import write_json
 from lutgen.criticism.compare.comparison import compare
 from lutgen.criticism.diagnose import VERDICTS, diagnose
-from lutgen.criticism.fit.families import dimension
 from lutgen.criticism.plan import plan
 from lutgen.criticism.refine import refine
 from lutgen.history.causes import ON_THE_DISPLAY, causes
@@ -120,7 +119,7 @@ def test_a_verdict_on_sessions_may_name_every_cause(key: str) -> None:
 @pytest.mark.parametrize("name", ["compare leak", "plan leak"])
 def test_conditions_are_called_as_the_library_calls_them(name: str) -> None:
     written = output(name)
-    dimensions = {"hour", "level", "family", *map(dimension, CONDITIONS)}
+    dimensions = {"hour", "level", "family", *(each.key for each in CONDITIONS)}
     assert {each["by"] for each in written.get("where", ())} <= dimensions
     columns = {"R", "G", "B", "note", *COLUMNS}
     assert {key for patch in written.get("patches", ()) for key in patch} <= columns

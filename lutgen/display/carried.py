@@ -6,15 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from lutgen.display.conditions import PLACE, REFERENCE, in_words
+from lutgen.display.conditions import REFERENCE, in_words
 from lutgen.display.model import DisplayModel
 from lutgen.display.on_screen import OnScreen
 from lutgen.effects.probe import reacts_to
 from lutgen.errors import listed
-from lutgen.readings.conditions import CONDITIONS
-
-#: Column → words for effects that need the column.
-_DEPENDS = {column.name: condition.depends for condition in CONDITIONS for column in condition.columns}
+from lutgen.readings.conditions import OF_COLUMN
+from lutgen.readings.conditions.position import PLACE
 
 
 def what_luts_carry(model: DisplayModel) -> list[str]:
@@ -51,7 +49,7 @@ def _fixed(model: DisplayModel, verb: str, but: str, free: tuple[str, ...] = ())
     lines = [f"{verb}: {in_words(model.conditions, needs)}."] if needs else []
     for effect, names in columns.items():
         if names:
-            on = listed(dict.fromkeys(_DEPENDS[name] for name in names))
+            on = listed(dict.fromkeys(OF_COLUMN[name].depends for name in names))
             lines.append(f"{effect} depends on {on}, {but}.")
     lines += [f"Nothing in this model depends on {name}." for name in stated if not _matters(model, name)]
     return lines + [

@@ -12,9 +12,6 @@ from lutgen.readings.conditions import COLUMNS, CONDITIONS
 #: Text for infinite minutes since power-on.
 WARM = "warm"
 
-#: The conditions of the position on the screen.
-PLACE = ("u", "v")
-
 #: One field for each column of conditions; the default is the usual value.
 _Columns: Any = make_dataclass(
     "_Columns",

@@ -19,13 +19,13 @@ import numpy as np
 from lutgen.cells import number_list
 from lutgen.colorimetry import Array, in_chunks
 from lutgen.display.chain import AgedDisplay, Link
-from lutgen.display.conditions import PLACE
 from lutgen.display.effect_chain import LightLink, PanelLink, Surroundings
 from lutgen.display.fitted import AppliedEffect
 from lutgen.display.model import DisplayModel
 from lutgen.effects import Effect, Scene
 from lutgen.effects.probe import reacts_to
 from lutgen.errors import LutgenError
+from lutgen.readings.conditions.position import PLACE
 from lutgen.readings.session import DRIVE_TOLERANCE, Session
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ class MeasuredUniformity:
     def applied(self) -> AppliedEffect:
         """The uniformity as an effect of a model."""
         text = f"The screen's uniformity as measured: {self.file}"
-        effect = Effect(NAME, "optics", {}, {}, (), self._dimmed, needs=("u", "v"), text=text, origin=self.file)
+        effect = Effect(NAME, "optics", {}, {}, (), self._dimmed, needs=PLACE, text=text, origin=self.file)
         return AppliedEffect(effect, {})
 
     def sentence(self) -> str:

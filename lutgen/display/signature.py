@@ -21,7 +21,7 @@ from lutgen.effects.scene import LIFE_H
 from lutgen.effects.spectra import SpectralDisplay, class_of
 from lutgen.numerals import spaced
 from lutgen.readings import read_measurements
-from lutgen.readings.conditions import COLUMNS
+from lutgen.readings.conditions import COLUMNS, of_one_picture
 from lutgen.readings.rest import TIP_DRIVES
 
 #: Code values for the size of an effect: greys, primaries, secondaries, pale and dark mixtures.
@@ -67,10 +67,8 @@ class Signature:
     @classmethod
     def of(cls, effect: Effect) -> "Signature":
         """Return the signature under conditions that show the effect: off the centre, in a lit room, cold, …."""
-        shown = {name: COLUMNS[name].shown for name in effect.needs}
-        if "window" in shown or "surround" in shown:
-            shown = {name: COLUMNS[name].shown for name in ("window", "surround")} | shown
-        return cls(effect, shown)
+        shown = dict.fromkeys(each for name in effect.needs for each in of_one_picture(name))
+        return cls(effect, {name: COLUMNS[name].shown for name in shown})
 
     def seen(
         self, code: Array, hours: Array | float, conditions: Mapping[str, Array] | None = None

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.readings.conditions import COLUMNS
+from lutgen.readings.conditions.position import PLACE, radius
 from lutgen.readings.conditions.temperature import REFERENCE_C
 
 if TYPE_CHECKING:
@@ -110,7 +111,7 @@ class Scene(_Conditions):
     @property
     def radius(self) -> Array:
         """ρ, distance from the centre of the screen; 1 in the corners."""
-        return np.asarray(np.sqrt(2.0 * ((self.u - 0.5) ** 2 + (self.v - 0.5) ** 2)))
+        return radius({name: getattr(self, name) for name in PLACE})
 
     @property
     def mean_drive(self) -> Array:

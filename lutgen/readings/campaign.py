@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError
+from lutgen.readings.conditions import CONDITIONS, OF_COLUMN
 from lutgen.readings.session import Session
-from lutgen.readings.table import CELLS, OPTIONAL, Measurements
+from lutgen.readings.table import OPTIONAL, Measurements
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,7 @@ class CampaignEntry:
     instrument: str
     settings: str
     note: str
-    #: ``ambient_lx``, ``warmup_min``, ``temperature_c``, ``window`` and the position ``u``, ``v``, if known.
+    #: Column of a condition → value in all readings of the session, for columns that the campaign states.
     conditions: dict[str, float]
 
 
@@ -97,7 +98,7 @@ class Campaign:
         entries = [self.entries[place] for place in places]
         sessions = [entry.session for entry in entries]
         counts = [len(session.drive) for session in sessions]
-        names = sorted({name for entry in entries for name in _conditions(entry)})
+        names = sorted({name for entry in entries for name in (*entry.conditions, *entry.session.conditions)})
         return Measurements(
             hours=np.repeat(hours[places], counts),
             drive=np.vstack([session.drive for session in sessions]),
@@ -154,12 +155,13 @@ def sessions_of(readings: Measurements) -> Campaign:
 
     The first session has the remarks on the whole table.
 
-    Readings away from rest are left out, except readings that are away from rest only by their position on the screen.
+    Readings away from rest are left out, except readings that are away from rest only by a condition that is
+    ``of_readings``.
     """
     rest = np.ones(readings.hours.size, dtype=bool)
-    for cell, away in readings.rest.away.items():
-        if cell != CELLS["u"]:
-            rest &= ~away
+    for condition in CONDITIONS:
+        if condition.cell in readings.rest.away and not condition.of_readings:
+            rest &= ~readings.rest.away[condition.cell]
     first, *others = [
         _entry_at_rest(readings, np.flatnonzero((readings.sessions == each) & rest))
         for each in np.unique(readings.sessions[rest])
@@ -172,8 +174,8 @@ def _entry_at_rest(readings: Measurements, rows: NDArray[np.intp]) -> CampaignEn
     """Return the entry of the session that has these rows of a table."""
     hour, name = float(readings.hours[rows[0]]), readings.session[rows[0]] if readings.session else ""
     file = f"{readings.file}, hour {hour:g}{f', session {name}' if name else ''}"
-    known = {each: readings.column(each)[rows] for each in ("u", "v") if each in readings.conditions}
-    places = [known.get(each, np.full(rows.size, OPTIONAL[each])) for each in ("u", "v")]
+    own = [name for name, condition in OF_COLUMN.items() if condition.of_readings]
+    varied = any(each in readings.conditions for each in own)
     instrument = readings.metadata.get("instrument", "")
     session = Session(
         drive=readings.drive[rows],
@@ -182,7 +184,7 @@ def _entry_at_rest(readings: Measurements, rows: NDArray[np.intp]) -> CampaignEn
         names=("",) * rows.size,
         lines=readings.lines[rows].astype(np.int64),
         form="table of readings",
-        positions=np.column_stack(places) if known else None,
+        conditions={each: readings.column(each)[rows] for each in own} if varied else {},
         order=None if readings.order is None else readings.order[rows],
         notes=tuple(readings.note[row] for row in rows) if readings.note else (),
         instrument=instrument,
@@ -191,7 +193,7 @@ def _entry_at_rest(readings: Measurements, rows: NDArray[np.intp]) -> CampaignEn
         file=file,
         sha256=hashlib.sha256(f"{readings.sha256} {hour!r} {name}".encode()).hexdigest(),
     )
-    logged = {each: float(values[rows[0]]) for each, values in readings.rest.values.items() if each not in {"u", "v"}}
+    logged = {each: float(values[rows[0]]) for each, values in readings.rest.values.items() if each not in own}
     conditions = {each: value for each, value in logged.items() if np.isfinite(value)}
     return CampaignEntry(session, file, None, hour, instrument, "", "", conditions)
 
@@ -238,16 +240,9 @@ def _notes(entry: CampaignEntry) -> list[str]:
     return ["; ".join(filter(None, (entry.settings, note))) for note in notes]
 
 
-def _conditions(entry: CampaignEntry) -> set[str]:
-    placed = {"u", "v"} if entry.session.positions is not None else set()
-    return {*entry.conditions, *entry.session.conditions, *placed}
-
-
 def _condition(entry: CampaignEntry, name: str) -> Array:
     """Return the values of a column, (n,): from the campaign file, or from the session."""
     session = entry.session
     if name in entry.conditions:
         return np.full(len(session.drive), entry.conditions[name])
-    if session.positions is not None and name in {"u", "v"}:
-        return session.positions[:, "uv".index(name)]
     return session.conditions.get(name, np.full(len(session.drive), OPTIONAL[name]))

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.errors import LutgenError
+from lutgen.readings.conditions.position import PLACE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -52,9 +53,7 @@ class Session:
     lines: NDArray[np.int64]
     #: Name of the file's format, for people.
     form: str
-    #: Positions on the screen as shares from the left and the top, (n, 2); None: not known.
-    positions: Array | None = None
-    #: Other columns of conditions in the file (``ambient_lx``, …), (n,) each.
+    #: Columns of conditions in the file (``u``, ``v``, ``ambient_lx``, …), (n,) each.
     conditions: Mapping[str, Array] = field(default_factory=dict)
     #: Numbers that grow with the time of reading, (n,); None: not known; the rows may be sorted.
     order: Array | None = None
@@ -109,7 +108,7 @@ class Session:
     def without(self, rows: NDArray[np.int64]) -> Session:
         """Return the session without these rows."""
         kept = np.setdiff1d(np.arange(len(self.drive)), rows)
-        arrays = {name: getattr(self, name) for name in ("drive", "xyz", "lines", "positions", "spectra", "order")}
+        arrays = {name: getattr(self, name) for name in ("drive", "xyz", "lines", "spectra", "order")}
         fields: dict[str, Any] = {name: values[kept] for name, values in arrays.items() if values is not None}
         fields["conditions"] = {name: values[kept] for name, values in self.conditions.items()}
         for name, texts in (("names", self.names), ("notes", self.notes)):
@@ -153,6 +152,14 @@ class Session:
         """Return the rows of these kinds nearest to the centre of the screen, in the order of the file."""
         chosen = np.isin(np.array(self.kinds), kinds)
         return np.flatnonzero(chosen & self.central)
+
+    @cached_property
+    def positions(self) -> Array | None:
+        """Positions on the screen as shares from the left and the top, (n, 2); None: not known."""
+        if not {*PLACE} & self.conditions.keys():
+            return None
+        centre = np.full(len(self.drive), 0.5)
+        return np.column_stack([self.conditions.get(name, centre) for name in PLACE])
 
     @cached_property
     def central(self) -> NDArray[np.bool_]:

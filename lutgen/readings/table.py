@@ -13,7 +13,7 @@ import numpy as np
 
 from lutgen.colorimetry import Array, xyz_to_xyY
 from lutgen.errors import LutgenError, listed
-from lutgen.readings.conditions import COLUMNS, CONDITIONS
+from lutgen.readings.conditions import COLUMNS, CONDITIONS, OF_COLUMN
 from lutgen.readings.rest import Rest, is_tip, middle, rest_of
 
 if TYPE_CHECKING:
@@ -33,9 +33,6 @@ RANGES = {name: (column.low, column.high, column.meaning) for name, column in CO
     "order": (-1e12, 1e12, "a number that grows with the time of reading"),
     "XYZ": (-1e6, 1e6, "light in cd/m²"),
 }
-
-#: Column → the cell of its condition.
-CELLS = {column.name: condition.cell for condition in CONDITIONS for column in condition.columns}
 
 #: A largest code value between 1 and this is an error on the scale 0..1; a larger one means percent or 8-bit codes.
 MUCH_ABOVE_1 = 1.1
@@ -179,8 +176,8 @@ class Measurements:
 
     def settled(self, name: str) -> Array:
         """Return a column, (n,), with every value that counts as rest replaced by the value at rest."""
-        at, cell = self.rest.values[name], CELLS[name]
-        return np.where(self.rest.away[cell], self.conditions[name], at)
+        away = self.rest.away[OF_COLUMN[name].cell]
+        return np.where(away, self.conditions[name], self.rest.values[name])
 
     def at_rest(self) -> NDArray[np.bool_]:
         """Return whether each reading has the conditions of the colour points of its session, (n,)."""

@@ -10,7 +10,6 @@ from lutgen.criticism.compare.comparison import CLEAR, Comparison
 from lutgen.criticism.compare.direction import CALLED
 from lutgen.criticism.compare.panels import ResidualPanel, panels
 from lutgen.criticism.compare.slices import OF_EVERY_READING, over_noise, standing_out
-from lutgen.criticism.fit.families import dimension
 from lutgen.numerals import spaced, times
 from lutgen.readings.conditions import CONDITIONS
 from lutgen.report.drawing import BAND, BLACK, BLUE, GREY, RED, hour_axis, picture, plain_log, tidy, without_frame
@@ -32,7 +31,7 @@ SLICES, READINGS = 12, 5
 
 #: Name of each dimension of slices in a table.
 NAMES = {"hour": "hour", "level": "code value", "family": "patch"} | {
-    dimension(each): each.heading for each in CONDITIONS if each.heading
+    each.key: each.heading for each in CONDITIONS if each.heading
 }
 
 
@@ -221,7 +220,7 @@ def _draw(
         cell = grid[place // across, place % across]
         clear = panel.worst > CLEAR and not makes_no_difference(panel)
         bold = "bold" if panel.by == telling and clear else "normal"
-        if panel.by == "position":
+        if panel.places.ndim == 2:
             axes = figure.add_subplot(cell)
             _map(axes, panel)
         else:

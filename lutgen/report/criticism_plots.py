@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isinf
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ from lutgen.criticism.compare.comparison import Comparison, compare_problem
 from lutgen.criticism.compare.fit_view import View
 from lutgen.criticism.verdict.visibility import relative_size
 from lutgen.numerals import percent, readable, times
+from lutgen.readings.conditions import COLUMNS
 from lutgen.report.comparison import LOGARITHMIC, plot_residuals
 from lutgen.report.drawing import (
     BAND,
@@ -312,7 +314,7 @@ def _curves(axes: Axes, view: View) -> None:
         )
         axes.plot(places, curve.with_it, "-", color=colour, linewidth=1.6)
     axes.axhline(0.0, color=BLACK, linewidth=1.4, linestyle="--")
-    if "warmup_min" in view.way.columns:
+    if any(name in COLUMNS and isinf(COLUMNS[name].usual) for name in view.way.columns):
         axes.set_xscale("log")
         finite = np.unique([place for curve in view.curves for place in curve.places if np.isfinite(place)])
         axes.set_xticks([*finite, _warm(np.append(finite, np.inf))], [*(f"{value:g}" for value in finite), "warm"])

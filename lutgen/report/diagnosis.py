@@ -14,7 +14,7 @@ from lutgen.criticism.verdict.visibility import relative_size, typical_size
 from lutgen.effects.shapes import is_knot
 from lutgen.errors import listed
 from lutgen.numerals import percent, readable, times, with_error
-from lutgen.readings.conditions import COLUMNS
+from lutgen.readings.conditions import COLUMNS, OF_COLUMN
 from lutgen.readings.table import is_capped, is_shrouded, says_cap, says_shroud
 from lutgen.report.comparison import data_line, fresh_lines, from_own_model
 from lutgen.report.effect_sketch import STUB_FILE, STUB_NAME, sketch
@@ -356,8 +356,9 @@ def _row_key(patch: Patch) -> tuple[object, ...]:
 
 def _conditions(patches: Sequence[Patch]) -> list[str]:
     values = [patch.conditions for patch in patches]
-    if len(values) > 1 and [*values[0]] == ["u", "v"]:
-        return ["u,v = " + " ".join(f"{each['u']:g},{each['v']:g}" for each in values)]
+    names = [*values[0]]
+    if len(values) > 1 and len(names) > len({OF_COLUMN[name].key for name in names}) == 1:
+        return [f"{','.join(names)} = " + " ".join(",".join(f"{each[name]:g}" for name in names) for each in values)]
     listed = {name: ", ".join(dict.fromkeys(f"{each[name]:g}" for each in values)) for name in values[0]}
     units = {name: COLUMNS[name].unit for name in listed}
     return [f"{text} {units[name]}" if units[name] else f"{name} {text}" for name, text in listed.items()]

@@ -14,7 +14,7 @@ from lutgen.display.signature import Signature
 from lutgen.effects.probe import reacts_to
 from lutgen.effects.scene import LIFE_H
 from lutgen.numerals import spaced
-from lutgen.readings.conditions import COLUMNS
+from lutgen.readings.conditions import COLUMNS, of_one_picture
 from lutgen.report.aging_plot import PAGE, TIP_COLOURS
 from lutgen.report.drawing import new_figure
 
@@ -178,7 +178,7 @@ def _axis(signature: Signature) -> tuple[str, str, Array, Array, dict[str, Array
     column = COLUMNS[reads[0]]
     low, high = column.axis
     place = low + share * (high - low)
-    around = {name: np.full((1, 1), COLUMNS[name].shown) for name in ("window", "surround") if name in reads}
+    around = {name: np.full((1, 1), COLUMNS[name].shown) for name in reads if len(of_one_picture(name)) > 1}
     columns = around | {reads[0]: place[:, np.newaxis]}
     return column.words, f"ΔE2000 of greys over {reads[0]}, {at}", place, old, columns
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from lutgen.colorimetry import xyz_to_lab
 from lutgen.criticism.compare.slices import informative, prominence, standing_out
-from lutgen.criticism.fit.families import dimension, slices
+from lutgen.criticism.fit.families import slices
 from lutgen.readings.conditions import CONDITIONS
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ NOTICEABLE = 0.05
 
 #: Phrase of a sentence for the place of a slice, by its dimension.
 CALLED = {"hour": "at {}", "level": "at levels {}", "family": "on {} patches"} | {
-    dimension(each): each.sentence for each in CONDITIONS
+    each.key: each.sentence for each in CONDITIONS
 }
 
 

@@ -11,8 +11,8 @@ import numpy as np
 from lutgen.criticism.fit.anchored import anchored
 from lutgen.criticism.fit.families import condition_of
 from lutgen.numerals import spaced
-from lutgen.readings.conditions import CONDITIONS
-from lutgen.readings.table import OPTIONAL, is_capped
+from lutgen.readings.conditions import CONDITIONS, OF_COLUMN
+from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -141,9 +141,9 @@ class View:
         for condition in CONDITIONS:
             names = tuple(column.name for column in condition.columns)
             if set(names) & set(needs):
-                values = scene.radius if condition.cell == "position" else getattr(scene, names[0])
+                values = condition.along({name: getattr(scene, name) for name in names})
                 # A session has only one or two temperatures; therefore a curve joins readings of all hours.
-                return Way(condition.axis, spread(values), (*names, *(("hour",) if condition.cell == "heat" else ())))
+                return Way(condition.axis, spread(values), (*names, *(("hour",) if condition.scatters else ())))
         if self.effect.stage in {"drive", "transfer", "mixing"} or (
             self.effect.stage == "emission" and not problem.from_first_hour
         ):
@@ -196,7 +196,9 @@ class View:
         patch = np.round(code / np.where(top > 0, top, 1.0), 2) if levels else code
         hour = np.zeros(len(code)) if "hour" in columns else problem.hours[problem.hour_of]
         kept = [
-            name for name in OPTIONAL if name in problem.readings.conditions and name not in {*columns, "temperature_c"}
+            name
+            for name, condition in OF_COLUMN.items()
+            if name in problem.readings.conditions and name not in columns and not condition.scatters
         ]
         conditions = [np.nan_to_num(problem.readings.conditions[name][problem.rows], nan=-1.0) for name in kept]
         return np.column_stack([hour, *patch.T, *conditions, is_capped(problem.readings)[problem.rows].astype(float)])

@@ -11,6 +11,7 @@ from lutgen.colorimetry import xyz_to_lab
 from lutgen.criticism.fit.anchored import noise_only
 from lutgen.criticism.fit.families import slices
 from lutgen.criticism.fit.linear import whiten
+from lutgen.readings.conditions import CONDITIONS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -38,7 +39,7 @@ class ResidualPanel:
     headed
         Index of the slice in the panel's title: the worst slice. Slices of a condition hold the same patches.
     labels, places
-        Name and position on the axis of each slice; for ``position`` u, v of shape (k, 2).
+        Name and position on the axis of each slice; u, v of shape (k, 2) for a condition of two columns.
     ratio, band
         Root mean square over that of noise alone, (k,), and its range in campaigns of noise alone, (k, 2).
     lab, scatter
@@ -104,10 +105,14 @@ def _column(problem: Problem, by: str) -> Array:
         return problem.hours[problem.hour_of]
     if by == "level":
         return np.asarray(problem.readings.drive[problem.rows].max(axis=1))
-    if by == "position":
-        conditions = problem.readings.conditions
-        return np.asarray(conditions["v"][problem.rows] * 1e3 + conditions["u"][problem.rows])
-    return problem.readings.conditions[by][problem.rows]
+    columns = _columns(problem, by)
+    return columns[0] if len(columns) == 1 else np.asarray(columns[1] * 1e3 + columns[0])
+
+
+def _columns(problem: Problem, by: str) -> list[Array]:
+    """Return the columns of the condition of a dimension, (n,) each; [] for other dimensions."""
+    columns = [column.name for condition in CONDITIONS if condition.key == by for column in condition.columns]
+    return [problem.readings.conditions[name][problem.rows] for name in columns]
 
 
 def _in_order(problem: Problem, by: str, label: NDArray[np.str_], among: NDArray[np.bool_]) -> list[str]:
@@ -122,7 +127,7 @@ def _in_order(problem: Problem, by: str, label: NDArray[np.str_], among: NDArray
 def _places(problem: Problem, by: str, chosen: Sequence[NDArray[np.bool_]]) -> Array:
     if by == "hour":
         return np.array([float(_column(problem, by)[here].mean()) for here in chosen])
-    if by == "position":
-        u, v = (problem.readings.conditions[name][problem.rows] for name in ("u", "v"))
-        return np.array([(float(u[here].mean()), float(v[here].mean())) for here in chosen])
+    columns = _columns(problem, by)
+    if len(columns) == 2:
+        return np.array([[float(column[here].mean()) for column in columns] for here in chosen])
     return np.arange(len(chosen), dtype=np.float64)

@@ -62,11 +62,6 @@ def kind_of(problem: Problem) -> NDArray[np.str_]:
     return np.where(condition == "", family_of(problem), condition)
 
 
-def dimension(condition: Condition) -> str:
-    """Name of a condition as a dimension of errors: the name of its column, if it has exactly one."""
-    return condition.columns[0].name if len(condition.columns) == 1 else condition.name
-
-
 def slices(problem: Problem) -> Mapping[str, NDArray[np.str_]]:
     """Label every reading for each dimension in which errors are reported: dimension → labels (n,); '': left out.
 
@@ -86,7 +81,7 @@ def slices(problem: Problem) -> Mapping[str, NDArray[np.str_]]:
             values = np.column_stack([problem.readings.column(name)[problem.rows] for name in names])
             cells, cell = np.unique(values, axis=0, return_inverse=True)
             names_of_cells = np.array([condition.label(*each) for each in cells])[cell.reshape(-1)]
-            labels[dimension(condition)] = np.where(comparable, names_of_cells, "")
+            labels[condition.key] = np.where(comparable, names_of_cells, "")
     return {by: label for by, label in labels.items() if np.unique(label[label != ""]).size > 1}
 
 

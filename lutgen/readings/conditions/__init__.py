@@ -106,6 +106,14 @@ class Condition:
     before: str
     #: Label of the plot axis of the condition.
     axis: str
+    #: Values → places on that axis, (n,); default: the values of the first column.
+    along: Callable[[Values], Array] = lambda values: next(iter(values.values()))
+    #: Whether a session contains readings under several values of the condition. Of other conditions, a session of a
+    #: table contains the readings at rest alone.
+    of_readings: bool = False
+    #: Whether logged values scatter from reading to reading, so that readings of one patch have several values, and a
+    #: session has too few values for a curve.
+    scatters: bool = False
     #: Values → for each reading, whether the condition can affect the reading, (n,).
     matters: Callable[[Values], NDArray[np.bool_]] = everywhere
     #: Values, and values at rest → name → weights of a signature in the light, (n,). A diagnosis projects the residual
@@ -116,6 +124,11 @@ class Condition:
     #: Variations of the condition in a measurement plan.
     variations: tuple[Variation, ...] = ()
 
+    @property
+    def key(self) -> str:
+        """Name in files and as a dimension of errors: the name of its column, if it has exactly one."""
+        return self.columns[0].name if len(self.columns) == 1 else self.name
+
 
 #: Every condition, in the order of tables.
 CONDITIONS: tuple[Condition, ...] = tuple(
@@ -125,5 +138,15 @@ CONDITIONS: tuple[Condition, ...] = tuple(
     )
 )
 
-#: Every column by its name, in the order of tables.
+#: Every column by its name, in the order of tables, and the condition of each column.
 COLUMNS: dict[str, Column] = {column.name: column for condition in CONDITIONS for column in condition.columns}
+OF_COLUMN: dict[str, Condition] = {column.name: condition for condition in CONDITIONS for column in condition.columns}
+
+
+def of_one_picture(name: str) -> tuple[str, ...]:
+    """Return the columns on which effects depend together with a column, in order: a window has a surround."""
+    return tuple(other for other, of in OF_COLUMN.items() if other == name or _is_beside(of, OF_COLUMN[name]))
+
+
+def _is_beside(one: Condition, other: Condition) -> bool:
+    return one is not other and one.depends == other.depends

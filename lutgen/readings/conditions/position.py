@@ -3,7 +3,17 @@
 from dataclasses import replace
 from itertools import product
 
+import numpy as np
+
 from lutgen.readings.conditions import Array, Column, Condition, Values, greys, joined, within
+
+#: The columns of the position.
+PLACE = ("u", "v")
+
+
+def radius(values: Values) -> Array:
+    """Return the distance from the centre of the screen, of the values' shape; 1 in the corners."""
+    return np.asarray(np.sqrt(2.0 * ((values["u"] - 0.5) ** 2 + (values["v"] - 0.5) ** 2)))
 
 
 def _signatures(values: Values, _rest: Values) -> dict[str, Array]:
@@ -49,6 +59,8 @@ CONDITION = Condition(
     short="({:g}, {:g})",
     before="at ",
     axis="distance from the centre (1: a corner)",
+    along=radius,
+    of_readings=True,
     signatures=_signatures,
     strange=("side", "height"),
     variations=(

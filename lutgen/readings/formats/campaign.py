@@ -26,7 +26,7 @@ from typing import Any
 from lutgen.documents import from_toml
 from lutgen.errors import LutgenError
 from lutgen.readings.campaign import Campaign, CampaignEntry, check_once
-from lutgen.readings.conditions import COLUMNS
+from lutgen.readings.conditions import CONDITIONS, Condition
 from lutgen.readings.formats import open_source, read_source, reader_of
 from lutgen.readings.formats._source import WHITE_CD_M2, YEARS, FileText
 from lutgen.readings.session import Session
@@ -39,8 +39,8 @@ SCHEMA = 1
 
 #: Further keys of an entry: texts, and conditions with the same ranges as in a table of readings.
 TEXTS = ("instrument", "settings", "note")
-CONDITIONS = tuple(name for name in COLUMNS if name not in {"u", "v"})
-_KEYS = ("file", "date", "hours", *TEXTS, *CONDITIONS, "position", "white_cd_m2")
+_KEYS = ("file", "date", "hours", *TEXTS, *(each.key for each in CONDITIONS), "white_cd_m2")
+_COUNTS = {2: "two", 3: "three", 4: "four"}
 _TOP = {"schema", "display", "sessions"}
 _DISPLAY = ("name", "hours_per_day", "note")
 
@@ -105,8 +105,7 @@ def _entry(block: Any, file: str, line: int) -> CampaignEntry:
         raise LutgenError(f"{where}: white_cd_m2 = {white:g} must be white's luminance in cd/m², {low:g}..{high:g}.")
     session = session if white is None else session.with_white(white, f"by {where}")
     hours = _number(block, "hours", where)
-    conditions = {each: value for each in CONDITIONS if (value := _number(block, each, where)) is not None}
-    conditions |= _position(block, where)
+    conditions = {name: value for each in CONDITIONS for name, value in _values(block, each, where).items()}
     for each, value in (*conditions.items(), *([("hour", hours)] if hours is not None else [])):
         low, high, meaning = RANGES[each]
         if not low <= value <= high:
@@ -155,13 +154,19 @@ def _number(block: dict[str, Any], key: str, where: str) -> float | None:
     return float(value)
 
 
-def _position(block: dict[str, Any], where: str) -> dict[str, float]:
-    value = block.get("position")
-    if value is None:
+def _values(block: dict[str, Any], condition: Condition, where: str) -> dict[str, float]:
+    """Return column → value of a condition, which a list states if the condition has several columns."""
+    key, columns = condition.key, condition.columns
+    if key not in block:
         return {}
-    if not (isinstance(value, list) and len(value) == 2 and all(type(each) in (int, float) for each in value)):
-        raise LutgenError(f"{where}: position must be two numbers, such as [0.5, 0.5] for the centre, not {value!r}.")
-    return {"u": float(value[0]), "v": float(value[1])}
+    if len(columns) == 1:
+        value = _number(block, key, where)
+        return {} if value is None else {key: value}
+    values, usual = block[key], {column.name: column.usual for column in columns}
+    if not (isinstance(values, list) and len(values) == len(columns) and all(type(v) in (int, float) for v in values)):
+        example = f"such as {[*usual.values()]} for the {condition.in_words(usual)}"
+        raise LutgenError(f"{where}: {key} must be {_COUNTS[len(columns)]} numbers, {example}, not {values!r}.")
+    return {name: float(value) for name, value in zip(usual, values, strict=True)}
 
 
 def _date(block: dict[str, Any], session: Session, where: str) -> date | None:

@@ -171,7 +171,6 @@ class CsvTable:
         spread_remark = self._spread_remark(drive, xyz, values, unit=" cd/m²" if white is None else "")
         created, date_remark = date_of(self.metadata.get("date", ""))
         label = next((name for name in self.header if name.lower() in NAMES), "")
-        places = [values.get(name, np.full(len(drive), OPTIONAL[name])) for name in "uv"]
         session = Session(
             drive=drive,
             xyz=xyz if white is None else xyz / white,
@@ -180,8 +179,7 @@ class CsvTable:
             names=self._texts(label, self.header),
             lines=np.array(self.lines, dtype=np.int64),
             form=NAME,
-            positions=np.column_stack(places) if {"u", "v"} & {*self.columns} else None,
-            conditions={name: values[name] for name in OPTIONAL if name in values and name not in {"u", "v"}},
+            conditions={name: values[name] for name in OPTIONAL if name in values},
             order=self._order(values),
             notes=self._texts("note"),
             created=created,

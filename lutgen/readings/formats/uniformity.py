@@ -7,6 +7,7 @@ a real table follow γ 2.14 within 2 %. X, Y and Z are in cd/m².
 import numpy as np
 
 from lutgen.errors import LutgenError
+from lutgen.readings.conditions.position import PLACE
 from lutgen.readings.formats._source import FileText
 from lutgen.readings.session import Session
 
@@ -59,7 +60,7 @@ def read(source: FileText) -> Session:
         names=tuple(f"row {int(row)}, column {int(col)}" for row, col in grid),
         lines=np.array(lines, dtype=np.int64),
         form=NAME,
-        positions=(grid[:, ::-1] + 0.5) / (grid[:, ::-1].max(axis=0, initial=0.0) + 1.0),
+        conditions=dict(zip(PLACE, ((grid + 0.5) / (grid.max(axis=0, initial=0.0) + 1.0)).T[::-1], strict=True)),
         file=source.file,
         sha256=source.sha256,
     )
