@@ -12,7 +12,7 @@ import pytest
 from lutgen.colorimetry import xyY_to_xyz
 from lutgen.errors import LutgenError
 from lutgen.readings import read_campaign, read_measurements, read_session
-from lutgen.readings.formats._csv_jumps import lone_jump
+from lutgen.readings.formats._csv_doubts import lone_jump
 from lutgen.readings.rest import TIP_DRIVES
 from tests.command import here
 from tests.real_data import real_data

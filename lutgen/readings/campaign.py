@@ -131,15 +131,11 @@ class Campaign:
         return self
 
 
-def entry_of(session: Session) -> CampaignEntry:
-    """Return an entry for a session without a campaign file, with the date of the session's own file."""
-    day = session.created.date() if session.created else None
-    return CampaignEntry(session, session.file, day, None, session.instrument, "", "", {})
-
-
 def alone(session: Session) -> Campaign:
-    """Return the campaign of one session, at hour 0."""
-    return campaign_of([entry_of(session)], file=session.file)
+    """Return the campaign of one session, at hour 0, with the date of the session's own file."""
+    day = session.created.date() if session.created else None
+    entry = CampaignEntry(session, session.file, day, None, session.instrument, "", "", {})
+    return campaign_of([entry], file=session.file)
 
 
 def campaign_of(entries: Sequence[CampaignEntry], *, file: str) -> Campaign:

@@ -141,9 +141,7 @@ class Measurements:
 
     def with_light(self, xyz_cd_m2: Array) -> Measurements:
         """Return the same readings with other XYZ, (n, 3) in cd/m², without checks; for simulations."""
-        other = copy(self)
-        object.__setattr__(other, "xyz_cd_m2", xyz_cd_m2)
-        return other
+        return _with(self, "xyz_cd_m2", xyz_cd_m2)
 
     def column(self, name: str) -> Array:
         """Return an optional column, (n,): from the conditions, the constants, or the value of a blank cell."""
@@ -210,8 +208,12 @@ class Measurements:
 
 def remarked(readings: Measurements, *remarks: str) -> Measurements:
     """Return the same readings with further remarks, without checks."""
+    return _with(readings, "remarks", (*readings.remarks, *remarks))
+
+
+def _with(readings: Measurements, field_name: str, value: Any) -> Measurements:
     other = copy(readings)
-    object.__setattr__(other, "remarks", (*readings.remarks, *remarks))
+    object.__setattr__(other, field_name, value)
     return other
 
 
@@ -263,10 +265,10 @@ def says_shroud(note: str) -> bool:
 
 
 def _noted(readings: Measurements, says: Callable[[str], bool]) -> NDArray[np.bool_]:
-    """Return whether the lower-case note of each reading satisfies ``says``, (n,); test each distinct note once."""
+    """Return whether the note of each reading satisfies ``says``, (n,); test each distinct note once."""
     if not readings.note:
         return np.zeros(readings.hours.size, dtype=bool)
-    known = {note: says(note.lower()) for note in set(readings.note)}
+    known = {note: says(note) for note in set(readings.note)}
     return np.array([known[note] for note in readings.note])
 
 

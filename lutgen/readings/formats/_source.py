@@ -78,6 +78,11 @@ class FileText:
         """Return file and line, for error messages."""
         return f"{self.file}, line {line}"
 
+    def refuse(self, bad: NDArray[np.bool_], lines: Sequence[int], why: str) -> None:
+        """Raise LutgenError for the first bad row, (n,), if there is one; ``lines``: line of each row."""
+        if bad.any():
+            raise LutgenError(f"{self.at(lines[int(np.argmax(bad))])}{why}")
+
     def number(self, cell: str, line: int, column: str) -> float:
         """Return the finite number in a cell. Raises LutgenError: no finite number; a hint names a decimal comma."""
         value = cells.number(cell)

@@ -170,9 +170,7 @@ def _light(source: FileText, table: CgatsTable, drive: Array, *, argyll: bool) -
         if set(names) <= set(table.fields):
             xyY = _columns(source, table, names)
             bad = (xyY[:, 1] < 1e-3) | (xyY[:, 0] < 0) | (xyY[:, 0] + xyY[:, 1] > 1)
-            if bad.any():
-                line = table.lines[int(np.argmax(bad))]
-                raise LutgenError(f"{source.at(line)}: x and y are no chromaticity: both above 0, and x + y at most 1.")
+            source.refuse(bad, table.lines, ": x and y are no chromaticity: both above 0, and x + y at most 1.")
             return _scaled(source, table, xyY_to_xyz(xyY), drive, argyll=argyll)
     return _from_lab(source, table, argyll=argyll)
 
@@ -189,18 +187,12 @@ def _from_lab(source: FileText, table: CgatsTable, *, argyll: bool) -> _Light:
         )
     lab = _columns(source, table, _LAB)
     high = (lab[:, 0] < -1.0) | (lab[:, 0] > 150.0) | (np.abs(lab[:, 1:]) > 300.0).any(axis=1)
-    if high.any():
-        line = table.lines[int(np.argmax(high))]
-        raise LutgenError(f"{source.at(line)}: Lab is out of range: L* 0..100, a* and b* within ±128.")
+    source.refuse(high, table.lines, ": Lab is out of range: L* 0..100, a* and b* within ±128.")
     middle = (lab[:, 0] + 16.0) / 116.0
     f = np.column_stack([middle + lab[:, 1] / 500.0, middle, middle - lab[:, 2] / 200.0])
     ratio = np.where(f > 6.0 / 29.0, f**3, 3.0 * (6.0 / 29.0) ** 2 * (f - 4.0 / 29.0))
-    dark = ratio.min(axis=1) < _LEAST_RATIO
-    if dark.any():
-        line = table.lines[int(np.argmax(dark))]
-        raise LutgenError(
-            f"{source.at(line)}: no light has this Lab: X or Z would be negative. Are the columns XYZ? Name them so."
-        )
+    why = ": no light has this Lab: X or Z would be negative. Are the columns XYZ? Name them so."
+    source.refuse(ratio.min(axis=1) < _LEAST_RATIO, table.lines, why)
     remark = f"Its colours are Lab under {name}: relative to white, with no luminance in cd/m²."
     return _Light(ratio * _LAB_WHITES[name], absolute=False, remarks=(remark,), remedy=_REMEDY)
 

@@ -12,6 +12,7 @@ separate fields.
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -19,11 +20,8 @@ from lutgen.cells import BLANKS, has_decimal_comma, is_comment, metadata, number
 from lutgen.colorimetry import Array, xyY_to_xyz
 from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.readings.campaign import Campaign, alone, sessions_of
-from lutgen.readings.formats._csv_header import KNOWN, NAMES, TEXT, UNIT, check_header, is_unknown, plain
-from lutgen.readings.formats._csv_hours import refuse_thousands, since_start
-from lutgen.readings.formats._csv_jumps import refuse_jumps
-from lutgen.readings.formats._csv_metadata import remarks_on_keys, states_unit
-from lutgen.readings.formats._csv_white import on_spread, on_spreads, white_at_rest, white_like_relative
+from lutgen.readings.formats import _csv_words as words
+from lutgen.readings.formats._csv_doubts import on_spread, on_spreads, refuse_jumps, white_at_rest, white_like_relative
 from lutgen.readings.formats._source import FULL_DRIVE, WHITE_CD_M2, FileText, date_of, full_drive, whites
 from lutgen.readings.session import MOST_READINGS, Session
 from lutgen.readings.table import OPTIONAL, RANGES, Measurements, in_any_order, remarked
@@ -56,7 +54,7 @@ _LEAST_WHITE, _RELATIVE_WHITES = 2.0, (1.0, 100.0)
 def claims(source: FileText) -> bool:
     """Whether the first line that is no comment is a header with R, G, B and at least three more fields."""
     head = next((line for line in source.text.splitlines() if line.strip() and not _is_ignored(line)), "")
-    cells = [plain(cell) for cell in head.split(separator_of(head))]
+    cells = [words.plain(cell) for cell in head.split(separator_of(head))]
     return len(cells) > 5 and {"R", "G", "B"} <= {*cells} and "BEGIN_DATA" not in source.text
 
 
@@ -75,7 +73,7 @@ def read(source: FileText) -> "CsvTable":
         elif line.strip() and not header:
             separator = separator_of(line)
             header = tuple(source.row(line, at, separator))
-            remarks = check_header(header, source.at(at))
+            remarks = words.check_header(header, source.at(at))
         elif line.strip() and len(cells) == MOST_READINGS:
             raise LutgenError(f"{source.at(at)}: more than {MOST_READINGS} rows, which no table has. Split the file.")
         elif line.strip(BLANKS + separator):
@@ -83,13 +81,19 @@ def read(source: FileText) -> "CsvTable":
             _check_fields(fields, header, source.at(at), separator)
             cells.append(fields)
             lines.append(at)
-    states_unit(comments, source.file)
+    words.states_unit(comments, source.file)
     if not cells:
         raise LutgenError(
             f"{source.file}: no readings. It needs a header such as hour,R,G,B,x,y,Y and one row a reading."
         )
     table = CsvTable(
-        source, comments, header, tuple(map(plain, header)), cells, lines, (*remarks, *remarks_on_keys(comments))
+        source,
+        comments,
+        header,
+        tuple(map(words.plain, header)),
+        cells,
+        lines,
+        (*remarks, *words.remarks_on_keys(comments)),
     )
     table.check_end()
     return table
@@ -120,17 +124,17 @@ class CsvTable:
             raise LutgenError(
                 f"{self.source.file}: white_cd_m2 is for a table of one session; with hours, light must be in cd/m²."
             )
-        values = {name: self._numbers(name) for name in KNOWN if name in self.columns and name not in TEXT}
-        refuse_thousands(self._texts("hour"), self.lines, self.source.file)
+        values = self._values
+        words.refuse_thousands(self._texts("hour"), self.lines, self.source.file)
         readings = in_any_order(
-            hours=since_start(values["hour"], self.metadata, self.source.file),
+            hours=words.since_start(values["hour"], self.metadata, self.source.file),
             drive=np.column_stack([values["R"], values["G"], values["B"]]),
-            xyz_cd_m2=self._xyz(values),
+            xyz_cd_m2=self._xyz(),
             lines=np.array(self.lines, dtype=np.float64),
-            conditions={name: values[name] for name in OPTIONAL if name in values},
+            conditions=self._conditions,
             session=self._texts("session"),
             note=self._texts("note"),
-            order=self._order(values),
+            order=self._order(),
             metadata=self.metadata,
             remarks=self.remarks,
             file=self.source.file,
@@ -151,7 +155,7 @@ class CsvTable:
     def _check_times(self) -> None:
         """Raise LutgenError if an unknown column seems to divide the readings of one session by time."""
         for at, name in enumerate(self.header):
-            is_time = is_unknown(self.columns[at]) and bool(_TIMES & {*re.split("[^a-z]+", name.casefold())})
+            is_time = words.is_unknown(self.columns[at]) and bool(_TIMES & {*re.split("[^a-z]+", name.casefold())})
             times = {row[at] for row in self.cells}
             if is_time and 2 <= len(times) <= len(self.cells) / 2:
                 raise LutgenError(
@@ -162,15 +166,15 @@ class CsvTable:
 
     def _session(self) -> Session:
         self._check_times()
-        values = {name: self._numbers(name) for name in KNOWN if name in self.columns and name not in TEXT}
-        self._check_ranges(values)
+        values = self._values
+        self._check_ranges(*OPTIONAL, "order")
         drive = np.column_stack([values["R"], values["G"], values["B"]])
         drive = drive / self._full_drive(drive)
-        xyz = self._xyz(values)
+        xyz = self._xyz()
         white, unit_remark = self._white(drive, xyz)
-        spread_remark = self._spread_remark(drive, xyz, values, unit=" cd/m²" if white is None else "")
+        spread_remark = self._spread_remark(drive, xyz, unit=" cd/m²" if white is None else "")
         created, date_remark = date_of(self.metadata.get("date", ""))
-        label = next((name for name in self.header if name.lower() in NAMES), "")
+        label = next((name for name in self.header if name.lower() in words.NAMES), "")
         session = Session(
             drive=drive,
             xyz=xyz if white is None else xyz / white,
@@ -179,8 +183,8 @@ class CsvTable:
             names=self._texts(label, self.header),
             lines=np.array(self.lines, dtype=np.int64),
             form=NAME,
-            conditions={name: values[name] for name in OPTIONAL if name in values},
-            order=self._order(values),
+            conditions=self._conditions,
+            order=self._order(),
             notes=self._texts("note"),
             created=created,
             instrument=self.metadata.get("instrument", ""),
@@ -228,8 +232,8 @@ class CsvTable:
 
     def _names_unit(self) -> bool:
         """Whether the header or the metadata name cd/m² as the unit of light."""
-        named = any(plain(name) == "Y" and UNIT.search(name.strip(' "')) for name in self.header)
-        return states_unit(self.metadata, self.source.file) or named
+        named = any(words.plain(name) == "Y" and words.UNIT.search(name.strip(' "')) for name in self.header)
+        return words.states_unit(self.metadata, self.source.file) or named
 
     def _unit_remark(self, white: float | None, hour: float | None = None) -> str:
         """Return the remark that light is assumed to be in cd/m²; ``white``: its Y; ``hour``: its hour, if any."""
@@ -245,10 +249,9 @@ class CsvTable:
             f"relative, {remedy}."
         )
 
-    def _spread_remark(self, drive: Array, xyz: Array, values: Mapping[str, Array], unit: str) -> str:
+    def _spread_remark(self, drive: Array, xyz: Array, unit: str) -> str:
         """Return a remark on readings of white at rest that are far apart; "" if they are not."""
-        columns = {name: values[name] for name in OPTIONAL if name in values}
-        rows = white_at_rest(drive, columns, self._texts("note"))
+        rows = white_at_rest(drive, self._conditions, self._texts("note"))
         ask = "is an hour or a number mistyped" if "hour" in self.columns else "is a column hour missing"
         return on_spread(xyz[rows, 1], 0.0, unit=unit, ask=ask)
 
@@ -265,7 +268,8 @@ class CsvTable:
             )
         return known[declared]
 
-    def _xyz(self, values: Mapping[str, Array]) -> Array:
+    def _xyz(self) -> Array:
+        values = self._values
         if {"X", "Y", "Z"} <= values.keys():
             return np.column_stack([values["X"], values["Y"], values["Z"]])
         x, y, luminance = values["x"], values["y"], values["Y"]
@@ -282,21 +286,27 @@ class CsvTable:
                 raise LutgenError(f"{self.source.at(self.lines[row])}, column {column}: {why} ({values_text}).")
         return xyY_to_xyz(np.column_stack([x, y, luminance]))
 
-    def _order(self, values: Mapping[str, Array]) -> Array | None:
+    def _order(self) -> Array | None:
         """Return the order of reading; None if a reading has no number."""
-        self._check_ranges({"order": values["order"]} if "order" in values else {})
-        order = values.get("order")
+        self._check_ranges("order")
+        order = self._values.get("order")
         return None if order is None or np.isnan(order).any() else order
 
-    def _check_ranges(self, values: Mapping[str, Array]) -> None:
-        for name in (*OPTIONAL, "order"):
+    def _check_ranges(self, *names: str) -> None:
+        for name in (name for name in names if name in self._values):
             low, high, meaning = RANGES[name]
-            outside = (values[name] < low) | (values[name] > high) if name in values else np.zeros(1, dtype=bool)
-            if outside.any():
-                line = self.lines[int(np.argmax(outside))]
-                span = f"{low:g}..{high:g}"
-                allowed = meaning if meaning.endswith(span) else f"{meaning}, {span}"
-                raise LutgenError(f"{self.source.at(line)}, column {name}: must be {allowed}.")
+            outside, span = (self._values[name] < low) | (self._values[name] > high), f"{low:g}..{high:g}"
+            allowed = meaning if meaning.endswith(span) else f"{meaning}, {span}"
+            self.source.refuse(outside, self.lines, f", column {name}: must be {allowed}.")
+
+    @cached_property
+    def _values(self) -> dict[str, Array]:
+        """Column of numbers → values, (n,)."""
+        return {name: self._numbers(name) for name in words.KNOWN if name in self.columns and name not in words.TEXT}
+
+    @cached_property
+    def _conditions(self) -> dict[str, Array]:
+        return {name: self._values[name] for name in OPTIONAL if name in self._values}
 
     def _numbers(self, name: str) -> Array:
         place = self.columns.index(name)
@@ -335,8 +345,8 @@ def _check_fields(fields: list[str], header: tuple[str, ...], where: str, separa
     """Raise LutgenError if a row has more or fewer fields than the header, decimal commas, or a word for a number."""
     if separator == ";" and any(has_decimal_comma(field) for field in fields):
         raise LutgenError(f"{where}: decimal commas. Write 0.3127 with a point, whatever stands between fields.")
-    word, column = fields[0], plain(header[0])
-    if word[:1].isalpha() and (column in {*KNOWN} - {*TEXT} or not any(fields[1:])):
+    word, column = fields[0], words.plain(header[0])
+    if word[:1].isalpha() and (column in {*words.KNOWN} - {*words.TEXT} or not any(fields[1:])):
         raise LutgenError(
             f"{where}, column {column[:40]}: {word[:40]!r} is not a finite number. Remove rows that hold no reading."
         )

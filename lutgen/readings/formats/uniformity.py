@@ -50,8 +50,7 @@ def read(source: FileText) -> Session:
         (((grid < 0) | (grid > _MOST) | (grid % 1 != 0)).any(axis=1), f"row and col count from 0, at most {_MOST}"),
         (~np.isin(levels, range(len(_LEVELS))), "level_index is 0, 1, 2 or 3: 100, 75, 50 and 25 %"),
     ):
-        if bad.any():
-            raise LutgenError(f"{source.at(lines[int(np.argmax(bad))])}: {what}.")
+        source.refuse(bad, lines, f": {what}.")
     drive = np.array([_LEVELS[int(level)] for level in levels])
     return Session(
         drive=np.repeat(drive[:, np.newaxis], 3, axis=1),
