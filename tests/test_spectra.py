@@ -19,10 +19,9 @@ from lutgen.effects.spectra import (
     WAVELENGTHS,
     SpectralDisplay,
     class_of,
-    light_of,
+    lights,
     mapped,
     of_scene,
-    stated_class,
 )
 from lutgen.errors import LutgenError
 
@@ -31,7 +30,7 @@ if TYPE_CHECKING:
 
 pytestmark = pytest.mark.numbers
 
-CLASSES = SpectralDisplay.classes()
+CLASSES = tuple(lights())
 TIPS = 250.0 * np.vstack([D65, LINEAR_TO_XYZ.T])
 ADOBE = 120.0 * np.vstack([D65, rgb_to_xyz_matrix([[0.3127, 0.3290], [0.64, 0.33], [0.21, 0.71], [0.15, 0.06]]).T])
 WIDE = np.vstack([D65, rgb_to_xyz_matrix([[0.3127, 0.3290], [0.675, 0.322], [0.265, 0.69], [0.15, 0.06]]).T])
@@ -120,17 +119,16 @@ class TestEstimate:
     ],
 )
 def test_the_class_is_read_from_what_is_said(text: str, name: str | None) -> None:
-    assert stated_class(text) == name
     assert class_of(text) == (name or UNSTATED)
 
 
 def test_a_class_is_found_by_its_own_name() -> None:
-    assert [stated_class(name) for name in CLASSES] == list(CLASSES)
+    assert [class_of(name) for name in CLASSES] == list(CLASSES)
 
 
 def test_where_no_class_is_stated_primaries_name_a_narrow_light_and_leave_a_broad_one_to_the_usual() -> None:
     for name in CLASSES:
-        primaries = light_of(name).primaries @ CMFS
+        primaries = lights()[name].primaries @ CMFS
         found = SpectralDisplay.of(UNSTATED, np.vstack([primaries.sum(axis=0), primaries])).display_class
         assert found == (DEFAULT_CLASS if name in BROAD else name)
     assert SpectralDisplay.of(UNSTATED, TIPS).display_class == DEFAULT_CLASS
@@ -138,7 +136,7 @@ def test_where_no_class_is_stated_primaries_name_a_narrow_light_and_leave_a_broa
 
 @pytest.mark.parametrize("name", CLASSES)
 def test_typical_light_behind_typical_filters_is_white(name: str) -> None:
-    white = (light_of(name).primaries @ CMFS).sum(axis=0)
+    white = (lights()[name].primaries @ CMFS).sum(axis=0)
     assert np.hypot(*(uv(white) - uv(D65))) < 0.012
 
 
@@ -154,7 +152,7 @@ def test_typical_light_behind_typical_filters_is_white(name: str) -> None:
 )
 def test_emitters_peak_where_their_sources_say(name: str, part: str, peak: float, width: float) -> None:
     """On the 5 nm grid."""
-    light = light_of(name).parts[part]
+    light = lights()[name].parts[part]
     assert WAVELENGTHS[light.argmax()] == peak
     fine = np.interp(np.arange(380.0, 780.0, 0.1), WAVELENGTHS, light)
     assert 0.1 * (fine > fine.max() / 2.0).sum() == pytest.approx(width, abs=3.0)

@@ -54,9 +54,11 @@ class Conditions(_Columns):  # type: ignore[misc] # the registry defines the fie
 REFERENCE = Conditions()
 
 
-def conditions_of(values: Mapping[str, float]) -> Conditions:
-    """Return the usual conditions with some values replaced. Raises LutgenError: unknown name or invalid value."""
-    return _with(REFERENCE, values)
+def conditions_of(values: Mapping[str, float], usual: Conditions = REFERENCE) -> Conditions:
+    """Return conditions with some values replaced. Raises LutgenError: unknown name or invalid value."""
+    for name in values:
+        refuse_unknown("condition", name, [*COLUMNS])
+    return replace(usual, **values)
 
 
 def parse_at(texts: Iterable[str], usual: Conditions = REFERENCE) -> Conditions:
@@ -77,13 +79,7 @@ def parse_at(texts: Iterable[str], usual: Conditions = REFERENCE) -> Conditions:
         if value is None:
             raise LutgenError(f"--at {name}={text}: {text!r} is not a number; give a finite number, such as 60 or 0.5.")
         values[name] = value
-    return _with(usual, values)
-
-
-def _with(usual: Conditions, values: Mapping[str, float]) -> Conditions:
-    for name in values:
-        refuse_unknown("condition", name, [*COLUMNS])
-    return replace(usual, **values)
+    return conditions_of(values, usual)
 
 
 def in_words(conditions: Conditions, names: Iterable[str]) -> str:

@@ -80,15 +80,9 @@ class Surroundings:
             "white": np.array(self.tips[:1]),
             "fresh_white": np.array(self.fresh[:1]),
             "capped": np.zeros((1, 1)),
-            "light": _spectral_display(self.display_class, self.fresh),
+            "light": SpectralDisplay.of(class_of(self.display_class), np.array(self.fresh)),
             **{name: np.full((1, 1), value) for name, value in self.conditions.as_dict().items()},
         }
-
-
-@cache
-def _spectral_display(display_class: str, fresh: FourTips) -> SpectralDisplay:
-    """Return the estimated spectra of the display's class; cached for all hours."""
-    return SpectralDisplay.of(class_of(display_class), np.array(fresh))
 
 
 @dataclass(frozen=True)

@@ -246,12 +246,9 @@ class DisplayModel:
 
     @cached_property
     def _known(self) -> tuple[LoadedCalibrations, ...]:
-        measured = self.baseline not in FORETELLING_BASELINES
-        return (
-            LoadedCalibrations.of(self.measurements, measured_tips=measured)
-            if self.baseline in NATIVE_BASELINES
-            else ()
-        )
+        if self.baseline not in NATIVE_BASELINES:
+            return ()
+        return LoadedCalibrations.of(self.measurements, measured_tips=self.baseline not in FORETELLING_BASELINES)
 
     @cached_property
     def _tips(self) -> Tips:

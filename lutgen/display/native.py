@@ -11,9 +11,8 @@ black are constant over time; effects (``black-level``, ``eotf-drift``, …) des
 
 A point of a curve is the light of a ramp's reading minus black, projected on the light of the ramp's tip. Without ramps
 of the channels, X, Y and Z of every grey are solved for the light of the three channels; also if there are no mixtures,
-and the ramps do not predict the greys (:mod:`lutgen.display.own_model.greys_or_ramps`). If the first session has many
-mixtures, the curves may be fitted to all readings, or may be sRGB's, if these curves predict the mixtures better
-(:mod:`lutgen.display.own_model.native_curves`).
+and the ramps do not predict the greys. If the first session has many mixtures, the curves may be fitted to all
+readings, or may be sRGB's, if these curves predict the mixtures better (:mod:`lutgen.display.own_model.native_curves`).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -27,8 +26,6 @@ from numpy.typing import NDArray
 from lutgen.colorimetry import Array, inverse
 from lutgen.display.cache import Remembered
 from lutgen.display.own_model import OwnModel, Sample, fit_own_model
-from lutgen.display.own_model.first_session import first_session_rows, in_first_session, sample_of
-from lutgen.display.own_model.greys_or_ramps import by_greys
 from lutgen.display.own_model.ladder import LENGTHS, clearly_better, mixtures_error
 from lutgen.display.own_model.native_curves import (
     FEW,
@@ -36,9 +33,11 @@ from lutgen.display.own_model.native_curves import (
     Curves3,
     added_up,
     best_source,
+    by_greys,
     curves_of,
     straight,
 )
+from lutgen.display.own_model.sample import first_session_rows, in_first_session, sample_of
 from lutgen.display.own_model.stored import StoredModel
 from lutgen.display.paper import tip_shares
 from lutgen.display.transfer_curve import TransferCurve, fallen, misread_levels, rising_light

@@ -134,12 +134,18 @@ def misread_levels(codes: Array, light: Array, sigma: Array) -> list[int]:
     return sorted(out) if _fall(light[kept], sigma[kept]) <= FALLS else []
 
 
-def _fall(light: Array, sigma: Array) -> float:
-    """Return the largest fall of a ramp between black and full drive, in standard deviations of the difference."""
+def _falls(light: Array, sigma: Array) -> tuple[Array, Array, Array]:
+    """Return the falls of a ramp from black to full drive, their standard deviations, and where each begins."""
     light, sigma = np.array([0.0, *light, 1.0]), np.array([sigma[0], *sigma, sigma[-1]])
     fall = np.maximum.accumulate(light) - light
     top = np.maximum.accumulate(np.where(fall == 0, np.arange(light.size), 0))
-    return float((fall / np.hypot(sigma, sigma[top])).max())
+    return fall, np.hypot(sigma, sigma[top]), top
+
+
+def _fall(light: Array, sigma: Array) -> float:
+    """Return the largest fall of a ramp in its standard deviations."""
+    fall, uncertainty, _ = _falls(light, sigma)
+    return float((fall / uncertainty).max())
 
 
 def _off_line(codes: Array, light: Array, kept: list[int], place: int) -> float:
@@ -158,12 +164,8 @@ def fallen(codes: Array, light: Array, sigma: Array, who: str) -> str:
 
     Raises LutgenError: a fall by more than ``FALLS`` standard deviations.
     """
+    fall, uncertainty, top = _falls(light, sigma)
     codes, light = np.array([0.0, *codes, 1.0]), np.array([0.0, *light, 1.0])
-    sigma = np.array([sigma[0], *sigma, sigma[-1]])
-    highest = np.maximum.accumulate(light)
-    top = np.maximum.accumulate(np.where(light == highest, np.arange(light.size), 0))
-    fall = highest - light
-    uncertainty = np.hypot(sigma, sigma[top])
     worst = int(np.argmax(fall / uncertainty))
     if fall[worst] > FALLS * uncertainty[worst]:
         raise LutgenError(

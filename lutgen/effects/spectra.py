@@ -145,22 +145,9 @@ def lights() -> Mapping[str, ClassLight]:
     return {"ccfl": ccfl, **others}
 
 
-@cache
-def light_of(display_class: str) -> ClassLight:
-    """Return the light of a class. Raises LutgenError for an unknown class."""
-    known = lights()
-    refuse_unknown("display class", display_class, known)
-    return known[display_class]
-
-
-def stated_class(text: str) -> str | None:
-    """Return the display class that a text such as "simulated CCFL-lit medical LCD" names, or None."""
-    return next((name for name, words in _WORDS.items() if re.search(words, text, re.IGNORECASE)), None)
-
-
 def class_of(text: str) -> str:
-    """Return the display class that a text names, or ``UNSTATED``."""
-    return stated_class(text) or UNSTATED
+    """Return the display class that a text such as "simulated CCFL-lit medical LCD" names, or ``UNSTATED``."""
+    return next((name for name, words in _WORDS.items() if re.search(words, text, re.IGNORECASE)), UNSTATED)
 
 
 # x̄, ȳ, z̄ of the CIE 1931 2° observer (CIE 15:2018) at each wavelength, three wavelengths a line.
@@ -206,7 +193,7 @@ _LEAST = 1e-5
 class SpectralDisplay:
     """Estimated spectra of a display's primaries."""
 
-    #: One of :meth:`classes`.
+    #: One of :func:`lights`.
     display_class: str
     #: Spectra of red, green, blue at full drive at ``WAVELENGTHS``, (3, 81); Σ spectrum·CMF is XYZ in cd/m².
     spectra: Array
@@ -216,18 +203,13 @@ class SpectralDisplay:
     misfit: float
 
     @staticmethod
-    def classes() -> tuple[str, ...]:
-        """Names of the display classes."""
-        return tuple(lights())
-
-    @staticmethod
     def of(display_class: str, xyz_tips: Array) -> "SpectralDisplay":
         """Estimate the spectra of a display.
 
         ``UNSTATED`` selects the class whose typical spectra need the least correction, in relative entropy. If this
         class is in ``BROAD``, the result has ``DEFAULT_CLASS``, because XYZ does not distinguish the broad classes.
 
-        ``display_class``: one of :meth:`classes`, or ``UNSTATED``. ``xyz_tips``: XYZ of white, red, green, blue in
+        ``display_class``: one of :func:`lights`, or ``UNSTATED``. ``xyz_tips``: XYZ of white, red, green, blue in
         cd/m², (4, 3); white is not used.
 
         Raises LutgenError: unknown class, or a primary without luminance.
@@ -264,7 +246,8 @@ def _estimated(display_class: str, numbers: tuple[float, ...]) -> SpectralDispla
     """Estimate the spectra from the nine numbers of the primaries' XYZ; a search asks for one display many times."""
     primaries = np.array(numbers).reshape(3, 3)
     display_class = display_class or _guessed(primaries)
-    light = light_of(display_class)
+    refuse_unknown("display class", display_class, lights())
+    light = lights()[display_class]
     spectra = _corrected(light.primaries, primaries)
     parts = {name: part / light.total for name, part in light.parts.items()}
     misfit = np.abs(_xyz_of(spectra) - primaries).max(axis=1) / primaries.sum(axis=1)

@@ -11,7 +11,7 @@ from lutgen.colorimetry import delta_e_2000, xyz_to_lab
 from lutgen.criticism.fit.anchored import anchored
 from lutgen.display.native import NativeDisplay
 from lutgen.display.own_model import fit_own_model
-from lutgen.display.own_model.first_session import sample_of
+from lutgen.display.own_model.sample import sample_of
 from lutgen.errors import LutgenError
 from lutgen.readings.table import is_capped
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.criticism.first_session.residual_light import ResidualLight
-from lutgen.display.own_model.first_session import first_session_rows
+from lutgen.display.own_model.sample import first_session_rows
 from lutgen.display.trace import panel, since_first_session
 from lutgen.effects import Scene
 from lutgen.errors import LutgenError

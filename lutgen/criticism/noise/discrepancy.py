@@ -20,9 +20,9 @@ from scipy.special import chdtrc
 
 from lutgen.colorimetry import Array, xyz_to_lab
 from lutgen.display.native import NativeDisplay
-from lutgen.display.own_model.first_session import first_session_rows, sample_of
 from lutgen.display.own_model.ladder import MISREAD_LAB
 from lutgen.display.own_model.native_curves import FEW, added_up, parts_of
+from lutgen.display.own_model.sample import first_session_rows, sample_of
 from lutgen.errors import LutgenError
 from lutgen.readings.rest import is_tip
 

@@ -1,19 +1,24 @@
 """Transfer curves of a native display from all readings of its first session, and the choice between sources of curves.
 
 A native display adds its colour points by the paper's matrices, so it can use one rung of the ladder: one curve for
-each channel. Curves from single-channel ramps are wrong for mixtures, which are brighter than the sum of their
-channels.
+each channel. Curves from single-channel ramps are wrong for mixtures, and mostly for greys too, which are brighter than
+the sum of their channels. If no mixtures can judge the curves, greys do (:func:`by_greys`): on an additive display
+ramps, which have more readings, give the better curves, also between the greys.
 """
 
+from collections.abc import Callable, Sequence
+
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.colorimetry import Array
 from lutgen.display.own_model.curves import fit_scalar, lit
 from lutgen.display.own_model.drive import Drive
-from lutgen.display.own_model.ladder import STIFFNESS, clearly_better, mixtures_error
+from lutgen.display.own_model.ladder import STIFFNESS, clearly_better, errors_of, mixtures_error
 from lutgen.display.own_model.sample import FOLDS, Sample
 from lutgen.display.paper import tip_shares
 from lutgen.display.transfer_curve import TransferCurve
+from lutgen.errors import LutgenError
 
 #: Curves of red, green and blue.
 Curves3 = tuple[TransferCurve, TransferCurve, TransferCurve]
@@ -29,6 +34,13 @@ NAMES = {"readings": "all readings", "srgb": "sRGB"}
 
 #: Number of points of a curve: eight times the levels of a usual ramp.
 POINTS = 65
+
+#: Ramps are used if their error on greys is at most this share of the error of curves from the other greys.
+CLEARLY = 0.5
+
+#: Curves from a source, "greys" or "ramps", without the readings (indices of the sample) that are left out. Raises
+#: LutgenError: the source has too few levels, or falls.
+CurvesFrom = Callable[[str, Sequence[int]], Curves3]
 
 
 def curves_of(sample: Sample) -> Curves3:
@@ -85,3 +97,25 @@ def parts_of(curves: Curves3, code: Array) -> Array:
     linear = np.stack([curve(code[:, channel]) for channel, curve in enumerate(curves)], axis=1)
     shares = tip_shares(linear, code, "nearest")
     return np.column_stack([shares, 1.0 - shares.sum(axis=1)])
+
+
+def by_greys(sample: Sample, is_grey: NDArray[np.bool_], curves_from: CurvesFrom) -> str:
+    """Return "ramps" if they predict the greys clearly better than curves from the other greys do, otherwise "greys".
+
+    Five-fold cross-validation by level gives the error of curves from the other greys. ``is_grey``: greys between black
+    and white, (n,).
+    """
+    level = np.unique(sample.drive[is_grey, 0], return_inverse=True)[1].reshape(-1)
+    if level.max(initial=0) < FOLDS:
+        return "ramps"
+    greys = np.flatnonzero(is_grey)
+    by_others = sample.share.copy()
+    try:
+        for fold in range(FOLDS):
+            out = greys[level % FOLDS == fold]
+            by_others[out] = added_up(sample, curves_from("greys", out.tolist()), sample.drive[out])
+        by_ramps = added_up(sample, curves_from("ramps", ()), sample.drive)
+    except LutgenError:
+        return "ramps"
+    other, own = (float(errors_of(sample, share)[is_grey].mean()) for share in (by_others, by_ramps))
+    return "ramps" if own <= CLEARLY * other else "greys"

@@ -1,5 +1,9 @@
-"""``Sample``: the readings of one session as shares of white, with patches, folds, and CIELAB slopes."""
+"""``Sample``: the readings of one session as shares of white, with patches, folds, and CIELAB slopes.
 
+The first session of a campaign, at rest, is the sample of a native display and of its own model.
+"""
+
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -8,7 +12,9 @@ from numpy.typing import NDArray
 
 from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError, listed
+from lutgen.readings import TIP_NAMES, Measurements
 from lutgen.readings.rest import TIP_DRIVES, is_tip
+from lutgen.readings.table import is_capped
 
 #: Number of folds of the cross-validation; each fold is predicted from the other folds.
 FOLDS = 5
@@ -62,8 +68,7 @@ class Sample:
     ) -> "Sample":
         """Return a sample of code values (n, 3) and XYZ (n, 3) in any unit."""
         tips = is_tip(drive)
-        names = ("white", "red", "green", "blue")
-        lacks = [name for name, is_name in zip(names, tips.T, strict=True) if not is_name.any()]
+        lacks = [name for name, is_name in zip(TIP_NAMES, tips.T, strict=True) if not is_name.any()]
         lacks += [] if (~drive.any(axis=1)).any() else ["black"]
         if lacks:
             raise LutgenError(
@@ -136,3 +141,24 @@ class Sample:
     def part(self, rows: NDArray[np.bool_]) -> "Sample":
         """Return a sample of some of the readings, with the same white."""
         return Sample(self.drive[rows], self.share[rows], self.white, self.lines[rows], self.file, self.calibration)
+
+
+def first_session_rows(readings: Measurements, leave_out: Sequence[int] = ()) -> NDArray[np.intp]:
+    """Return the indices of the readings of hour 0 at rest, without ``leave_out``."""
+    return np.setdiff1d(np.flatnonzero(in_first_session(readings)), list(leave_out))
+
+
+def in_first_session(readings: Measurements) -> NDArray[np.bool_]:
+    """Return whether each reading is of hour 0, at rest, and not of a capped lens, (n,)."""
+    return np.asarray(readings.at_rest() & ~is_capped(readings) & (readings.hours == 0))
+
+
+def sample_of(readings: Measurements, rows: NDArray[np.intp]) -> Sample:
+    """Return a sample of some readings of one session. Raises LutgenError: black or a colour point is missing."""
+    return Sample.of(
+        readings.drive[rows],
+        readings.xyz_cd_m2[rows],
+        lines=readings.lines[rows].astype(np.int64),
+        file=readings.file_of(int(rows[0])) if rows.size else readings.file,
+        calibration=readings.calibration,
+    )
