@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lutgen.colorimetry import Array
-from lutgen.readings.conditions import COLUMNS, CONDITIONS
+from lutgen.readings.conditions import COLUMNS, CONDITIONS, OF_COLUMN, Condition
 
 #: White and the primaries at full drive, in the order of the paper's index i.
 TIP_DRIVES = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
@@ -59,20 +59,30 @@ def rest_of(
             if centre is not None:
                 for name, values in columns.items():
                     at[name][groups == group] = middle(values[rows[centre]])
-    spans = {name: np.empty((sessions.size, 2)) for name in columns}
+    outside = {name: np.zeros(sessions.size, dtype=bool) for name in columns}
     for session in np.unique(sessions):
         here = sessions == session
-        for condition in CONDITIONS:
-            for name in (column.name for column in condition.columns if column.name in columns):
-                value = float(at[name][here][0])
-                spans[name][here] = (-np.inf, np.inf) if np.isnan(value) else condition.span(columns[name][here], value)
-    away = {}
-    for condition in CONDITIONS:
-        names = [column.name for column in condition.columns if column.name in columns]
-        if names:
-            outside = [(columns[name] < spans[name][:, 0]) | (columns[name] > spans[name][:, 1]) for name in names]
-            away[condition.cell] = np.logical_or.reduce(outside) & condition.matters(columns)
+        for name, values in columns.items():
+            outside[name][here] = _outside(name, values[here], float(at[name][here][0]))
+    away = {
+        condition.cell: np.logical_or.reduce([outside[name] for name in names]) & condition.matters(columns)
+        for condition, names in _logged(columns)
+    }
     return Rest(at, away)
+
+
+def _logged(columns: Mapping[str, Array]) -> list[tuple[Condition, list[str]]]:
+    """Return the conditions with at least one of the columns, and their columns among these."""
+    each = [(condition, [one.name for one in condition.columns if one.name in columns]) for condition in CONDITIONS]
+    return [(condition, names) for condition, names in each if names]
+
+
+def _outside(name: str, values: Array, rest: float) -> NDArray[np.bool_]:
+    """Return whether values of a column lie outside the span of rest about a value, (n,); NaN has no span."""
+    if np.isnan(rest):
+        return np.zeros(values.size, dtype=bool)
+    low, high = OF_COLUMN[name].span(values, rest)
+    return np.asarray((values < low) | (values > high))
 
 
 def _filled(values: Array, usual: float, sessions: NDArray[np.intp]) -> Array:
@@ -117,18 +127,10 @@ def _alike(columns: Mapping[str, Array]) -> NDArray[np.bool_]:
     """Return whether each reading (column) lies within the spans of rest about each reading (row), (n, n)."""
     count = next(iter(columns.values())).size
     alike = np.ones((count, count), dtype=bool)
-    for condition in CONDITIONS:
-        apart = np.zeros_like(alike)
-        here = [column.name for column in condition.columns if column.name in columns]
-        for name in here:
-            values = columns[name]
-            for row, value in enumerate(values):
-                if not np.isnan(value):
-                    low, high = condition.span(values, float(value))
-                    apart[row] |= (values < low) | (values > high)
-        if here:
-            matters = condition.matters(columns)
-            alike &= ~(apart & matters & matters[:, np.newaxis])
+    for condition, names in _logged(columns):
+        each = [[_outside(name, columns[name], value) for value in columns[name].tolist()] for name in names]
+        matters = condition.matters(columns)
+        alike &= ~(np.logical_or.reduce(each) & matters & matters[:, np.newaxis])
     return alike
 
 

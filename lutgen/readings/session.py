@@ -24,9 +24,6 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-#: Kinds of patches by their drive.
-KINDS = ("white", "black", "grey", "red", "green", "blue", "mixture")
-
 #: Tolerance of drive for full drive, zero drive and grey. Files round at the fifth digit.
 DRIVE_TOLERANCE = 1e-4
 
@@ -136,7 +133,7 @@ class Session:
 
     @cached_property
     def kinds(self) -> tuple[str, ...]:
-        """Kind of each reading, one of ``KINDS``; all levels of a single channel have the name of the channel."""
+        """Kind of each reading: white, black, grey, mixture; or red, green, blue for all levels of a single channel."""
         low, high = self.drive <= DRIVE_TOLERANCE, self.drive >= 1.0 - DRIVE_TOLERANCE
         grey = np.ptp(self.drive, axis=1) <= DRIVE_TOLERANCE
         kinds = np.full(len(self.drive), "mixture", dtype="<U7")

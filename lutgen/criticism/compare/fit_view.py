@@ -143,7 +143,11 @@ class View:
             if set(names) & set(needs):
                 values = condition.along({name: getattr(scene, name) for name in names})
                 # A session has only one or two temperatures; therefore a curve joins readings of all hours.
-                return Way(condition.axis, spread(values), (*names, *(("hour",) if condition.scatters else ())))
+                return Way(
+                    condition.axis or condition.columns[0].words,
+                    spread(values),
+                    (*names, *(("hour",) if condition.scatters else ())),
+                )
         if self.effect.stage in {"drive", "transfer", "mixing"} or (
             self.effect.stage == "emission" and not problem.from_first_hour
         ):

@@ -19,16 +19,16 @@ Array = NDArray[np.float64]
 Values = Mapping[str, Array]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Column:
     """One optional column of the table of readings."""
 
     #: Heading and unit of the column; the unit of a ratio is "".
     name: str
-    unit: str
+    unit: str = ""
     #: Allowed range, and a description of the values that completes "must be …". A value outside is a typing error.
-    low: float
-    high: float
+    low: float = 0.0
+    high: float = 1.0
     meaning: str
     #: Value of an empty cell or a missing column in the table; NaN: unknown, or warm.
     blank: float
@@ -75,7 +75,7 @@ def everywhere(values: Values) -> NDArray[np.bool_]:
     return np.ones(next(iter(values.values())).size, dtype=bool)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Condition:
     """One condition under which a reading is taken."""
 
@@ -104,8 +104,8 @@ class Condition:
     #: Format of the values in the name of a patch, "{:g} lx", and the words before the name in a sentence.
     short: str
     before: str
-    #: Label of the plot axis of the condition.
-    axis: str
+    #: Label of the plot axis of the condition; "": the words of the first column.
+    axis: str = ""
     #: Values → places on that axis, (n,); default: the values of the first column.
     along: Callable[[Values], Array] = lambda values: next(iter(values.values()))
     #: Whether a session contains readings under several values of the condition. Of other conditions, a session of a

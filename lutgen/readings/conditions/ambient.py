@@ -18,7 +18,6 @@ CONDITION = Condition(
         Column(
             name="ambient_lx",
             unit="lx",
-            low=0.0,
             high=200_000.0,
             meaning="the room's light in lux, from 0 on",
             blank=0.0,
@@ -39,7 +38,6 @@ CONDITION = Condition(
     heading="room light",
     short="{:g} lx",
     before="in ",
-    axis="room light, lux",
     signatures=lambda values, _rest: {"room light": values["ambient_lx"] / (values["ambient_lx"] + 100.0)},
     strange=("room light",),
     variations=(

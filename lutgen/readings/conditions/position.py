@@ -28,9 +28,6 @@ def _signatures(values: Values, _rest: Values) -> dict[str, Array]:
 
 _U = Column(
     name="u",
-    unit="",
-    low=0.0,
-    high=1.0,
     meaning="the position from the left, 0..1",
     blank=0.5,
     usual=0.5,

@@ -18,9 +18,6 @@ CONDITION = Condition(
     columns=(
         Column(
             name="surround",
-            unit="",
-            low=0.0,
-            high=1.0,
             meaning="the code value around the patch, 0..1",
             blank=0.0,
             usual=0.0,
@@ -40,7 +37,6 @@ CONDITION = Condition(
     heading="",
     short="surround {:g}",
     before="in a ",
-    axis="code value of the surround",
     matters=_matters,
     signatures=lambda values, _rest: {"surround": values["surround"]},
     variations=(joined("black in a white surround", greys((0.0, 0.1, 0.2), window=0.1, surround=1.0)),),

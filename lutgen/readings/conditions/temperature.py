@@ -58,7 +58,6 @@ CONDITION = Condition(
     heading="temperature",
     short="{:.0f} °C",
     before="at ",
-    axis="temperature, °C",
     scatters=True,
     signatures=_signatures,
     variations=(joined("in a room 8 K warmer", greys((1.0, 0.6), temperature_c=REFERENCE_C + 8.0)),),

@@ -33,7 +33,6 @@ CONDITION = Condition(
         Column(
             name="warmup_min",
             unit="min",
-            low=0.0,
             high=1e6,
             meaning="minutes since power-on, from 0 on",
             blank=nan,
@@ -54,7 +53,6 @@ CONDITION = Condition(
     heading="after power-on",
     short="{:g} min",
     before="after ",
-    axis="minutes since power-on",
     signatures=_signatures,
     variations=(
         joined("after power-on", *(greys((1.0, 0.6), warmup_min=minutes) for minutes in (2.0, 5.0, 10.0, 20.0, 40.0))),

@@ -24,9 +24,7 @@ CONDITION = Condition(
     columns=(
         Column(
             name="window",
-            unit="",
             low=1e-6,
-            high=1.0,
             meaning="the share of the screen that the patch covers, above 0 and up to 1",
             blank=1.0,
             usual=1.0,

@@ -7,7 +7,7 @@ compares the counts that the file states with its content.
 """
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from io import StringIO
 from itertools import chain
@@ -25,31 +25,21 @@ _FORMAT, _DATA = ("BEGIN_DATA_FORMAT", "END_DATA_FORMAT"), ("BEGIN_DATA", "END_D
 _FIELDS, _SETS = "NUMBER_OF_FIELDS", "NUMBER_OF_SETS"
 
 
-@dataclass(frozen=True)
+@dataclass
 class CgatsTable:
     """One table of a CGATS file."""
 
-    #: Identifier of the table, such as CTI3, CAL or CGATS.17; "": no identifier.
-    kind: str
     #: First line of the table.
     line: int
-    #: Keyword → value, and name of a block → its free text.
-    keywords: Mapping[str, str]
-    #: Names of the columns, in capitals.
-    fields: tuple[str, ...]
-    #: Cells of each row, in the order of ``fields``, and the first line of each row.
-    rows: tuple[tuple[str, ...], ...]
-    lines: tuple[int, ...]
-
-
-@dataclass
-class _Open:
-    """A table before its data."""
-
-    line: int
+    #: Identifier of the table, such as CTI3, CAL or CGATS.17; "": no identifier.
     kind: str = ""
+    #: Keyword → value, and name of a block → its free text.
     keywords: dict[str, str] = field(default_factory=dict)
+    #: Names of the columns, in capitals.
     fields: tuple[str, ...] = ()
+    #: Cells of each row, in the order of ``fields``, and the first line of each row.
+    rows: list[tuple[str, ...]] = field(default_factory=list)
+    lines: list[int] = field(default_factory=list)
 
 
 def tables(source: FileText) -> list[CgatsTable]:
@@ -60,14 +50,15 @@ def tables(source: FileText) -> list[CgatsTable]:
     """
     closed: list[CgatsTable] = []
     lines = _lines(source)
-    current: _Open | None = None
+    current: CgatsTable | None = None
     for at, words in lines:
         head = words[0].upper()
-        current = current or _Open(at)
+        current = current or CgatsTable(at)
         if head == _FORMAT[0]:
             current.fields = _fields(source, current, words[1:], at, lines)
         elif head == _DATA[0]:
-            closed.append(_close(source, current, words[1:], at, lines))
+            _read_rows(source, current, words[1:], at, lines)
+            closed.append(current)
             current = None
         elif head in (_FORMAT[1], _DATA[1]):
             raise LutgenError(f"{source.at(at)}: {head} without its BEGIN: is a line missing above?")
@@ -107,7 +98,7 @@ def _lines(source: FileText) -> Iterator[tuple[int, list[str]]]:
 
 
 def _fields(
-    source: FileText, table: _Open, first: list[str], begun: int, lines: Iterator[tuple[int, list[str]]]
+    source: FileText, table: CgatsTable, first: list[str], begun: int, lines: Iterator[tuple[int, list[str]]]
 ) -> tuple[str, ...]:
     names = [*first, *(word for _, words in _until(source, _FORMAT, begun, lines) for word in words)]
     fields = tuple(name.upper() for name in names)
@@ -119,9 +110,9 @@ def _fields(
     return fields
 
 
-def _close(
-    source: FileText, table: _Open, first: list[str], begun: int, lines: Iterator[tuple[int, list[str]]]
-) -> CgatsTable:
+def _read_rows(
+    source: FileText, table: CgatsTable, first: list[str], begun: int, lines: Iterator[tuple[int, list[str]]]
+) -> None:
     if not table.fields:
         raise LutgenError(
             f"{source.at(begun)}: data without a data format (BEGIN_DATA_FORMAT … END_DATA_FORMAT) above it."
@@ -130,8 +121,6 @@ def _close(
     # A row may continue on the next line only if the file states the number of rows; otherwise a lost cell would go
     # unnoticed.
     wraps = _SETS in table.keywords
-    rows: list[tuple[str, ...]] = []
-    places: list[int] = []
     row: list[str] = []
     start = begun
     # Words after BEGIN_DATA on its own line belong to the first row.
@@ -143,18 +132,17 @@ def _close(
                 f"{source.at(start)}: {len(row)} fields where the data format names {width}: "
                 "is a value missing or doubled, or a decimal comma in it?"
             )
-        if len(rows) == MOST_READINGS:
+        if len(table.rows) == MOST_READINGS:
             raise LutgenError(f"{source.at(at)}: more than {MOST_READINGS} rows, which no session has. Split the file.")
         if len(row) == width:
-            rows.append(tuple(row))
-            places.append(start)
+            table.rows.append(tuple(row))
+            table.lines.append(start)
             row = []
     if row:
         raise LutgenError(
             f"{source.at(start)}: {len(row)} fields where the data format names {width}: is a value missing?"
         )
-    _check_count(source, table, _SETS, len(rows), f"{len(rows)} rows follow: cut off, or edited by hand")
-    return CgatsTable(table.kind, table.line, table.keywords, table.fields, tuple(rows), tuple(places))
+    _check_count(source, table, _SETS, len(table.rows), f"{len(table.rows)} rows follow: cut off, or edited by hand")
 
 
 def _until(
@@ -182,7 +170,7 @@ def _free_text(source: FileText, head: str, begun: int, lines: Iterator[tuple[in
     raise LutgenError(f"{source.at(begun)}: {head} without {end}: the file is cut off. Copy it again.")
 
 
-def _check_count(source: FileText, table: _Open, name: str, count: int, held: str) -> None:
+def _check_count(source: FileText, table: CgatsTable, name: str, count: int, held: str) -> None:
     stated = table.keywords.get(name)
     if stated is None:
         return
