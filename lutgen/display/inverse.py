@@ -83,7 +83,7 @@ class Compensation:
         """Return the drive in linear light, (n, 3), for code values (n, 3); outside 0..1 for colours out of reach."""
         if len(code) <= _FEW or paper_links(self.aged) is not None:
             return self.drive_from(code, None)
-        return self.drive_from(code, _lattice_drives(self).between(code))
+        return self.drive_from(code, _between(_lattice_drives(self), code))
 
     def drive_from(self, code: Array, start: Start | None) -> Array:
         """Return the same as :meth:`drive`, with ``start`` for :func:`searched`."""
@@ -156,42 +156,36 @@ def _correction(aged: AgedDisplay, fresh: AgedDisplay, unreachable: str) -> Comp
     return replace(whole, scale=np.floor(low * 1e6) / 1e6)
 
 
-@dataclass(frozen=True, eq=False)
-class _LatticeDrives:
-    """The drives for a lattice that is uniform in code values.
-
-    ``nodes`` has one row for each node, (n³, 13), blue fastest: side of the jump, code values of the drive, slopes.
-    """
-
-    size: int
-    nodes: Array
-
-    def between(self, code: Array) -> Start:
-        """Interpolate the drives at code values (n, 3); NaN if the neighbours lie on different sides of a jump."""
-        places = code * (self.size - 1)
-        low = np.minimum(places.astype(np.intp), self.size - 2)
-        above = (places - low)[:, :, np.newaxis]
-        stride = np.array([self.size**2, self.size, 1])
-        first, mixed = low @ stride, np.zeros((len(code), self.nodes.shape[1]))
-        for corner in product((0, 1), repeat=3):
-            weight = np.prod(np.where(np.array(corner)[:, np.newaxis], above, 1.0 - above), axis=1)
-            mixed += weight * self.nodes.take(first + stride @ corner, axis=0)
-        side = mixed[:, 0]
-        mixed[(side > _ONE_SIDE) & (side < _OTHER - _ONE_SIDE)] = np.nan
-        return Start(code_to_linear(mixed[:, 1:4]), mixed[:, 4:].T.reshape(3, 3, -1))
+def _between(nodes: Array, code: Array) -> Start:
+    """Interpolate a lattice at code values (n, 3); NaN if the neighbours lie on different sides of a jump."""
+    size = round(len(nodes) ** (1 / 3))
+    places = code * (size - 1)
+    low = np.minimum(places.astype(np.intp), size - 2)
+    above = (places - low)[:, :, np.newaxis]
+    stride = np.array([size**2, size, 1])
+    first, mixed = low @ stride, np.zeros((len(code), nodes.shape[1]))
+    for corner in product((0, 1), repeat=3):
+        weight = np.prod(np.where(np.array(corner)[:, np.newaxis], above, 1.0 - above), axis=1)
+        mixed += weight * nodes.take(first + stride @ corner, axis=0)
+    side = mixed[:, 0]
+    mixed[(side > _ONE_SIDE) & (side < _OTHER - _ONE_SIDE)] = np.nan
+    return Start(code_to_linear(mixed[:, 1:4]), mixed[:, 4:].T.reshape(3, 3, -1))
 
 
 @lru_cache(maxsize=1)
-def _lattice_drives(link: Compensation) -> _LatticeDrives:
-    """Search the lattices, each from the results of the coarser lattice; cached for the same display."""
-    lattices: list[_LatticeDrives] = []
+def _lattice_drives(link: Compensation) -> Array:
+    """Search lattices that are uniform in code values, each from the results of the coarser lattice.
+
+    Returns the finest lattice, one row for each node, (n³, 13), blue fastest: side of the jump, code values of the
+    drive, slopes. The result is cached for the same display.
+    """
+    start = None
     for size in _LATTICES:
         axis = np.linspace(0.0, 1.0, size)
         code = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
-        drives, slopes = link.rough(code, lattices[-1].between(code) if lattices else None)
-        nodes = np.column_stack([link.side(drives), linear_to_code(drives), slopes.reshape(9, -1).T])
-        lattices.append(_LatticeDrives(size, nodes))
-    return lattices[-1]
+        drives, slopes = link.rough(code, None if start is None else _between(start, code))
+        start = np.column_stack([link.side(drives), linear_to_code(drives), slopes.reshape(9, -1).T])
+    return np.asarray(start)
 
 
 def drive_of(aged: AgedDisplay, xyz: Array, requested: Array, start: Start | None = None) -> Array:

@@ -14,9 +14,9 @@ import numpy as np
 
 from lutgen.colorimetry import Array
 from lutgen.effects import Effect, Scene
-from lutgen.readings import Measurements
+from lutgen.readings import TIP_NAMES, Measurements
 
-CHANNELS = ("red", "green", "blue")
+CHANNELS = TIP_NAMES[1:]
 
 #: Code values at which a change of the calibration is stored; densest near black, where the curves are steepest.
 CODES = np.linspace(0.0, 1.0, 65) ** 2

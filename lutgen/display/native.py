@@ -24,7 +24,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lutgen.colorimetry import Array, inverse
-from lutgen.display.cache import Remembered
 from lutgen.display.own_model import OwnModel, Sample, fit_own_model
 from lutgen.display.own_model.ladder import LENGTHS, clearly_better, mixtures_error
 from lutgen.display.own_model.native_curves import (
@@ -42,10 +41,10 @@ from lutgen.display.own_model.stored import StoredModel
 from lutgen.display.paper import tip_shares
 from lutgen.display.transfer_curve import TransferCurve, fallen, misread_levels, rising_light
 from lutgen.errors import LutgenError, refuse_unknown
-from lutgen.readings import Measurements
+from lutgen.readings import TIP_NAMES, Measurements
 from lutgen.readings.rest import TIP_DRIVES
 
-CHANNELS = ("red", "green", "blue")
+CHANNELS = TIP_NAMES[1:]
 
 #: Sources of the curves.
 SOURCES = ("ramps", "greys", "readings", "srgb")
@@ -73,6 +72,31 @@ ENDS = np.array([(0.0, 0.0, 0.0), *TIP_DRIVES])
 
 #: Largest share of black in white.
 DARKEST = 0.2
+
+#: Number of cached results, and largest number of values of the code values of a cached result: a table, not an image.
+KEPT, MOST = 8, 30_000
+
+
+class _Remembered:
+    """A cache of the last results by code values, in read-only arrays; a fit uses the same code values often."""
+
+    def __init__(self) -> None:
+        self._results: dict[tuple[tuple[int, ...], bytes], Array] = {}
+
+    def of(self, code: Array, compute: Callable[[], Array]) -> Array:
+        """Return the result for code values (..., 3), from the cache or from ``compute``."""
+        if code.size > MOST:
+            return compute()
+        key = code.shape, code.tobytes()
+        result = self._results.pop(key, None)
+        if result is None:
+            result = compute()
+            result.flags.writeable = False
+        self._results[key] = result
+        # Another thread may have removed an old result already.
+        for old in list(self._results)[:-KEPT]:
+            self._results.pop(old, None)
+        return result
 
 
 @dataclass(frozen=True)
@@ -117,12 +141,12 @@ class NativeDisplay:
         Raises LutgenError: a reading is missing, or a ramp falls by more than noise at more levels than may be misread.
         The message names channel and codes.
         """
-        sample = _mixed_sample(readings, leave_out) if source in {None, "readings", "srgb"} else None
-        if source is not None and sample is not None:
-            return cls(curves_of(sample) if source == "readings" else straight(), _black_of(sample), source)
+        sample = None if source in {"ramps", "greys"} else _sample(readings, leave_out)
         by_ramps = partial(cls._of_ramps, readings, strict=strict)
-        if source is not None or sample is None:
-            return by_ramps(leave_out, source or _source_without_mixtures(readings, leave_out, by_ramps))
+        if sample is None or sample.mixtures < FEW:
+            return by_ramps(leave_out, source or _source_without_mixtures(sample, readings, leave_out, by_ramps))
+        if source is not None:
+            return cls(curves_of(sample) if source == "readings" else straight(), _black_of(sample), source)
         if sample.mixtures < LEAST_MIXTURES:
             return _or_srgb(by_ramps(leave_out, "ramps"), sample)
         try:
@@ -152,9 +176,8 @@ class NativeDisplay:
             remarks.append("Black read below 0 in X, Y or Z: it is taken as 0 there.")
         curves = []
         if session.source == "greys":
-            why = "ramps of single channels do not predict them"
-            if not session.has_ramps:
-                why = f"there is no ramp of {LEAST_LEVELS} levels of each channel"
+            lack = f"there is no ramp of {LEAST_LEVELS} levels of each channel"
+            why = "ramps of single channels do not predict them" if session.has_ramps else lack
             remarks.append(f"The curve of each channel is solved from XYZ of the greys: {why}.")
         for channel, name in enumerate(CHANNELS):
             codes, light, sigma = session.points(channel)
@@ -176,11 +199,9 @@ class NativeDisplay:
 
     def linear(self, code: Array) -> Array:
         """Convert code values (..., 3) to linear light of each channel (..., 3), relative to the light at code 1."""
-
-        def light() -> Array:
-            return np.stack([curve(code[..., channel]) for channel, curve in enumerate(self.curves)], axis=-1)
-
-        return self._cache[0].of(code, light)
+        return self._cache[0].of(
+            code, lambda: np.stack([curve(code[..., channel]) for channel, curve in enumerate(self.curves)], axis=-1)
+        )
 
     def own_gain(self, code: Array, share: Array | None = None) -> Array | None:
         """Return the ratio of the own model to curves and colour points alone, (m, 3); None without an own model.
@@ -207,9 +228,9 @@ class NativeDisplay:
         return np.asarray(np.clip(1.0 + (share - plain - correction) / np.maximum(plain, LEAST_SHARE), *GAINS))
 
     @cached_property
-    def _cache(self) -> tuple[Remembered, Remembered]:
+    def _cache(self) -> tuple[_Remembered, _Remembered]:
         """Caches of the light and of the gains, by code values."""
-        return Remembered(), Remembered()
+        return _Remembered(), _Remembered()
 
     @cached_property
     def _ends(self) -> Array:
@@ -256,28 +277,24 @@ class NativeDisplay:
         return np.asarray(in_first_session(readings) & np.logical_or.reduce([~codes.any(axis=1), *ramps]))
 
 
-def _mixed_sample(readings: Measurements, leave_out: Sequence[int]) -> Sample | None:
-    """Return a sample of the first session at rest; None: too few mixtures, or black or a colour point is missing."""
-    here = first_session_rows(readings, leave_out)
-    lit = (readings.drive[here] > 0).sum(axis=1) >= 2
-    if lit.sum() < FEW:
-        return None
+def _sample(readings: Measurements, leave_out: Sequence[int]) -> Sample | None:
+    """Return a sample of the first session at rest; None: black or a colour point is missing."""
     try:
-        sample = sample_of(readings, here)
+        return sample_of(readings, first_session_rows(readings, leave_out))
     except LutgenError:
         return None
-    return sample if sample.mixtures >= FEW else None
 
 
 def _source_without_mixtures(
-    readings: Measurements, leave_out: Sequence[int], by_ramps: Callable[[Sequence[int], str], NativeDisplay]
+    sample: Sample | None,
+    readings: Measurements,
+    leave_out: Sequence[int],
+    by_ramps: Callable[[Sequence[int], str], NativeDisplay],
 ) -> str:
     """Return the source of the curves of a first session with too few mixtures to judge them."""
-    here = first_session_rows(readings, leave_out)
-    try:
-        sample = sample_of(readings, here)
-    except LutgenError:
+    if sample is None:
         return "ramps"  # the error that names all that is missing follows
+    here = first_session_rows(readings, leave_out)
 
     def curves_from(source: str, without: Sequence[int]) -> Curves3:
         return by_ramps([*leave_out, *here[np.array(without, dtype=np.intp)]], source).curves
@@ -325,14 +342,14 @@ class _Session:
         xyz = np.stack([np.bincount(place, column) for column in readings.xyz_cd_m2[rows].T], axis=1) / count
         black = np.asarray(~codes.any(axis=1))
         tips = [(codes == tip).all(axis=1) for tip in TIP_DRIVES]
-        ramps = [_is_ramp(codes, channel) for channel in range(3)]
-        greys = _is_grey(codes)
-        _check_complete(readings, black, tips, [int(ramp.sum()) for ramp in ramps], int(greys.sum()))
-        levels = {"ramps": min(int(ramp.sum()) for ramp in ramps), "greys": int(greys.sum())}
+        ramps, greys = [int(_is_ramp(codes, channel).sum()) for channel in range(3)], int(_is_grey(codes).sum())
+        _check_complete(readings, black, tips, ramps, greys)
+        levels = {"ramps": min(ramps), "greys": greys}
         if levels[source] < LEAST_LEVELS:
             source = "greys" if source == "ramps" else "ramps"
-        tips_xyz = np.array([xyz[tip][0] for tip in tips])
-        return cls(xyz[black][0], tips_xyz, codes, xyz, source, levels["ramps"] >= LEAST_LEVELS)
+        return cls(
+            xyz[black][0], np.array([xyz[tip][0] for tip in tips]), codes, xyz, source, levels["ramps"] >= LEAST_LEVELS
+        )
 
     def points(self, channel: int) -> tuple[Array, Array, Array]:
         """Return code, light relative to full drive, and its standard deviation, (m,) each, of a channel's ramp."""
@@ -347,11 +364,8 @@ class _Session:
             weight = net[1 + channel] / (net[1 + channel] ** 2).sum()
         xyz = self.xyz_cd_m2[chosen]
         sigma = np.hypot(RELATIVE * xyz, FLOOR_CD_M2)
-        return (
-            self.codes[chosen, channel],
-            ((xyz - self.black) * weight).sum(axis=1),
-            np.sqrt(((sigma * weight) ** 2).sum(axis=1)),
-        )
+        light, variance = ((xyz - self.black) * weight).sum(axis=1), ((sigma * weight) ** 2).sum(axis=1)
+        return self.codes[chosen, channel], light, np.sqrt(variance)
 
 
 def _is_ramp(codes: Array, channel: int) -> NDArray[np.bool_]:
@@ -371,7 +385,7 @@ def _check_complete(
 ) -> None:
     """Raise LutgenError if the first session lacks readings for a native display; the message names them."""
     lacks = [] if black.any() else ["black (code 0, 0, 0)"]
-    lacks += [f"{name} at full drive" for name, tip in zip(("white", *CHANNELS), tips, strict=True) if not tip.any()]
+    lacks += [f"{name} at full drive" for name, tip in zip(TIP_NAMES, tips, strict=True) if not tip.any()]
     if min(ramps) < LEAST_LEVELS and greys < LEAST_LEVELS:
         held = zip((*ramps, greys), (*CHANNELS, "grey"), strict=True)
         counts = ", ".join(f"{count} of {name}" for count, name in held)

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -144,7 +144,7 @@ class _Climb:
         self._try(curves.SCALAR_NAME, curves.fit_scalar, STIFFNESS[:3], [Drive(), *clipped])
         _, drive = self._try(curves.XYZ_NAME, curves.fit_xyz, STIFFNESS, [*drives, *clipped])
         self._try(curves.PRODUCTS_NAME, partial(curves.fit_xyz, drive=drive, products=True), STIFFNESS)
-        below = _cached(self.fit)
+        below = cache(self.fit)  # the residual selects its constants with the same fits
         self._try(residual.NAME, lambda part, *chosen: residual.fit(part, below(part), drive, *chosen), LENGTHS, NOISES)
         model = self.fit(self.sample)
         return OwnModel(model, tuple(self.rungs), self.held_out, _misread(self.sample, model), self.sample)
@@ -174,18 +174,6 @@ class _Climb:
             shares[out] = model(self.sample.drive[out])
             shares[known] = model(self.sample.drive[known])
         return shares
-
-
-def _cached(fit: Fit) -> Fit:
-    """Return ``fit`` with a cache by sample; the next rung selects its constants with the same fits."""
-    models: dict[int, Model] = {}
-
-    def cached(sample: Sample) -> Model:
-        if id(sample) not in models:
-            models[id(sample)] = fit(sample)
-        return models[id(sample)]
-
-    return cached
 
 
 def clearly_better(sample: Sample, one: Array, other: Array) -> bool:

@@ -19,6 +19,7 @@ from lutgen.display.own_model.sample import FOLDS, Sample
 from lutgen.display.paper import tip_shares
 from lutgen.display.transfer_curve import TransferCurve
 from lutgen.errors import LutgenError
+from lutgen.readings import TIP_NAMES
 
 #: Curves of red, green and blue.
 Curves3 = tuple[TransferCurve, TransferCurve, TransferCurve]
@@ -47,7 +48,7 @@ def curves_of(sample: Sample) -> Curves3:
     """Return the curves of red, green and blue fitted to all readings; outliers have little weight."""
     codes, curves = np.linspace(0.0, 1.0, POINTS), []
     of_channels = np.split(fit_scalar(sample, STIFFNESS[0], Drive()).coefficients[1:], 3)
-    for name, coefficients in zip(("red", "green", "blue"), of_channels, strict=True):
+    for name, coefficients in zip(TIP_NAMES[1:], of_channels, strict=True):
         light = lit(codes) @ coefficients.sum(axis=1)
         curves.append(TransferCurve.through(name, codes, np.clip(np.maximum.accumulate(light / light[-1]), 0.0, 1.0)))
     red, green, blue = curves
@@ -56,7 +57,7 @@ def curves_of(sample: Sample) -> Curves3:
 
 def straight() -> Curves3:
     """Return sRGB's curves, the lowest rung."""
-    red, green, blue = (TransferCurve(name, (0.0, 1.0), (0.0, 1.0)) for name in ("red", "green", "blue"))
+    red, green, blue = (TransferCurve(name, (0.0, 1.0), (0.0, 1.0)) for name in TIP_NAMES[1:])
     return red, green, blue
 
 

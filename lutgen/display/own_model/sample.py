@@ -36,7 +36,7 @@ def lab_slope(share: Array) -> Array:
     return np.asarray(116.0 / 3.0 * np.maximum(share, STRAIGHT) ** (-2.0 / 3.0))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Sample:
     """Readings of one session for a fit of the display's own model.
 
