@@ -135,7 +135,7 @@ def _over_middle(places: Array, xyz: Array, file: str) -> Array:
 
 @dataclass(frozen=True)
 class OnScreen:
-    """The position of a picture on the screen, and the measured uniformity of the screen."""
+    """The position of a picture on the screen, and its measured uniformity. Raises LutgenError: no such position."""
 
     #: Position and size of the picture, as shares of the screen's width and height.
     left: float = 0.0
@@ -146,7 +146,6 @@ class OnScreen:
     uniformity: MeasuredUniformity | None = None
 
     def __post_init__(self) -> None:
-        """Raise LutgenError if the picture is not inside the screen."""
         sides = ((self.left, self.width), (self.top, self.height))
         if not all(start >= 0.0 and size > 0.0 and start + size <= 1.0 + 1e-9 for start, size in sides):
             raise LutgenError(

@@ -21,6 +21,7 @@ from lutgen.colorimetry import Array, code_to_linear
 from lutgen.effects.scene import Scene
 from lutgen.errors import LutgenError
 from lutgen.readings.conditions import COLUMNS
+from lutgen.readings.conditions.position import PLACE
 
 #: Name of a signal → the stage of an effect on it.
 SIGNALS = {"code": "drive", "linear": "transfer", "xyz": "optics"}
@@ -35,7 +36,7 @@ QUANTITIES: dict[str, tuple[Callable[[Scene], Array], tuple[str, ...]]] = {
     "hours": (attrgetter("hours"), ()),
     "white": (attrgetter("white"), ()),
     "fresh_white": (attrgetter("fresh_white"), ()),
-    "rho": (attrgetter("radius"), ("u", "v")),
+    "rho": (attrgetter("radius"), PLACE),
     **{name: (attrgetter(name), (name,)) for name in COLUMNS},
     "mean_drive": (attrgetter("mean_drive"), ("window", "surround")),
     "pi": (lambda _scene: np.array(pi), ()),

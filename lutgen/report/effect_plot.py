@@ -15,6 +15,7 @@ from lutgen.effects.probe import reacts_to
 from lutgen.effects.scene import LIFE_H
 from lutgen.numerals import spaced
 from lutgen.readings.conditions import COLUMNS, of_one_picture
+from lutgen.readings.conditions.position import PLACE
 from lutgen.report.aging_plot import PAGE, TIP_COLOURS
 from lutgen.report.drawing import new_figure
 
@@ -172,8 +173,8 @@ def _axis(signature: Signature) -> tuple[str, str, Array, Array, dict[str, Array
     if not reads:
         return "operating hours", "ΔE2000 of greys over the hours", share * LIFE_H, share * LIFE_H, {}
     old, at = np.array([LIFE_H]), f"{spaced(LIFE_H)} h"
-    if {"u", "v"} & set(reads):
-        places = dict.fromkeys(("u", "v"), (0.5 + 0.5 * share)[:, np.newaxis])
+    if {*PLACE} & {*reads}:
+        places = dict.fromkeys(PLACE, (0.5 + 0.5 * share)[:, np.newaxis])
         return "way from the centre (0) to a corner (1)", f"ΔE2000 of greys over the screen, {at}", share, old, places
     column = COLUMNS[reads[0]]
     low, high = column.axis

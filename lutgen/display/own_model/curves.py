@@ -90,15 +90,6 @@ class Curves:
         return shares
 
 
-def columns(code: Array, drive: Drive, *, products: bool = False) -> Array:
-    """Return columns for black, each channel's splines, and optionally products, (m, COLUMNS or COLUMNS + 3)."""
-    driven = drive(code)
-    parts = [np.ones((len(code), 1)), *(lit(driven[:, channel]) for channel in range(3))]
-    if products:
-        parts.append(_products(code))
-    return np.hstack(parts)
-
-
 def _products(code: Array) -> Array:
     """Return the products of each two code values, (m, 3)."""
     red, green, blue = code.T
@@ -158,7 +149,9 @@ def _curves(splines: list[Array], primaries: Array, target: Array, weights: Arra
 
 def fit_xyz(sample: Sample, stiffness: float, drive: Drive, *, products: bool = False) -> Curves:
     """Fit the curves to all readings, with residuals in CIELAB units; outliers have little weight."""
-    at = columns(sample.drive, drive, products=products)
+    code, driven = sample.drive, drive(sample.drive)
+    parts = [np.ones((len(code), 1)), *(lit(driven[:, channel]) for channel in range(3))]
+    at = np.hstack([*parts, _products(code)] if products else parts)
     penalty, rise = stiffening(at.shape[1], stiffness), rising(at.shape[1])
     weight = sample.certainty
     coefficients = np.zeros((at.shape[1], 3))

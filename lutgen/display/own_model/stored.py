@@ -39,7 +39,6 @@ class StoredModel:
     content: bytes
 
     def __post_init__(self) -> None:
-        """Check the arrays."""
         if self._arrays["way"] not in range(len(WAYS)):
             raise LutgenError("the display's own model: `way` is none of 0 to 3. Make the model again.")
 

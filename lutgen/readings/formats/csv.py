@@ -222,13 +222,10 @@ class CsvTable:
             raise LutgenError(
                 f"{self.source.file}: white has Y = {white:g}: no light. Correct the row of R = G = B = full drive."
             )
-        if relative and stated:
-            return white, ""
         if relative:
-            return white, f"White has Y = {white:g}: taken as relative, not as cd/m². Good for ratios alone."
-        if absolute:
-            return None, ""
-        return None, self._unit_remark(white if places.size else None)
+            remark = f"White has Y = {white:g}: taken as relative, not as cd/m². Good for ratios alone."
+            return white, "" if stated else remark
+        return None, "" if absolute else self._unit_remark(white if places.size else None)
 
     def _names_unit(self) -> bool:
         """Whether the header or the metadata name cd/m² as the unit of light."""
