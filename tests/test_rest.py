@@ -155,7 +155,7 @@ def test_every_condition_says_what_a_table_a_sentence_and_a_plan_need() -> None:
         label = condition.label(*values)
         assert label in condition.sentence.format(label)
         assert isinstance(condition.in_words(usual), str)
-        assert condition.variations
+        assert all(condition.varied)
         for column in condition.columns:
             assert column.tried[0] == column.usual
             assert all(column.low <= value <= column.high for value in column.tried[1:])

@@ -58,7 +58,7 @@ _MIXTURES = tuple(
     Patch((float(r), float(g), float(b)), {}) for r, g, b in np.random.default_rng(9).random((12, 3)).round(3)
 )
 
-#: Sets of patches that can be measured: name → patches. Each condition adds its own sets.
+#: Sets of patches that can be measured: name → patches. Each condition adds its own set.
 POOL: dict[str, tuple[Patch, ...]] = {
     "lens cap": _greys((0.0, 0.0, 0.0), "lens cap"),
     "black and dark greys": _greys((0.0, 0.0, 0.0, 0.05, 0.1, 0.2)),
@@ -66,11 +66,7 @@ POOL: dict[str, tuple[Patch, ...]] = {
     "ramps of red, green, blue": _ramps((0.15, 0.3, 0.45, 0.6, 0.75, 0.9)),
     "secondaries": _PAIRS,
     "mixtures": _MIXTURES,
-} | {
-    variation.name: tuple(Patch(*patch) for patch in variation.patches)
-    for condition in CONDITIONS
-    for variation in condition.variations
-}
+} | {name: tuple(Patch(*patch) for patch in patches) for name, patches in (each.varied for each in CONDITIONS)}
 
 
 @dataclass(frozen=True)

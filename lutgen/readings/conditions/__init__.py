@@ -44,35 +44,18 @@ class Column:
     words: str
 
 
-@dataclass(frozen=True)
-class Variation:
-    """Patches for a measurement plan that show the influence of a condition.
-
-    ``patches``: for each patch the code values, the values of columns, and a note ("shrouded").
-    """
-
-    name: str
-    patches: tuple[tuple[tuple[float, float, float], Mapping[str, float], str], ...]
+#: A patch of a measurement plan: code values, values of columns, and a note ("shrouded").
+PlannedPatch = tuple[tuple[float, float, float], Mapping[str, float], str]
 
 
-def greys(levels: tuple[float, ...], note: str = "", **columns: float) -> Variation:
-    """Return a variation without a name: greys of these code values under these values of columns."""
-    return Variation("", tuple(((level, level, level), columns, note) for level in levels))
-
-
-def joined(name: str, *parts: Variation) -> Variation:
-    """Return one variation that contains the patches of several."""
-    return Variation(name, tuple(patch for part in parts for patch in part.patches))
+def greys(levels: tuple[float, ...], note: str = "", **columns: float) -> list[PlannedPatch]:
+    """Return greys of these code values under these values of columns."""
+    return [((level, level, level), columns, note) for level in levels]
 
 
 def within(tolerance: float) -> Callable[[Array, float], tuple[float, float]]:
     """Return a ``span`` function: the value at rest ± ``tolerance``."""
     return lambda _values, rest: (rest - tolerance, rest + tolerance)
-
-
-def everywhere(values: Values) -> NDArray[np.bool_]:
-    """Return True for every reading, (n,)."""
-    return np.ones(next(iter(values.values())).size, dtype=bool)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,15 +97,17 @@ class Condition:
     #: Whether logged values scatter from reading to reading, so that readings of one patch have several values, and a
     #: session has too few values for a curve.
     scatters: bool = False
-    #: Values → for each reading, whether the condition can affect the reading, (n,).
-    matters: Callable[[Values], NDArray[np.bool_]] = everywhere
+    #: Values → for each reading, whether the condition can affect the reading, (n,); default: it can.
+    matters: Callable[[Values], NDArray[np.bool_]] = lambda values: np.ones(
+        len(next(iter(values.values()))), dtype=bool
+    )
     #: Values, and values at rest → name → weights of a signature in the light, (n,). A diagnosis projects the residual
     #: of a fit on each signature.
     signatures: Callable[[Values, Values], dict[str, Array]] = lambda _values, _rest: {}
     #: Names of the signatures that no effect of the catalogue has.
     strange: tuple[str, ...] = ()
-    #: Variations of the condition in a measurement plan.
-    variations: tuple[Variation, ...] = ()
+    #: Name of a set of patches in a measurement plan, and the patches, which show the influence of the condition.
+    varied: tuple[str, list[PlannedPatch]]
 
     @property
     def key(self) -> str:

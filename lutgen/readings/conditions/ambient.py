@@ -1,6 +1,6 @@
 """The illuminance of the room's light on the screen."""
 
-from lutgen.readings.conditions import Array, Column, Condition, greys, joined
+from lutgen.readings.conditions import Array, Column, Condition, greys
 
 #: Tolerance for equal room light, in lux and as a share: about the repeatability of a lux meter.
 TOLERANCE_LX, TOLERANCE_SHARE = 0.5, 0.05
@@ -40,11 +40,9 @@ CONDITION = Condition(
     before="in ",
     signatures=lambda values, _rest: {"room light": values["ambient_lx"] / (values["ambient_lx"] + 100.0)},
     strange=("room light",),
-    variations=(
-        joined(
-            "black, shrouded, and black in the lit room",
-            greys((0.0, 0.0, 0.0), "shrouded"),
-            *(greys((0.0,), ambient_lx=lux) for lux in (40.0, 120.0, 400.0)),
-        ),
+    varied=(
+        "black, shrouded, and black in the lit room",
+        greys((0.0, 0.0, 0.0), "shrouded")
+        + [((0.0, 0.0, 0.0), {"ambient_lx": lux}, "") for lux in (40.0, 120.0, 400.0)],
     ),
 )

@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 
-from lutgen.readings.conditions import Array, Column, Condition, Values, greys, joined, within
+from lutgen.readings.conditions import Array, Column, Condition, Values, greys, within
 
 #: The columns of the position.
 PLACE = ("u", "v")
@@ -42,6 +42,8 @@ _V = replace(
     words="position from the top",
 )  # fmt: skip
 
+_NEAR_EDGES = [place for place in product((0.1, 0.5, 0.9), repeat=2) if place != (0.5, 0.5)]
+
 CONDITION = Condition(
     name="position",
     place=1,
@@ -60,10 +62,5 @@ CONDITION = Condition(
     of_readings=True,
     signatures=_signatures,
     strange=("side", "height"),
-    variations=(
-        joined(
-            "nine positions",
-            *(greys((1.0, 0.5), u=u, v=v) for u, v in product((0.1, 0.5, 0.9), repeat=2) if (u, v) != (0.5, 0.5)),
-        ),
-    ),
+    varied=("nine positions", [patch for u, v in _NEAR_EDGES for patch in greys((1.0, 0.5), u=u, v=v)]),
 )

@@ -4,7 +4,7 @@ from math import isnan, nan
 
 import numpy as np
 
-from lutgen.readings.conditions import Array, Column, Condition, Values, greys, joined
+from lutgen.readings.conditions import Array, Column, Condition, Values, greys
 
 #: Tolerance in kelvins for equal temperatures within a session. Luminance changes by about 0.3 % per kelvin.
 FEW_KELVINS = 3.0
@@ -60,5 +60,5 @@ CONDITION = Condition(
     before="at ",
     scatters=True,
     signatures=_signatures,
-    variations=(joined("in a room 8 K warmer", greys((1.0, 0.6), temperature_c=REFERENCE_C + 8.0)),),
+    varied=("in a room 8 K warmer", greys((1.0, 0.6), temperature_c=REFERENCE_C + 8.0)),
 )

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from lutgen.readings.conditions import Column, Condition, Variation, within
+from lutgen.readings.conditions import Column, Condition, within
 
 #: White, the primaries, and the secondaries at two levels.
 _COLOURS = (
@@ -46,5 +46,5 @@ CONDITION = Condition(
     before="in a ",
     axis="share of the screen",
     signatures=lambda values, _rest: {"window": 1.0 - values["window"]},
-    variations=(Variation("10 % windows", tuple((code, {"window": 0.1}, "") for code in _COLOURS)),),
+    varied=("10 % windows", [(code, {"window": 0.1}, "") for code in _COLOURS]),
 )
