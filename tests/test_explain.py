@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
+from colour.models import normalised_primary_matrix
 
 from lutgen import LutgenError
 from lutgen.history.causes import ON_THE_DISPLAY, Cause, causes
@@ -29,6 +30,7 @@ from lutgen.report.campaign import explanation_page
 from lutgen.report.parts import Table
 from tests.quick import mostly_slow
 from tests.real_data import real_data
+from tests.session_files import DRIVE
 from tests.virtual_sessions import __main__ as scoring
 from tests.virtual_sessions.campaigns import life, write
 from tests.virtual_sessions.causes import SIZES, case
@@ -585,6 +587,20 @@ def test_another_gamut_mode_is_a_preset_and_no_hdr(curve: float, tmp_path: Path)
     found = _two(tmp_path, texts, 0)
     assert found.names[0] == "gamut-mode"
     assert not {"hdr", "instrument", "another-display", "aging"} & {*found.names}
+    assert found.display == "unchanged"
+
+
+def test_a_mode_of_nearly_the_same_gamut_is_a_rival_of_the_instrument(tmp_path: Path) -> None:
+    """A panel a little wider than P3, shown as P3: white stands still, the primaries move by Δu'v' 0.004 to 0.011."""
+    panel_xy, p3_xy = ([0.682, 0.315], [0.255, 0.695], [0.149, 0.055]), ([0.68, 0.32], [0.265, 0.69], [0.15, 0.06])
+    texts = []
+    for primaries in (panel_xy, p3_xy):
+        matrix = normalised_primary_matrix(np.array(primaries), [0.3127, 0.3290])
+        light = 200.0 * DRIVE**2.2 @ matrix.T + 0.2
+        rows = [",".join(f"{value:.7g}" for value in (*(255 * d), *c)) for d, c in zip(DRIVE, light, strict=True)]
+        texts.append("\n".join(["# display: one", "# instrument: one meter", "R,G,B,X,Y,Z", *rows]))
+    found = _two(tmp_path, texts)
+    assert {*found.names} == {"instrument", "gamut-mode"}
     assert found.display == "unchanged"
 
 

@@ -8,10 +8,16 @@ from lutgen.history.pair import SessionPair
 #: Smallest Δu'v' of the second most moved primary: modes of one gamut differ by less, and aging moves only blue.
 _TWO_MOVE = 0.006
 
+#: The same if white stands still, that is, moves by less than this share of the largest shift: modes share their white.
+_TWO_MOVE_ALONE, _STANDS_STILL = 0.003, 0.2
+
 
 def _sound(_values: Values, pair: SessionPair) -> bool:
-    size = np.sort(np.hypot(*pair.shift[:3].T))
-    return bool({"blue", "colour"} & pair.moved and size[1] >= _TWO_MOVE and "sum" not in pair.moved)
+    *primaries, white = np.hypot(*pair.shift.T)
+    _, second, largest = np.sort(primaries)
+    moved = bool({"blue", "colour"} & pair.moved) and second >= _TWO_MOVE
+    alone = second >= _TWO_MOVE_ALONE and white <= _STANDS_STILL * largest
+    return bool((moved or alone) and "sum" not in pair.moved)
 
 
 def _prior(pair: SessionPair) -> float:
