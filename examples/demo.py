@@ -20,7 +20,7 @@ import numpy as np
 from skimage.data import immunohistochemistry
 
 from lutgen import DisplayModel, LutgenError, build, read_measurements
-from lutgen.bake.build import Plan
+from lutgen.bake.build import BuildPlan
 from lutgen.bake.config import AGED_VIEW, SOURCE, UNAGED_VIEW
 from lutgen.bindings import ocio
 from lutgen.cli.outputs import progress_bar
@@ -82,7 +82,7 @@ def main(out: Path) -> None:
 
 def build_all(model: DisplayModel, folder: Path) -> None:
     """Do what `lutgen build --hours 0..18000 --force -o out/aged` does."""
-    plan = Plan(tuple(parse_hours("0..18000", model.tips)))
+    plan = BuildPlan(tuple(parse_hours("0..18000", model.tips)))
     print(f"Building {len(plan.hours)} hours × {len(plan.modes)} modes into {folder} ...", flush=True)
     with progress_bar("building") as progress:
         built = build(model, plan, folder, force=True, progress=progress)

@@ -3,7 +3,7 @@
 The package turns measurements of an aging display into 3D LUTs and OpenColorIO configs.
 The public Python API is small; each function is what a command of the same name calls:
 
-``read_measurements`` · ``DisplayModel``, ``load_model``, ``save_model`` · ``Plan`` and ``build`` · ``check`` ·
+``read_measurements`` · ``DisplayModel``, ``load_model``, ``save_model`` · ``BuildPlan`` and ``build`` · ``check`` ·
 ``apply_to_image`` · ``lifetime`` · ``cohort`` · ``nuclei`` · ``show`` · ``compare`` · ``diagnose`` · ``refine`` ·
 ``plan`` · ``lint`` · ``merge`` · ``read_session`` and ``inspect_session`` · ``plan_study``, ``read_answers`` and
 ``analyse_answers``. Effects: ``lutgen.effects``.
@@ -28,7 +28,7 @@ _HOME = {
     "default_display": "lutgen.display",
     "load_model": "lutgen.display",
     "save_model": "lutgen.display",
-    "Plan": "lutgen.bake.plan",
+    "BuildPlan": "lutgen.bake.plan",
     "build": "lutgen.bake.build",
     "check": "lutgen.bake.check",
     "apply_to_image": "lutgen.pictures.apply",
@@ -51,10 +51,10 @@ _HOME = {
 
 __all__ = [
     "AppliedEffect",
+    "BuildPlan",
     "DisplayModel",
     "LutgenError",
     "Measurements",
-    "Plan",
     "__version__",
     "analyse_answers",
     "apply_to_image",
@@ -83,7 +83,7 @@ __all__ = [
 if TYPE_CHECKING:
     from lutgen.bake.build import build
     from lutgen.bake.check import check
-    from lutgen.bake.plan import Plan
+    from lutgen.bake.plan import BuildPlan
     from lutgen.criticism.compare.comparison import compare
     from lutgen.criticism.diagnose import diagnose
     from lutgen.criticism.plan import plan

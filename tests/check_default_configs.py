@@ -12,7 +12,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from lutgen.bake.build import Plan, build
+from lutgen.bake.build import BuildPlan, build
 from lutgen.bake.manifest import MANIFEST, read_manifest
 from lutgen.bindings import ocio
 from lutgen.display import DisplayModel, default_display
@@ -26,7 +26,7 @@ COMMITTED = Path(__file__).resolve().parents[1] / "configs" / "default"
 def differences(committed: Path) -> list[str]:
     """Return the differences between ``committed`` and the output of the present code."""
     model = DisplayModel(read_measurements(default_display()), selection="continuous")
-    plan = Plan(tuple(parse_hours("0..18000", model.tips)), modes=tuple(MODES), formats=("clf",))
+    plan = BuildPlan(tuple(parse_hours("0..18000", model.tips)), modes=tuple(MODES), formats=("clf",))
     kept = read_manifest(committed / MANIFEST)
     if kept is None:
         return [f"{MANIFEST} is missing"]

@@ -35,7 +35,7 @@ from unittest import mock
 
 import numpy as np
 
-from lutgen.bake.build import Plan, build
+from lutgen.bake.build import BuildPlan, build
 from lutgen.bake.check import check
 from lutgen.bake.formats import Provenance, format_named, format_names
 from lutgen.bake.lut import Lut, Sampler, table_of
@@ -219,7 +219,12 @@ def rows(_case: int, chance: random.Random, folder: Path) -> str:
 @cache
 def _built() -> Path:
     folder = Path(tempfile.mkdtemp(prefix="fuzz-")) / "built"
-    build(_model(), Plan((0.0, 9000.0), modes=("chroma",), formats=("cube", "clf", "3dl"), cubesize=17), folder, jobs=1)
+    build(
+        _model(),
+        BuildPlan((0.0, 9000.0), modes=("chroma",), formats=("cube", "clf", "3dl"), cubesize=17),
+        folder,
+        jobs=1,
+    )
     return folder
 
 

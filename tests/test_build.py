@@ -21,7 +21,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 import pytest
 
-from lutgen.bake.build import Built, Plan, build
+from lutgen.bake.build import BuildPlan, Built, build
 from lutgen.bake.fidelity import CERTIFIED, certificate_colours
 from lutgen.bindings import ocio
 from lutgen.display import DisplayModel, default_display
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator
 
 ROOT = Path(__file__).parents[1]
-SMALL = Plan((0.0, 10_000.0), modes=("chroma", "chroma-luma"), cubesize=17)
+SMALL = BuildPlan((0.0, 10_000.0), modes=("chroma", "chroma-luma"), cubesize=17)
 #: The issue states certificate figures for these hours and modes.
 HOURS = (10_000.0, 18_000.0)
 AGING = ("chroma", "chroma-luma")
@@ -97,7 +97,7 @@ def test_ociocheck_misses_no_role(small: Path) -> None:
 
 
 def test_hours_with_decimals_have_folders_of_their_own(model: DisplayModel, tmp_path: Path) -> None:
-    plan = Plan((562.5, 562.0), modes=("chroma",), formats=("clf",), cubesize=17, certify=False)
+    plan = BuildPlan((562.5, 562.0), modes=("chroma",), formats=("clf",), cubesize=17, certify=False)
     build(model, plan, tmp_path / "aged", jobs=1)
     assert {path.name for path in (tmp_path / "aged" / "chroma").iterdir()} == {"562.5h", "562h"}
 
@@ -129,7 +129,7 @@ def test_the_manifest_names_inputs_options_and_a_certificate_for_each_lut(small:
 def test_the_manifest_has_no_absolute_paths_no_dates_and_no_host(small: Path, tmp_path: Path) -> None:
     shutil.copyfile(default_display(), tmp_path / "mine.csv")
     mine = DisplayModel(read_measurements(tmp_path / "mine.csv"))
-    build(mine, Plan((0.0,), modes=("chroma",), cubesize=17, certify=False), tmp_path / "aged", jobs=1)
+    build(mine, BuildPlan((0.0,), modes=("chroma",), cubesize=17, certify=False), tmp_path / "aged", jobs=1)
     for folder in (small, tmp_path / "aged"):
         for name, data in contents(folder).items():
             text = data.decode()
@@ -160,7 +160,7 @@ def test_a_second_build_writes_the_same_bytes(small: Path, model: DisplayModel, 
 
 def test_two_processes_write_the_bytes_of_one(small: Path, model: DisplayModel, tmp_path: Path) -> None:
     # A second process starts only for five displays or more.
-    plan = Plan((0.0, 10_000.0), modes=tuple(MODES), formats=("clf",), cubesize=17)
+    plan = BuildPlan((0.0, 10_000.0), modes=tuple(MODES), formats=("clf",), cubesize=17)
     build(model, plan, tmp_path / "one", jobs=1)
     build(model, plan, tmp_path / "two", jobs=2)
     assert contents(tmp_path / "one") == contents(tmp_path / "two")
@@ -219,7 +219,7 @@ def test_a_build_prints_one_line_of_worst_error_and_details_when_asked(tmp_path:
 def test_a_build_that_was_moved_can_be_built_again(tmp_path: Path) -> None:
     shutil.copyfile(default_display(), tmp_path / "mine.csv")
     mine = DisplayModel(read_measurements(tmp_path / "mine.csv"))
-    plan = Plan((0.0,), modes=("chroma",), cubesize=17, certify=False)
+    plan = BuildPlan((0.0,), modes=("chroma",), cubesize=17, certify=False)
     build(mine, plan, tmp_path / "aged", jobs=1)
     (tmp_path / "deeper").mkdir()
     moved = (tmp_path / "aged").rename(tmp_path / "deeper" / "aged")
@@ -233,14 +233,14 @@ def test_a_build_that_was_moved_can_be_built_again(tmp_path: Path) -> None:
 @pytest.fixture(scope="module")
 def nearest_33(model: DisplayModel, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Built]:
     folder = tmp_path_factory.mktemp("nearest") / "aged"
-    return folder, build(model, Plan(HOURS, modes=AGING), folder, jobs=1)
+    return folder, build(model, BuildPlan(HOURS, modes=AGING), folder, jobs=1)
 
 
 @pytest.fixture(scope="module")
 def continuous(tmp_path_factory: pytest.TempPathFactory) -> Built:
     model = DisplayModel(read_measurements(default_display()), selection="continuous")
     folder = tmp_path_factory.mktemp("continuous") / "aged"
-    return build(model, Plan(HOURS, modes=AGING, formats=("clf",)), folder, jobs=1)
+    return build(model, BuildPlan(HOURS, modes=AGING, formats=("clf",)), folder, jobs=1)
 
 
 @pytest.mark.parametrize("mode", AGING)
@@ -415,16 +415,16 @@ def mixed(index: tuple[float, float, float]) -> list[tuple[tuple[int, int, int],
 
 
 def test_tolerance_picks_the_smallest_size_that_keeps_it(model: DisplayModel, tmp_path: Path) -> None:
-    plan = Plan((10_000.0,), modes=("chroma",), formats=("cube",))
+    plan = BuildPlan((10_000.0,), modes=("chroma",), formats=("cube",))
     reached = {}
     for size in (17, 33, 65):
-        sized = Plan(plan.hours, modes=plan.modes, formats=plan.formats, cubesize=size)
+        sized = BuildPlan(plan.hours, modes=plan.modes, formats=plan.formats, cubesize=size)
         (lut,) = (r for r in build(model, sized, tmp_path / str(size), jobs=1).manifest.files if r.kind == "lut")
         assert lut.certificate is not None
         reached[size] = lut.certificate["smooth"]["max"]
     assert reached[17] > reached[33] > reached[65]
     for size, tolerance in ((17, reached[17] * 1.01), (33, reached[33] * 1.01), (65, reached[33] * 0.99)):
-        chosen = Plan(plan.hours, modes=plan.modes, formats=plan.formats, tolerance=tolerance)
+        chosen = BuildPlan(plan.hours, modes=plan.modes, formats=plan.formats, tolerance=tolerance)
         (lut,) = (r for r in build(model, chosen, tmp_path / f"t{size}", jobs=1).manifest.files if r.kind == "lut")
         assert lut.size == size
         assert lut.certificate is not None
@@ -495,7 +495,7 @@ def test_a_folder_with_someone_elses_files_is_left_alone(
 
 def test_a_foreign_file_beside_our_own_survives_a_build_over_it(copy: Path, model: DisplayModel) -> None:
     (copy / "chroma" / "notes.txt").write_text("mine")
-    other = Plan((5000.0,), modes=("chroma",), formats=("clf",), cubesize=17)
+    other = BuildPlan((5000.0,), modes=("chroma",), formats=("clf",), cubesize=17)
     build(model, other, copy, jobs=1, force=True)
     found = contents(copy)
     assert found.pop("chroma/notes.txt") == b"mine"
@@ -513,7 +513,7 @@ def test_a_foreign_file_where_ours_would_go_is_refused_even_with_force(
     path.parent.mkdir()
     path.write_text("mine")
     before = contents(copy)
-    other = Plan((5000.0,), modes=("chroma",), formats=("clf",), cubesize=17)
+    other = BuildPlan((5000.0,), modes=("chroma",), formats=("clf",), cubesize=17)
     with pytest.raises(LutgenError, match=r"did not write, such as aged\.clf"):
         build(model, other, copy, jobs=1, force=force)
     assert contents(copy) == before
@@ -524,8 +524,8 @@ def test_another_build_of_ours_needs_force(copy: Path, model: DisplayModel) -> N
     others = [
         (DisplayModel(model.measurements, selection="continuous"), SMALL),
         (DisplayModel(model.measurements, reference="absolute"), SMALL),
-        (model, Plan((0.0, 10_000.0), modes=("chroma", "chroma-luma"), cubesize=33)),
-        (model, Plan((0.0, 5000.0), modes=("chroma", "chroma-luma"), cubesize=17)),
+        (model, BuildPlan((0.0, 10_000.0), modes=("chroma", "chroma-luma"), cubesize=33)),
+        (model, BuildPlan((0.0, 5000.0), modes=("chroma", "chroma-luma"), cubesize=17)),
     ]
     for other, plan in others:
         with pytest.raises(LutgenError, match="Add --force"):

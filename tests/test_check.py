@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from lutgen.bake.build import Plan, build
+from lutgen.bake.build import BuildPlan, build
 from lutgen.bake.check import check, check_lut
 from lutgen.bake.fidelity import Budget
 from lutgen.display import DisplayModel, default_display
@@ -35,7 +35,7 @@ def display(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def pristine(display: Path) -> Path:
     folder = display.parent / "built"
-    build(DisplayModel(read_measurements(display)), Plan((0.0, 10_000.0), modes=("chroma",)), folder, jobs=1)
+    build(DisplayModel(read_measurements(display)), BuildPlan((0.0, 10_000.0), modes=("chroma",)), folder, jobs=1)
     return folder
 
 
@@ -43,7 +43,9 @@ def pristine(display: Path) -> Path:
 def coarse(display: Path) -> Path:
     """The same build with small tables: most of the time of a check is the time to read the tables."""
     folder = display.parent / "coarse"
-    build(DisplayModel(read_measurements(display)), Plan((0.0, 10_000.0), ("chroma",), cubesize=17), folder, jobs=1)
+    build(
+        DisplayModel(read_measurements(display)), BuildPlan((0.0, 10_000.0), ("chroma",), cubesize=17), folder, jobs=1
+    )
     return folder
 
 
@@ -196,7 +198,7 @@ def test_a_display_of_a_wide_gamut_is_true(tmp_path: Path) -> None:
     path = tmp_path / "p3.csv"
     path.write_text("\n".join(["# drive: 0..1", "R,G,B,X_cdm2,Y_cdm2,Z_cdm2", *lines]))
     model = DisplayModel(read_measurements(path), reference="absolute")
-    build(model, Plan((0.0,), modes=("chroma",)), tmp_path / "built", jobs=1)
+    build(model, BuildPlan((0.0,), modes=("chroma",)), tmp_path / "built", jobs=1)
     result = check(tmp_path / "built", jobs=1)
     assert result.passed, result.findings
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from lutgen.bake.build import Plan, build
+from lutgen.bake.build import BuildPlan, build
 from lutgen.bake.check import check
 from lutgen.bake.formats.ocioz import files_of
 from lutgen.bake.manifest import sha256
@@ -34,7 +34,7 @@ CONFIG = f"{HERE}/config.ocio"
 @pytest.fixture(scope="module")
 def pristine(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("whole") / "built"
-    plan = Plan((0.0, 9000.0), modes=("chroma",), formats=("cube", "clf", "icc"), cubesize=17)
+    plan = BuildPlan((0.0, 9000.0), modes=("chroma",), formats=("cube", "clf", "icc"), cubesize=17)
     build(DisplayModel(read_measurements(default_display())), plan, folder, jobs=1)
     return folder
 
@@ -151,7 +151,7 @@ def test_the_default_of_a_context_variable_is_compared(built: Path, variable: st
 
 def test_the_config_in_an_archive_is_compared(tmp_path: Path) -> None:
     """Remove one role, which changes no colour."""
-    plan = Plan((9000.0,), modes=("chroma",), formats=("ocioz",), cubesize=17)
+    plan = BuildPlan((9000.0,), modes=("chroma",), formats=("ocioz",), cubesize=17)
     build(DisplayModel(read_measurements(default_display())), plan, tmp_path / "built", jobs=1)
     name = f"{HERE}/aged.ocioz"
     assert problems(tmp_path / "built") == []

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
-from lutgen.bake.build import Plan, build
+from lutgen.bake.build import BuildPlan, build
 from lutgen.bake.check import check
 from lutgen.bake.config import CORRECTION
 from lutgen.bake.fidelity import Counts, Judge, certificate_colours
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from tests.command import Done
 
 HOURS, MODES = (10_000.0, 18_000.0), ("chroma", "chroma-luma")
-CORRECTIONS = Plan(HOURS, modes=MODES, direction="compensate")
+CORRECTIONS = BuildPlan(HOURS, modes=MODES, direction="compensate")
 
 
 @pytest.fixture(scope="module")
@@ -43,7 +43,7 @@ def clipped(model: DisplayModel, tmp_path_factory: pytest.TempPathFactory) -> Pa
 @pytest.fixture(scope="module")
 def simulated(model: DisplayModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("simulated") / "aged"
-    build(model, Plan(HOURS, modes=MODES, formats=("clf",)), folder, jobs=1)
+    build(model, BuildPlan(HOURS, modes=MODES, formats=("clf",)), folder, jobs=1)
     return folder
 
 
@@ -104,7 +104,7 @@ def test_through_both_files_the_new_display_comes_back(mode: str, hour: str, cli
 @pytest.mark.parametrize("unreachable", ["clip", "scale"])
 def test_the_files_figures_are_those_of_the_literal_twin(unreachable: str, model: DisplayModel, tmp_path: Path) -> None:
     """Send the certificate's reached colours through the file to the twin: the same light, times the factor."""
-    plan = Plan((10_000.0,), modes=("chroma",), formats=("clf",), direction="compensate", unreachable=unreachable)
+    plan = BuildPlan((10_000.0,), modes=("chroma",), formats=("clf",), direction="compensate", unreachable=unreachable)
     build(model, plan, tmp_path / "out", jobs=1)
     certificate = manifest_of(tmp_path / "out")["files"][1]["certificate"]
     rows = rows_of_csv(default_display().read_text(encoding="utf-8"))
@@ -146,7 +146,7 @@ def test_a_cube_keeps_to_0_and_1_and_a_clf_does_not(clipped: Path) -> None:
 
 
 def test_stable_displays_need_no_correction(model: DisplayModel, tmp_path: Path) -> None:
-    build(model, Plan((10_000.0,), modes=("stable",), direction="compensate"), tmp_path / "out", jobs=1)
+    build(model, BuildPlan((10_000.0,), modes=("stable",), direction="compensate"), tmp_path / "out", jobs=1)
     code = certificate_colours(Counts(500, 40, 320, 163))
     np.testing.assert_allclose(apply_lut(tmp_path / "out/stable/10000h/compensate.clf", code), code, atol=2e-5)
     assert manifest_of(tmp_path / "out")["files"][1]["certificate"]["clipped_share"] == 0.0
@@ -170,7 +170,7 @@ def test_check_passes_and_finds_a_swapped_hour(clipped: Path, tmp_path: Path) ->
 
 def test_a_simulation_is_no_correction(model: DisplayModel, tmp_path: Path) -> None:
     copy = tmp_path / "aged"
-    build(model, Plan((18_000.0,), modes=("chroma",), formats=("clf",)), copy, jobs=1)
+    build(model, BuildPlan((18_000.0,), modes=("chroma",), formats=("clf",)), copy, jobs=1)
     content = manifest_of(copy)
     content["options"] |= {"direction": "compensate", "unreachable": "clip"}
     (copy / "manifest.json").write_text(json.dumps(content))
@@ -178,14 +178,14 @@ def test_a_simulation_is_no_correction(model: DisplayModel, tmp_path: Path) -> N
 
 
 def test_the_same_correction_gives_the_same_bytes(model: DisplayModel, tmp_path: Path) -> None:
-    plan = Plan(HOURS[:1], modes=MODES[:1], direction="compensate", cubesize=17)
+    plan = BuildPlan(HOURS[:1], modes=MODES[:1], direction="compensate", cubesize=17)
     for name in ("once", "again"):
         build(model, plan, tmp_path / name, jobs=1)
     assert (tmp_path / "again/manifest.json").read_bytes() == (tmp_path / "once/manifest.json").read_bytes()
 
 
 def test_progress_moves_with_every_display(model: DisplayModel, tmp_path: Path) -> None:
-    plan = Plan((5_000.0, 10_000.0), MODES, ("cube",), 17, certify=False, direction="compensate")
+    plan = BuildPlan((5_000.0, 10_000.0), MODES, ("cube",), 17, certify=False, direction="compensate")
     seen: list[tuple[int, int]] = []
     build(model, plan, tmp_path / "out", jobs=1, progress=lambda done, whole: seen.append((done, whole)))
     assert seen == [(1, 4), (2, 4), (3, 4), (4, 4)]
@@ -241,9 +241,9 @@ def test_options_that_make_no_sense_are_refused(
 
 def test_unknown_directions_are_refused() -> None:
     with pytest.raises(LutgenError, match=r"'sideways'\. Pick one of: simulate, compensate\."):
-        Plan((0.0,), direction="sideways")
+        BuildPlan((0.0,), direction="sideways")
     with pytest.raises(LutgenError, match=r"'no'\. Pick one of: clip, scale\."):
-        Plan((0.0,), direction="compensate", unreachable="no")
+        BuildPlan((0.0,), direction="compensate", unreachable="no")
 
 
 CORRECTING = tuple(name for name in format_names() if format_named(name).corrects)
@@ -252,7 +252,7 @@ CORRECTING = tuple(name for name in format_names() if format_named(name).correct
 @pytest.fixture(scope="module")
 def of_all_formats(model: DisplayModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("formats")
-    build(model, Plan((18_000.0,), ("chroma",), CORRECTING, cubesize=17, direction="compensate"), folder, jobs=1)
+    build(model, BuildPlan((18_000.0,), ("chroma",), CORRECTING, cubesize=17, direction="compensate"), folder, jobs=1)
     return folder
 
 
@@ -265,4 +265,4 @@ def test_every_format_that_can_carries_the_correction_and_checks(of_all_formats:
 
 def test_a_profile_describes_a_display_and_corrects_none() -> None:
     with pytest.raises(LutgenError, match=r"--format icc: describes a display.*Pick from: 3dl, clf"):
-        Plan((0.0,), formats=("clf", "icc"), direction="compensate")
+        BuildPlan((0.0,), formats=("clf", "icc"), direction="compensate")

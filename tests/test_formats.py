@@ -23,7 +23,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from lutgen.bake.build import Plan, build
+from lutgen.bake.build import BuildPlan, build
 from lutgen.bake.digits import rows_of_text
 from lutgen.bake.fitted_nodes import ramps_at_white
 from lutgen.bake.formats import Format, Provenance, format_named, format_names
@@ -515,7 +515,7 @@ import numpy as np
 import PyOpenColorIO as ocio
 task = json.loads(sys.argv[1])
 if task["build"]:
-    from lutgen.bake.build import Plan, build
+    from lutgen.bake.build import BuildPlan, build
     from lutgen.display import DisplayModel, default_display
     from lutgen.readings import read_measurements
     from lutgen.bake.formats import format_names
@@ -524,7 +524,7 @@ if task["build"]:
     for name, selection, formats in (("nearest", "nearest", every), ("cube", "nearest", ("cube",)),
                                      ("continuous", "continuous", ("cube", "clf"))):
         model = DisplayModel(read_measurements(default_display()), selection=selection)
-        plan = Plan((0.0, 2750.5, 18000.0), tuple(MODES), formats, cubesize=17, certify=False)
+        plan = BuildPlan((0.0, 2750.5, 18000.0), tuple(MODES), formats, cubesize=17, certify=False)
         build(model, plan, os.path.join(task["build"], name), jobs=1)
 code = np.random.default_rng(17).random((500, 3)).astype(np.float32)
 shown = {}
@@ -683,7 +683,7 @@ def test_both_bindings_show_a_config_alike(both: BothBindings) -> None:
 
 def test_the_views_of_an_hours_config_show_what_their_names_say(tmp_path: Path) -> None:
     """The same for one hour's config, on the sRGB viewer and in this process."""
-    plan = Plan((18_000.0,), ("chroma",), ("clf",), cubesize=17, certify=False)
+    plan = BuildPlan((18_000.0,), ("chroma",), ("clf",), cubesize=17, certify=False)
     build(DisplayModel(read_measurements(default_display())), plan, tmp_path, jobs=1)
     (path,) = tmp_path.glob("chroma/*h/config.ocio")
     lib, code = ocio(), np.random.default_rng(17).random((500, 3))

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from lutgen.bake.build import Plan, build
+from lutgen.bake.build import BuildPlan, build
 from lutgen.bake.check import check, check_lut
 from lutgen.bake.fidelity import CERTIFIED, Budget, Judge
 from lutgen.bake.formats import Provenance, format_named, format_names, lut_suffixes
@@ -405,7 +405,9 @@ def test_a_file_of_a_gigabyte_is_refused_unread(suffix: str, aged: AgedDisplay, 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("formats") / "built"
-    build(model(), Plan((18_000.0,), modes=("chroma",), formats=tuple(format_names()), cubesize=17), folder, jobs=1)
+    build(
+        model(), BuildPlan((18_000.0,), modes=("chroma",), formats=tuple(format_names()), cubesize=17), folder, jobs=1
+    )
     return folder
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from lutgen.bake import gpu
-from lutgen.bake.build import Plan, build
+from lutgen.bake.build import BuildPlan, build
 from lutgen.bake.check import check
 from lutgen.bake.check_config import viewer_values
 from lutgen.bake.config import VIEWERS
@@ -52,7 +52,7 @@ def drawn(test: Callable[..., None]) -> Callable[..., None]:
 @pytest.fixture(scope="module", params=["cube", "clf"])
 def built(request: pytest.FixtureRequest, model: DisplayModel, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp(str(request.param)) / "aged"
-    build(model, Plan(HOURS, modes=("chroma",), formats=(str(request.param),)), folder, jobs=1)
+    build(model, BuildPlan(HOURS, modes=("chroma",), formats=(str(request.param),)), folder, jobs=1)
     return folder
 
 
@@ -95,7 +95,7 @@ def test_a_shader_draws_what_numpy_computes_from_the_table(
 def test_trilinear_shaders_draw_something_else(model: DisplayModel, tmp_path: Path, colours: Array) -> None:
     """The interpolation matters: without `tetrahedral` the error of the same file exceeds every limit."""
     lib = ocio()
-    build(model, Plan(HOURS, modes=("chroma",), formats=("cube",), certify=False), tmp_path / "aged", jobs=1)
+    build(model, BuildPlan(HOURS, modes=("chroma",), formats=("cube",), certify=False), tmp_path / "aged", jobs=1)
     lut, raw = tmp_path / "aged/chroma/10000h/aged.cube", lib.Config.CreateRaw()
     ways = [lib.INTERP_TETRAHEDRAL, lib.INTERP_LINEAR]
     tetrahedral, trilinear = (
@@ -119,7 +119,7 @@ def test_a_picture_of_any_length_is_drawn_whole(built: Path) -> None:
 
 @drawn
 def test_build_records_what_the_shaders_did_and_check_repeats_it(model: DisplayModel, tmp_path: Path) -> None:
-    plan = Plan(HOURS, modes=("chroma", "chroma-luma"), formats=("clf",), gpu=True)
+    plan = BuildPlan(HOURS, modes=("chroma", "chroma-luma"), formats=("clf",), gpu=True)
     built = build(model, plan, tmp_path / "aged", jobs=2)
     records = {record.path: record.gpu for record in built.manifest.files if record.gpu}
     assert set(records) == {CONFIG, CONFIG.replace("chroma", "chroma-luma")}
@@ -171,7 +171,7 @@ def test_without_a_driver_it_is_said_what_to_install(
     gpu._context_in.cache_clear()
     monkeypatch.setattr(moderngl, "create_context", no_driver)
     with pytest.raises(LutgenError, match=r"no OpenGL 4\.0 through EGL here \(eglGetDisplay failed \(0x3000\)\)"):
-        build(model, Plan(HOURS, modes=("chroma",), gpu=True), tmp_path / "aged", jobs=1)
+        build(model, BuildPlan(HOURS, modes=("chroma",), gpu=True), tmp_path / "aged", jobs=1)
     assert not (tmp_path / "aged").exists()
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from lutgen.bake.build import Plan, build
+from lutgen.bake.build import BuildPlan, build
 from lutgen.bindings import file_transforms, ocio
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
@@ -57,7 +57,7 @@ colorspaces:
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("merge") / "aged"
-    plan = Plan((0.0, HOURS), tuple(MODES), ("cube", "clf"), cubesize=17, certify=False)
+    plan = BuildPlan((0.0, HOURS), tuple(MODES), ("cube", "clf"), cubesize=17, certify=False)
     build(DisplayModel(read_measurements(default_display())), plan, folder, jobs=1)
     return folder
 

@@ -18,7 +18,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from skimage.io import imread, imsave
 
-from lutgen.bake.build import Plan, build
+from lutgen.bake.build import BuildPlan, build
 from lutgen.bake.check import check
 from lutgen.bake.fidelity import CERTIFIED
 from lutgen.bake.manifest import MANIFEST, model_as_json, model_from_json
@@ -673,7 +673,7 @@ def test_what_luts_carry_names_what_is_fixed_and_what_is_left_out(readings: Meas
 def test_every_effect_builds_checks_and_applies(name: str, readings: Measurements, tmp_path: Path) -> None:
     effect = catalogue()[name]
     model = a_model(readings, named(name), baseline=effect.baseline)
-    built = build(model, Plan((9000.0,), modes=("chroma",)), tmp_path / "built", jobs=1)
+    built = build(model, BuildPlan((9000.0,), modes=("chroma",)), tmp_path / "built", jobs=1)
     result = check(tmp_path / "built", jobs=1)
     assert result.findings == ()
     for path, certificate in result.certificates.items():
@@ -699,7 +699,7 @@ def test_effects_that_only_add_and_scale_light_need_a_clf_of_eight_points(
 ) -> None:
     effects = [named(name) for name in ("black-level", "edge-falloff", "yellowing", "channel-decay")]
     model = a_model(readings, *effects, selection="continuous")
-    plan = Plan((9000.0, 18_000.0), modes=("chroma", "chroma-luma"), formats=("clf",))
+    plan = BuildPlan((9000.0, 18_000.0), modes=("chroma", "chroma-luma"), formats=("clf",))
     built = build(model, plan, tmp_path / "built", jobs=1)
     for record in built.manifest.files:
         if record.kind == "lut":
@@ -727,7 +727,7 @@ def test_two_processes_write_the_bytes_of_one_with_own_effects_too(readings: Mea
     (tmp_path / "glow.py").write_text(GLOW)
     (glow,) = load_file(tmp_path / "glow.py")
     model = a_model(readings, AppliedEffect.of(glow, glow.typical()), AppliedEffect.of(parse(LEAK), {"k": 0.01}))
-    plan = Plan((0.0, 3333.3, 10_000.0), modes=tuple(MODES), cubesize=17)
+    plan = BuildPlan((0.0, 3333.3, 10_000.0), modes=tuple(MODES), cubesize=17)
     build(model, plan, tmp_path / "one", jobs=1)
     build(model, plan, tmp_path / "two", jobs=2)
     for file in (tmp_path / "one").rglob("*.*"):
@@ -738,7 +738,7 @@ def test_two_processes_write_the_bytes_of_one_with_own_effects_too(readings: Mea
 
 def test_a_lut_says_which_effects_and_conditions_it_holds(readings: Measurements, tmp_path: Path) -> None:
     model = refined(readings, named("edge-falloff"), baseline="first-hour", conditions=Conditions(u=0.0))
-    build(model, Plan((9000.0,), modes=("chroma",), cubesize=17, certify=False), tmp_path / "built", jobs=1)
+    build(model, BuildPlan((9000.0,), modes=("chroma",), cubesize=17, certify=False), tmp_path / "built", jobs=1)
     for name in ("aged.cube", "aged.clf"):
         text = (tmp_path / "built/chroma/9000h" / name).read_text(encoding="utf-8")
         assert "effect: black-level (new 0, grown 0.0333333, " in text
@@ -753,7 +753,7 @@ def test_a_lut_says_which_effects_and_conditions_it_holds(readings: Measurements
 def test_colours_beyond_what_a_table_holds_are_refused(readings: Measurements, tmp_path: Path) -> None:
     reflecting = named("ambient-reflection", {"reflectance": 0.6})
     sunlit = a_model(readings, reflecting, conditions=Conditions(ambient_lx=200_000.0))
-    plan = Plan((0.0,), modes=("chroma",), formats=("clf",), certify=False)
+    plan = BuildPlan((0.0,), modes=("chroma",), formats=("clf",), certify=False)
     with pytest.raises(LutgenError, match=r"chroma at 0 h: colours reach .* times what a viewer shows.*--at"):
         build(sunlit, plan, tmp_path / "built", jobs=1)
 
@@ -788,7 +788,7 @@ def pristine(readings: Measurements, tmp_path_factory: pytest.TempPathFactory) -
     (folder / "glow.py").write_text(GLOW)
     (glow,) = load_file(folder / "glow.py")
     save_model(a_model(readings, AppliedEffect.of(glow, {"amount": 0.01})), folder / "my.toml")
-    plan = Plan((9000.0,), modes=("chroma",), formats=("clf",), cubesize=17)
+    plan = BuildPlan((9000.0,), modes=("chroma",), formats=("clf",), cubesize=17)
     build(load_model(folder / "my.toml"), plan, folder / "built", jobs=1)
     return folder
 
@@ -857,7 +857,7 @@ def test_a_damaged_model_in_a_manifest_is_a_finding(built: Path, old: str, new: 
 def test_a_build_that_was_moved_with_its_model_can_be_built_again(built: Path, tmp_path: Path) -> None:
     (tmp_path / "deeper" / "down").mkdir(parents=True)
     moved = (built / "built").rename(tmp_path / "deeper" / "down" / "built")
-    plan = Plan((9000.0,), modes=("chroma",), formats=("clf",), cubesize=17)
+    plan = BuildPlan((9000.0,), modes=("chroma",), formats=("clf",), cubesize=17)
     build(load_model(built / "my.toml"), plan, moved, jobs=1)
     assert check(moved, jobs=1).passed
 

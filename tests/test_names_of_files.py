@@ -14,7 +14,7 @@ from lutgen import DisplayModel, read_measurements
 from lutgen.bake.build import build
 from lutgen.bake.check import check
 from lutgen.bake.manifest import MANIFEST
-from lutgen.bake.plan import Plan
+from lutgen.bake.plan import BuildPlan
 from lutgen.display import default_display
 from lutgen.errors import LutgenError
 from lutgen.files import write_atomically
@@ -23,7 +23,7 @@ from tests.quick import mostly_slow
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="names are Unicode elsewhere")
 
-PLAN = Plan(hours=(0.0,), modes=("chroma",), formats=("cube", "clf"), cubesize=17)
+PLAN = BuildPlan(hours=(0.0,), modes=("chroma",), formats=("cube", "clf"), cubesize=17)
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 

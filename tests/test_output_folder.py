@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from lutgen.bake.build import Plan, build
+from lutgen.bake.build import BuildPlan, build
 from lutgen.bake.check import check
 from lutgen.errors import LutgenError
 from tests.command import in_process
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from lutgen.display import DisplayModel
 
-PLAN = Plan((0.0,), modes=("chroma",), formats=("cube",), cubesize=17, certify=False)
+PLAN = BuildPlan((0.0,), modes=("chroma",), formats=("cube",), cubesize=17, certify=False)
 CUBE = "chroma/0h/aged.cube"
 
 

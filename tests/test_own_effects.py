@@ -439,9 +439,9 @@ def test_a_build_imports_no_contract_no_process_and_no_part_of_scipy(tmp_path: P
     script = f"""{MEASURED}
 import sys
 from lutgen.display import what_luts_carry
-from lutgen.bake.build import Plan, build
+from lutgen.bake.build import BuildPlan, build
 model = DisplayModel(read_measurements(default_display()))
-build(model, Plan((0.0,), modes=("chroma",), formats=("cube",), cubesize=17), "built", jobs=1)
+build(model, BuildPlan((0.0,), modes=("chroma",), formats=("cube",), cubesize=17), "built", jobs=1)
 what_luts_carry(model)
 print(*(name for name in sys.modules if name.startswith(("lutgen.effects.", "scipy."))))
 """

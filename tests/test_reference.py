@@ -51,5 +51,5 @@ def test_every_effect_says_what_0_and_1_mean_where_it_holds_and_what_it_rests_on
 
 
 def test_a_docstring_becomes_markdown() -> None:
-    text = "Read ``x`` of :class:`~lutgen.Plan`.\n\nParameters\n----------\nx, y\n    Numbers,\n    two.\nz\n    One.\n"
-    assert docstring(text) == "Read `x` of `Plan`.\n\n**Parameters**\n\n- `x, y`: Numbers, two.\n- `z`: One."
+    text = "Read ``x`` of :class:`~lutgen.Page`.\n\nParameters\n----------\nx, y\n    Numbers,\n    two.\nz\n    One.\n"
+    assert docstring(text) == "Read `x` of `Page`.\n\n**Parameters**\n\n- `x, y`: Numbers, two.\n- `z`: One."

@@ -33,7 +33,7 @@ def pages() -> dict[str, str]:
 
 
 def _title(package: str, name: str, value: Any) -> str:
-    """Return a unique heading, also when upper and lower case are ignored: there are a Plan and a plan()."""
+    """Return a unique heading, also when upper and lower case are ignored: there are an Effect and an effect()."""
     return f"{'class ' if inspect.isclass(value) else ''}{package}.{name}"
 
 

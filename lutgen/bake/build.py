@@ -17,7 +17,7 @@ from lutgen.bake.gpu import check_renderer, gpu_run
 from lutgen.bake.lut import SIZES, Lut
 from lutgen.bake.manifest import FileRecord, HeldFile, Manifest, model_as_json, recipe_of, sha256
 from lutgen.bake.own_reading import checked_table, is_read_here, refuse_difference
-from lutgen.bake.plan import Plan
+from lutgen.bake.plan import BuildPlan
 from lutgen.bake.provenance import config_of_all, config_of_display, provenance_of
 from lutgen.bake.readback import TableKind, apply_lut
 from lutgen.bindings import named_for_ocio, ocio
@@ -35,7 +35,17 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay, DisplayModel
 
-__all__ = ["CONFIG", "Built", "Plan", "best_candidate", "build", "certified", "config_format", "paths_of", "prepare"]
+__all__ = [
+    "CONFIG",
+    "BuildPlan",
+    "Built",
+    "best_candidate",
+    "build",
+    "certified",
+    "config_format",
+    "paths_of",
+    "prepare",
+]
 
 CONFIG = "config.ocio"
 
@@ -50,7 +60,7 @@ class Built:
 
 def build(
     model: DisplayModel,
-    plan: Plan,
+    plan: BuildPlan,
     output: str | Path,
     *,
     jobs: int | None = None,
@@ -95,7 +105,7 @@ def build(
 
 def _build(
     model: DisplayModel,
-    plan: Plan,
+    plan: BuildPlan,
     output: Path,
     beside: Path,
     *,
@@ -128,14 +138,14 @@ def _build(
     return Built(manifest, folder.unfinished)
 
 
-def paths_of(plan: Plan) -> list[str]:
+def paths_of(plan: BuildPlan) -> list[str]:
     """Return the paths of all files of a build except its manifest, relative to its folder."""
     configs = [CONFIG] if config_format(plan) else []
     names = [format_named(name).file_in(plan.direction) for name in plan.formats] + configs
     return configs + [f"{folder}/{name}" for _, _, folder in plan.folders() for name in names]
 
 
-def _parts(plan: Plan) -> list[tuple[tuple[str, float, str], ...]]:
+def _parts(plan: BuildPlan) -> list[tuple[tuple[str, float, str], ...]]:
     """Split the displays into small parts for the progress bar. One correction takes as long as four simulations."""
     displays, most = list(plan.folders()), 1 if plan.direction == "compensate" else 4
     return [tuple(displays[start : start + most]) for start in range(0, len(displays), most)]
@@ -150,7 +160,7 @@ class _Work:
     """
 
     model: DisplayModel
-    plan: Plan
+    plan: BuildPlan
     output: Path
     scratch: Path
     sizes: dict[tuple[str, str], int] | None = None
@@ -168,7 +178,7 @@ _BAKED: dict[str, tuple[object, Lut | MatrixLut, Figures]] = {}
 SHOWN_WHOLE: dict[Path, Array] = {}
 
 
-def prepare(aged: AgedDisplay, plan: Plan) -> None:
+def prepare(aged: AgedDisplay, plan: BuildPlan) -> None:
     """Compute the shared data of all displays before the workers are forked, so that the workers share its memory.
 
     Corrections share almost no data, so nothing is computed for them.
@@ -295,12 +305,12 @@ def best_candidate(
     return baked, provenance_of(model, aged, baked, figures)
 
 
-def _write_common_config(plan: Plan, output: Path, form: Format) -> FileRecord:
+def _write_common_config(plan: BuildPlan, output: Path, form: Format) -> FileRecord:
     config = config_of_all(plan, form.file_in(plan.direction), unclipped=form.unclipped)
     return _put_config(output, CONFIG, config, None, None)
 
 
-def config_format(plan: Plan) -> Format | None:
+def config_format(plan: BuildPlan) -> Format | None:
     """Return the format that configs read: the first unclipped format, else the first format that OpenColorIO reads.
 
     Return None, for a build without configs, when OpenColorIO reads no format of the plan.

@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from lutgen.bake.fidelity import Certificate
     from lutgen.bake.formats import Format, Provenance
     from lutgen.bake.lut import MatrixLut
-    from lutgen.bake.plan import Plan
+    from lutgen.bake.plan import BuildPlan
     from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay, DisplayModel
 
@@ -184,7 +184,7 @@ class _Work:
     folder: Path
     manifest: Manifest
     model: DisplayModel
-    plan: Plan
+    plan: BuildPlan
     budget: Budget
     gpu: bool
     same_version: bool

@@ -17,7 +17,7 @@ from lutgen.bake.build import paths_of
 from lutgen.bake.formats import format_named, format_names
 from lutgen.bake.littlecms import source_profile_of
 from lutgen.bake.manifest import JOURNAL, MANIFEST, FileRecord, HeldFile, Manifest, model_as_json, same_model
-from lutgen.bake.plan import Plan, direction_of
+from lutgen.bake.plan import BuildPlan, direction_of
 from lutgen.bindings import LARGEST_LUT
 from lutgen.display import default_display, hour_name, load_model
 from lutgen.errors import LutgenError, reason_of
@@ -77,11 +77,11 @@ def _looks_built(path: str) -> bool:
     return name in names or name.endswith(PARTIAL) or PurePosixPath(path).suffix.lower() in suffixes
 
 
-def plan_of(manifest: Manifest) -> Plan:
+def plan_of(manifest: Manifest) -> BuildPlan:
     """Return the plan of a manifest's options. Raises LutgenError when the options are not valid options of a build."""
     try:
         options = manifest.recipe["options"]
-        plan = Plan(
+        plan = BuildPlan(
             hours=tuple(float(hour) for hour in options["hours"]),
             modes=tuple(options["modes"]),
             formats=tuple(options["formats"]),
@@ -104,7 +104,7 @@ def plan_of(manifest: Manifest) -> Plan:
     return plan
 
 
-def expected_records(plan: Plan) -> dict[str, FileRecord]:
+def expected_records(plan: BuildPlan) -> dict[str, FileRecord]:
     """Return the expected record of each file of a plan, by path, without hash, size and certificate."""
     displays = {folder: (mode, hours) for mode, hours, folder in plan.folders()}
     formats = {format_named(name).file_in(plan.direction): name for name in plan.formats}
@@ -134,7 +134,7 @@ def altered(path: Path, record: FileRecord) -> tuple[str | None, HeldFile | None
     return None if same else "altered: its bytes are not those that lutgen wrote", file
 
 
-def unknown_values(plan: Plan) -> list[str]:
+def unknown_values(plan: BuildPlan) -> list[str]:
     """Return a remark for each context variable of the environment whose mode or hour the build does not have.
 
     OpenColorIO reads context variables from the environment.

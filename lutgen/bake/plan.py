@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Plan:
+class BuildPlan:
     """The plan of a build: the LUTs to bake from a model.
 
     Attributes

@@ -15,7 +15,7 @@ from lutgen.version import __version__
 if TYPE_CHECKING:
     from lutgen.bake.figures import Figures
     from lutgen.bake.lut import Lut, MatrixLut
-    from lutgen.bake.plan import Plan
+    from lutgen.bake.plan import BuildPlan
     from lutgen.display import AgedDisplay, DisplayModel
     from lutgen.display.trace import Applied
 
@@ -75,7 +75,7 @@ def config_of_display(aged: AgedDisplay, lut: str, *, unclipped: bool) -> AgedCo
     return AgedConfig(f"compensate_{aged.mode}_{hour}", text, lut, words=CORRECTION)
 
 
-def config_of_all(plan: Plan, lut: str, *, unclipped: bool) -> AgedConfig:
+def config_of_all(plan: BuildPlan, lut: str, *, unclipped: bool) -> AgedConfig:
     """Return the common config, which selects modes and hours by context variables."""
     last, correction = max(plan.hours), plan.direction == "compensate"
     mode = "chroma" if "chroma" in plan.modes else plan.modes[0]

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.bake.build import Plan, build
+from lutgen.bake.build import BuildPlan, build
 from lutgen.errors import LutgenError
 from lutgen.files import file_sha256, files_below, scratch
 from lutgen.pictures.apply import apply_to_images
@@ -189,7 +189,7 @@ def bake_conditions(conditions: Iterable[StudyCondition], model: DisplayModel, f
         if condition == UNAGED:
             continue
         output = folder / condition.name
-        plan = Plan(hours=(condition.hours,), modes=(condition.mode,), formats=(LUT_FORMAT,))
+        plan = BuildPlan(hours=(condition.hours,), modes=(condition.mode,), formats=(LUT_FORMAT,))
         (record,) = (each for each in build(model, plan, output, jobs=1).manifest.files if each.kind == "lut")
         groups = [group for group in (record.certificate or {}).values() if isinstance(group, dict)]
         smooth = (record.certificate or {})["smooth"]["max"]

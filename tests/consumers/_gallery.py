@@ -11,7 +11,7 @@ import tifffile
 from skimage.data import immunohistochemistry
 
 from configs.displays.table1 import SLIDE
-from lutgen.bake.build import Plan, build
+from lutgen.bake.build import BuildPlan, build
 from lutgen.bake.formats import format_names
 from lutgen.bake.lut import Lut
 from lutgen.bake.spaces import lattice
@@ -86,7 +86,7 @@ class Gallery:
         for selection in dict.fromkeys(case.selection for case in CASES):
             # Certificates have their own tests.
             written = tuple(dict.fromkeys(("clf", *(formats or format_names()))))
-            plan = Plan(hours=HOURS, modes=MODES, formats=written, certify=False)
+            plan = BuildPlan(hours=HOURS, modes=MODES, formats=written, certify=False)
             build(model(selection), plan, self.build(selection), jobs=1)
 
     def build(self, selection: str) -> Path:

@@ -15,7 +15,7 @@ from lutgen.names import AGING_MODES, DIRECTIONS, MODES, UNREACHABLE
 
 if TYPE_CHECKING:
     from lutgen.bake.build import Built
-    from lutgen.bake.plan import Plan
+    from lutgen.bake.plan import BuildPlan
 
 
 def _modes(context: click.Context, option: click.Parameter, text: str) -> tuple[str, ...]:
@@ -124,14 +124,14 @@ def command(
     from lutgen.bake.build import build
     from lutgen.bake.folder import is_unfinished
     from lutgen.bake.littlecms import read_source_profile
-    from lutgen.bake.plan import Plan
+    from lutgen.bake.plan import BuildPlan
     from lutgen.display import what_luts_carry
     from lutgen.display.tips import parse_hours
 
     if unreachable and direction != "compensate":
         raise click.UsageError("--unreachable goes with --direction compensate.")
     model = model_from(**options)
-    plan = Plan(
+    plan = BuildPlan(
         tuple(parse_hours(hours, model.tips)),
         modes=modes,
         formats=formats,
@@ -161,7 +161,7 @@ def command(
             say(sentence)
 
 
-def _report(built: Built, plan: Plan, output: str, *, verbose: bool) -> None:
+def _report(built: Built, plan: BuildPlan, output: str, *, verbose: bool) -> None:
     from lutgen.bake.figures import coarse, summarise, worst_error
     from lutgen.numerals import counted
 
