@@ -4,8 +4,6 @@ This module imports nothing from lutgen. The command line can thus list the name
 The packages that implement the named things import the names from here.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 #: Aging mode → meaning.

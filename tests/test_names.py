@@ -52,7 +52,7 @@ def literals_of_the_package() -> list[tuple[str, set[str]]]:
 def test_the_module_imports_nothing_that_is_slow() -> None:
     tree = ast.parse((PACKAGE / "names.py").read_text(encoding="utf-8"))
     imported = [ast.unparse(node) for node in ast.walk(tree) if isinstance(node, ast.Import | ast.ImportFrom)]
-    assert imported == ["from __future__ import annotations", "from pathlib import Path"]
+    assert imported == ["from pathlib import Path"]
 
 
 def test_there_are_lists() -> None:

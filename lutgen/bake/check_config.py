@@ -3,32 +3,26 @@
 ``validate()`` alone is not enough, since it passes when a LUT file is missing.
 """
 
-from __future__ import annotations
-
 import copy
 import re
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from lutgen.bake.config import LINEAR, RAW_VIEW, SOURCE, VIEWERS, WORDS, config_text
+from lutgen.bake.config import LINEAR, RAW_VIEW, SOURCE, VIEWERS, WORDS, AgedConfig, Words, config_text
 from lutgen.bake.expected import config_differs
 from lutgen.bake.formats import format_named
+from lutgen.bake.manifest import FileRecord, Manifest
 from lutgen.bake.plan import direction_of
 from lutgen.bindings import is_utf8, named_for_ocio, ocio, ocio_errors, warnings_logged
-from lutgen.colorimetry import code_to_linear, inverse, linear_to_code, linear_to_xyz, transform
+from lutgen.colorimetry import Array, code_to_linear, inverse, linear_to_code, linear_to_xyz, transform
 from lutgen.display import hour_name
 from lutgen.errors import LutgenError, in_one_line
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from lutgen.bake.config import AgedConfig, Words
-    from lutgen.bake.manifest import FileRecord, Manifest
-    from lutgen.colorimetry import Array
-
-    Through = Callable[[Path], tuple[Array, Array]]
+#: Takes the path of a LUT; see :func:`check_config`.
+Through = Callable[[Path], tuple[Array, Array]]
 
 #: Maximum difference in code values between a config and its own LUT. OpenColorIO's fast power function is accurate to
 #: 1e-5. Near black the Rec.1886 curve is steep and can amplify this error ten times.

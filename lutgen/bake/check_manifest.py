@@ -3,13 +3,12 @@
 Files may be missing, altered or not listed. The readings and the model may have changed since the build.
 """
 
-from __future__ import annotations
-
 import os
 import stat
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,17 +18,11 @@ from lutgen.bake.littlecms import source_profile_of
 from lutgen.bake.manifest import JOURNAL, MANIFEST, FileRecord, HeldFile, Manifest, model_as_json, same_model
 from lutgen.bake.plan import BuildPlan, direction_of
 from lutgen.bindings import LARGEST_LUT
-from lutgen.display import default_display, hour_name, load_model
+from lutgen.display import DisplayModel, default_display, hour_name, load_model
 from lutgen.errors import LutgenError, reason_of
 from lutgen.files import PARTIAL
 from lutgen.names import DIRECTIONS
-from lutgen.readings import read_measurements
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from lutgen.display import DisplayModel
-    from lutgen.readings import Measurements
+from lutgen.readings import Measurements, read_measurements
 
 
 def unlisted(manifest: Manifest, strangers: Sequence[str]) -> list[tuple[str, str]]:

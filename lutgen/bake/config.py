@@ -7,22 +7,16 @@ One generator writes all configs from their data (``AgedConfig``). The profile v
 loads the configs.
 """
 
-from __future__ import annotations
-
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lutgen.bindings import ocio
-from lutgen.colorimetry import LINEAR_TO_XYZ, SRGB_XY, XYZ_TO_LINEAR, inverse, rgb_to_xyz_matrix
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from lutgen.colorimetry import Array
+from lutgen.colorimetry import LINEAR_TO_XYZ, SRGB_XY, XYZ_TO_LINEAR, Array, inverse, rgb_to_xyz_matrix
 
 SOURCE, AGED, LINEAR, XYZ = "Source signal", "Aged display", "Linear sRGB", "CIE XYZ-D65"
 UNAGED_VIEW, AGED_VIEW, RAW_VIEW = "Un-aged", "Aged", "Raw"

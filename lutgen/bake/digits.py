@@ -1,18 +1,14 @@
 """Fixed-point text of large tables, computed as bytes: ``%.7f`` of a whole array in half a millisecond."""
 
-from __future__ import annotations
-
 from functools import cache
 from io import BytesIO
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
+from lutgen.colorimetry import Array
 
 #: Seven decimals reach the float32 resolution near 1 (6e-8). Six decimals leave an error of 5e-7.
 DECIMALS = 7

@@ -4,29 +4,23 @@ Equal bytes need no further comparison. Differing texts are compared number by n
 the last digit differently. Binary files, and files of another version of lutgen, are compared at every lattice point.
 """
 
-from __future__ import annotations
-
 import re
+from collections.abc import Iterator, Mapping
 from itertools import zip_longest
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from lutgen.bake.config import config_text
+from lutgen.bake.config import AgedConfig, config_text
 from lutgen.bake.figures import SLACK
 from lutgen.bake.formats.ocioz import TABLE, files_of
+from lutgen.bake.lut import Lut, MatrixLut
 from lutgen.bake.readback import apply_lut
 from lutgen.bake.spaces import lattice
 from lutgen.bindings import is_utf8, ocio, ocio_errors
 from lutgen.cells import NUMBER
 from lutgen.errors import in_one_line
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-    from pathlib import Path
-
-    from lutgen.bake.config import AgedConfig
-    from lutgen.bake.lut import Lut, MatrixLut
 
 #: Tolerance of the numbers of a text, relative to the larger of 1 and the number: the last digit may be rounded
 #: differently.

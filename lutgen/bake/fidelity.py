@@ -17,38 +17,30 @@ Tables err most in dark colours. The set has a larger share of dark colours than
 largest error only.
 """
 
-from __future__ import annotations
-
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from math import inf
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.bake.figures import MAX_DELTA_E, P99, SLACK, Figures, figures, rounded
 from lutgen.bake.fitted_nodes import before_clip, ramps_at_white
 from lutgen.bake.littlecms import SourceProfile, source_profile_in
-from lutgen.bake.lut import Lut, Sampler
+from lutgen.bake.lut import Lut, MatrixLut, Sampler
+from lutgen.bake.manifest import FileRecord
 from lutgen.bake.readback import TableKind
 from lutgen.bake.round_trip import RoundTrip, Without, round_trip
 from lutgen.bake.spaces import lattice, tetrahedra
-from lutgen.colorimetry import code_to_linear, delta_e_2000, in_chunks, linear_to_code, linear_to_lab, transform
+from lutgen.colorimetry import Array, code_to_linear, delta_e_2000, in_chunks, linear_to_code, linear_to_lab, transform
+from lutgen.display import AgedDisplay
 from lutgen.display.chain import outside_gamut
 from lutgen.display.effect_chain import jumps, without_steps
 from lutgen.display.inverse import compensation_of
 from lutgen.display.paper import Selection, nearest_weights, selects_nearest
 from lutgen.errors import LutgenError
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from numpy.typing import NDArray
-
-    from lutgen.bake.lut import MatrixLut
-    from lutgen.bake.manifest import FileRecord
-    from lutgen.colorimetry import Array
-    from lutgen.display import AgedDisplay
 
 SEED = 20150319
 

@@ -1,22 +1,15 @@
 """Colour differences of files as figures: mean, 99 % quantile and maximum; their summary, and their limits."""
 
-from __future__ import annotations
-
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.bake.formats import format_named
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    from numpy.typing import NDArray
-
-    from lutgen.bake.manifest import FileRecord
-    from lutgen.colorimetry import Array
-
+from lutgen.bake.manifest import FileRecord
+from lutgen.colorimetry import Array
 
 #: Limits that a .cube of 33³ meets for smooth colours on any plausible display: largest ΔE2000, and 99 % quantile.
 MAX_DELTA_E, P99 = 1.0, 0.2

@@ -16,22 +16,15 @@ moved. A node moves by at most half a code.
 All sums have a fixed order, and the iteration has few rounds, so that the same display gives the same bytes everywhere.
 """
 
-from __future__ import annotations
-
 from functools import cache
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.bake.spaces import SPACES, lattice, tetrahedra
-from lutgen.colorimetry import code_to_linear
+from lutgen.colorimetry import Array, code_to_linear
 from lutgen.display.paper import nearest_weights
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
 
 #: Largest number of a text table: less than one 8-bit code above white. Some readers (three.js) convert tables to bytes
 #: without clipping. A code of 256 would become black.

@@ -3,22 +3,18 @@
 A lock allows one build at a time. A failed build removes the folders that it created.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import time
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from lutgen.bake.manifest import JOURNAL, MANIFEST, FileRecord, Manifest, read_manifest, without_ways
 from lutgen.errors import LutgenError, reason_of
 from lutgen.files import PARTIAL, cannot_write, file_sha256, is_file, locked, write_atomically
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-    from pathlib import Path
 
 
 @dataclass(frozen=True)

@@ -7,28 +7,22 @@ The shader itself computes the tetrahedral interpolation. It reads four texels a
 trilinear filter has no effect. That filter resolves a 256th of a cell, and a trilinear table would show bands.
 """
 
-from __future__ import annotations
-
 import os
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.bake.config import RAW_VIEW, SOURCE
 from lutgen.bindings import named_for_ocio, ocio, ocio_errors
+from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError, in_one_line
 from lutgen.processes import in_parallel
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
 
 #: Maximum difference in code values that a check accepts: a quarter of an 8-bit step.
 TOLERANCE = 1e-3

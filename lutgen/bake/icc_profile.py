@@ -6,25 +6,17 @@ profiles with tables. LittleCMS writes them, but its Python bindings do not. Thi
 itself, and LittleCMS reads them back.
 """
 
-from __future__ import annotations
-
 import hashlib
 import struct
+from collections.abc import Sequence
 from itertools import accumulate
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.bake.spaces import D50, D65_TO_D50
-from lutgen.colorimetry import code_to_linear
+from lutgen.colorimetry import Array, code_to_linear
 from lutgen.icc_tags import HEADER
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
 
 LARGEST = 65_535
 

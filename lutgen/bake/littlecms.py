@@ -8,8 +8,6 @@ and the aged display are therefore combined: scanner's code values → sRGB code
 and clipped as for a screen → aged display.
 """
 
-from __future__ import annotations
-
 import base64
 import binascii
 import struct
@@ -17,19 +15,17 @@ import zlib
 from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lutgen.bake import icc_profile as icc
 from lutgen.bindings import littlecms
+from lutgen.colorimetry import Array
+from lutgen.display import AgedDisplay
 from lutgen.errors import LutgenError, in_one_line
 from lutgen.files import read_at_most
 from lutgen.icc_tags import is_profile, tag_table
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.display import AgedDisplay
 
 #: ICC's rendering intents.
 PERCEPTUAL, RELATIVE, SATURATION, ABSOLUTE = range(4)

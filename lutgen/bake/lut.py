@@ -1,28 +1,20 @@
 """Baking of one aged display into a table or a matrix."""
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.bake.fitted_nodes import HEADROOM, LARGEST_MOVE, fit_beside_clip, ramps_at_white
 from lutgen.bake.spaces import SPACES, lattice, tetrahedra
-from lutgen.colorimetry import CHUNK, XYZ_TO_LINEAR, code_to_linear, in_chunks, linear_to_code, transform
+from lutgen.colorimetry import CHUNK, XYZ_TO_LINEAR, Array, code_to_linear, in_chunks, linear_to_code, transform
+from lutgen.display import AgedDisplay, Compensation
+from lutgen.display.chain import Link
 from lutgen.display.effect_chain import without_steps
 from lutgen.display.inverse import compensation_of
 from lutgen.display.paper import on_both_sides, paper_links, selects_nearest
 from lutgen.errors import LutgenError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
-    from lutgen.display import AgedDisplay, Compensation
-    from lutgen.display.chain import Link
 
 #: Allowed lattice sizes: viewers and graphics cards commonly support them.
 SIZES = (17, 33, 65)
@@ -54,7 +46,7 @@ class Lut:
         """The number of points along one edge."""
         return int(self.table.shape[0])
 
-    def in_steps(self, largest: int) -> Lut:
+    def in_steps(self, largest: int) -> "Lut":
         """Return the table quantised to the integers 0..``largest``, for integer files."""
         return Lut(self.space, np.rint(self.table * largest) / largest)
 

@@ -4,16 +4,15 @@ The manifest holds the colour points (tips), so that ``lutgen check`` can compar
 measurements. It also holds the hash of the measurements, so that ``lutgen check`` can report changed measurements.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os
 from base64 import b64decode, b64encode
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -30,9 +29,6 @@ from lutgen.files import bytes_at_most
 from lutgen.readings.rest import TIP_DRIVES
 from lutgen.readings.table import Measurements
 from lutgen.version import __version__
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 MANIFEST = "manifest.json"
 JOURNAL = ".lutgen-build.json"

@@ -10,28 +10,21 @@ OpenColorIO also loads and applies the complete first file of each kind. For eac
 text. A comparison of the numbers is therefore a comparison with lutgen's own text, without writing that text.
 """
 
-from __future__ import annotations
-
 import os
 import re
 from contextlib import suppress
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.bake.digits import DECIMALS
 from lutgen.bake.lut import Lut
+from lutgen.bake.manifest import HeldFile
 from lutgen.bake.readback import apply_lut
+from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from lutgen.bake.manifest import HeldFile
-    from lutgen.colorimetry import Array
 
 #: Points along an edge of the sample table for OpenColorIO, and number of colours that are sent through it.
 EDGE, COLOURS = 5, 100

@@ -1,20 +1,14 @@
 """Reading LUT files back: through OpenColorIO, or through the format's own reader when OpenColorIO cannot read it."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, NamedTuple
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
-from lutgen.bake.formats import format_named, format_names
+from lutgen.bake.formats import Reader, format_named, format_names
 from lutgen.bindings import lut_processor, ocio, refuse_unlikely
+from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from lutgen.bake.formats import Reader
-    from lutgen.colorimetry import Array
 
 
 class TableKind(NamedTuple):

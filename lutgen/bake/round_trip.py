@@ -9,22 +9,15 @@ The drives are the file's values, clipped to 0..1 as by every display. There are
 ``inverse``         the reached colours with the model's inverse instead of a file: the error of the inverse itself
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.bake.figures import Figures, figures
-from lutgen.colorimetry import delta_e_2000, linear_to_code, linear_to_lab, xyz_to_linear
+from lutgen.colorimetry import Array, delta_e_2000, linear_to_code, linear_to_lab, xyz_to_linear
+from lutgen.display import Compensation
 from lutgen.display.chain import outside_gamut
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
-    from lutgen.display import Compensation
 
 
 @dataclass(frozen=True)
@@ -53,7 +46,7 @@ class Without:
     inverse: Figures
 
     @classmethod
-    def of(cls, link: Compensation, code: Array, drive: Array, usual: NDArray[np.bool_]) -> Without:
+    def of(cls, link: Compensation, code: Array, drive: Array, usual: NDArray[np.bool_]) -> "Without":
         """Send code values (n, 3) to the un-aged display, and their unclipped drives (n, 3) to the aged display.
 
         ``usual``, (n,), is the argument of :func:`figures`.

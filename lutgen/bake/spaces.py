@@ -8,13 +8,12 @@
 ``lab-v2``   as ``lab``, in the encoding of ICC version 2
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.colorimetry import (
     D65,
@@ -27,11 +26,6 @@ from lutgen.colorimetry import (
     transform,
     xyz_to_lab,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
 
 #: Strength of the shaper: its slope falls from 1.44 at black to 0.72 at white. For a display with a leaking black this
 #: nearly halves the largest error. With a steeper shaper, light colours lose more than dark colours gain.

@@ -6,23 +6,17 @@ Hald image of level 8 has the same numbers of pixels and points. The pixels deci
 points of a table differ less than other points.
 """
 
-from __future__ import annotations
-
 import struct
 import zlib
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
+from pathlib import Path
 
 import numpy as np
 
 from lutgen.bake.lut import Lut
 from lutgen.bindings import oiio
+from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError, in_one_line
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
-
-    from lutgen.colorimetry import Array
 
 #: Supported levels of Hald images. ImageMagick's default is 8. Level 12 has 144 points along an edge.
 LEVELS = range(2, 13)

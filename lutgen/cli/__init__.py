@@ -5,8 +5,6 @@ is imported when the command runs, and functions import slow modules themselves,
 further file in this folder contains code that several commands share.
 """
 
-from __future__ import annotations
-
 import sys
 
 from lutgen.errors import INTERRUPTED

@@ -4,12 +4,11 @@ A module of a group's folder holds one command, named ``command``; a package of 
 the group lists the commands by section, and the help of a command lists rarely needed options under "Advanced".
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import sys
 import threading
+from collections.abc import Iterable
 from enum import Enum
 from importlib import import_module
 from io import TextIOWrapper
@@ -17,7 +16,7 @@ from itertools import pairwise
 from pathlib import Path
 from pkgutil import iter_modules
 from shutil import get_terminal_size
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 import click
 
@@ -25,9 +24,6 @@ from lutgen.cli.outputs import STANDARD_OUTPUT, say, tolerate_closed_pipes, with
 from lutgen.errors import INTERRUPTED, LutgenError, reason_of
 from lutgen.files import bytes_at_most, is_file
 from lutgen.version import __version__
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
 
 #: Largest length of a command's first sentence, in letters: click shortens longer sentences with "...".
 LONGEST = 1000

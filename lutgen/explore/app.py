@@ -1,34 +1,28 @@
 """The requests of the page, and the responses of its window. No mathematics, and no files except the windows' files."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import re
+from collections.abc import AsyncIterator, Awaitable, Callable
 from dataclasses import replace
 from html import escape
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from urllib.parse import urlencode
 
+from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
+from starlette.types import ASGIApp
 
 from lutgen.cells import number, number_list
 from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.explore.commands import KINDS, commands
 from lutgen.explore.exchange import CODE, IMAGE, LIMITS, MOST_FILES, READINGS, kept, taken
+from lutgen.explore.window import Window
+from lutgen.explore.windows import Windows
 from lutgen.server import HEADERS, RefusedError, application, json_body, page_file
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Awaitable, Callable
-
-    from starlette.requests import Request
-    from starlette.types import ASGIApp
-
-    from lutgen.explore.window import Window
-    from lutgen.explore.windows import Windows
 
 PAGE = Path(__file__).parent / "page"
 

@@ -1,17 +1,12 @@
 """The commands that reproduce the page's results: to copy, and to make the files to download."""
 
-from __future__ import annotations
-
 import shlex
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from lutgen.errors import LutgenError
 from lutgen.names import FORETELLING_BASELINES
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 #: Name of the model file in the commands.
 MODEL = "my-display.toml"

@@ -1,30 +1,23 @@
 """The error, the effects and the verdict as plain values for the page, from the library's results."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
-from lutgen.colorimetry import D65, linear_to_code, xy_to_uv, xyz_to_linear, xyz_to_xyY
-from lutgen.criticism.diagnose import parameters_of
+from lutgen.colorimetry import D65, Array, linear_to_code, xy_to_uv, xyz_to_linear, xyz_to_xyY
+from lutgen.criticism.compare.comparison import Comparison
+from lutgen.criticism.diagnose import Diagnosis, parameters_of
 from lutgen.criticism.fit.families import slices
+from lutgen.criticism.fit.problem import Problem
+from lutgen.criticism.refine import Refinement
 from lutgen.criticism.search.candidates import STRONG
+from lutgen.explore.opened import Opened
 from lutgen.numerals import readable, times, with_error
 from lutgen.readings.conditions import COLUMNS
 from lutgen.readings.rest import TIP_DRIVES
 from lutgen.readings.table import TIP_NAMES
 from lutgen.report.comparison import NAMES
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from lutgen.colorimetry import Array
-    from lutgen.criticism.compare.comparison import Comparison
-    from lutgen.criticism.diagnose import Diagnosis
-    from lutgen.criticism.fit.problem import Problem
-    from lutgen.criticism.refine import Refinement
-    from lutgen.explore.opened import Opened
 
 #: Half the width of a parameter's 95 % interval, in standard errors.
 INTERVAL = 1.96

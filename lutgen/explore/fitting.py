@@ -1,18 +1,13 @@
 """The object in the fitting process: the open readings, and the effects that are switched on."""
 
-from __future__ import annotations
-
 import pickle
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from lutgen.display import DisplayModel
 from lutgen.errors import LutgenError
 from lutgen.explore.opened import Opened
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from lutgen.display import DisplayModel
 
 
 class Fitting:

@@ -1,18 +1,14 @@
 """The object in the imaging process, which reads one image and then ends. The image may be broken."""
 
-from __future__ import annotations
-
 import pickle
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from lutgen.errors import LutgenError
 from lutgen.pictures.distinct import count_colours
 from lutgen.pictures.frame import plain_png, read_pixels
 from lutgen.pictures.images import open_source
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 #: Most pixels of the shown picture, and of its rows. Larger images are shown reduced, but measured in full.
 SHOWN, WIDEST = 2_000_000, 2560

@@ -4,27 +4,23 @@ Both sides exchange frames: a line of JSON (``id``, ``what``, ``size``), then ``
 LutgenError, is a frame with the call's id. An event that the object sends without a call is a frame with id 0.
 """
 
-from __future__ import annotations
-
 import asyncio
 import json
 import os
 import queue
 import signal
 import sys
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from importlib import import_module
 from itertools import count
 from threading import Lock, Thread
 from traceback import print_exception
-from typing import TYPE_CHECKING, Any, BinaryIO, Protocol
+from typing import Any, BinaryIO, Protocol
 
 from lutgen.errors import LutgenError
 from lutgen.processes import python_environment
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 #: The event that a process has ended by itself.
 DIED = "died"

@@ -1,18 +1,12 @@
 """Serve the page until Ctrl-C."""
 
-from __future__ import annotations
+from collections.abc import Callable
+from pathlib import Path
+from socket import socket
 
-from typing import TYPE_CHECKING
-
+from lutgen.explore.commands import WindowState
 from lutgen.files import scratch
 from lutgen.server import Guard, new_address, server_of
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-    from socket import socket
-
-    from lutgen.explore.commands import WindowState
 
 
 def serve(state: WindowState, listening: socket, *, opened: Callable[[str], None], wait: bool = True) -> None:

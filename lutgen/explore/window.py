@@ -1,20 +1,16 @@
 """One window of the page: its readings, its image, its two processes, and its events."""
 
-from __future__ import annotations
-
 import asyncio
 import json
+from collections.abc import AsyncIterator, Callable, Coroutine, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from lutgen.errors import LutgenError
 from lutgen.explore.commands import WindowState, tissue
 from lutgen.explore.process import DIED, Process
-
-if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Coroutine, Sequence
-    from pathlib import Path
 
 #: Most seconds for a table or a step. After that its process counts as hung: a user's own effect may never return.
 PATIENCE = 30.0

@@ -3,25 +3,19 @@
 A scan accepts every text file. It allocates no memory for the sizes that the header states.
 """
 
-from __future__ import annotations
-
 import re
 import warnings
 from dataclasses import dataclass, field, replace
 from math import isfinite
-from typing import TYPE_CHECKING, NamedTuple
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.cells import number
+from lutgen.colorimetry import Array
 from lutgen.lint.stream import BYTE_ORDER_MARK, LineBlock, TableStatistics, blocks, shown
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
 
 #: Maximum number of stored header lines, so that a file of keywords alone does not fill the memory.
 MAX_ENTRIES = 1000

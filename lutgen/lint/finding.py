@@ -8,14 +8,10 @@ rule can call a file harmless when a reader refuses it:
 ``note``     every reader shows what the author meant; the finding is only information
 """
 
-from __future__ import annotations
-
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
+from pathlib import Path
+from typing import Any, NamedTuple
 
 READS, REFUSES, WRONG = "reads", "refuses", "silently wrong"
 

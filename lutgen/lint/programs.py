@@ -5,35 +5,28 @@ applies a file to code values. ``lutgen lint --try`` compares the colours of a r
 :func:`read_as_meant`. :func:`refusal` and :func:`loading` try OpenColorIO on the other formats too.
 """
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import warnings
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache, partial
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as version_of
 from itertools import product
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.bindings import named_for_ocio, ocio, ocio_errors, unclosed_metadata, warnings_logged
+from lutgen.colorimetry import Array
 from lutgen.errors import in_one_line
 from lutgen.files import under_its_name
 from lutgen.lint import finding
+from lutgen.lint.cube_scan import CubeScan
 from lutgen.lint.stream import MAX_KEPT
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
-    from lutgen.lint.cube_scan import CubeScan
 
 #: Seconds after which a program counts as hung. Each program needs less than 2 s for the largest tried table.
 TIMEOUT = 60

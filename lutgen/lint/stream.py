@@ -1,22 +1,16 @@
 """Reading text files of any size: blocks of whole lines, and statistics of a 3D table in one pass over its rows."""
 
-from __future__ import annotations
-
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError, reason_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
 
 #: Number of bytes that are read at once.
 BLOCK = 1 << 20

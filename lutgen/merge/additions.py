@@ -5,10 +5,9 @@ serialises the text of the new parts. Only YAML's block style is supported, whic
 the proof. If it fails the proof, OpenColorIO's own text of the whole config is used.
 """
 
-from __future__ import annotations
-
 import re
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,9 +15,6 @@ from lutgen.bindings import ocio
 from lutgen.colorimetry import XYZ_TO_LINEAR
 from lutgen.display import hour_name
 from lutgen.errors import LutgenError, pick_one
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 #: The role of the colour space ACES2065-1.
 INTERCHANGE = "aces_interchange"
@@ -33,7 +29,7 @@ class AgedNames(NamedTuple):
     named: str
 
     @classmethod
-    def of(cls, prefix: str, mode: str, hours: float) -> AgedNames:
+    def of(cls, prefix: str, mode: str, hours: float) -> "AgedNames":
         """Return the names for a mode and an hour, for example "Aged chroma 10000h"."""
         name = f"{prefix} {mode} {hour_name(hours)}"
         return cls(name, name, f"{name} look", f"{name} transform")

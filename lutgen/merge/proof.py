@@ -1,22 +1,16 @@
 """Proof of a merge: the user's parts give the same pixels as before, and aged views give the pixels of the build."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any, NamedTuple
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.bake.config import AGED_VIEW, SOURCE
 from lutgen.bindings import all_parts, first_space, ocio, ocio_errors
+from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError, in_one_line
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
 
 #: Maximum difference, in code values 0..1, of a new view from the build's own view. OpenColorIO approximates power
 #: functions, and the two views use different powers.

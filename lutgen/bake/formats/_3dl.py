@@ -4,18 +4,12 @@ Readers guess the bit depth from the largest number in the file. A display whose
 the code values would be shown twice as bright. lutgen therefore writes no file for such a display.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from lutgen.bake.formats import Format, Provenance
 from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of
+from lutgen.display import AgedDisplay
 from lutgen.errors import LutgenError
-
-if TYPE_CHECKING:
-    from lutgen.display import AgedDisplay
 
 #: Largest number of the table, and of the line of places. With 1024 the places of 17, 33 and 65 points are integers in
 #: equal steps, as three.js requires. OpenColorIO treats 1023 and 1024 alike, as 10 bit without a curve.

@@ -11,18 +11,13 @@ OpenColorIO's own writers give different bytes in different versions. This modul
 OpenColorIO reads it back.
 """
 
-from __future__ import annotations
-
 from html import escape
-from typing import TYPE_CHECKING
 
 from lutgen.bake.digits import rows_of_text
 from lutgen.bake.formats import Format, Provenance
 from lutgen.bake.lut import Lut, MatrixLut, Sampler, as_matrix, is_tetrahedral
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.display import AgedDisplay
+from lutgen.colorimetry import Array
+from lutgen.display import AgedDisplay
 
 
 def candidates(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | MatrixLut]:

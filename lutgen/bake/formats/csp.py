@@ -4,8 +4,6 @@ The curve is the shaper of ``resolve`` if the table is more faithful with it. Co
 and END METADATA.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from lutgen.bake.digits import rows_of_text

@@ -4,8 +4,6 @@ LF, a quoted TITLE in ASCII, ``#`` comments before ``LUT_3D_SIZE``, seven decima
 DOMAIN, no INPUT_RANGE, no 1D part. Tables in the tests list the faults of readers with other forms.
 """
 
-from __future__ import annotations
-
 from lutgen.bake.digits import rows_of_text
 from lutgen.bake.formats import Format, Provenance
 from lutgen.bake.lut import Lut, MatrixLut, table_of

@@ -4,8 +4,6 @@ It is for programs that convert pictures (LittleCMS' ``jpgicc`` and ``tificc``, 
 servers). Viewers need a profile instead: the format ``icc``.
 """
 
-from __future__ import annotations
-
 from lutgen.bake import icc_profile as icc
 from lutgen.bake.formats import Format, Provenance, Reader
 from lutgen.bake.littlecms import table_of_profile, through_profile

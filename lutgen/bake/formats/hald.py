@@ -5,8 +5,6 @@ The file is a 16-bit PNG without a colour profile. It is not compressed, since d
 bytes.
 """
 
-from __future__ import annotations
-
 from lutgen.bake.formats import Format, Provenance, Reader
 from lutgen.bake.lut import Lut, MatrixLut, table_of
 from lutgen.bake.table_picture import apply_picture, png, table_of_picture

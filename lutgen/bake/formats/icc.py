@@ -16,10 +16,6 @@ shows dark colours up to 11 codes darker by the perceptual intent. Chromium uses
 the two hardly differ.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from lutgen.bake import icc_profile as icc
@@ -27,10 +23,7 @@ from lutgen.bake.formats import Format, Provenance, Reader
 from lutgen.bake.littlecms import table_of_profile, through_profile
 from lutgen.bake.lut import Lut, MatrixLut, table_of
 from lutgen.bake.spaces import lab_held_to_xyz_d50, lattice, linear_to_xyz_d50, xyz_d50_to_linear
-from lutgen.colorimetry import code_to_linear
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
+from lutgen.colorimetry import Array, code_to_linear
 
 #: Exponent of the curve that weights the errors of the matrix, and the linear light that limits its slope near black.
 GAMMA, DARK = 2.4, 0.01

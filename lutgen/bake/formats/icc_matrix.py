@@ -9,10 +9,6 @@ exactly and has the least error elsewhere. Its certificate states the error. Bla
 lost.
 """
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from lutgen.bake import icc_profile as icc
@@ -20,11 +16,8 @@ from lutgen.bake.formats import Format, Provenance, Reader
 from lutgen.bake.littlecms import table_of_profile, through_profile
 from lutgen.bake.lut import Lut, MatrixLut, Sampler, as_matrix
 from lutgen.bake.spaces import lattice, linear_to_xyz_d50, xyz_d50_to_linear
-from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab, transform
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.display import AgedDisplay
+from lutgen.colorimetry import Array, code_to_linear, delta_e_2000, linear_to_lab, transform
+from lutgen.display import AgedDisplay
 
 #: Points along an edge of the lattice, in code values, for the fit of the matrix. With 9 no figure changes by 0.01.
 FITTED_POINTS = 7

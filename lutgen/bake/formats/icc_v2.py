@@ -3,8 +3,6 @@
 The colours are those of ``icc``, in the encoding of version 2.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from lutgen.bake import icc_profile as icc

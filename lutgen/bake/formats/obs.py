@@ -4,8 +4,6 @@ OBS converts all pictures to 8 bit, so a node is wrong by up to half a code. Fro
 are finer. The picture is for versions of OBS that cannot read .cube, and for programs that have copied the filter.
 """
 
-from __future__ import annotations
-
 from lutgen.bake.formats import Format, Provenance, Reader
 from lutgen.bake.lut import Lut, MatrixLut, table_of
 from lutgen.bake.table_picture import POINTS, apply_picture, png, table_of_picture, tiles_of

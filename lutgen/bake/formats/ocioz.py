@@ -5,29 +5,23 @@ same inputs give the same bytes, and so that lutgen with OpenColorIO 2.1 can wri
 unpacked files back.
 """
 
-from __future__ import annotations
-
 import zipfile
 import zlib
+from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BytesIO
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
 from lutgen.bake.config import SOURCE, WORDS, AgedConfig, config_text
 from lutgen.bake.formats import Format, Provenance, Reader, clf
+from lutgen.bake.lut import Lut, MatrixLut
 from lutgen.bake.readback import table_of_ocio
 from lutgen.bindings import LARGEST_LUT, named_for_ocio, ocio, ocio_errors
+from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError, in_one_line
 from lutgen.files import scratch
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from lutgen.bake.lut import Lut, MatrixLut
-    from lutgen.colorimetry import Array
 
 CONFIG, TABLE = "config.ocio", "lut.clf"
 

@@ -6,8 +6,6 @@ without a curve is more faithful, the file has no curve and no input range. dark
 file with a curve, and they read the two numbers of an input range as a row.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from lutgen.bake.digits import rows_of_text

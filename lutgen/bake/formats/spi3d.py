@@ -4,8 +4,6 @@ The rows have blue fastest, as in Imageworks' own files, but readers use the ind
 provenance. It follows the last row, where readers ignore it.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from lutgen.bake.digits import rows_of_text

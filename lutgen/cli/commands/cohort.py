@@ -1,7 +1,5 @@
 """``lutgen cohort``."""
 
-from __future__ import annotations
-
 import sys
 from typing import Any
 

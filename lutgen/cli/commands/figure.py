@@ -1,7 +1,5 @@
 """``lutgen figure``."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import click

@@ -1,7 +1,5 @@
 """``lutgen lint``."""
 
-from __future__ import annotations
-
 import sys
 
 import click

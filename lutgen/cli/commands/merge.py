@@ -1,7 +1,5 @@
 """``lutgen merge``."""
 
-from __future__ import annotations
-
 import click
 
 from lutgen.cli.command import Command, Section

@@ -1,7 +1,5 @@
 """``lutgen plan``."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

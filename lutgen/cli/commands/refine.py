@@ -1,7 +1,5 @@
 """``lutgen refine``."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

@@ -4,18 +4,14 @@ A module scans a file in one pass and does not trust the header. Rules read the 
 refuse the file, or show other colours without an error. Each module defines ``FORMAT``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from importlib import import_module
+from pathlib import Path
 from pkgutil import iter_modules
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from lutgen.lint.finding import Linted, LintFinding
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 #: A function that reads a scan and yields findings. Its name, with hyphens, is printed with each finding.
 Rule = Callable[[Any], Iterator[LintFinding]]

@@ -1,24 +1,19 @@
 """``.ocioz``: reads its directory first, unpacks safe files into a temporary folder, and lints each of these files."""
 
-from __future__ import annotations
-
 import stat
 import zipfile
 import zlib
 from collections import Counter
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path, PureWindowsPath
-from typing import TYPE_CHECKING
 
 from lutgen.errors import LutgenError, reason_of
 from lutgen.files import scratch
 from lutgen.lint.finding import OCIO_26, Linted, LintFinding, refused
 from lutgen.lint.formats import FileKind, clf, config, cube, findings, tables
 from lutgen.lint.stream import readable
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 #: Maximum size in bytes of an archive and of its unpacked files, maximum number of files, and maximum size in bytes of
 #: its directory. The largest published config has 30 MB in 90 files.

@@ -3,11 +3,10 @@
 CLF is SMPTE ST 2136-1, formerly the Academy's S-2014-006. CTF is Autodesk's format with more operators.
 """
 
-from __future__ import annotations
-
 import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from pathlib import Path
 from xml.parsers import expat
 
 from lutgen.cells import LONGEST, NON_FINITE, number
@@ -15,10 +14,6 @@ from lutgen.lint.finding import CLF_IO, OCIO, OCIO_21, Linted, LintFinding, refu
 from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.programs import MAX_BYTES, loading, refusal
 from lutgen.lint.stream import BLOCK, readable, shown
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-    from pathlib import Path
 
 #: Elements that hold text instead of numbers.
 WORDS = {"Description", "InputDescriptor", "OutputDescriptor", "Info"}

@@ -3,13 +3,12 @@
 ``validate()`` alone is not enough, since it passes when a LUT file is missing.
 """
 
-from __future__ import annotations
-
 import codecs
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from lutgen import bindings
 from lutgen.errors import LutgenError, in_one_line
@@ -17,9 +16,6 @@ from lutgen.lint.finding import BLENDER, DJV, NUKE, OCIO, OCIO_21, Linted, LintF
 from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.programs import try_config
 from lutgen.lint.stream import readable
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 #: Suffixes of files whose table needs a stated interpolation. A .spimtx and a .cc have no table, and a CLF states its
 #: own interpolation.

@@ -3,10 +3,9 @@
 The outcomes in the rules were measured with these readers. The tests measure them again with the installed readers.
 """
 
-from __future__ import annotations
-
 import re
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+from pathlib import Path
 
 import numpy as np
 
@@ -15,10 +14,6 @@ from lutgen.lint.cube_scan import CubeScan, Entry, scan_cube
 from lutgen.lint.finding import COLOUR, FFMPEG, OCIO, OCIO_21, OCIO_26, PILLOW, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.programs import try_cube
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
 
 EVERYONE = (*OCIO, FFMPEG, PILLOW, COLOUR)
 

@@ -4,23 +4,19 @@ Pixels are decompressed and counted, but not stored. Only images of 512 × 512 p
 the layout of OBS Studio.
 """
 
-from __future__ import annotations
-
 import struct
 import zlib
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, BinaryIO
+from pathlib import Path
+from typing import BinaryIO
 
 from lutgen.bake.table_picture import POINTS, TILES, read_table
 from lutgen.errors import LutgenError
 from lutgen.lint.finding import HALDCLUT, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.stream import readable
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 

@@ -1,11 +1,10 @@
 """``.spi3d``, ``.csp`` and ``.3dl``: header and rows, and what OpenColorIO and ffmpeg do with them."""
 
-from __future__ import annotations
-
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import prod
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from lutgen.bindings import unclosed_metadata
 from lutgen.cells import NON_FINITE, NUMBER
@@ -13,10 +12,6 @@ from lutgen.lint.finding import FFMPEG, OCIO, Linted, LintFinding, refused, wron
 from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.programs import MAX_BYTES, loading, refusal
 from lutgen.lint.stream import MAX_KEPT, blocks, shown
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
 
 _NAN = re.compile(rf"(?i)(?:^|\s){NON_FINITE}(?=\s|$)".encode())
 _COMMA = re.compile(rb"\d,\d")

@@ -1,7 +1,5 @@
 """``lutgen sessions``: a group, one module per command in this folder."""
 
-from __future__ import annotations
-
 import click
 
 from lutgen.cli.command import CommandFolder, Section

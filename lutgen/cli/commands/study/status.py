@@ -1,7 +1,5 @@
 """``lutgen study status``."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click
