@@ -4,8 +4,8 @@ A scan accepts every text file. It allocates no memory for the sizes that the he
 """
 
 import re
-import warnings
 from dataclasses import dataclass, field, replace
+from io import BytesIO
 from math import isfinite
 from pathlib import Path
 from typing import NamedTuple
@@ -282,21 +282,13 @@ def scan_cube(path: Path, *, keep: bool = False) -> CubeScan:
 
 def _plain_rows(data: bytes) -> Array | None:
     """Return all rows of a block, (n, 3), or None when a line does not have three numbers."""
-    # numpy's parser does not report whether each line has three numbers, so count the words of each line.
-    space = np.frombuffer(data, dtype=np.uint8) <= 32
-    starts = ~space
-    starts[1:] &= space[:-1]
-    ends = np.flatnonzero(np.frombuffer(data, dtype=np.uint8) == 10)
-    words = np.add.reduceat(starts, np.concatenate([[0], ends[:-1] + 1]), dtype=np.intp)
-    if (words != 3).any() or _TINY.search(data):
+    if not data.strip() or _TINY.search(data):
         return None
-    with warnings.catch_warnings():
-        warnings.simplefilter("error", DeprecationWarning)
-        try:
-            numbers = np.fromstring(data.decode("ascii"), sep=" ")
-        except (DeprecationWarning, ValueError):
-            return None
-    return numbers.reshape(-1, 3) if numbers.size == 3 * len(ends) else None
+    try:
+        rows = np.loadtxt(BytesIO(data), ndmin=2)
+    except ValueError:
+        return None
+    return rows if rows.shape == (data.count(b"\n"), 3) else None
 
 
 def _numbers(words: list[bytes]) -> list[float] | None:

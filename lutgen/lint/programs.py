@@ -14,7 +14,6 @@ from functools import cache, partial
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as version_of
-from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -244,7 +243,12 @@ def _through_table(scan: CubeScan, code: Array) -> Array | None:
     table = scan.table.table
     if place is None or table is None or len(table) != scan.size**3:
         return None
-    return trilinear(table.reshape(scan.size, scan.size, scan.size, 3), place)
+    from scipy.interpolate import interpn
+
+    # A table of one point is constant: `resize` repeats its row.
+    size = max(scan.size, 2)
+    values = np.resize(table, (size, size, size, 3))
+    return np.asarray(interpn((np.linspace(0, 1, size),) * 3, values, place[:, ::-1]))
 
 
 def _place(scan: CubeScan, code: Array, keyword: str) -> Array | None:
@@ -256,20 +260,6 @@ def _place(scan: CubeScan, code: Array, keyword: str) -> Array | None:
         if ends := entry.numbers(2):
             low, high = np.full(3, ends[0]), np.full(3, ends[1])
     return np.clip((code - low) / (high - low), 0, 1) if (high > low).all() else None
-
-
-def trilinear(table: Array, place: Array) -> Array:
-    """Interpolate a table, indexed [blue, green, red], trilinearly at positions (n, 3) in 0..1."""
-    size = len(table)
-    scaled = place * (size - 1)
-    cell = np.clip(np.floor(scaled).astype(int), 0, max(size - 2, 0))
-    share = scaled - cell
-    result = np.zeros_like(place)
-    for corner in product((0, 1), repeat=3):
-        red, green, blue = np.minimum(cell + corner, size - 1).T
-        weight = np.where(corner, share, 1.0 - share).prod(axis=1)
-        result += weight[:, np.newaxis] * table[blue, green, red]
-    return result
 
 
 def try_cube(scan: CubeScan) -> Iterator[finding.Trial]:

@@ -11,15 +11,15 @@ from pathlib import Path
 from typing import Any
 
 from lutgen import bindings
+from lutgen.bake.formats import lut_suffixes
 from lutgen.errors import LutgenError, in_one_line
 from lutgen.lint.finding import BLENDER, DJV, NUKE, OCIO, OCIO_21, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.programs import try_config
 from lutgen.lint.stream import readable
 
-#: Suffixes of files whose table needs a stated interpolation. A .spimtx and a .cc have no table, and a CLF states its
-#: own interpolation.
-TABLES = (".cube", ".3dl", ".spi3d", ".csp", ".vf", ".lut", ".mga", ".m3d", ".itx")
+#: Suffixes of the tables that OpenColorIO reads and lutgen does not write.
+OTHER_TABLES = (".vf", ".lut", ".mga", ".m3d", ".itx")
 
 #: Maximum number of views that fit into a menu.
 MANY = 10
@@ -177,7 +177,9 @@ def config_files(scan: ConfigScan) -> Iterator[LintFinding]:
     if outside:
         fact = f"searches {outside[0]}, outside its folder: moving the folder breaks it"
         yield LintFinding(fact, "Keep LUT files below the config.", scan.line_of(outside[0]))
-    tables = [each for each in scan.file_transforms if each.getSrc().lower().endswith(TABLES)]
+    # A .spimtx and a .cc have no table, and a CLF states its own interpolation.
+    unsaid = (*(suffix for suffix in lut_suffixes() if suffix != ".clf"), *OTHER_TABLES)
+    tables = [each for each in scan.file_transforms if each.getSrc().lower().endswith(unsaid)]
     # The text of the object, since its method returns the same value for "default" and for no interpolation.
     stated = ["interpolation" in str(each) and "interpolation=default" not in str(each) for each in tables]
     unstated = [each.getSrc() for each, states in zip(tables, stated, strict=True) if not states]
