@@ -148,10 +148,10 @@ def _partial(path: Path) -> Path:
 
 
 def check_new_file(path: str | Path, *, force: bool, suffixes: Iterable[str] = ()) -> Path:
-    """Return ``path`` when a file may be written there. Callers check this before they do the work.
+    """Return ``path`` when a file can be written there. Callers check this before they do the work.
 
-    Raises LutgenError: the suffix is not one of ``suffixes``, ``path`` is a folder, or the file exists and ``force`` is
-    false.
+    Raises LutgenError: the suffix is not one of ``suffixes``, ``path`` is a folder or not writable, or the file exists
+    and ``force`` is false.
     """
     file, suffixes = Path(path), tuple(suffixes)
     if suffixes and file.suffix.lower() not in suffixes:
@@ -160,6 +160,10 @@ def check_new_file(path: str | Path, *, force: bool, suffixes: Iterable[str] = (
         raise LutgenError(f"{path}: is a folder. Give the name of a file.")
     if file.exists() and not force:
         raise LutgenError(f"{path}: exists already. Add --force to replace it, or choose another name.")
+    place = next(parent for parent in file.absolute().parents if parent.exists())
+    if not place.is_dir() or not os.access(place, os.W_OK):
+        why = "no right to write there" if place.is_dir() else f"{place} is a file, not a folder"
+        raise LutgenError(f"{file}: cannot write: {why}. Choose another place to write to.")
     return file
 
 
@@ -171,16 +175,12 @@ def free_bytes(folder: Path) -> float:
 
 def is_file(path: Path) -> bool:
     """Whether ``path`` leads to a file. False, where pathlib raises, for a closed parent folder or a name too long."""
-    with suppress(OSError):
-        return path.is_file()
-    return False
+    return os.path.isfile(path)  # noqa: PTH113 - Path.is_file raises
 
 
 def is_folder(path: Path) -> bool:
     """Whether ``path`` leads to a folder. Errors give False, as in :func:`is_file`."""
-    with suppress(OSError):
-        return path.is_dir()
-    return False
+    return os.path.isdir(path)  # noqa: PTH112 - Path.is_dir raises
 
 
 def check_name(path: Path) -> None:

@@ -20,8 +20,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lutgen import files
 from lutgen.errors import LutgenError
+from lutgen.files import check_new_file, write_atomically
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -40,23 +40,13 @@ STANDARD_OUTPUT = "-"
 WIDTH = 110
 
 
-def check_new_file(path: str, *, force: bool, suffixes: Sequence[str] = ()) -> Path:
-    """Return the path. Raises LutgenError: a folder, another suffix, not writable, or, without force, an old file."""
-    file = files.check_new_file(path, force=force, suffixes=suffixes)
-    place = next(parent for parent in file.absolute().parents if parent.exists())
-    if not place.is_dir() or not os.access(place, os.W_OK):
-        why = "no right to write there" if place.is_dir() else f"{place} is a file, not a folder"
-        raise LutgenError(f"{file}: cannot write: {why}. Choose another place to write to.")
-    return file
-
-
 def write_json(content: Any, to: str) -> None:
     """Write JSON to a file, or to standard output for ``-``; numbers that are not finite become null."""
     text = json.dumps(_plain(content), indent=1, ensure_ascii=False, allow_nan=False)
     if to == STANDARD_OUTPUT:
         click.echo(text)
     else:
-        files.write_atomically(Path(to), f"{text}\n".encode())
+        write_atomically(Path(to), f"{text}\n".encode())
 
 
 def print_json(content: Any) -> None:
@@ -135,7 +125,7 @@ class Outputs:
     ) -> None:
         """Write the table, the pictures and the JSON that the options choose; then print the page."""
         if self.csv_to:
-            files.write_atomically(Path(self.csv_to), as_csv().encode())
+            write_atomically(Path(self.csv_to), as_csv().encode())
         pictures = plot(self.plots) if self.plots else ()
         if self.json_to:
             write_json(as_json(), self.json_to)

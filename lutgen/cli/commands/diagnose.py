@@ -9,7 +9,8 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.data_options import data_options, question_from, split_all
-from lutgen.cli.outputs import Outputs, check_new_file, progress_bar
+from lutgen.cli.outputs import Outputs, progress_bar
+from lutgen.files import check_new_file, write_atomically
 
 if TYPE_CHECKING:
     from lutgen.criticism.diagnose import Diagnosis
@@ -69,7 +70,6 @@ def _write_stub(diagnosis: Diagnosis, to: str | None) -> str | None:
     if diagnosis.verdict.name == "consistent":
         click.echo(f"{to} is not written: no residual is left that an effect of your own could explain.", err=True)
         return None
-    from lutgen.files import write_atomically
     from lutgen.report.effect_sketch import sketch
 
     write_atomically(Path(to), sketch(diagnosis).encode())

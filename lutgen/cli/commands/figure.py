@@ -6,7 +6,8 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import PlaceOptions, image_argument, model_from, picture_options, screen_options
-from lutgen.cli.outputs import check_new_file, progress_bar, say
+from lutgen.cli.outputs import progress_bar, say
+from lutgen.files import check_new_file
 from lutgen.names import FIGURES
 
 

@@ -16,8 +16,9 @@ from lutgen.cli.options import (
     picture_options,
     screen_options,
 )
-from lutgen.cli.outputs import Outputs, check_new_file, progress_bar
+from lutgen.cli.outputs import Outputs, progress_bar
 from lutgen.errors import LutgenError
+from lutgen.files import check_new_file
 from lutgen.names import AGING_MODES, MAP_SUFFIXES
 
 if TYPE_CHECKING:

@@ -15,8 +15,8 @@ from lutgen.cli.options import (
     replace_option,
     source_option,
 )
-from lutgen.cli.outputs import Outputs, check_new_file, progress_bar
-from lutgen.files import write_atomically
+from lutgen.cli.outputs import Outputs, progress_bar
+from lutgen.files import check_new_file, write_atomically
 from lutgen.names import STAINS
 
 

@@ -7,7 +7,8 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.data_options import data_options, question_from
-from lutgen.cli.outputs import Outputs, check_new_file
+from lutgen.cli.outputs import Outputs
+from lutgen.files import check_new_file, write_atomically
 
 
 @click.command(cls=Command, section=Section.CRITICISM, place=4)
@@ -40,7 +41,6 @@ def command(
     if pair and effect:
         raise click.UsageError("--between and --effect ask for two different plans. Leave one out.")
     from lutgen.criticism.plan import plan
-    from lutgen.files import write_atomically
     from lutgen.report.diagnosis import plan_page
 
     outputs = Outputs(json_to, force=force)

@@ -7,7 +7,8 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.data_options import data_options, question_from, split_all
-from lutgen.cli.outputs import Outputs, check_new_file, progress_bar
+from lutgen.cli.outputs import Outputs, progress_bar
+from lutgen.files import check_new_file
 
 
 @click.command(cls=Command, section=Section.CRITICISM, place=3)

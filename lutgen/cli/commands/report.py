@@ -17,7 +17,8 @@ from lutgen.cli.options import (
     source_option,
     tolerance_option,
 )
-from lutgen.cli.outputs import check_new_file, progress_bar, say
+from lutgen.cli.outputs import progress_bar, say
+from lutgen.files import check_new_file
 from lutgen.names import INSTRUMENTS
 
 if TYPE_CHECKING:

@@ -4,8 +4,9 @@ import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import json_option, replace_option, say_remarks
-from lutgen.cli.outputs import Outputs, check_new_file, progress_bar
+from lutgen.cli.outputs import Outputs, progress_bar
 from lutgen.errors import LutgenError
+from lutgen.files import check_new_file
 from lutgen.names import DRIFT, LIMIT_SETS, TG18_SECONDARY
 
 #: Largest luminance of room light on the screen, cd/m²: with more light no image is visible.

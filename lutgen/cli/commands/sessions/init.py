@@ -9,8 +9,8 @@ import click
 
 from lutgen.cells import number
 from lutgen.cli.command import Command
-from lutgen.cli.outputs import check_new_file, progress_bar, say
-from lutgen.files import write_atomically
+from lutgen.cli.outputs import progress_bar, say
+from lutgen.files import check_new_file, write_atomically
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

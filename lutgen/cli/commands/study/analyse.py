@@ -9,8 +9,9 @@ import click
 
 from lutgen.cli.command import Command
 from lutgen.cli.options import json_option, replace_option
-from lutgen.cli.outputs import Outputs, check_new_file, progress_bar
+from lutgen.cli.outputs import Outputs, progress_bar
 from lutgen.errors import LutgenError
+from lutgen.files import check_new_file, write_atomically
 from lutgen.names import INTERVALS
 
 if TYPE_CHECKING:
@@ -78,7 +79,6 @@ def command(
 
 def _write_tables(analysis: Analysis, folder: str) -> None:
     """Write the tables; remove tables of an earlier analysis that the new analysis lacks."""
-    from lutgen.files import write_atomically
     from lutgen.study.tables import TABLE_FILES, tables_csv
 
     texts = tables_csv(analysis)

@@ -10,8 +10,9 @@ import click
 from lutgen.cells import number
 from lutgen.cli.command import Command
 from lutgen.cli.options import WholeFrom
-from lutgen.cli.outputs import check_new_file, progress_bar, say
+from lutgen.cli.outputs import progress_bar, say
 from lutgen.errors import LutgenError
+from lutgen.files import check_new_file, write_atomically
 
 if TYPE_CHECKING:
     from lutgen.progress import Progress
@@ -44,7 +45,6 @@ def command(*, study: str, seed: int, given: tuple[str, ...], output: str, force
       lutgen study simulate study/ --seed 1 --difference chroma@18000=5.1 -o simulated.csv
       lutgen study analyse --answers simulated.csv
     """
-    from lutgen.files import write_atomically
     from lutgen.study.protocol import read_protocol
     from lutgen.study.simulated import SimulatedReader, simulate
     from lutgen.study.tables import answer_table
