@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 
 HOST = "127.0.0.1"
 
-#: Most requests that are answered at the same time. Further requests are refused.
-MOST_AT_ONCE = 64
+#: Most requests that are answered at the same time, and most bytes of a request in JSON. Others are refused.
+MOST_AT_ONCE, MOST_JSON = 64, 16_384
 
 #: Headers of every response: the browser caches nothing, runs no foreign code, and tells other origins nothing.
 HEADERS = {
@@ -178,18 +178,13 @@ def _too_large(most: int, what: str) -> RefusedError:
     return RefusedError(413, "bad", f"{what} larger than {size} is not taken here.")
 
 
-async def body(request: Request, most: int, what: str = "A request") -> bytes:
-    """Return the whole body of a request; errors as :func:`pieces`."""
-    return b"".join([piece async for piece in pieces(request, most, what)])
-
-
-async def json_body(request: Request, most: int = 16_384) -> dict[str, Any]:
+async def json_body(request: Request) -> dict[str, Any]:
     """Return the JSON object in a request's body; errors as :func:`pieces`, and for a body that is no JSON object."""
     from lutgen.documents import from_json
 
-    data = await body(request, most)
+    data = [piece async for piece in pieces(request, MOST_JSON, "A request")]
     try:
-        content = from_json(data)
+        content = from_json(b"".join(data))
     except ValueError:
         content = None
     if not isinstance(content, dict):
@@ -216,7 +211,10 @@ def port_taken(port: int) -> socket:
 
     Raises LutgenError: another program uses the port, there is no such port, or starlette or uvicorn is not installed.
     """
-    check_installed()
+    if not (find_spec("starlette") and find_spec("uvicorn")):
+        raise LutgenError(
+            "pages need starlette and uvicorn, which are not installed. Run: pip install 'lutgen[explore]'"
+        )
     if not 0 <= port <= 65535:
         raise LutgenError(f"--port {port}: give 1 to 65535, or 0 for any that is free.")
     # With the protocol TCP, asyncio sends each piece at once. Otherwise a body waits 40 ms until its head is received.
@@ -232,14 +230,6 @@ def port_taken(port: int) -> socket:
         reason = reason_of(error)
         raise LutgenError(f"--port {port}: {reason}. Choose another, or leave --port out for any.") from None
     return listening
-
-
-def check_installed() -> None:
-    """Raise LutgenError, which says what to install, if a package that serves pages is missing."""
-    if not (find_spec("starlette") and find_spec("uvicorn")):
-        raise LutgenError(
-            "pages need starlette and uvicorn, which are not installed. Run: pip install 'lutgen[explore]'"
-        )
 
 
 async def _nothing() -> None:

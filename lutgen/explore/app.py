@@ -60,7 +60,7 @@ def explore_application(windows: Windows) -> ASGIApp:
         return Route(f"/api/{path}", endpoint, methods=list(methods))
 
     async def opened(_request: Request) -> Response:
-        return _overview(await windows.open())
+        return await _overview(await windows.open())
 
     async def begun(_request: Request) -> Response:
         return _page_with(windows)
@@ -68,7 +68,7 @@ def explore_application(windows: Windows) -> ASGIApp:
     return application(
         [
             Route("/api/window", opened, methods=["POST"]),
-            ask("overview", _get_overview, "GET"),
+            ask("overview", _overview, "GET"),
             ask("drop", _drop, "POST"),
             ask("image", _image, "GET", "POST"),
             ask("table", _table, "GET"),
@@ -126,7 +126,7 @@ async def _page(request: Request) -> Response:
     return Response(data, media_type=kind, headers=PICTURES)
 
 
-def _overview(window: Window) -> Response:
+async def _overview(window: Window, _request: Request | None = None) -> Response:
     return JSONResponse(_overview_of(window))
 
 
@@ -140,10 +140,6 @@ def _overview_of(window: Window) -> dict[str, Any]:
         "written": window.state.written,
         "limits": LIMITS,
     }
-
-
-async def _get_overview(window: Window, _request: Request) -> Response:
-    return _overview(window)
 
 
 async def _drop(window: Window, request: Request) -> Response:
@@ -160,7 +156,7 @@ async def _drop(window: Window, request: Request) -> Response:
     if query.get("hours") and hours is None:
         raise LutgenError(f"hours={query['hours']!r}: give operating hours in a list, such as 0,8000.")
     needed = await window.drop(hours, same=query.get("same") == "yes")
-    return JSONResponse(needed) if needed else _overview(window)
+    return JSONResponse(needed) if needed else await _overview(window)
 
 
 async def _image(window: Window, request: Request) -> Response:
@@ -222,7 +218,7 @@ async def _baseline(window: Window, request: Request) -> Response:
     if not isinstance(baseline, str):
         raise LutgenError('send {"baseline": name}.')
     await window.open(replace(window.state, baseline=baseline, on=()))
-    return _overview(window)
+    return await _overview(window)
 
 
 async def _what_if(window: Window, request: Request) -> Response:

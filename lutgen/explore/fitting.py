@@ -8,16 +8,15 @@ from typing import Any
 from lutgen.display import DisplayModel
 from lutgen.errors import LutgenError
 from lutgen.explore.opened import Opened
+from lutgen.explore.process import Hosted
 
 
-class Fitting:
-    """Readings and their model. The window calls its methods (:mod:`lutgen.explore.process`)."""
-
-    concurrent = frozenset[str]()
+class Fitting(Hosted):
+    """Readings and their model. The window calls its methods."""
 
     def __init__(self, tell: Callable[..., None]) -> None:
-        """Take the function that sends events of :meth:`idle` and :meth:`find` to the window."""
-        self._tell = tell
+        """Begin without readings."""
+        super().__init__(tell)
         self._opened: Opened | None = None
         self._on: tuple[str, ...] = ()
         self._fitted: tuple[str, ...] = ()

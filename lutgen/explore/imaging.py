@@ -1,11 +1,11 @@
 """The object in the imaging process, which reads one image and then ends. The image may be broken."""
 
 import pickle
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from lutgen.errors import LutgenError
+from lutgen.explore.process import Hosted
 from lutgen.pictures.distinct import count_colours
 from lutgen.pictures.frame import plain_png, read_pixels
 from lutgen.pictures.images import open_source
@@ -17,17 +17,8 @@ SHOWN, WIDEST = 2_000_000, 2560
 MOST_PIXELS = 150_000_000
 
 
-class Imaging:
-    """Reads an image. The window calls its methods (:mod:`lutgen.explore.process`)."""
-
-    concurrent = frozenset[str]()
-
-    def __init__(self, _tell: Callable[..., None]) -> None:
-        """Begin without an image."""
-
-    def idle(self) -> bool:
-        """Return False: there is no work without a call."""
-        return False
+class Imaging(Hosted):
+    """Reads an image. The window calls its methods."""
 
     def read(self, path: str, to: str) -> dict[str, Any]:
         """Write the shown picture (PNG); return its size and the image's size."""

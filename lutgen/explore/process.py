@@ -17,7 +17,7 @@ from importlib import import_module
 from itertools import count
 from threading import Lock, Thread
 from traceback import print_exception
-from typing import Any, BinaryIO, Protocol
+from typing import Any, BinaryIO
 
 from lutgen.errors import LutgenError
 from lutgen.processes import python_environment
@@ -113,14 +113,18 @@ class Process:
 DONE, REFUSED = "done", "refused"
 
 
-class Hosted(Protocol):
-    """The object in a process."""
+class Hosted:
+    """The object in a process, without background work. ``tell`` sends events to the window."""
 
     #: Names of methods that run in separate threads, so that no other method waits for them.
-    concurrent: frozenset[str]
+    concurrent = frozenset[str]()
+
+    def __init__(self, tell: Callable[..., None]) -> None:
+        self._tell = tell
 
     def idle(self) -> bool:
         """Do a small part of the background work; return whether there is more work."""
+        return False
 
 
 def frame(number: int, what: str, body: bytes, **more: Any) -> bytes:

@@ -11,6 +11,7 @@ from lutgen.bake.lut import SIZES, Sampler
 from lutgen.bake.plan import display_to_bake
 from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.explore.opened import Opened
+from lutgen.explore.process import Hosted
 from lutgen.names import AGING_MODES
 
 if TYPE_CHECKING:
@@ -32,14 +33,15 @@ class ShownModel:
     curves: dict[str, DifferenceCurve] = field(default_factory=dict)
 
 
-class Showing:
-    """A model and colours. The window calls its methods (:mod:`lutgen.explore.process`)."""
+class Showing(Hosted):
+    """A model and colours. The window calls its methods."""
 
     #: To measure an image and to search a correction are slow: tables must not wait for these methods.
     concurrent = frozenset({"difference", "compensated"})
 
-    def __init__(self, _tell: Callable[..., None]) -> None:
+    def __init__(self, tell: Callable[..., None]) -> None:
         """Begin without model and colours."""
+        super().__init__(tell)
         self._with: ShownModel | None = None
         self._without: ShownModel | None = None
         self._colours: Colours | None = None
