@@ -100,42 +100,28 @@ def build(
     for mode, hours, _ in plan.folders():
         plan.display(model, mode, hours)
     with locked_folder(output), scratch() as beside:
-        return _build(model, plan, output, beside, jobs=jobs, force=force, progress=progress)
-
-
-def _build(
-    model: DisplayModel,
-    plan: BuildPlan,
-    output: Path,
-    beside: Path,
-    *,
-    jobs: int | None,
-    force: bool,
-    progress: Progress,
-) -> Built:
-    recipe = recipe_of(model_as_json(model, output), plan.as_json())
-    paths = paths_of(plan)
-    folder = claim(output, recipe, paths, force=force)
-    work, parts = _Work(model, plan, output, beside), _parts(plan)
-    if plan.tolerance is not None:
-        work = replace(work, sizes=dict(chain(*in_parallel(partial(_smallest_sizes, work), parts, jobs))))
-    prepare(plan.display(model, plan.modes[-1], plan.hours[-1]), plan)
-    try:
-        folder.begin(recipe, paths)
-        records: list[FileRecord] = []
-        for records_of_part in in_parallel(partial(_bake, work), parts, jobs):
-            records.extend(records_of_part)
-            progress(len({(record.mode, record.hours) for record in records}), len(plan.modes) * len(plan.hours))
-        form = config_format(plan)
-        if form:
-            records.append(_write_common_config(plan, output, form))
-        order = {path: place for place, path in enumerate(paths)}
-        manifest = Manifest(recipe, tuple(sorted(records, key=lambda record: order[record.path])))
-        folder.finish(manifest)
-    except LutgenError:
-        folder.abandon(paths)
-        raise
-    return Built(manifest, folder.unfinished)
+        recipe = recipe_of(model_as_json(model, output), plan.as_json())
+        paths = paths_of(plan)
+        folder = claim(output, recipe, paths, force=force)
+        work, parts = _Work(model, plan, output, beside), _parts(plan)
+        if plan.tolerance is not None:
+            work = replace(work, sizes=dict(chain(*in_parallel(partial(_smallest_sizes, work), parts, jobs))))
+        prepare(plan.display(model, plan.modes[-1], plan.hours[-1]), plan)
+        try:
+            folder.begin(recipe, paths)
+            records: list[FileRecord] = []
+            for records_of_part in in_parallel(partial(_bake, work), parts, jobs):
+                records.extend(records_of_part)
+                progress(len({(record.mode, record.hours) for record in records}), len(plan.modes) * len(plan.hours))
+            if form := config_format(plan):
+                records.append(_write_common_config(plan, output, form))
+            order = {path: place for place, path in enumerate(paths)}
+            manifest = Manifest(recipe, tuple(sorted(records, key=lambda record: order[record.path])))
+            folder.finish(manifest)
+        except LutgenError:
+            folder.abandon(paths)
+            raise
+        return Built(manifest, folder.unfinished)
 
 
 def paths_of(plan: BuildPlan) -> list[str]:

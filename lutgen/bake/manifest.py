@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from lutgen.colorimetry import xyY_to_xyz
 from lutgen.display import AppliedEffect, DisplayModel, LatentTips, default_display
 from lutgen.display.carried import what_luts_carry
 from lutgen.display.conditions import REFERENCE, conditions_of
@@ -185,8 +186,6 @@ def _check_law(name: str, table: tuple[tuple[float, float], ...], where: str) ->
 
 def model_from_json(content: Mapping[str, Any], *, where: str) -> DisplayModel:
     """Rebuild the model of a manifest. ``where`` is its path. Raises LutgenError when the description is not valid."""
-    from lutgen.colorimetry import xyY_to_xyz
-
     try:
         display, law = content["display"], content["luminance"]
         _check_kind(display, "path", str | None)

@@ -1,18 +1,21 @@
 """What LUTs and pictures carry of a model: sentences on fixed conditions and on effects that are left out."""
 
+from __future__ import annotations
+
 from dataclasses import replace
 from itertools import product
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lutgen.display.conditions import REFERENCE, in_words
-from lutgen.display.model import DisplayModel
-from lutgen.display.on_screen import OnScreen
-from lutgen.effects.probe import reacts_to
 from lutgen.errors import listed
 from lutgen.readings.conditions import OF_COLUMN
 from lutgen.readings.conditions.position import PLACE
+
+if TYPE_CHECKING:
+    from lutgen.display.model import DisplayModel
+    from lutgen.display.on_screen import OnScreen
 
 
 def what_luts_carry(model: DisplayModel) -> list[str]:
@@ -44,7 +47,12 @@ def seen_on(model: DisplayModel, on_screen: OnScreen | None = None) -> dict[str,
 
 def _fixed(model: DisplayModel, verb: str, but: str, free: tuple[str, ...] = ()) -> list[str]:
     stated = model.conditions.stated()
-    columns = {each.effect.name: [name for name in reacts_to(each.effect) if name not in free] for each in model.baked}
+    columns = {}
+    if model.baked:
+        # A model without effects needs no probe.
+        from lutgen.effects.probe import reacts_to
+
+        columns = {each.effect.name: [on for on in reacts_to(each.effect) if on not in free] for each in model.baked}
     needs = {name for names in columns.values() for name in names} | set(stated)
     lines = [f"{verb}: {in_words(model.conditions, needs)}."] if needs else []
     for effect, names in columns.items():
