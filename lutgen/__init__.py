@@ -16,7 +16,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from lutgen.version import __version__
+from lutgen.version import __version__ as __version__
 
 #: Public name → the module that defines it.
 _HOME = {
@@ -49,59 +49,37 @@ _HOME = {
     "analyse_answers": "lutgen.study.analysis",
 }
 
-__all__ = [
-    "AppliedEffect",
-    "BuildPlan",
-    "DisplayModel",
-    "LutgenError",
-    "Measurements",
-    "__version__",
-    "analyse_answers",
-    "apply_to_image",
-    "build",
-    "check",
-    "cohort",
-    "compare",
-    "default_display",
-    "diagnose",
-    "inspect_session",
-    "lifetime",
-    "lint",
-    "load_model",
-    "merge",
-    "nuclei",
-    "plan",
-    "plan_study",
-    "read_answers",
-    "read_measurements",
-    "read_session",
-    "refine",
-    "save_model",
-    "show",
-]
+__all__ = [*_HOME, "__version__"]  # noqa: PLE0604 - the keys are texts
 
+# For type checkers and editors; `as` marks names that the package exports.
 if TYPE_CHECKING:
-    from lutgen.bake.build import build
-    from lutgen.bake.check import check
-    from lutgen.bake.plan import BuildPlan
-    from lutgen.criticism.compare.comparison import compare
-    from lutgen.criticism.diagnose import diagnose
-    from lutgen.criticism.plan import plan
-    from lutgen.criticism.refine import refine
-    from lutgen.display import AppliedEffect, DisplayModel, default_display, load_model, save_model
-    from lutgen.display.aging import show
-    from lutgen.errors import LutgenError
-    from lutgen.history.inspect import inspect_session
-    from lutgen.lint import lint
-    from lutgen.merge import merge
-    from lutgen.pictures.apply import apply_to_image
-    from lutgen.pictures.cohort import cohort
-    from lutgen.pictures.conspicuity import nuclei
-    from lutgen.pictures.lifetime import lifetime
-    from lutgen.readings import Measurements, read_measurements, read_session
-    from lutgen.study.analysis import analyse_answers
-    from lutgen.study.answers import read_answers
-    from lutgen.study.plan import plan_study
+    from lutgen.bake.build import build as build
+    from lutgen.bake.check import check as check
+    from lutgen.bake.plan import BuildPlan as BuildPlan
+    from lutgen.criticism.compare.comparison import compare as compare
+    from lutgen.criticism.diagnose import diagnose as diagnose
+    from lutgen.criticism.plan import plan as plan
+    from lutgen.criticism.refine import refine as refine
+    from lutgen.display import AppliedEffect as AppliedEffect
+    from lutgen.display import DisplayModel as DisplayModel
+    from lutgen.display import default_display as default_display
+    from lutgen.display import load_model as load_model
+    from lutgen.display import save_model as save_model
+    from lutgen.display.aging import show as show
+    from lutgen.errors import LutgenError as LutgenError
+    from lutgen.history.inspect import inspect_session as inspect_session
+    from lutgen.lint import lint as lint
+    from lutgen.merge import merge as merge
+    from lutgen.pictures.apply import apply_to_image as apply_to_image
+    from lutgen.pictures.cohort import cohort as cohort
+    from lutgen.pictures.conspicuity import nuclei as nuclei
+    from lutgen.pictures.lifetime import lifetime as lifetime
+    from lutgen.readings import Measurements as Measurements
+    from lutgen.readings import read_measurements as read_measurements
+    from lutgen.readings import read_session as read_session
+    from lutgen.study.analysis import analyse_answers as analyse_answers
+    from lutgen.study.answers import read_answers as read_answers
+    from lutgen.study.plan import plan_study as plan_study
 
 
 def __getattr__(name: str) -> Any:
