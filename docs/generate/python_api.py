@@ -23,13 +23,18 @@ def pages() -> dict[str, str]:
     for package in PUBLIC:
         module = import_module(package)
         names = sorted(name for name in module.__all__ if not name.startswith("__"))
+        values = {name: _called(getattr(module, name)) for name in names}
         rows = [
-            (f"[`{name}`](#{anchor(_title(package, name, getattr(module, name)))})", _summary(getattr(module, name)))
-            for name in names
+            (f"[`{name}`](#{anchor(_title(package, name, value))})", _summary(value)) for name, value in values.items()
         ]
         parts += [f"## {package}", docstring(module.__doc__), table(("name", "what it is"), rows)]
-        parts += [_entry(package, name, getattr(module, name)) for name in names]
+        parts += [_entry(package, name, value) for name, value in values.items()]
     return {"python.md": page("Python API", *parts)}
+
+
+def _called(value: Any) -> Any:
+    """Return the function of a package that can be called; other values unchanged."""
+    return type(value).__call__ if inspect.ismodule(value) else value
 
 
 def _title(package: str, name: str, value: Any) -> str:

@@ -25,7 +25,7 @@ KINDS = tuple(sorted(_BY_SUFFIX))
 
 
 def lint(path: str | Path, *, ask_readers: bool = False) -> Linted:
-    """Lint one file.
+    """Return what each reader does with a LUT, a profile or a config of any program.
 
     Parameters
     ----------
