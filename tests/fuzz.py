@@ -13,8 +13,6 @@ Every kind draws its cases from the seed. A failure is printed with the kind, th
 ``kills``    a build that is killed leaves no incomplete file, and the next build succeeds
 """
 
-from __future__ import annotations
-
 import argparse
 import io
 import json
@@ -27,10 +25,10 @@ import tempfile
 import time
 import warnings
 import zipfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 from unittest import mock
 
 import numpy as np
@@ -48,9 +46,6 @@ from lutgen.lint import lint, programs
 from lutgen.lint.finding import READS
 from lutgen.lint.programs import OPENCOLORIO
 from lutgen.readings import read_campaign, read_measurements, read_session
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 ROOT = Path(__file__).resolve().parents[1]
 

@@ -1,12 +1,10 @@
 """Hald images with one fault each, and the effect in ffmpeg according to lint."""
 
-from __future__ import annotations
-
 import io
 import struct
 import zlib
+from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 from PIL import Image
@@ -17,9 +15,6 @@ from lutgen.bake.table_picture import tiles_of
 from lutgen.display import DisplayModel, default_display
 from lutgen.lint.finding import READS, REFUSES, WRONG
 from lutgen.readings import read_measurements
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 
 @cache

@@ -1,11 +1,6 @@
 """Variants of ``.cube`` files in use: one small table in many dialects, valid or broken."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from collections.abc import Callable
 
 N = 4
 SIZE = f"LUT_3D_SIZE {N}"

@@ -1,15 +1,10 @@
 """Variants of ``.3dl`` files, and the result of each in OpenColorIO and in ffmpeg."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
 
 from lutgen.lint.finding import READS, REFUSES, WRONG
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 #: Factors of the tables on green and blue; red does not change.
 GREEN, BLUE = 0.9, 0.8

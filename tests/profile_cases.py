@@ -1,11 +1,9 @@
 """ICC profiles with one fault each, and the result in each reader according to lint's rules."""
 
-from __future__ import annotations
-
 import struct
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,9 +12,6 @@ from lutgen.bake.lut import Sampler
 from lutgen.display import DisplayModel, default_display
 from lutgen.lint.finding import ARGYLL, CHROMIUM, LCMS_8, READS, REFUSES, WRONG
 from lutgen.readings import read_measurements
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
 
 
 @cache

@@ -1,7 +1,5 @@
 """``lutgen build``: the files in the folder, their errors, refused input, and the remains of a killed build."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os
@@ -12,10 +10,11 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -31,9 +30,6 @@ from lutgen.readings import read_measurements
 from tests.command import here
 from tests.disk import mounted
 from tests.twin import Twin, nearest_points, rows_of_csv, to_linear
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
 
 ROOT = Path(__file__).parents[1]
 SMALL = BuildPlan((0.0, 10_000.0), modes=("chroma", "chroma-luma"), cubesize=17)

@@ -1,7 +1,5 @@
 """Numbers as text: Python's ``float`` and ``int`` define plain numbers; the tests list the additional refusals."""
 
-from __future__ import annotations
-
 import math
 import re
 

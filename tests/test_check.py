@@ -1,12 +1,10 @@
 """``lutgen check`` finds each kind of fault in a built folder."""
 
-from __future__ import annotations
-
 import json
 import re
 import shutil
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 
@@ -17,9 +15,6 @@ from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
 from lutgen.readings import read_measurements
 from tests.command import here
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 CUBE, CLF, CONFIG = "chroma/10000h/aged.cube", "chroma/10000h/aged.clf", "chroma/10000h/config.ocio"
 

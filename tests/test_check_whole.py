@@ -3,15 +3,14 @@
 The tests edit a file and write its new hash into the manifest, so that the check can trust neither of them.
 """
 
-from __future__ import annotations
-
 import io
 import json
 import re
 import shutil
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
@@ -23,9 +22,6 @@ from lutgen.display import DisplayModel, default_display
 from lutgen.readings import read_measurements
 from tests.command import in_process
 from tests.quick import mostly_slow
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 HERE = "chroma/9000h"
 CONFIG = f"{HERE}/config.ocio"

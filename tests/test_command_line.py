@@ -1,7 +1,5 @@
 """Behaviour of all commands: help and its sections, usage errors, interrupts, closed pipes, text on a terminal."""
 
-from __future__ import annotations
-
 import fcntl
 import os
 import pty
@@ -12,8 +10,8 @@ import subprocess
 import sys
 import termios
 import time
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 from click import Context
@@ -21,14 +19,9 @@ from click import Context
 from lutgen.cli import outputs
 from lutgen.cli.command import Command, Section, group
 from lutgen.cli.outputs import wrapped
-from tests.command import here, in_process
+from tests.command import Done, here, in_process
 from tests.examples_folder import COMMANDS, ROOT, make_folder
 from tests.quick import mostly_slow
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from tests.command import Done
 
 PROGRAM = [sys.executable, "-m", "lutgen"]
 DISPLAY_A = ROOT / "examples/display-a.csv"

@@ -1,11 +1,10 @@
 """``lutgen build --direction compensate``: the folder's files, their errors, and faults that ``check`` finds."""
 
-from __future__ import annotations
-
 import json
 import shutil
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,15 +18,11 @@ from lutgen.bake.lut import Sampler
 from lutgen.bake.manifest import sha256
 from lutgen.bake.readback import apply_lut
 from lutgen.bindings import ocio
+from lutgen.colorimetry import Array
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
+from tests.command import Done
 from tests.twin import PAPER_LAW, Twin, rows_of_csv
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from lutgen.colorimetry import Array
-    from tests.command import Done
 
 HOURS, MODES = (10_000.0, 18_000.0), ("chroma", "chroma-luma")
 CORRECTIONS = BuildPlan(HOURS, modes=MODES, direction="compensate")

@@ -1,7 +1,5 @@
 """The text of a config is OpenColorIO's own text, whatever config it was made from."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import product
 

@@ -1,15 +1,10 @@
-from __future__ import annotations
-
 import shutil
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 
 from lutgen.bake.check import check
 from tests.check_default_configs import COMMITTED, differences
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 @pytest.mark.slow(every=True)

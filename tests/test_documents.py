@@ -1,10 +1,8 @@
 """Hostile JSON, TOML, names and tables end quickly in a sentence."""
 
-from __future__ import annotations
-
 import json
 import time
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 
@@ -12,9 +10,6 @@ from lutgen.display import default_display
 from lutgen.documents import DEEPEST, deepest, from_json, from_toml
 from lutgen.files import write_atomically
 from tests.command import in_process
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 #: A name that file systems refuse.
 LONG = "x" * 300

@@ -1,7 +1,5 @@
 """`lutgen explore` without a browser: its numbers equal the command line's, and no request of a page harms it."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import shlex
@@ -9,13 +7,14 @@ import struct
 import subprocess
 import sys
 import zlib
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from http.client import HTTPConnection
 from pathlib import Path
 from queue import Queue
 from threading import Thread
 from time import monotonic, sleep
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from urllib.parse import urlsplit
 
 import numpy as np
@@ -34,14 +33,10 @@ from lutgen.names import FORETELLING_BASELINES
 from lutgen.pictures.viewer import WHITE
 from lutgen.readings import read_measurements
 from lutgen.server import HOST, MOST_AT_ONCE, RefusedError, page_file
+from tests.command import Done
 from tests.test_own_effects import GOOD
 from tests.test_study_server import Client
 from tests.virtual_display.campaign import Campaign, csv_text
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from tests.command import Done
 
 EXAMPLE = str(example_readings())
 BOTH = ["eotf-drift", "black-level"]

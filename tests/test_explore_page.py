@@ -1,7 +1,5 @@
 """The page of `lutgen explore` in real browsers: the whole workflow, dropped files, and a server that has ended."""
 
-from __future__ import annotations
-
 import json
 import os
 import re
@@ -10,9 +8,10 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from zipfile import ZipFile
 
 import numpy as np
@@ -23,19 +22,16 @@ from lutgen.names import BASELINES
 from lutgen.numerals import times
 from lutgen.readings import read_measurements
 from lutgen.readings.rest import is_tip
+from tests import browser as chromium_browser
+from tests import firefox as firefox_browser
 from tests.browser import CHROMIUM, PATIENCE, browser
 from tests.firefox import FIREFOX, firefox
 from tests.session_files import ti3
 from tests.test_explore import greys_alone
 from tests.test_own_effects import GOOD
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+Page = chromium_browser.Page | firefox_browser.Page
 
-    from tests import browser as chromium_browser
-    from tests import firefox as firefox_browser
-
-    Page = chromium_browser.Page | firefox_browser.Page
 
 pytestmark = [
     pytest.mark.numbers,

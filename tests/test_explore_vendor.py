@@ -1,7 +1,5 @@
 """The library of the explore page is the library that its NOTICE names, and the page requests no other library."""
 
-from __future__ import annotations
-
 import json
 import re
 from hashlib import sha256

@@ -1,7 +1,5 @@
 """The colours of a certificate: the share of the largest error that they find."""
 
-from __future__ import annotations
-
 import pytest
 
 from lutgen import DisplayModel, read_measurements

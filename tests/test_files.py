@@ -1,11 +1,9 @@
 """Every reader reads files of unknown size only up to a bound: larger files are refused at once."""
 
-from __future__ import annotations
-
 import hashlib
 import resource
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 
@@ -19,9 +17,6 @@ from lutgen.pictures.cohort_slides import find_slides
 from lutgen.study.design import read_design
 from lutgen.study.protocol import read_protocol
 from lutgen.study.tables import read_answer_table, read_counts, read_summary
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 pytestmark = pytest.mark.numbers
 

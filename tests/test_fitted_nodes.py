@@ -1,11 +1,8 @@
 """Fitted nodes: the least squares by another method, and the change of tissue colours."""
 
-from __future__ import annotations
-
 import hashlib
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -16,12 +13,9 @@ from lutgen.bake.fitted_nodes import HEADROOM, fit_beside_clip, ramps_at_white
 from lutgen.bake.formats import Provenance, format_named
 from lutgen.bake.lut import Sampler, table_of
 from lutgen.bake.spaces import SPACES, lattice, tetrahedra
-from lutgen.colorimetry import linear_to_code
+from lutgen.colorimetry import Array, linear_to_code
 from lutgen.display import default_display
 from tests.quick import mostly_slow
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
 
 pytestmark = pytest.mark.numbers
 

@@ -3,8 +3,6 @@
 The contract tests run over ``format_names()``, so they cover each new format automatically.
 """
 
-from __future__ import annotations
-
 import hashlib
 import importlib.util
 import json
@@ -13,8 +11,9 @@ import re
 import subprocess
 import sys
 import sysconfig
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -31,18 +30,13 @@ from lutgen.bake.lut import Lut, MatrixLut, Sampler
 from lutgen.bake.readback import apply_lut, table_kind
 from lutgen.bake.spaces import lattice
 from lutgen.bindings import ocio
-from lutgen.colorimetry import code_to_linear, linear_to_code, xyY_to_xyz
+from lutgen.colorimetry import Array, code_to_linear, linear_to_code, xyY_to_xyz
 from lutgen.display import SELECTIONS, AgedDisplay, DisplayModel, default_display
 from lutgen.errors import LutgenError
 from lutgen.lint import lint
 from lutgen.lint.finding import READS
 from lutgen.readings import Measurements, read_measurements
 from tests.quick import mostly_slow
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from lutgen.colorimetry import Array
 
 ROOT = Path(__file__).parents[1]
 PROVENANCE = Provenance(

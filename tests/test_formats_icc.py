@@ -3,11 +3,10 @@
 ``make consumers`` tests Argyll, LittleCMS' own programs and Chromium.
 """
 
-from __future__ import annotations
-
 import hashlib
 import struct
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,17 +18,10 @@ from lutgen.bake.littlecms import ABSOLUTE, PERCEPTUAL, RELATIVE, SATURATION, th
 from lutgen.bake.lut import MatrixLut, Sampler, table_of
 from lutgen.bake.readback import apply_lut, table_kind
 from lutgen.bake.spaces import lab_held_to_xyz_d50, xyz_d50_to_linear
-from lutgen.colorimetry import D65, code_to_linear, linear_to_code, linear_to_xyz
-from lutgen.display import DisplayModel, default_display
+from lutgen.colorimetry import D65, Array, code_to_linear, linear_to_code, linear_to_xyz
+from lutgen.display import AgedDisplay, DisplayModel, default_display
 from lutgen.errors import LutgenError
 from lutgen.readings import read_measurements
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from lutgen.colorimetry import Array
-    from lutgen.display import AgedDisplay
 
 pytestmark = pytest.mark.numbers
 

@@ -1,14 +1,13 @@
 """The syntax of .cube for Resolve, .csp, .spi3d, .3dl, Hald images and .ocioz, and files with false claims."""
 
-from __future__ import annotations
-
 import re
 import struct
 import sys
 import zipfile
 import zlib
+from collections.abc import Callable
 from io import BytesIO
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,21 +21,15 @@ from lutgen.bake.readback import TableKind, apply_lut, table_kind
 from lutgen.bake.spaces import SPACES, lattice
 from lutgen.bake.table_picture import read_table
 from lutgen.bindings import LARGEST_LUT, ocio
-from lutgen.display import AppliedEffect, DisplayModel, default_display
+from lutgen.colorimetry import Array
+from lutgen.display import AgedDisplay, AppliedEffect, DisplayModel, default_display
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError
 from lutgen.lint import lint
 from lutgen.pictures.engines import engine_for
 from lutgen.readings import read_measurements
+from tests.command import Done
 from tests.quick import mostly_slow
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from lutgen.colorimetry import Array
-    from lutgen.display import AgedDisplay
-    from tests.command import Done
 
 PROVENANCE = Provenance("Aged display, chroma", "lutgen-chroma", ("lutgen: what it shows", "hours: 18000"))
 SIZE = 17

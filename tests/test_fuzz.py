@@ -1,16 +1,11 @@
 """Mutations of every reader, planted faults and kills: a seeded run, and failures that the run must detect."""
 
-from __future__ import annotations
-
 import random
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 
 from tests import fuzz
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 @pytest.mark.slow

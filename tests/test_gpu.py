@@ -1,11 +1,11 @@
 """OpenColorIO's shaders for lutgen's views, drawn by Mesa or a graphics card, against the CPU and numpy."""
 
-from __future__ import annotations
-
 import json
 import shutil
 import sys
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,16 +19,10 @@ from lutgen.bake.fidelity import Counts, certificate_colours
 from lutgen.bake.lut import Sampler
 from lutgen.bake.spaces import lattice
 from lutgen.bindings import ocio
-from lutgen.colorimetry import code_to_linear
+from lutgen.colorimetry import Array, code_to_linear
+from lutgen.display import DisplayModel
 from lutgen.errors import LutgenError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from lutgen.colorimetry import Array
-    from lutgen.display import DisplayModel
-    from tests.command import Done
+from tests.command import Done
 
 HOURS = (10_000.0,)
 CONFIG = "chroma/10000h/config.ocio"

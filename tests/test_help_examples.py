@@ -1,18 +1,13 @@
 """Every command's help ends with examples that work."""
 
-from __future__ import annotations
-
 import re
 import shlex
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 
 from tests.examples_folder import COMMANDS, make_folder, run_lutgen
 from tests.pages import all_commands, plain
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 pytestmark = pytest.mark.texts
 

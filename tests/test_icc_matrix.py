@@ -1,20 +1,13 @@
 """``icc-matrix``: the error of a matrix for a display; ``make consumers`` tests its white with LittleCMS."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pytest
 
 from lutgen.bake.formats import Provenance, format_named
 from lutgen.bake.lut import Lut, MatrixLut, Sampler
-from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab
+from lutgen.colorimetry import Array, code_to_linear, delta_e_2000, linear_to_lab
 from lutgen.display import DisplayModel, default_display
 from lutgen.readings import read_measurements
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
 
 pytestmark = pytest.mark.numbers
 

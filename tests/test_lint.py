@@ -1,22 +1,22 @@
 """Findings of lint on a ``.cube``, against OpenColorIO's treatment of the file; ``make consumers`` tests others."""
 
-from __future__ import annotations
-
 import inspect
 import json
 import subprocess
 import sys
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 import lutgen
 from lutgen.bindings import ocio
+from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError
 from lutgen.lint import KINDS, lint, programs
 from lutgen.lint.cube_scan import scan_cube
@@ -25,18 +25,10 @@ from lutgen.lint.formats import formats
 from lutgen.lint.programs import OPENCOLORIO, PROGRAMS, Absent, Program, Refusal, read_as_meant
 from lutgen.lint.stream import TableStatistics, blocks
 from lutgen.merge import Merging
-from tests.command import in_process
+from tests.command import Done, in_process
 from tests.lint_cases import BAD, CURVES, GOOD, MARK, PLAIN, SIZE, N, R, curved, lines, rows
 from tests.quick import draws
 from tests.schemas import validator
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
-    from tests.command import Done
 
 ROOT = Path(__file__).parents[1]
 

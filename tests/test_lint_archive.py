@@ -1,14 +1,12 @@
 """Findings of lint on .ocioz and on Hald images: no file leaves its folder, and no file fills the memory."""
 
-from __future__ import annotations
-
 import io
 import struct
 import subprocess
 import sys
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import given
@@ -17,15 +15,10 @@ from hypothesis import strategies as st
 from lutgen.bindings import ocio, ocio_errors
 from lutgen.errors import LutgenError
 from lutgen.lint import lint
-from lutgen.lint.finding import HALDCLUT, OCIO_26, READS, REFUSES, WRONG
+from lutgen.lint.finding import HALDCLUT, OCIO_26, READS, REFUSES, WRONG, Linted
 from lutgen.lint.formats import archive
 from tests.hald_cases import HALDS, PLAIN, made
 from tests.quick import draws
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from lutgen.lint.finding import Linted
 
 ROOT = Path(__file__).parents[1]
 OURS = ROOT / "configs/default/chroma/10000h"

@@ -1,7 +1,5 @@
 """Findings of lint on configs, CLF and older table formats, each compared with OpenColorIO's treatment of the file."""
 
-from __future__ import annotations
-
 import shutil
 import zipfile
 from pathlib import Path

@@ -1,8 +1,6 @@
 """Findings of lint on ICC profiles: the result of each profile in LittleCMS, Argyll and Chromium."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -10,14 +8,9 @@ from hypothesis import strategies as st
 
 from lutgen.errors import LutgenError
 from lutgen.lint import lint
-from lutgen.lint.finding import ARGYLL, CHROMIUM, LCMS_8, LCMS_16, READS
+from lutgen.lint.finding import ARGYLL, CHROMIUM, LCMS_8, LCMS_16, READS, Linted
 from tests.profile_cases import CASES, made, put
 from tests.quick import draws
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from lutgen.lint.finding import Linted
 
 pytestmark = pytest.mark.numbers
 

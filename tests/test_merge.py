@@ -1,17 +1,15 @@
 """Merging aged displays into a user's config: the user's lines stay, and the new views equal the build's views."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
 from lutgen.bake.build import BuildPlan, build
 from lutgen.bindings import file_transforms, ocio
+from lutgen.colorimetry import Array
 from lutgen.display import DisplayModel, default_display
 from lutgen.errors import LutgenError
 from lutgen.merge import Merging, merge
@@ -19,9 +17,6 @@ from lutgen.names import MODES
 from lutgen.readings import read_measurements
 from tests.command import in_process
 from tests.schemas import validator
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
 
 BLENDERS = Path("/usr/share/blender/datafiles/colormanagement/config.ocio")
 HOURS = 10_000.0

@@ -1,7 +1,5 @@
 """File names with arbitrary bytes, and paths that are no files: every command gives one sentence."""
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess

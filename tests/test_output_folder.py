@@ -1,23 +1,17 @@
 """The output folder of a build: files behind links stay, one build at a time, no remains after a failure."""
 
-from __future__ import annotations
-
 import fcntl
 import os
 import threading
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 
 from lutgen.bake.build import BuildPlan, build
 from lutgen.bake.check import check
+from lutgen.display import DisplayModel
 from lutgen.errors import LutgenError
 from tests.command import in_process
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from lutgen.display import DisplayModel
 
 PLAN = BuildPlan((0.0,), modes=("chroma",), formats=("cube",), cubesize=17, certify=False)
 CUBE = "chroma/0h/aged.cube"

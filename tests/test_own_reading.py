@@ -1,7 +1,5 @@
 """A strict .cube has exactly one text for each table: the reader compares the file with lutgen's own text."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The package of the users: built, installed elsewhere, and started from another folder."""
 
-from __future__ import annotations
-
 import ast
 import json
 import re
@@ -10,18 +8,16 @@ import sys
 import sysconfig
 import tarfile
 import zipfile
+from email.message import Message
 from email.parser import Parser
 from importlib.metadata import packages_distributions
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import pytest
 
 import lutgen
-
-if TYPE_CHECKING:
-    from email.message import Message
 
 ROOT = Path(__file__).parents[1]
 BINDINGS = {"PyOpenColorIO", "OpenImageIO"}  # Debian's bindings are no distributions; the wheels are an extra

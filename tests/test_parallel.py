@@ -1,7 +1,5 @@
 """Worker processes while other threads run."""
 
-from __future__ import annotations
-
 import multiprocessing
 import threading
 

@@ -1,7 +1,5 @@
 """The next run removes the remains of a killed run. SIGTERM leaves no remains."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess

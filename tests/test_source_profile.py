@@ -1,9 +1,9 @@
 """A scanner's profile combined with the aged display: against matrices and curves in this file."""
 
-from __future__ import annotations
-
 import json
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,12 +13,7 @@ from lutgen.bake import icc_profile as icc
 from lutgen.bake.check import check
 from lutgen.bake.littlecms import through_profile
 from lutgen.display import default_display
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from tests.command import Done
+from tests.command import Done
 
 pytest.importorskip("imagecodecs", reason="LittleCMS comes with lutgen[icc]")
 

@@ -92,8 +92,9 @@ class TableStatistics:
     #: Number of rows, and number of consecutive rows 0 0 0 at the end.
     rows: int = 0
     black_tail: int = 0
-    _low: Array = field(default_factory=lambda: np.full(3, np.inf))
-    _high: Array = field(default_factory=lambda: np.full(3, -np.inf))
+    #: Smallest and largest finite value of each channel, (3,); NaN for a table without finite rows.
+    low: Array = field(default_factory=lambda: np.full(3, np.nan))
+    high: Array = field(default_factory=lambda: np.full(3, np.nan))
     _moments: Array = field(default_factory=lambda: np.zeros((7, 7)))
     _greys: list[Array] = field(default_factory=list)
     _kept: list[Array] = field(default_factory=list)
@@ -102,8 +103,8 @@ class TableStatistics:
         """Add the next rows, (n, 3)."""
         finite = rows[np.isfinite(rows).all(axis=1)]
         if len(finite):
-            self._low = np.minimum(self._low, finite.min(axis=0))
-            self._high = np.maximum(self._high, finite.max(axis=0))
+            self.low = np.fmin(self.low, finite.min(axis=0))
+            self.high = np.fmax(self.high, finite.max(axis=0))
         lit = np.flatnonzero((rows != 0).any(axis=1))
         self.black_tail = len(rows) - 1 - int(lit[-1]) if len(lit) else self.black_tail + len(rows)
         if self.keep and self.size <= MAX_KEPT:
@@ -124,16 +125,6 @@ class TableStatistics:
         # The squares of huge values would overflow, so the values are clipped here. `low` and `high` are not clipped.
         columns = np.column_stack([np.ones(len(rows)), np.clip(rows, -1e6, 1e6), where])
         self._moments += columns.T @ columns
-
-    @property
-    def low(self) -> Array:
-        """Smallest finite value of each channel, (3,); NaN for a table without finite rows."""
-        return np.where(np.isfinite(self._low), self._low, np.nan)
-
-    @property
-    def high(self) -> Array:
-        """Largest finite value of each channel, (3,); NaN for a table without finite rows."""
-        return np.where(np.isfinite(self._high), self._high, np.nan)
 
     @property
     def greys(self) -> Array:
