@@ -1,5 +1,6 @@
-"""Reading the tag table of an ICC profile (ICC.1:2022, 7.3), with bounds on the counts and sizes that it states."""
+"""The tag table of an ICC profile (ICC.1:2022, 7.3), with bounds on the counts and sizes that it states, and its ID."""
 
+import hashlib
 import struct
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -26,6 +27,12 @@ class Tag(NamedTuple):
 def is_profile(data: bytes) -> bool:
     """Whether a file that begins with these bytes is an ICC profile."""
     return data[36:40] == b"acsp"
+
+
+def identifier(data: bytes) -> bytes:
+    """Return the ID of a profile: its MD5, computed with 0 for flags, intent and ID (ICC.1:2022, 7.2.18)."""
+    blank = b"".join((data[:44], bytes(4), data[48:64], bytes(4), data[68:84], bytes(16), data[100:]))
+    return hashlib.md5(blank, usedforsecurity=False).digest()
 
 
 def tags_claimed(data: bytes) -> Iterator[Tag]:

@@ -9,7 +9,7 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from lutgen.bake.config import config_text
+from lutgen.bake.config import CONFIG, config_text
 from lutgen.bake.fidelity import Certificate, Judge
 from lutgen.bake.folder import claim, locked_folder
 from lutgen.bake.formats import format_named
@@ -35,19 +35,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.display import AgedDisplay, DisplayModel
 
-__all__ = [
-    "CONFIG",
-    "BuildPlan",
-    "Built",
-    "best_candidate",
-    "build",
-    "certified",
-    "config_format",
-    "paths_of",
-    "prepare",
-]
-
-CONFIG = "config.ocio"
+__all__ = ["BuildPlan", "Built", "build"]
 
 
 @dataclass(frozen=True)

@@ -159,26 +159,21 @@ def _stale_readings(
     folder: Path, manifest: Manifest, model: DisplayModel | None, built_from: DisplayModel
 ) -> tuple[list[str], list[str]]:
     display = manifest.recipe["model"]["display"]
+    name = display["file"]
     if model is not None:
-        current, name = model.measurements.sha256, model.measurements.file
-    else:
-        source = default_display() if display["path"] is None else folder / display["path"]
-        name = display["file"]
-        if not source.is_file():
-            return [], [f"the measurements {name} were not found; their copy in the manifest was used"]
-        try:
-            readings = read_measurements(source)
-        except LutgenError as error:
-            return [f"stale: the measurements have changed and cannot be read: {error}"], []
-        current = readings.sha256
-        if current == display["sha256"]:
-            return _differing_fields(readings, folder, manifest, built_from), []
-    if current != display["sha256"]:
-        why = f"the measurements {name} have changed since the build"
-        if model is not None:
-            why = f"built from other measurements ({display['file']}) than {name}"
-        return [f"stale: {why}; build again"], []
-    return [], []
+        other = model.measurements.sha256 != display["sha256"]
+        why = f"built from other measurements ({name}) than {model.measurements.file}"
+        return [f"stale: {why}; build again"] if other else [], []
+    source = default_display() if display["path"] is None else folder / display["path"]
+    if not source.is_file():
+        return [], [f"the measurements {name} were not found; their copy in the manifest was used"]
+    try:
+        readings = read_measurements(source)
+    except LutgenError as error:
+        return [f"stale: the measurements have changed and cannot be read: {error}"], []
+    if readings.sha256 != display["sha256"]:
+        return [f"stale: the measurements {name} have changed since the build; build again"], []
+    return _differing_fields(readings, folder, manifest, built_from), []
 
 
 def _differing_fields(readings: Measurements, folder: Path, manifest: Manifest, built_from: DisplayModel) -> list[str]:

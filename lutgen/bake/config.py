@@ -18,6 +18,9 @@ import numpy as np
 from lutgen.bindings import ocio
 from lutgen.colorimetry import LINEAR_TO_XYZ, SRGB_XY, XYZ_TO_LINEAR, Array, inverse, rgb_to_xyz_matrix
 
+#: The name of a config's file.
+CONFIG = "config.ocio"
+
 SOURCE, AGED, LINEAR, XYZ = "Source signal", "Aged display", "Linear sRGB", "CIE XYZ-D65"
 UNAGED_VIEW, AGED_VIEW, RAW_VIEW = "Un-aged", "Aged", "Raw"
 LOOK, NAMED_TRANSFORM = "Aged display look", "Source signal to aged display"

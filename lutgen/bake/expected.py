@@ -14,7 +14,7 @@ import numpy as np
 
 from lutgen.bake.config import AgedConfig, config_text
 from lutgen.bake.figures import SLACK
-from lutgen.bake.formats.ocioz import TABLE, files_of
+from lutgen.bake.formats import ocioz
 from lutgen.bake.lut import Lut, MatrixLut
 from lutgen.bake.readback import apply_lut
 from lutgen.bake.spaces import lattice
@@ -32,9 +32,6 @@ COMMENT_TOLERANCE = 2e-3
 #: Tolerance of code values at a lattice point: the error of OpenColorIO's fast power function near black.
 POINT_TOLERANCE = 3e-4
 
-#: Suffix of an archive of a config and its table.
-ARCHIVE = ".ocioz"
-
 _WORD = re.compile(NUMBER.encode())
 
 #: Points along an edge of the lattice on which a file without a table is compared.
@@ -48,7 +45,7 @@ def differs_from(path: Path, data: bytes, expected: bytes, lut: Lut | MatrixLut,
     """
     if data == expected:
         return ""
-    if path.suffix == ARCHIVE:
+    if path.suffix == ocioz.FORMAT.suffix:
         return _archive_difference(data, expected)
     if same_version and b"\0" not in expected[:1000]:
         return _text_difference(data, expected)
@@ -63,12 +60,12 @@ def differs_from(path: Path, data: bytes, expected: bytes, lut: Lut | MatrixLut,
 
 def _archive_difference(data: bytes, expected: bytes) -> str:
     """Compare the files in two archives: the config as a whole, and the table number by number."""
-    actual_files, expected_files = files_of(data), files_of(expected)
+    actual_files, expected_files = ocioz.files_of(data), ocioz.files_of(expected)
     if actual_files.keys() != expected_files.keys():
         return f"holds {', '.join(map(repr, actual_files))}, not {', '.join(expected_files)}"
     for name, text in expected_files.items():
         actual = actual_files[name]
-        differs = _text_difference(actual, text) if name == TABLE else _config_text_difference(actual, text)
+        differs = _text_difference(actual, text) if name == ocioz.TABLE else _config_text_difference(actual, text)
         if actual != text and differs:
             return f"{name} in it {differs}"
     return ""

@@ -6,7 +6,6 @@ profiles with tables. LittleCMS writes them, but its Python bindings do not. Thi
 itself, and LittleCMS reads them back.
 """
 
-import hashlib
 import struct
 from collections.abc import Sequence
 from itertools import accumulate
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 
 from lutgen.bake.spaces import D50, D65_TO_D50
 from lutgen.colorimetry import Array, code_to_linear
-from lutgen.icc_tags import HEADER
+from lutgen.icc_tags import HEADER, identifier
 
 LARGEST = 65_535
 
@@ -43,10 +42,8 @@ def profile(*, device_class: bytes, pcs: bytes, tags: Sequence[tuple[bytes, byte
     body = struct.pack(">I", len(tags)) + table + b"".join(padded)
     head = struct.pack(">I4xI", HEADER + len(body), _VERSIONS[version]) + device_class + b"RGB " + pcs
     head += _DATE + b"acsp" + bytes(28) + _fixed(D50) + bytes(48)
-    # The ID is the MD5 of the profile, with zeros for flags, intent and ID (ICC.1:2010, 7.2.18).
-    identifier = hashlib.md5(head + body, usedforsecurity=False).digest()
     intent = struct.pack(">I", 1)
-    return b"".join((head[:64], intent, head[68:84], identifier, head[100:], body))
+    return b"".join((head[:64], intent, head[68:84], identifier(head + body), head[100:], body))
 
 
 def display_tags(

@@ -41,7 +41,7 @@ class Fitting(Hosted):
         as in :meth:`switch`.
         """
         opened = Opened(data, baseline, model, tuple(files), tuple(expressions))
-        opened.check_effects()
+        _ = opened.effects  # raises LutgenError for a refused effect, of the user or of an installed package
         self._tell("without", pickle.dumps(opened.fresh))
         self._opened, self._on, self._fitted, self._settled = opened, tuple(on), (), False
         self._alone, self._switch = {}, switch

@@ -84,10 +84,6 @@ class Opened:
 
         return everything(self.files, self.expressions)
 
-    def check_effects(self) -> None:
-        """Raise LutgenError for a refused effect, of the user or of an installed package."""
-        _ = self.effects
-
     @property
     def selection(self) -> str:
         """The rule that selects the paper's matrix of a colour."""

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from lutgen.cells import number
 from lutgen.colorimetry import Array
-from lutgen.lint.stream import BYTE_ORDER_MARK, LineBlock, TableStatistics, blocks, shown
+from lutgen.lint.stream import BYTE_ORDER_MARK, LARGEST, LineBlock, TableStatistics, blocks, shown
 
 #: Maximum number of stored header lines, so that a file of keywords alone does not fill the memory.
 MAX_ENTRIES = 1000
@@ -32,7 +32,6 @@ IDENTITY = 1e-5
 
 #: Smallest number with the full precision of float32.
 SMALLEST_NORMAL = float(np.finfo(np.float32).tiny)
-LARGEST = float(np.finfo(np.float32).max)
 
 
 class Entry(NamedTuple):

@@ -18,6 +18,9 @@ BLOCK = 1 << 20
 #: Maximum length of a line in bytes. Without it, a whole file without line ends would be read into memory.
 LONGEST_LINE = 1 << 20
 
+#: The largest number of float32.
+LARGEST = float(np.finfo(np.float32).max)
+
 BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 

@@ -23,6 +23,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from lutgen import bindings
+from lutgen.bake.config import CONFIG
 from lutgen.bake.manifest import MANIFEST, FileRecord, read_manifest
 from lutgen.display import hour_name
 from lutgen.errors import LutgenError, in_one_line, refuse_unknown
@@ -33,8 +34,8 @@ from lutgen.merge.proof import ROUNDING, aged_difference, compare_parts, missing
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
-#: The name of the merged config, and of the folder of the LUTs beside it.
-CONFIG, LUTS = "config.ocio", "lutgen-aged"
+#: The name of the folder of the LUTs beside the merged config.
+LUTS = "lutgen-aged"
 
 
 @dataclass(frozen=True)

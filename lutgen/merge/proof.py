@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from lutgen.bake.config import AGED_VIEW, SOURCE
+from lutgen.bake.config import AGED_VIEW, CONFIG, SOURCE
 from lutgen.bindings import all_parts, first_space, ocio, ocio_errors
 from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError, in_one_line
@@ -77,7 +77,7 @@ def aged_difference(built: Path, merged: Any, source: str, display: str, view: s
     Raises LutgenError: the view cannot be shown, or the difference exceeds ``TOLERANCE``.
     """
     lib, start = ocio(), first_space(merged)
-    own = lib.Config.CreateFromFile(str(built / "config.ocio"))
+    own = lib.Config.CreateFromFile(str(built / CONFIG))
     try:
         code = _through(merged, lib.ColorSpaceTransform(src=start, dst=source), _code())
         expected = _through(own, lib.DisplayViewTransform(SOURCE, "sRGB", AGED_VIEW), code.astype(np.float64))

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lutgen.bake.config import SOURCE, WORDS, AgedConfig, config_text
+from lutgen.bake.config import CONFIG, SOURCE, WORDS, AgedConfig, config_text
 from lutgen.bake.formats import Format, Provenance, Reader, clf
 from lutgen.bake.lut import Lut, MatrixLut
 from lutgen.bake.readback import table_of_ocio
@@ -23,7 +23,7 @@ from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError, in_one_line
 from lutgen.files import scratch
 
-CONFIG, TABLE = "config.ocio", "lut.clf"
+TABLE = "lut.clf"
 
 #: Exceptions for a file that is no archive or is broken.
 _BROKEN = (zipfile.BadZipFile, zlib.error, KeyError, EOFError, NotImplementedError, RuntimeError, OSError)

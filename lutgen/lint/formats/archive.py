@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path, PureWindowsPath
 
+from lutgen.bake.config import CONFIG
 from lutgen.errors import LutgenError, reason_of
 from lutgen.files import scratch
 from lutgen.lint.finding import OCIO_26, Linted, LintFinding, refused
@@ -18,8 +19,6 @@ from lutgen.lint.stream import readable
 #: Maximum size in bytes of an archive and of its unpacked files, maximum number of files, and maximum size in bytes of
 #: its directory. The largest published config has 30 MB in 90 files.
 LARGEST, MOST_FILES, LARGEST_DIRECTORY = 200 << 20, 2000, 2 << 20
-
-CONFIG = "config.ocio"
 
 #: The record at the end of a ZIP (APPNOTE 4.3.16): its signature, and its maximum distance in bytes from the end.
 _END, _FARTHEST = b"PK\x05\x06", 22 + 65_535

@@ -13,13 +13,10 @@ from lutgen.cells import LONGEST, NON_FINITE, number
 from lutgen.lint.finding import CLF_IO, OCIO, OCIO_21, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.programs import MAX_BYTES, loading, refusal
-from lutgen.lint.stream import BLOCK, readable, shown
+from lutgen.lint.stream import BLOCK, LARGEST, readable, shown
 
 #: Elements that hold text instead of numbers.
 WORDS = {"Description", "InputDescriptor", "OutputDescriptor", "Info"}
-
-#: The largest number of float32.
-LARGEST = 3.4028235e38
 
 #: The beginning of a word that is meant as a number.
 _NUMERAL = re.compile(rf"[-+]?\.?[0-9]|{NON_FINITE}$", re.IGNORECASE)

@@ -17,6 +17,7 @@ from lutgen.lint.finding import BLENDER, DJV, NUKE, OCIO, OCIO_21, Linted, LintF
 from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.programs import try_config
 from lutgen.lint.stream import readable
+from lutgen.numerals import listed
 
 #: Suffixes of the tables that OpenColorIO reads and lutgen does not write.
 OTHER_TABLES = (".vf", ".lut", ".mga", ".m3d", ".itx")
@@ -155,8 +156,7 @@ def config_parts(scan: ConfigScan) -> Iterator[LintFinding]:
     for reason, parts in reasons.items():
         missing = "could not be located" in reason
         yield LintFinding(
-            f"{', '.join(parts[:3])}{f' and {len(parts) - 3} more' if len(parts) > 3 else ''} cannot be shown: "
-            f"{reason[:200]}",
+            f"{listed(parts, 3)} cannot be shown: {reason[:200]}",
             "Put the file on the search path." if missing else "Correct it or remove it.",
             scan.line_of(reason.split("'")[1]) if reason.count("'") > 1 else 0,
             refused(*OCIO, BLENDER, NUKE, DJV, how="stops with an error when it is chosen"),

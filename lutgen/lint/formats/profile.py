@@ -1,6 +1,5 @@
 """ICC profiles: header, tag table, heads of tables, LittleCMS' result for white, and what readers do with faults."""
 
-import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
@@ -15,7 +14,7 @@ from lutgen.bindings import LARGEST_LUT, littlecms
 from lutgen.cells import first_doubled
 from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError
-from lutgen.icc_tags import HEADER, MOST_TAGS, SMALLEST_TAG, Tag, is_profile, tags_claimed
+from lutgen.icc_tags import HEADER, MOST_TAGS, SMALLEST_TAG, Tag, identifier, is_profile, tags_claimed
 from lutgen.lint.finding import ARGYLL, CHROMIUM, LCMS_8, LCMS_16, Fate, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.stream import readable
@@ -117,21 +116,11 @@ def scan_profile(path: Path) -> ProfileScan:
         tables = tuple(head for tag in inside if (head := _table(tag, file)))
         whole = size <= LARGEST_LUT and is_profile(start)
         file.seek(0)
-        identifier = _identifier(file.read()) if whole else None
+        data = file.read() if whole else b""
+        sound = identifier(data) == data[84:100] if any(data[84:100]) else None
     count = int.from_bytes(start[HEADER : HEADER + 4], "big")
     white, unasked = _white(path) if whole and count <= MOST_TAGS else (None, "")
-    return ProfileScan(path, size, start[:HEADER], count, tags, tables, identifier, white, unasked)
-
-
-def _identifier(data: bytes) -> bool | None:
-    """Return whether the MD5 in the header is correct; None when the header has no MD5.
-
-    The MD5 is computed with flags, intent and MD5 set to 0 (ICC.1:2022, 7.2.18).
-    """
-    if not any(data[84:100]):
-        return None
-    blank = b"".join((data[:44], bytes(4), data[48:64], bytes(4), data[68:84], bytes(16), data[100:]))
-    return hashlib.md5(blank, usedforsecurity=False).digest() == data[84:100]
+    return ProfileScan(path, size, start[:HEADER], count, tags, tables, sound, white, unasked)
 
 
 def _table(tag: Tag, file: BinaryIO) -> TableHead | None:
