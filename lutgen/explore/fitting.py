@@ -5,8 +5,13 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from lutgen.display import DisplayModel
+from lutgen.criticism.plan import plan
+from lutgen.criticism.search.first_step import first_step
+from lutgen.display import DisplayModel, save_model
+from lutgen.display.model_file import model_text
 from lutgen.errors import LutgenError
+from lutgen.explore.error_view import effects_json, error_json, verdict_json
+from lutgen.explore.exchange import gathered
 from lutgen.explore.opened import Opened
 from lutgen.explore.process import Hosted
 
@@ -49,8 +54,6 @@ class Fitting(Hosted):
 
     def gather(self, paths: Sequence[str], hours: Sequence[float] | None, *, same: bool) -> dict[str, Any]:
         """Return one file of readings from files dropped together (:func:`lutgen.explore.exchange.gathered`)."""
-        from lutgen.explore.exchange import gathered
-
         return gathered(paths, hours, same=same)
 
     @property
@@ -77,8 +80,6 @@ class Fitting(Hosted):
     def _settle(self) -> None:
         """Fit the effects that are switched on, as ``lutgen refine --add`` does, and send the result to the window."""
         # If the fit is refused, the effects fitted before are switched on again.
-        from lutgen.explore.error_view import error_json
-
         self._settled, self._judged = True, False
         try:
             refinement = self._now.fitted(self._on)
@@ -107,8 +108,6 @@ class Fitting(Hosted):
 
     def effects(self) -> list[dict[str, Any]]:
         """Return the effects: what each does, whether these readings can detect it, and the error with it alone."""
-        from lutgen.explore.error_view import effects_json
-
         return effects_json(self._now, self._alone, self._on)
 
     def switch(self, effects: list[str], switch: int = 0) -> dict[str, Any]:
@@ -116,9 +115,6 @@ class Fitting(Hosted):
 
         Both have the number ``switch``, since the fit may reach the page before the response does.
         """
-        from lutgen.criticism.search.first_step import first_step
-        from lutgen.explore.error_view import error_json
-
         now, on = self._now, self._now.in_order(effects)
         now.course.check(on)
         if now.known(on):
@@ -131,8 +127,6 @@ class Fitting(Hosted):
 
     def what_if(self, effect: str | None = None, parameter: str = "", value: float = 0.0) -> dict[str, Any]:
         """Set a parameter to a value, with the other parameters as fitted; without an effect: return to the fit."""
-        from lutgen.explore.error_view import error_json
-
         if not self._settled:
             self._settle()
         now = self._now
@@ -154,8 +148,6 @@ class Fitting(Hosted):
 
     def find(self) -> dict[str, Any]:
         """Diagnose, and send progress as events; return the verdict."""
-        from lutgen.explore.error_view import verdict_json
-
         diagnosis = self._now.diagnosis(
             lambda done, of: self._tell("progress", {"what": "find", "done": done, "of": of})
         )
@@ -163,8 +155,6 @@ class Fitting(Hosted):
 
     def patches(self, between: Sequence[str]) -> bytes:
         """Return the patch list (.csv) of the next session: to distinguish two effects, or for general coverage."""
-        from lutgen.criticism.plan import plan
-
         now = self._now
         pair = (between[0], between[1]) if len(between) > 1 else None
         planned = plan(now.readings, between=pair, baseline=now.baseline, selection=now.selection, effects=now.effects)
@@ -172,15 +162,11 @@ class Fitting(Hosted):
 
     def save(self, path: str) -> dict[str, Any]:
         """Write the model with the effects that are switched on, as ``lutgen refine -o`` does."""
-        from lutgen.display import save_model
-
         save_model(self._to_save(), path, force=True)
         return {}
 
     def model_text(self) -> bytes:
         """Return the bytes of the model file, with paths relative to the folder of the readings."""
-        from lutgen.display.model_file import model_text
-
         return model_text(self._to_save(), Path(self._now.readings.file).parent)
 
     def _to_save(self) -> DisplayModel:
