@@ -1,12 +1,8 @@
 """JSON with one changed value, which the schema must refuse."""
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from copy import deepcopy
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+from typing import Any
 
 
 def altered(content: Any, path: Sequence[str | int], value: object) -> Any:

@@ -4,8 +4,6 @@ The protocol is https://chromedevtools.github.io/devtools-protocol. Messages are
 descriptors 3 and 4.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import select
@@ -15,12 +13,10 @@ import subprocess
 import sys
 import time
 from base64 import b64decode
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
+from pathlib import Path
+from typing import Any
 
 #: The program, by its names on Debian and on other systems.
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)

@@ -5,8 +5,6 @@ write them differently. The recipe is compared as JSON. No unlisted file may exi
 script; on exit code 1 the output names the differences.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 import tempfile

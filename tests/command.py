@@ -1,21 +1,17 @@
 """Run ``lutgen`` in the test's own process; return standard output, standard error and exit code."""
 
-from __future__ import annotations
-
 import io
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from contextlib import redirect_stderr, redirect_stdout
-from typing import TYPE_CHECKING, NamedTuple
+from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
 from lutgen import cli
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
 
 
 class Done(NamedTuple):

@@ -1,15 +1,10 @@
 """A separate file system for a test: small, or read-only."""
 
-from __future__ import annotations
-
 import subprocess
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
 
 
 def mounted(folder: Path, options: str) -> Iterator[Path]:

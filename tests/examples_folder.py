@@ -1,7 +1,5 @@
 """A folder with the files of the examples in README and help texts, and every command that the examples may run."""
 
-from __future__ import annotations
-
 import os
 import shlex
 import shutil

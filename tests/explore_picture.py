@@ -3,8 +3,6 @@
 It shows the example with one of its two hidden effects switched on.
 """
 
-from __future__ import annotations
-
 import io
 import tempfile
 from pathlib import Path

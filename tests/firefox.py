@@ -6,8 +6,6 @@ The protocol is https://firefox-source-docs.mozilla.org/testing/marionette/Proto
 by its length and a colon. The methods of :class:`Page` have the names and meanings of those of ``tests.browser.Page``.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import shutil
@@ -16,14 +14,12 @@ import socket
 import subprocess
 import time
 from base64 import b64decode
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from tests.browser import PATIENCE
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
 
 #: The program, by its names on Debian and on other systems; None if Firefox or Xvfb is missing.
 FIREFOX = next(filter(None, map(shutil.which, ("firefox-esr", "firefox"))), None) if shutil.which("Xvfb") else None

@@ -11,8 +11,6 @@ share fixtures. A process that dies or reaches its limits has detected the fault
 detects nothing.
 """
 
-from __future__ import annotations
-
 import argparse
 import ast
 import copy
@@ -27,16 +25,14 @@ import sys
 import tempfile
 import time
 from collections import Counter, defaultdict
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from importlib.util import cache_from_source
 from itertools import accumulate, zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import pytest
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
 
 #: Replacement of each operator and comparison.
 SWAPS: dict[type, type] = {

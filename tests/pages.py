@@ -10,8 +10,6 @@ block without a title is run. The picture docs/images/NAME-PLOT.png is PLOT.png 
 in fewer colours; other pictures keep their names.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import re

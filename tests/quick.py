@@ -1,15 +1,10 @@
 """A few cases of a slow table, and a few draws of a property, for ``make test``; ``--everything`` runs all."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable
+from typing import Any
 
 import pytest
 from hypothesis import settings
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
 
 #: Draws of a property with ``--everything``, and without it.
 DRAWS, FEWER_DRAWS = 100, 25

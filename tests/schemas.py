@@ -1,7 +1,5 @@
 """The published JSON Schemas by name, and validators for the output of commands."""
 
-from __future__ import annotations
-
 import json
 from functools import cache
 from pathlib import Path

@@ -1,15 +1,10 @@
 """A generator of a few readings, for tests of the scoring: an additive display with a leak, or uniform decay."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 import numpy as np
 
 from tests.generators.truth import Truth
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 KINDS = ("black-level", "crosstalk", "edge-falloff", "backlight-decay")
 OUTSIDE = ("mood",)

@@ -1,8 +1,6 @@
 """Colorimetry against colour-science, published tables and OpenColorIO."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -14,6 +12,7 @@ from lutgen.colorimetry import (
     LINEAR_TO_XYZ,
     SRGB_XY,
     XYZ_TO_LINEAR,
+    Array,
     code_to_linear,
     delta_e_2000,
     linear_to_code,
@@ -25,11 +24,6 @@ from lutgen.colorimetry import (
     xyz_to_linear,
     xyz_to_xyY,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from lutgen.colorimetry import Array
 
 pytestmark = pytest.mark.filterwarnings(
     # At import colour-science warns of missing optional packages. The tests need none of these packages.

@@ -1,15 +1,12 @@
 """The inverse display: the drive with which an aged display shows the colours of its new state."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
 from lutgen.colorimetry import (
     LINEAR_TO_XYZ,
+    Array,
     code_to_linear,
     delta_e_2000,
     inverse,
@@ -24,6 +21,7 @@ from lutgen.display import (
     SELECTIONS,
     AgedDisplay,
     AppliedEffect,
+    Compensation,
     DisplayModel,
     compensated,
     compensation_of,
@@ -36,13 +34,9 @@ from lutgen.display.paper import Selection, matrices_of
 from lutgen.display.search import _Problem, searched
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError
+from lutgen.readings import Measurements
 from tests.quick import mostly_slow
 from tests.twin import PAPER_LAW, Twin, rows_of_csv
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
-    from lutgen.display import Compensation
-    from lutgen.readings import Measurements
 
 pytestmark = pytest.mark.numbers
 

@@ -1,17 +1,12 @@
 """``examples/compensation.py``: it runs, states that its data are simulated, and reproduces its picture."""
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 from PIL import Image
 
 from examples.compensation import main
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 pytestmark = [pytest.mark.slow, pytest.mark.numbers]
 

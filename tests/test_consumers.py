@@ -3,21 +3,15 @@
 ``make consumers`` runs the programs, which are in ``tests/consumers``.
 """
 
-from __future__ import annotations
-
 from itertools import permutations
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
 from lutgen.bindings import ocio
-from lutgen.colorimetry import LINEAR_TO_XYZ, linear_to_code, transform
+from lutgen.colorimetry import LINEAR_TO_XYZ, Array, linear_to_code, transform
 from tests.consumers import opencolorio
 from tests.consumers._gallery import CASES, GATES, Case, Gallery, aged, errors, expected, gates
-
-if TYPE_CHECKING:
-    from lutgen.colorimetry import Array
 
 pytestmark = pytest.mark.filterwarnings(
     # At import colour-science warns of missing optional packages. The tests need none of these packages.

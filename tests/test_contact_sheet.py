@@ -1,21 +1,15 @@
 """The contact sheet: the paper's layout, unscaled pixels, readable places of the texts."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from PIL import Image
 
 from lutgen import LutgenError
-from lutgen.report.drawing import SURROUND
+from lutgen.report.drawing import SURROUND, Pixels
 from lutgen.report.sheets import PLACES, Layout, contact_sheet
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from lutgen.report.drawing import Pixels
 
 pytestmark = pytest.mark.numbers
 

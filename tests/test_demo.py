@@ -1,7 +1,5 @@
 """`make demo`: the script from nothing to a picture, and again over an older and damaged build."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

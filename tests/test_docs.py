@@ -1,13 +1,11 @@
 """README.md and docs/ against the code: every command runs, prints the page's text, and every link has a target."""
 
-from __future__ import annotations
-
 import os
 import re
 import shutil
 import subprocess
 import sys
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import pytest
 from PIL import Image
@@ -36,9 +34,6 @@ from tests.pages import (
     steps,
 )
 from tests.virtual_display.campaign import csv_text
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 pytestmark = pytest.mark.texts
 

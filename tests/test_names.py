@@ -1,7 +1,5 @@
 """Names that users type: one list for each kind, in a module that imports nothing slow."""
 
-from __future__ import annotations
-
 import ast
 from collections.abc import Iterable
 from functools import cache

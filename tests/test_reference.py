@@ -1,7 +1,5 @@
 """docs/reference agrees with the code."""
 
-from __future__ import annotations
-
 from io import BytesIO
 
 import numpy as np

@@ -1,10 +1,9 @@
 """The JSON of compare, diagnose, refine and plan: the promised keys, strict JSON, and the published schemas."""
 
-from __future__ import annotations
-
 import json
+from collections.abc import Callable
 from functools import cache, partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 from jsonschema import Draft202012Validator
@@ -22,17 +21,13 @@ from lutgen.history.patches import GAMUTS
 from lutgen.history.trend import STATUSES
 from lutgen.history.verdicts import KINDS
 from lutgen.names import BASELINES
+from lutgen.readings import Measurements
 from lutgen.readings.conditions import COLUMNS, CONDITIONS
 from tests.altered import altered
 from tests.campaigns import single, text_of
 from tests.quick import mostly_slow
 from tests.readings_text import read
 from tests.schemas import schemas, validator
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from lutgen.readings import Measurements
 
 pytestmark = pytest.mark.numbers
 

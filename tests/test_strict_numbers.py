@@ -1,10 +1,8 @@
 """A number consists of the digits 0 to 9 and a decimal point, for every reader and option of the project."""
 
-from __future__ import annotations
-
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
 
@@ -19,9 +17,6 @@ from lutgen.study.design import condition_of
 from lutgen.study.protocol import ease_of
 from lutgen.study.tables import read_rows
 from tests.command import in_process
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 pytestmark = pytest.mark.numbers
 

@@ -9,35 +9,30 @@ of
 a program is not a fault of lutgen.
 """
 
-from __future__ import annotations
-
 import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
 from pkgutil import iter_modules
-from typing import TYPE_CHECKING, Any
+from types import ModuleType
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.bake.formats import format_named
 from lutgen.bindings import oiio
 from lutgen.display import hour_name
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
-    from types import ModuleType
-    from typing import TypeAlias
+#: Shape (height, width, 3): integers over their whole range, or floats where 1 is the largest code value.
+Picture: TypeAlias = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32] | NDArray[np.float64]
 
-    from numpy.typing import NDArray
-
-    #: Shape (height, width, 3): integers over their whole range, or floats where 1 is the largest code value.
-    Picture: TypeAlias = NDArray[np.uint8] | NDArray[np.uint16] | NDArray[np.float32] | NDArray[np.float64]
 
 #: Timeout in seconds. All programs take less than 2 s, so a slower one hangs.
 TIMEOUT = 60

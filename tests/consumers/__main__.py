@@ -5,8 +5,6 @@ table lists the claims of lutgen's rules and texts about each program, with the 
 the program behaves differently.
 """
 
-from __future__ import annotations
-
 import subprocess
 import sys
 import tempfile

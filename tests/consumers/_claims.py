@@ -1,30 +1,23 @@
 """Shared code of the claims about several programs: files that are made once, and common checks."""
 
-from __future__ import annotations
-
 import subprocess
 import tempfile
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lutgen.bake.formats import Provenance, format_named
 from lutgen.bake.lut import Sampler
-from lutgen.display import DisplayModel, default_display
+from lutgen.colorimetry import Array
+from lutgen.display import AgedDisplay, DisplayModel, default_display
 from lutgen.lint import lint
+from lutgen.lint.finding import Linted, Trial
+from lutgen.lint.programs import Program
 from lutgen.readings import read_measurements
 from tests.consumers import TIMEOUT, Claim, Unavailable
 from tests.lint_cases import BAD, GOOD, PLAIN
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from lutgen.colorimetry import Array
-    from lutgen.display import AgedDisplay
-    from lutgen.lint.finding import Linted, Trial
-    from lutgen.lint.programs import Program
 
 #: Rendering intents by their numbers: perceptual, relative, saturation, absolute.
 INTENTS = (0, 1, 2, 3)

@@ -1,13 +1,13 @@
 """A picture of two real tissues, the builds for the consumers, and the expected pictures from the direct model."""
 
-from __future__ import annotations
-
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 import tifffile
+from numpy.typing import NDArray
 from skimage.data import immunohistochemistry
 
 from configs.displays.table1 import SLIDE
@@ -15,19 +15,10 @@ from lutgen.bake.build import BuildPlan, build
 from lutgen.bake.formats import format_names
 from lutgen.bake.lut import Lut
 from lutgen.bake.spaces import lattice
-from lutgen.display import DisplayModel, default_display
+from lutgen.colorimetry import Array
+from lutgen.display import AgedDisplay, DisplayModel, default_display
 from lutgen.readings import read_measurements
-from tests.consumers import Job
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
-    from lutgen.display import AgedDisplay
-    from tests.consumers import Consumer, Picture
+from tests.consumers import Consumer, Job, Picture
 
 MODES, HOURS = ("chroma", "chroma-luma"), (10_000.0, 18_000.0)
 

@@ -1,30 +1,22 @@
 """Argyll: ``cctiff``, a colour engine other than LittleCMS, at 16 bit; ``xicclu``, ``iccdump`` and ``colprof``."""
 
-from __future__ import annotations
-
 import re
 import subprocess
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lutgen.bake.formats import format_named
 from lutgen.bake.lut import MatrixLut, Sampler
-from lutgen.colorimetry import D65, code_to_linear, linear_to_xyz
+from lutgen.colorimetry import D65, Array, code_to_linear, linear_to_xyz
 from lutgen.lint.finding import ARGYLL, REFUSES
 from lutgen.readings import read_session
-from tests.consumers import TIMEOUT, Claim, Consumer, Job, Unavailable, first_line, program, read_image, run
+from tests.consumers import TIMEOUT, Claim, Consumer, Job, Picture, Unavailable, first_line, program, read_image, run
 from tests.consumers._claims import aged, beyond, colours, converted, profile_in, unlike
 from tests.profile_cases import CASES
 from tests.session_files import DRIVE, WHITE_CD_M2, light, ti3
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from lutgen.colorimetry import Array
-    from tests.consumers import Picture
 
 #: Path of the sRGB profile in Debian's argyll.
 SRGB = Path("/usr/share/color/argyll/ref/sRGB.icm")

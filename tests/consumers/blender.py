@@ -3,24 +3,17 @@
 Blender keeps the depth of its input: it rounds an 8-bit picture to 8 bit, whatever the output file's depth.
 """
 
-from __future__ import annotations
-
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lutgen.bake.config import AGED_VIEW, LOOK, SOURCE, UNAGED_VIEW
 from lutgen.lint import lint
-from tests.consumers import Claim, Consumer, Job, Unavailable, first_line, program, read_image, run
+from tests.consumers import Claim, Consumer, Job, Picture, Unavailable, first_line, program, read_image, run
 from tests.consumers._gallery import CASES, Gallery
 from tests.consumers.oiiotool import debian, display
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from tests.consumers import Picture
 
 #: Runs inside Blender's own Python. Arguments: a source, its colour space, then view, look and result, repeated. Names
 #: that the config lacks raise TypeError. Blender adds noise before it rounds, unless dither is 0.

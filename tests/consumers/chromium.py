@@ -1,30 +1,21 @@
 """Chromium shows pictures with embedded profiles."""
 
-from __future__ import annotations
-
 import base64
 import re
+from collections.abc import Iterator, Sequence
 from functools import cache
 from io import BytesIO
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.lint.finding import CHROMIUM, READS, WRONG
 from tests.browser import CHROMIUM as BROWSER
 from tests.browser import browser
-from tests.consumers import Claim, Consumer, Job, Unavailable, module, run
+from tests.consumers import Claim, Consumer, Job, Picture, Unavailable, module, run
 from tests.consumers._claims import aged, beyond, profile, unlike
-from tests.profile_cases import CASES, PIXELS, made
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from tests.consumers import Picture
-    from tests.profile_cases import Case
+from tests.profile_cases import CASES, PIXELS, Case, made
 
 
 @cache

@@ -1,18 +1,12 @@
 """colour-science's ``LUT3D``, in double precision."""
 
-from __future__ import annotations
-
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lutgen.lint.programs import COLOUR_SCIENCE
-from tests.consumers import Consumer, Job, module
+from tests.consumers import Consumer, Job, Picture, module
 from tests.consumers._claims import cubes
-
-if TYPE_CHECKING:
-    from tests.consumers import Picture
 
 
 def version() -> str:

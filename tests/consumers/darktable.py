@@ -1,24 +1,17 @@
 """darktable's module *LUT 3D* by the command line, with the module's settings in a sidecar file."""
 
-from __future__ import annotations
-
 import shutil
 import struct
+from collections.abc import Iterator
 from functools import cache
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
 from lutgen.bake.formats import Provenance, format_named
 from lutgen.bake.lut import Sampler
-from tests.consumers import Claim, Consumer, Job, first_line, program, read_image, run, write_image
+from tests.consumers import Claim, Consumer, Job, Picture, first_line, program, read_image, run, write_image
 from tests.consumers._claims import aged, beyond
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from tests.consumers import Picture
 
 #: A sidecar that switches on one module, whose settings are bytes in hexadecimal.
 _SIDECAR = """<?xml version="1.0" encoding="UTF-8"?>

@@ -4,26 +4,19 @@ From an 8-bit picture, ``format=rgb48le`` converts 255 to 65280, which is one co
 65535.
 """
 
-from __future__ import annotations
-
 import subprocess
+from collections.abc import Iterator
 from functools import cache, partial
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
 from lutgen.lint.finding import READS, REFUSES, WRONG
 from lutgen.lint.programs import FFMPEG_LUT3D, Refusal, probe_colours
-from tests.consumers import TIMEOUT, Claim, Consumer, Job, first_line, program, read_image, run, write_image
+from tests.consumers import TIMEOUT, Claim, Consumer, Job, Picture, first_line, program, read_image, run, write_image
 from tests.consumers._claims import cubes, unlike
 from tests.hald_cases import HALDS
 from tests.mesh_cases import BLUE, GREEN, MESHES
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from tests.consumers import Picture
 
 
 def tool() -> str:

@@ -1,18 +1,12 @@
 """Firefox: a picture with lutgen's profile, as a screenshot without a window."""
 
-from __future__ import annotations
-
 import re
 from functools import cache
 from io import BytesIO
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tests.consumers import Consumer, Job, Unavailable, module, program, run
-
-if TYPE_CHECKING:
-    from tests.consumers import Picture
+from tests.consumers import Consumer, Job, Picture, Unavailable, module, program, run
 
 
 @cache

@@ -1,23 +1,15 @@
 """Ghostscript converts with LittleCMS at 8 bit: an image in a PDF, by the absolute intent, as the guide says."""
 
-from __future__ import annotations
-
 import zlib
+from collections.abc import Iterator
 from functools import cache
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from tests.consumers import Claim, Consumer, Job, module, program, run
+from tests.consumers import Claim, Consumer, Job, Picture, module, program, run
 from tests.consumers._claims import aged, profile
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from tests.consumers import Picture
 
 #: ICC's numbers of the intents.
 RELATIVE, ABSOLUTE = 1, 3

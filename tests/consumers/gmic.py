@@ -1,10 +1,9 @@
 """G'MIC's ``map_clut`` on a .cube: the guide says that it shows every .cube wrongly, even an identity."""
 
-from __future__ import annotations
-
 import re
+from collections.abc import Iterator
 from functools import cache
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
@@ -12,10 +11,6 @@ from lutgen.bake.formats import Provenance, format_named
 from lutgen.bake.lut import Lut
 from lutgen.bake.spaces import lattice
 from tests.consumers import Claim, Unavailable, program, read_image, run, write_image
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
 
 #: Range of an identity's error in codes of 8 bits, according to the guide.
 SAID = 4, 6

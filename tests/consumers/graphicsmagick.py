@@ -1,14 +1,8 @@
 """GraphicsMagick's ``-hald-clut`` at 16 bit."""
 
-from __future__ import annotations
-
 from functools import cache
-from typing import TYPE_CHECKING
 
-from tests.consumers import Consumer, Job, first_line, program, read_image, run
-
-if TYPE_CHECKING:
-    from tests.consumers import Picture
+from tests.consumers import Consumer, Job, Picture, first_line, program, read_image, run
 
 
 def tool() -> str:

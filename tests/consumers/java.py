@@ -1,14 +1,8 @@
 """Java's ``ColorConvertOp``, as QuPath calls it: LittleCMS with Java's own sRGB profile, 8 bit in, 8 bit out."""
 
-from __future__ import annotations
-
 from functools import cache, partial
-from typing import TYPE_CHECKING
 
-from tests.consumers import Consumer, Job, first_line, program, read_image, run
-
-if TYPE_CHECKING:
-    from tests.consumers import Picture
+from tests.consumers import Consumer, Job, Picture, first_line, program, read_image, run
 
 #: Assign a profile to a picture and convert the picture to sRGB. Arguments: profile, picture, result.
 _SHOW = """

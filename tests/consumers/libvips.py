@@ -1,23 +1,15 @@
 """libvips converts with LittleCMS at 8 bit, by the absolute intent, as the guide says, and by the relative intent."""
 
-from __future__ import annotations
-
+from collections.abc import Iterator
 from functools import cache
 from io import BytesIO
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
-from tests.consumers import Claim, Consumer, Job, module, program, run
+from tests.consumers import Claim, Consumer, Job, Picture, module, program, run
 from tests.consumers._claims import aged, profile
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
-    from tests.consumers import Picture
 
 
 @cache

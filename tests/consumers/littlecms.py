@@ -1,26 +1,20 @@
 """LittleCMS: its ``tificc`` at 16 bit and ``transicc``, and Pillow's ``ImageCms`` at 8 bit, as many viewers call it."""
 
-from __future__ import annotations
-
+from collections.abc import Iterator
 from functools import cache, partial
 from importlib.metadata import version as version_of
 from io import BytesIO
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from lutgen.colorimetry import Array
 from lutgen.lint.finding import LCMS_8, READS, REFUSES, WRONG
-from tests.consumers import Claim, Consumer, Job, first_line, module, program, read_image, run, write_image
+from tests.consumers import Claim, Consumer, Job, Picture, first_line, module, program, read_image, run, write_image
 from tests.consumers._claims import INTENTS, aged, beyond, colours, converted, profile_in, unlike
 from tests.consumers._gallery import RESAMPLED
 from tests.profile_cases import CASES, PIXELS, made
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from lutgen.colorimetry import Array
-    from tests.consumers import Picture
 
 #: Rendering intents by their numbers.
 PERCEPTUAL, RELATIVE, ABSOLUTE = 0, 1, 3

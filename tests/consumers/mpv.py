@@ -1,14 +1,8 @@
 """mpv with ffmpeg's lut3d as its video filter; the shown frame is written to a PNG of 16 bit."""
 
-from __future__ import annotations
-
 from functools import cache
-from typing import TYPE_CHECKING
 
-from tests.consumers import Consumer, Job, first_line, program, read_image, run
-
-if TYPE_CHECKING:
-    from tests.consumers import Picture
+from tests.consumers import Consumer, Job, Picture, first_line, program, read_image, run
 
 
 def tool() -> str:

@@ -1,18 +1,13 @@
 """``ociocheck``, which checks configs."""
 
-from __future__ import annotations
-
 import shutil
+from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from lutgen.lint import lint
 from lutgen.lint.finding import OCIOCHECK, READS, REFUSES, Linted
 from tests.consumers import Claim, Unavailable
 from tests.consumers._claims import unlike
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 OURS = Path(__file__).parents[2] / "configs/default/chroma/10000h"
 

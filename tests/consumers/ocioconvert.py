@@ -1,18 +1,11 @@
 """OpenColorIO's converter, from Debian's opencolorio-tools. It writes in the depth of its input."""
 
-from __future__ import annotations
-
 import re
 from functools import cache
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from lutgen.bake.config import AGED, AGED_VIEW, SOURCE
-from tests.consumers import Consumer, Job, program, read_image, run
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from tests.consumers import Picture
+from tests.consumers import Consumer, Job, Picture, program, read_image, run
 
 
 def tool() -> str:

@@ -1,21 +1,14 @@
 """OpenImageIO's command line: the program in Debian's package and the program in the wheel."""
 
-from __future__ import annotations
-
 import sys
+from collections.abc import Callable
 from functools import cache, partial
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from lutgen.bake.config import AGED, AGED_VIEW, LOOK, NAMED_TRANSFORM, SOURCE
 from lutgen.bake.formats import format_named
-from tests.consumers import Consumer, Job, Unavailable, first_line, program, read_image, run
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from tests.consumers import Picture
+from tests.consumers import Consumer, Job, Picture, Unavailable, first_line, program, read_image, run
 
 #: Formats of LUT files.
 LUTS = ("cube", "resolve", "csp", "spi3d", "3dl")

@@ -1,22 +1,16 @@
 """OpenColorIO in Python, whichever binding this environment has."""
 
-from __future__ import annotations
-
 import copy
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from lutgen.bake.config import AGED_VIEW, NAMED_TRANSFORM, SOURCE
 from lutgen.bindings import ocio
 from lutgen.lint.programs import OPENCOLORIO
-from tests.consumers import Consumer, Job
+from tests.consumers import Consumer, Job, Picture
 from tests.consumers._claims import cubes
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from tests.consumers import Picture
 
 
 def version() -> str:

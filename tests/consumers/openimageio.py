@@ -1,17 +1,12 @@
 """OpenImageIO in Python, whichever binding this environment has."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lutgen.bake.config import AGED_VIEW, LOOK, SOURCE
 from lutgen.bindings import oiio
-from tests.consumers import Consumer, Job
-
-if TYPE_CHECKING:
-    from tests.consumers import Picture
+from tests.consumers import Consumer, Job, Picture
 
 
 def version() -> str:

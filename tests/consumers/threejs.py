@@ -1,11 +1,10 @@
 """three.js in node: its loaders of ``.cube`` and ``.3dl``, which fill the table of a shader."""
 
-from __future__ import annotations
-
 import json
 import subprocess
+from collections.abc import Iterator
 from functools import cache
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 
@@ -13,10 +12,6 @@ from lutgen.bake.formats import Provenance, format_named
 from lutgen.bake.lut import Sampler, table_of
 from tests.consumers import TIMEOUT, Claim, Unavailable, program, run
 from tests.consumers._claims import aged, beyond
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
 
 #: Print the size and the numbers of a file's table, each colour with its opacity; red fastest.
 _LOAD = """
