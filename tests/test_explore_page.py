@@ -421,7 +421,7 @@ def test_a_switch_gives_an_error_at_once_and_what_if_moves_it(page_of_either: Pa
     assert overlapping(page) == []
     assert page.ask("getComputedStyle(document.querySelector('.parameter')).filter") == "grayscale(1)"
     assert [each for each in commands_of(page) if each[1] == "refine"]
-    assert "the fit's" in text(page, "#take-warning")
+    assert "are of the fit" in text(page, "#take-warning")
     page.ask("document.getElementById('take').hidePopover()")
     page.ask("[...document.querySelectorAll('.parameters button')].at(-1).click()")
     page.wait(f"{RATIO} === {json.dumps(fitted)} && {FINAL}", LONG)
