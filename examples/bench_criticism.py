@@ -154,8 +154,8 @@ class AllAtOnce:
         bounds = np.full((2, start.size), np.inf) * [[-1.0], [1.0]]
         count = sum(len(term.free) for term in self.terms)
         bounds[:, :count] = np.concatenate([term.bounds for term in self.terms]).T
-        found = least_squares(self._residuals, start, bounds=bounds, x_scale="jac", ftol=GAIN)
-        return float(2.0 * found.cost)
+        solution = least_squares(self._residuals, start, bounds=bounds, x_scale="jac", ftol=GAIN)
+        return float(2.0 * solution.cost)
 
     def _residuals(self, vector: Array) -> Array:
         problem, place, terms = self.problem, 0, []
@@ -173,25 +173,25 @@ class AllAtOnce:
 def _confirming(work: Work, problem: Problem) -> Row:
     """Race the error of withheld cells: one step from the full fit, or a fit without each cell."""
     name, form = FITTED
-    found = fit(problem, (Term.at_rest(catalogue()[name], form),))
+    solution = fit(problem, (Term.at_rest(catalogue()[name], form),))
     withheld = cells(problem)
     some = withheld[::EVERY]
-    mine, theirs = float(held_out(found).squares[::EVERY].sum()), _refitted(found)
+    mine, theirs = float(held_out(solution).squares[::EVERY].sum()), _refitted(solution)
     # For a nearly linear problem, one step gives the result of a fit.
     if abs(mine - theirs) > 0.02 * theirs:
         raise SystemExit(f"bench: withheld readings are missed by {mine:.1f} after a step, by {theirs:.1f} after a fit")
-    peer = Peer(f"a fit for each, {len(some)} timed", partial(_refitted, found), None, len(withheld) / len(some))
+    peer = Peer(f"a fit for each, {len(some)} timed", partial(_refitted, solution), None, len(withheld) / len(some))
     title = f"held-out error of that fit, {len(withheld)} cells"
-    return race(title, partial(held_out, found), peer, times=work.races)[0]
+    return race(title, partial(held_out, solution), peer, times=work.races)[0]
 
 
-def _refitted(found: Fit) -> float:
+def _refitted(solution: Fit) -> float:
     """Return the squared whitened error of every ``EVERY``-th cell, each predicted by a fit to all other readings."""
-    problem, error = found.problem, 0.0
-    start = State(found.terms, found.tips, found.gains)
+    problem, error = solution.problem, 0.0
+    start = State(solution.terms, solution.tips, solution.gains)
     for cell in cells(problem)[::EVERY]:
         rest = problem.without([int(row) for row in problem.rows[cell]])
-        again = fit(rest, found.terms, start)
+        again = fit(rest, solution.terms, start)
         left = whiten(problem, problem.xyz - predict(problem, State(again.terms, again.tips, again.gains)))[cell]
         error += float((left**2).sum())
     return error

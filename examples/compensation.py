@@ -63,7 +63,7 @@ def panels(model: DisplayModel, mode: str, hours: float, tissue: Array) -> list[
     """Return the pictures of the un-aged display, the aged display, and the aged display with either correction."""
     aged, fresh = model.at(mode, hours), model.at("stable", hours)
     wanted = fresh.code_to_xyz(tissue)
-    found = [
+    pictures = [
         Panel("un-aged", viewer_code(xyz_to_linear(wanted)), "what it is to look like"),
         Panel(f"{mode}, {hours:.0f} h", aged.code_to_code(tissue), away(aged.code_to_xyz(tissue), wanted)),
     ]
@@ -75,8 +75,8 @@ def panels(model: DisplayModel, mode: str, hours: float, tissue: Array) -> list[
         text = f"{sent.clipped_share(tissue):.0%} of pixels out of reach, {away(shown, wanted)}"
         if light < 1.0:
             text = f"light × {light:.2f}; {away(shown, wanted * light, 'to the un-aged as dim')}"
-        found.append(Panel(f"compensated, {way}", viewer_code(xyz_to_linear(shown)), text))
-    return found
+        pictures.append(Panel(f"compensated, {way}", viewer_code(xyz_to_linear(shown)), text))
+    return pictures
 
 
 def away(shown: Array, wanted: Array, what: str = "to the un-aged") -> str:

@@ -43,17 +43,17 @@ SEED = 5
 def files() -> dict[str, str]:
     """Return name → text of every file, the same on every run."""
     rng = np.random.default_rng(SEED)
-    made, code = panel(rng), chart(steps=6, mixed=3)
+    display, code = panel(rng), chart(steps=6, mixed=3)
     start = date(SESSIONS[0][0], SESSIONS[0][1], 15)
-    found, lines = {}, [_HEAD]
+    texts, lines = {}, [_HEAD]
     for year, month, unusual in SESSIONS:
         day = date(year, month, 15)
         aged = np.exp(-(day - start).days * HOURS_PER_DAY / LIFE)
         state = State(**{"aged": aged, **unusual})  # type: ignore[arg-type]
-        xyz = read(made, state, code, rng, noise=0.001, floor=0.002)
-        found[f"{day:%Y-%m}.ti3"] = ti3_text(code, xyz, f"{day:%a %b %d} 10:12:00 {year}")
+        xyz = read(display, state, code, rng, noise=0.001, floor=0.002)
+        texts[f"{day:%Y-%m}.ti3"] = ti3_text(code, xyz, f"{day:%a %b %d} 10:12:00 {year}")
         lines += ["[[sessions]]", f'file = "{day:%Y-%m}.ti3"', f"date = {day}", ""]
-    return {"campaign.toml": "\n".join(lines), **found}
+    return {"campaign.toml": "\n".join(lines), **texts}
 
 
 _HEAD = f"""# SIMULATED, not measured: tests/virtual_sessions of lutgen, written by examples/make_campaign.py

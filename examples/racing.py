@@ -182,21 +182,21 @@ def processor_time(pid: int) -> float:
 
 
 def _ran_ns(pid: int) -> int:
-    found = 0
+    waited = 0
     for thread in Path(f"/proc/{pid}/task").glob("*/schedstat"):
         with suppress(OSError):
-            found += int(thread.read_text().split()[0])
-    return found
+            waited += int(thread.read_text().split()[0])
+    return waited
 
 
 def _family(pid: int) -> list[int]:
-    found = [pid]
-    for parent in found:
+    pids = [pid]
+    for parent in pids:
         try:
-            found += map(int, Path(f"/proc/{parent}/task/{parent}/children").read_text().split())
+            pids += map(int, Path(f"/proc/{parent}/task/{parent}/children").read_text().split())
         except OSError:
             continue
-    return found
+    return pids
 
 
 def _pss_mb(pid: int) -> float:

@@ -107,9 +107,9 @@ class Page:
 
     def ask(self, expression: str) -> Any:
         """Evaluate JavaScript and wait for promises."""
-        found = self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
-        assert "exceptionDetails" not in found, found
-        return found["result"].get("value")
+        reply = self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
+        assert "exceptionDetails" not in reply, reply
+        return reply["result"].get("value")
 
     def wait(self, expression: str, patience: float = PATIENCE) -> None:
         """Wait until a JavaScript expression is true, on this page or on the next page."""
@@ -148,8 +148,8 @@ class Page:
 
     def run(self, script: str) -> None:
         """Run a script in the page, even if the page's policy forbids scripts."""
-        found = self.call("Runtime.evaluate", expression=script)
-        assert "exceptionDetails" not in found, found
+        reply = self.call("Runtime.evaluate", expression=script)
+        assert "exceptionDetails" not in reply, reply
 
     def picture(self, *, whole: bool = False) -> bytes:
         """Return a PNG of the window, or of the whole page."""

@@ -25,22 +25,22 @@ def differences(committed: Path) -> list[str]:
     """Return the differences between ``committed`` and the output of the present code."""
     model = DisplayModel(read_measurements(default_display()), selection="continuous")
     plan = BuildPlan(tuple(parse_hours("0..18000", model.tips)), modes=tuple(MODES), formats=("clf",))
-    kept = read_manifest(committed / MANIFEST)
-    if kept is None:
+    committed_manifest = read_manifest(committed / MANIFEST)
+    if committed_manifest is None:
         return [f"{MANIFEST} is missing"]
     with tempfile.TemporaryDirectory() as scratch:
         fresh = Path(scratch)
-        made = build(model, plan, fresh).manifest
-        recipe = {key: value for key, value in json.loads(made.as_bytes()).items() if key != "files"}
-        found = [f"{MANIFEST}: the recipe differs"] if recipe != kept.recipe else []
-        wanted = {record.path for record in made.files} | {MANIFEST}
+        manifest = build(model, plan, fresh).manifest
+        recipe = {key: value for key, value in json.loads(manifest.as_bytes()).items() if key != "files"}
+        faults = [f"{MANIFEST}: the recipe differs"] if recipe != committed_manifest.recipe else []
+        wanted = {record.path for record in manifest.files} | {MANIFEST}
         present = {path.relative_to(committed).as_posix() for path in committed.rglob("*") if path.is_file()}
-        found += [f"{path}: missing" for path in sorted(wanted - present)]
-        found += [f"{path}: not made by the code" for path in sorted(present - wanted)]
+        faults += [f"{path}: missing" for path in sorted(wanted - present)]
+        faults += [f"{path}: not made by the code" for path in sorted(present - wanted)]
         for path in sorted(wanted & present - {MANIFEST}):
             if _content(committed / path) != _content(fresh / path):
-                found.append(f"{path}: differs")
-    return found
+                faults.append(f"{path}: differs")
+    return faults
 
 
 def _content(path: Path) -> str:
@@ -51,10 +51,10 @@ def _content(path: Path) -> str:
 
 def main() -> None:
     """Print the differences; exit with 1 if there are any."""
-    found = differences(COMMITTED)
-    for difference in found:
+    faults = differences(COMMITTED)
+    for difference in faults:
         print(difference)
-    if found:
+    if faults:
         sys.exit("configs/default does not follow from the code: run `make configs` and look at what changes.")
     print("configs/default follows from the code")
 

@@ -118,9 +118,9 @@ def _backlight(tips: Array, tau: float, p: Values) -> Array:
 
 
 def _channels(tips: Array, tau: float, p: Values) -> Array:
-    left = [np.exp(-p[name] * tau) for name in ("red", "green", "blue")]
-    primaries = [gain * tip for gain, tip in zip(left, tips[1:], strict=True)]
-    beside = (tips[0] - sum(tips[1:])) * (sum(left) / 3.0)
+    shares = [np.exp(-p[name] * tau) for name in ("red", "green", "blue")]
+    primaries = [gain * tip for gain, tip in zip(shares, tips[1:], strict=True)]
+    beside = (tips[0] - sum(tips[1:])) * (sum(shares) / 3.0)
     return np.array([sum(primaries) + beside, *primaries])
 
 
@@ -192,13 +192,13 @@ def noisy(
     """Read every patch, with noise of 0.2 % and 0.003 cd/m², and a gain of 0.3 % per session."""
     rng = np.random.default_rng(seed)
     gains = {key: 0.003 * rng.standard_normal() for key in sorted({(r.hour, r.session) for r in readings})}
-    found = []
+    rows = []
     for each in readings:
         light = shown(each, tips[each.hour], fault, p) * (1.0 + gains[each.hour, each.session])
         root = np.linalg.cholesky(covariance(light, 0.002, 0.003))
         x, y, z = light + root @ rng.standard_normal(3)
-        found.append(replace(each, xyz=(float(x), float(y), float(z))))
-    return found
+        rows.append(replace(each, xyz=(float(x), float(y), float(z))))
+    return rows
 
 
 def session(hour: float, name: str = "") -> list[Reading]:
@@ -275,9 +275,9 @@ def solve(
 
     def residuals(x: Array) -> Array:
         tips, gains, p = unpacked(x)
-        found = [gain / 0.003 for gain in gains.values()]
+        terms = [gain / 0.003 for gain in gains.values()]
         for hour, width in slack.items():
-            found += list(((tips[hour] - _on_the_line({knot: tips[knot] for knot in knots}, hour)) / width).ravel())
+            terms += list(((tips[hour] - _on_the_line({knot: tips[knot] for knot in knots}, hour)) / width).ravel())
         known = dict(asked)
         for each, whitener in zip(readings, whiteners, strict=True):
             mine = tips[knots[0] if fresh else each.hour]
@@ -285,8 +285,8 @@ def solve(
             if held:
                 white = [shown(Reading(hour, TIPS[0]), mine, fault, p, known)[1] for hour in (knots[0], each.hour)]
                 light = light * white[0] / white[1]
-            found += list(whitener @ (np.array(each.xyz) - light))
-        return np.array(found)
+            terms += list(whitener @ (np.array(each.xyz) - light))
+        return np.array(terms)
 
     free = places + len(crowded)
     low = np.array([*[-np.inf] * free, *(low for low, _ in bounds.values())])
@@ -299,11 +299,11 @@ def solve(
 
 
 def _mean_tips(readings: Sequence[Reading], hour: float) -> Array:
-    found = []
+    rows = []
     for tip in TIPS:
         here = [each.xyz for each in readings if each.hour == hour and each.code == tip and not each.where]
-        found.append([sum(values) / len(here) for values in zip(*here, strict=True)])
-    return np.array(found)
+        rows.append([sum(values) / len(here) for values in zip(*here, strict=True)])
+    return np.array(rows)
 
 
 def _on_the_line(tips: Mapping[float, Array], hour: float) -> Array:

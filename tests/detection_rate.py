@@ -92,10 +92,10 @@ def trials(seed: int, number: int) -> Iterator[tuple[str, Verdict]]:
         yield term.effect.name, diagnose(with_readings_of(base, term, rng).readings).verdict
 
 
-def report(found: Mapping[str, Sequence[Verdict]]) -> tuple[str, bool]:
+def report(by_effect: Mapping[str, Sequence[Verdict]]) -> tuple[str, bool]:
     """Return the table of shares, and whether the share over all effects agrees with ``GOAL``."""
     lines, hits, count = [], 0, 0
-    for name, verdicts in sorted(found.items()):
+    for name, verdicts in sorted(by_effect.items()):
         right = sum(names_it(verdict, name) for verdict in verdicts)
         hits, count = hits + right, count + len(verdicts)
         wrong = [
@@ -115,11 +115,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--displays", type=int, default=13, help="healthy displays; about sixteen effects in each")
     options = parser.parse_args(arguments)
-    found = defaultdict[str, list[Verdict]](list)
+    by_effect = defaultdict[str, list[Verdict]](list)
     for number in range(options.displays):
         for name, verdict in trials(options.seed, number):
-            found[name].append(verdict)
-    text, is_right = report(found)
+            by_effect[name].append(verdict)
+    text, is_right = report(by_effect)
     print(text)
     return 0 if is_right else 1
 

@@ -29,12 +29,12 @@ ROOT = Path(__file__).resolve().parents[1]
 
 def commands(here: Group = group, before: str = "") -> dict[str, Command]:
     """Return every command by its words, such as "study plan"; groups include their commands."""
-    found: dict[str, Command] = {}
+    named: dict[str, Command] = {}
     for name in here.list_commands(Context(here)):
         command = here.get_command(Context(here), name)
         assert command is not None
-        found |= commands(command, f"{before}{name} ") if isinstance(command, Group) else {f"{before}{name}": command}
-    return found
+        named |= commands(command, f"{before}{name} ") if isinstance(command, Group) else {f"{before}{name}": command}
+    return named
 
 
 COMMANDS = commands()

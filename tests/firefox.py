@@ -77,9 +77,9 @@ class Page:
         script = f"""const done = arguments[arguments.length - 1];
             const failed = (error) => done({{ error: String(error) }});
             (async () => ({expression}))().then((value) => done({{ value }}), failed);"""
-        found = self.call("WebDriver:ExecuteAsyncScript", script=script, args=[], sandbox=None)["value"]
-        assert "error" not in found, (expression, found)
-        return found.get("value")
+        reply = self.call("WebDriver:ExecuteAsyncScript", script=script, args=[], sandbox=None)["value"]
+        assert "error" not in reply, (expression, reply)
+        return reply.get("value")
 
     def wait(self, expression: str, patience: float = PATIENCE) -> None:
         """Wait until a JavaScript expression is true."""

@@ -285,8 +285,14 @@ def kills(_case: int, chance: random.Random, folder: Path) -> str:
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode:
         return f"the next build ended with {done.returncode}: {done.stderr.strip()}"
-    left = [path.name for path in here.rglob("*") if "partial" in path.name]
-    return f"left {left}" if left else "" if check(here, jobs=1).passed else "the next build fails its check"
+    partial_files = [path.name for path in here.rglob("*") if "partial" in path.name]
+    return (
+        f"left {partial_files}"
+        if partial_files
+        else ""
+        if check(here, jobs=1).passed
+        else "the next build fails its check"
+    )
 
 
 KINDS: dict[str, Callable[[int, random.Random, Path], str]] = {
@@ -309,11 +315,11 @@ def fuzz(count: int, seed: int, kinds: tuple[str, ...] = tuple(KINDS), *, say: C
     with tempfile.TemporaryDirectory(prefix="fuzz-") as folder:
         for kind in kinds:
             cases = max(1, count // SHARES[kind])
-            found = [each for case in range(cases) if (each := one(kind, seed, case, Path(folder)))]
-            say(f"{kind}: {cases} cases, {len(found)} failures")
-            for failure in found:
+            faults = [each for case in range(cases) if (each := one(kind, seed, case, Path(folder)))]
+            say(f"{kind}: {cases} cases, {len(faults)} failures")
+            for failure in faults:
                 say(f"  --only {kind} --seed {seed} --case {failure.case}: {failure.what}")
-            failures += len(found)
+            failures += len(faults)
     return failures
 
 

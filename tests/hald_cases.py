@@ -18,7 +18,7 @@ from lutgen.readings import read_measurements
 
 
 @cache
-def made(name: str) -> bytes:
+def file_of(name: str) -> bytes:
     """Return a file of this format, of the default display at 10 000 h."""
     aged = DisplayModel(read_measurements(default_display()), selection="continuous").at("chroma", 10_000)
     form = format_named(name)
@@ -57,7 +57,7 @@ ROWS = b"".join(b"\0" + row.astype(np.uint8).tobytes() for row in hald(4))
 
 #: The picture, what ffmpeg does with it, and lint's message.
 HALDS: dict[str, tuple[Callable[[], bytes], str, str]] = {
-    "ours": (lambda: made("hald"), READS, ""),
+    "ours": (lambda: file_of("hald"), READS, ""),
     "8 bit": (lambda: PLAIN, READS, "has 8 bits"),
     "level 2": (lambda: png(hald(2)), READS, "has 8 bits"),
     "with alpha": (lambda: png(hald(4), "RGBA"), READS, "has 8 bits"),
@@ -69,7 +69,7 @@ HALDS: dict[str, tuple[Callable[[], bytes], str, str]] = {
     "a row less": (lambda: png(hald(4)[:-1]), REFUSES, "64 × 63 pixels; no Hald image has so many"),
     "a pixel": (lambda: png(hald(4)[:1, :1]), REFUSES, "1 × 1 pixels; no Hald image has so many"),
     "rows more": (lambda: png(np.vstack([hald(4), hald(4)])), WRONG, "64 × 128 pixels, and a Hald image is square"),
-    "cut off": (lambda: made("hald")[: len(made("hald")) // 2], WRONG, "is cut off"),
+    "cut off": (lambda: file_of("hald")[: len(file_of("hald")) // 2], WRONG, "is cut off"),
     "all pixels in two chunks": (lambda: with_pixels(PLAIN, zlib.compress(ROWS)), READS, "has 8 bits"),
     "half of its pixels": (
         lambda: with_pixels(PLAIN, zlib.compress(ROWS[: len(ROWS) // 2])),
@@ -80,7 +80,7 @@ HALDS: dict[str, tuple[Callable[[], bytes], str, str]] = {
     "no PNG": (lambda: b"GIF89a" + bytes(100), REFUSES, "is not a PNG"),
     "level 8": (lambda: png(hald(8)), READS, "has 8 bits"),
     "of OBS Studio": (lambda: png(tiles_of(hald(8).reshape(64, 64, 64, 3))), WRONG, "the layout of OBS Studio"),
-    "ours for OBS Studio": (lambda: made("obs"), WRONG, "the layout of OBS Studio"),
+    "ours for OBS Studio": (lambda: file_of("obs"), WRONG, "the layout of OBS Studio"),
     "empty": (lambda: b"", REFUSES, "is empty"),
     "a long chunk": (lambda: PLAIN[:33] + b"\xff\xff\xff\xff" + PLAIN[37:], WRONG, "is cut off"),
 }

@@ -87,8 +87,8 @@ def healthy(seed: int) -> Fit:
 @cache
 def _smallest(name: str) -> tuple[str, float]:
     effect = catalogue()[name]
-    seen = visibility(healthy(6), [effect])[0]
-    return seen.parameter, seen.smallest_detectable or abs(effect.parameters[seen.parameter].value)
+    entry = visibility(healthy(6), [effect])[0]
+    return entry.parameter, entry.smallest_detectable or abs(effect.parameters[entry.parameter].value)
 
 
 def truth(effect: Effect, free: Sequence[str], rng: np.random.Generator) -> Term:
@@ -121,8 +121,8 @@ def trials(case: str, seed: Sequence[int]) -> Iterator[Trial]:
     xyz[problem.rows] = light + np.einsum("nij,nj->ni", root, rng.standard_normal(light.shape))
     measured = Problem.of(replace(problem.readings, xyz_cd_m2=xyz))
     started = [Term.at_rest(term.effect, term.free) for term in there]
-    found = fit(with_shared_errors(measured, fit(measured, started).terms), started)
-    for term, true, errors in zip(found.terms, there, found.stderr, strict=True):
+    solution = fit(with_shared_errors(measured, fit(measured, started).terms), started)
+    for term, true, errors in zip(solution.terms, there, solution.stderr, strict=True):
         for name in term.free:
             if np.isfinite(errors[name]):
                 yield Trial(case, f"{term.effect.name} {name}", (term.values[name] - true.values[name]) / errors[name])
@@ -134,17 +134,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--repeats", type=int, default=15, help="campaigns of each case")
     options = parser.parse_args(arguments)
-    found: list[Trial] = []
+    results: list[Trial] = []
     for case in CASES:
         here = [trial for number in range(options.repeats) for trial in trials(case, [options.seed, number])]
-        found += here
+        results += here
         spread = float(np.sqrt(np.mean([trial.off**2 for trial in here])))
         print(f"{case:34} {sum(trial.held for trial in here):4} of {len(here):4}   root mean square {spread:.2f} σ")
         for name in sorted({trial.parameter for trial in here}):
             print(f"    {name:30}", *(f"{trial.off:.1f}" for trial in here if trial.parameter == name))
-    share = sum(trial.held for trial in found) / len(found)
-    slack = 2.0 * float(np.sqrt(share * (1.0 - share) / len(found)))
-    print(f"all: {share:.3f} of {len(found)} intervals; asked: {GOAL[0]} to {GOAL[1]}")
+    share = sum(trial.held for trial in results) / len(results)
+    slack = 2.0 * float(np.sqrt(share * (1.0 - share) / len(results)))
+    print(f"all: {share:.3f} of {len(results)} intervals; asked: {GOAL[0]} to {GOAL[1]}")
     return int(not GOAL[0] - slack <= share <= GOAL[1] + slack)
 
 

@@ -137,9 +137,9 @@ class Lines:
         """
         lines = self._tests[mutant.file]
         given: set[str] = set()
-        for found in (lines[mutant.line], set().union(*lines.values()) if "" in lines[mutant.line] else set()):
-            yield from self._quickest(found - given)
-            given |= found
+        for nearest in (lines[mutant.line], set().union(*lines.values()) if "" in lines[mutant.line] else set()):
+            yield from self._quickest(nearest - given)
+            given |= nearest
         files = {test.partition("::")[0] for test in lines[mutant.line]}
         yield from self._quickest({test for test in self.seconds if test.partition("::")[0] in files} - given)
 

@@ -48,18 +48,18 @@ def slope_of_lab(share: Array) -> Array:
 
 def columns(drive: Array) -> Array:
     """Return the columns of the fit: black, and for each channel sRGB's light times each knot's hat function."""
-    found = [np.ones(len(drive))]
+    functions = [np.ones(len(drive))]
     for channel in range(3):
         code = drive[:, channel]
         for knot in range(KNOTS.size):
             hat = np.interp(code, KNOTS, np.eye(KNOTS.size)[knot])
-            found.append(code_to_linear(code) * hat)
-    return np.array(found).T
+            functions.append(code_to_linear(code) * hat)
+    return np.array(functions).T
 
 
 def curves(drive: Array, share: Array, stiffness: float) -> Array:
     """Return the coefficients of the columns for X, Y and Z, by least squares with a penalty on bending gains."""
-    found = []
+    coefficients = []
     for k in range(3):
         slope = slope_of_lab(share[:, k])
         rows, wanted = list(columns(drive) * slope[:, np.newaxis]), list(share[:, k] * slope)
@@ -68,8 +68,8 @@ def curves(drive: Array, share: Array, stiffness: float) -> Array:
             bend[1 + channel * KNOTS.size + knot - 1 : 1 + channel * KNOTS.size + knot + 2] = (1.0, -2.0, 1.0)
             rows.append(100.0 * np.sqrt(stiffness) * bend)
             wanted.append(0.0)
-        found.append(np.linalg.lstsq(np.array(rows), np.array(wanted), rcond=None)[0])
-    return np.array(found).T
+        coefficients.append(np.linalg.lstsq(np.array(rows), np.array(wanted), rcond=None)[0])
+    return np.array(coefficients).T
 
 
 def likeness(one: Array, other: Array, length: float) -> Array:
@@ -81,9 +81,9 @@ def predicted(drive: Array, share: Array, asked: Array, constants: tuple[float, 
     """Predict the shares of white's X, Y and Z at the code values ``asked``, from readings at ``drive``."""
     stiffness, length, noise = constants
     coefficients = curves(drive, share, stiffness)
-    left = (share - columns(drive) @ coefficients) * slope_of_lab(share)
+    residual = (share - columns(drive) @ coefficients) * slope_of_lab(share)
     own = likeness(drive, drive, length) + noise * np.eye(len(drive))
-    smooth = likeness(asked, drive, length) @ np.linalg.solve(own, left)
+    smooth = likeness(asked, drive, length) @ np.linalg.solve(own, residual)
     start = columns(asked) @ coefficients
     return np.asarray(start + smooth / slope_of_lab(start))
 
@@ -97,11 +97,11 @@ def best_constants(drive: Array, share: Array, white: Array) -> tuple[float, flo
     fold = folds_of(drive)
 
     def error(constants: tuple[float, float, float]) -> float:
-        found = np.empty_like(share)
+        prediction = np.empty_like(share)
         for each in range(FOLDS):
             out = fold == each
-            found[out] = predicted(drive[~out], share[~out], drive[out], constants)
-        return float(delta_e(found, share, white).mean())
+            prediction[out] = predicted(drive[~out], share[~out], drive[out], constants)
+        return float(delta_e(prediction, share, white).mean())
 
     stiffness = min(STIFFNESS, key=lambda each: error((each, 0.3, 0.3)))
     length = min(LENGTHS, key=lambda each: error((stiffness, each, 0.3)))
@@ -114,12 +114,12 @@ def held_out(session: Session) -> Array:
     kinds = np.array(session.kinds)
     white = session.xyz[kinds == "white"].mean(axis=0)
     drive, share = session.drive, session.xyz / white
-    fold, found = folds_of(drive), np.empty_like(share)
+    fold, prediction = folds_of(drive), np.empty_like(share)
     for each in range(FOLDS):
         out = fold == each
         constants = best_constants(drive[~out], share[~out], white)
-        found[out] = predicted(drive[~out], share[~out], drive[out], constants)
-    return delta_e(found, share, white)
+        prediction[out] = predicted(drive[~out], share[~out], drive[out], constants)
+    return delta_e(prediction, share, white)
 
 
 def on_mixtures(session: Session) -> float:

@@ -69,13 +69,13 @@ class File:
 
 def items(text: str) -> list[Step | File]:
     """Return all commands and files in a page, in order."""
-    found: list[Step | File] = []
+    parts: list[Step | File] = []
     for language, title, body in _BLOCK.findall(text):
         if language == "console":
-            found += [_step(part) for part in _parts(body)]
+            parts += [_step(part) for part in _parts(body)]
         elif title or language == "python":
-            found.append(File(title, body))
-    return found
+            parts.append(File(title, body))
+    return parts
 
 
 def steps(text: str) -> list[Step]:
@@ -146,11 +146,11 @@ def differences(shown: tuple[str, ...], printed: tuple[str, ...]) -> list[str]:
         if line == LEFT_OUT:
             free = True
             continue
-        found = next((at for at in range(place, len(printed)) if same(line, printed[at])), None)
-        if found is None or (found > place and not free):
+        line_number = next((at for at in range(place, len(printed)) if same(line, printed[at])), None)
+        if line_number is None or (line_number > place and not free):
             near = printed[place] if place < len(printed) else "nothing more"
             return [f"the page says     {line}", f"it prints, there  {near}"]
-        place, free = found + 1, False
+        place, free = line_number + 1, False
     if place < len(printed) and not free:
         return ["the page says     nothing more", f"it prints, there  {printed[place]}"]
     return []
@@ -213,13 +213,13 @@ def pictures(text: str) -> dict[Path, Path]:
     """Return the pictures of docs/images that the page's commands make → the path where a command writes each."""
     folders = re.findall(r"--plots out/(\S+)", text)
     targets = re.findall(r"images/([\w-]+\.(?:png|jpg))", text)
-    found = {}
+    files = {}
     for target in map(Path, targets):
         name = next((each for each in folders if target.name.startswith(f"{each}-")), "")
         source = Path("out", name, target.name.removeprefix(f"{name}-") if name else target.name)
         if name or f"$ python -m examples.{target.stem.replace('-', '_')}" in text:
-            found[PICTURES / target] = source
-    return found
+            files[PICTURES / target] = source
+    return files
 
 
 def main() -> int:
@@ -235,9 +235,9 @@ def main() -> int:
             prepare(folder)
             printed = run_page(text, folder)
             for step, lines in zip(steps(text), printed, strict=True):
-                found = differences(step.shown, lines)
-                off += bool(found)
-                print("\n".join([f"$ {step.command}", *found]), flush=True)
+                faults = differences(step.shown, lines)
+                off += bool(faults)
+                print("\n".join([f"$ {step.command}", *faults]), flush=True)
             if options.write:
                 page.write_text(renewed(text, printed), encoding="utf-8")
                 for target, source in pictures(text).items():

@@ -15,7 +15,7 @@ from lutgen.readings import read_measurements
 
 
 @cache
-def made(name: str, hours: float) -> bytes:
+def profile_of(name: str, hours: float) -> bytes:
     """Return a profile of the default display; at hour 0 with the screen's white, because a separate claim covers other
     whites.
     """
@@ -35,7 +35,7 @@ class Case:
 
     @property
     def whole(self) -> bytes:
-        return made(self.form, 0)
+        return profile_of(self.form, 0)
 
     @property
     def data(self) -> bytes:

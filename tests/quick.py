@@ -18,6 +18,6 @@ def draws(most: int, **options: Any) -> settings:
 
 def mostly_slow(cases: Iterable[Any], *quick: object) -> list[Any]:
     """Mark all cases slow except the named cases; a case is named by its name or by its first value."""
-    given = [case if isinstance(case, tuple) else (case,) for case in cases]
-    assert {*quick} <= {case[0] for case in given}
-    return [pytest.param(*case, marks=() if case[0] in quick else pytest.mark.slow) for case in given]
+    tuples = [case if isinstance(case, tuple) else (case,) for case in cases]
+    assert {*quick} <= {case[0] for case in tuples}
+    return [pytest.param(*case, marks=() if case[0] in quick else pytest.mark.slow) for case in tuples]

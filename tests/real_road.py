@@ -120,11 +120,11 @@ def row(done: dict[str, Ran], folder: Path) -> str:
     """Return one row of the table without its first cells."""
     verdict, names, before, after = "–", "", float("nan"), float("nan")
     if (folder / "diagnose.json").exists():
-        found = json.loads((folder / "diagnose.json").read_text())
-        verdict, names = found["verdict"], ", ".join(found["effects"])
+        content = json.loads((folder / "diagnose.json").read_text())
+        verdict, names = content["verdict"], ", ".join(content["effects"])
     if (folder / "refine.json").exists():
-        found = json.loads((folder / "refine.json").read_text())
-        before, after = found["before"]["delta_e_mean"], found["after"]["delta_e_mean"]
+        content = json.loads((folder / "refine.json").read_text())
+        before, after = content["before"]["delta_e_mean"], content["after"]["delta_e_mean"]
     written = "yes" if (folder / "model.toml").exists() else "no"
     codes = " ".join(f"{name} {each.code}" for name, each in done.items() if each.code)
     seconds = " + ".join(f"{each.seconds:.0f}" for each in done.values())

@@ -63,12 +63,12 @@ def small_protocol(
         for position, at in enumerate(map(int, random.permutation(images)), start=1)
     ]
     shown = sorted({*((trial.image, trial.condition) for trial in trials), *((name, UNAGED.name) for name in trying)})
-    given = {name: StudyImage(name, hashlib.sha256(name.encode()).hexdigest(), *size) for name in names + trying}
+    by_name = {name: StudyImage(name, hashlib.sha256(name.encode()).hexdigest(), *size) for name in names + trying}
     return Protocol(
         title="Does an aged display change how slides are read?",
         conditions=conditions,
-        images=tuple(given[name] for name in names),
-        practice=tuple(given[name] for name in trying),
+        images=tuple(by_name[name] for name in names),
+        practice=tuple(by_name[name] for name in trying),
         categories=categories,
         ease=(1, 10),
         readers=readers,
@@ -117,7 +117,7 @@ class Clock:
         return self.now
 
 
-def said(number: int) -> Decision:
+def decision(number: int) -> Decision:
     """Return a reader's decision on the image with this number; every category and ease occurs."""
     names = [category.name for category in PAPER_CATEGORIES]
     seconds = 2.0 + number / 8
@@ -128,7 +128,7 @@ def read_on(reading: ReadingSession, count: int | None = None) -> None:
     """Read the remaining images, or ``count`` of them, with the decisions of :func:`said`."""
     while (task := reading.task()) is not None and count != 0:
         reading.show(task)
-        reading.answer(task.number, said(task.number), practice=task.practice)
+        reading.answer(task.number, decision(task.number), practice=task.practice)
         count = None if count is None else count - 1
 
 

@@ -41,15 +41,15 @@ def study(seed: int, readers: int, own: float, images: int) -> tuple[Answer, ...
         for reader in range(1, readers + 1)
         for trial in paper_trials(seed, per_condition=images)
     ]
-    given = simulate(trials, {}, SimulatedReader(seed=seed))
-    names = sorted({answer.reader for answer in given})
+    answers = simulate(trials, {}, SimulatedReader(seed=seed))
+    names = sorted({answer.reader for answer in answers})
     ways = np.random.default_rng([seed, readers]).normal(0.0, own, (len(names), len(CONDITIONS)))
     return tuple(
         replace(
             answer,
             seconds=answer.seconds * math.exp(ways[names.index(answer.reader), CONDITIONS.index(answer.condition)]),
         )
-        for answer in given
+        for answer in answers
     )
 
 
@@ -79,8 +79,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         warnings.simplefilter("ignore")
         for readers in READERS:
             seeds = range(options.seed, options.seed + options.studies)
-            found = np.array([ways_apart(study(seed, readers, options.own, options.images)) for seed in seeds])
-            model, plain = (found < 0.05).mean(axis=0)
+            p_values = np.array([ways_apart(study(seed, readers, options.own, options.images)) for seed in seeds])
+            model, plain = (p_values < 0.05).mean(axis=0)
             wrong += model > 0.05 + 2.0 * math.sqrt(0.05 * 0.95 / options.studies)
             print(f"| {readers} | {model:.3f} | {plain:.3f} |", flush=True)
     return int(wrong > 0)

@@ -467,9 +467,9 @@ def test_command_prints_json(
 ) -> None:
     source, out = write(tmp_path / "in.png", tissue), tmp_path / "out.png"
     assert run("apply", source, "--mode", MODE, "--hours", HOURS, "-o", out, "--json") == 0
-    said = json.loads(capfd.readouterr().out)
-    (image,) = said["images"]
-    assert said["schema"] == 1
+    content = json.loads(capfd.readouterr().out)
+    (image,) = content["images"]
+    assert content["schema"] == 1
     assert (image["file"], image["output"]) == (str(source), str(out))
     assert (image["width"], image["height"]) == (128, 128)
     assert image["clipped_share"] == pytest.approx(aged.clipped_share(tissue / 255.0), abs=1e-12)
@@ -670,9 +670,9 @@ def test_bad_image_is_one_sentence_and_nothing_written(
     suffix = image.suffix if image.suffix in {".png", ".jpg", ".tif", ".exr"} else ".png"
     for arguments in ([image, "-o", folder / f"out{suffix}"], [good, image, "-o", folder]):
         assert run("apply", *arguments, "--mode", MODE, "--hours", HOURS) == 2
-        said = capfd.readouterr()
-        assert said.out == ""
-        (line,) = said.err.splitlines()
+        output = capfd.readouterr()
+        assert output.out == ""
+        (line,) = output.err.splitlines()
         assert line.startswith("lutgen: error: ")
         if len(arguments) == 3 or image.suffix in {".png", ".jpg", ".tif", ".exr"}:
             assert says in line
@@ -737,12 +737,12 @@ def test_a_full_disk_is_one_sentence_and_leaves_nothing(
     words = ["apply", str(source), "--mode", MODE, "--hours", str(HOURS), "-o", str(out)]
     if suffix == ".jpg":
         done = subprocess.run([sys.executable, "-m", "lutgen", *words], capture_output=True, text=True, check=False)
-        code, printed, said = done.returncode, done.stdout, done.stderr
+        code, printed, error = done.returncode, done.stdout, done.stderr
     else:
         code = run(*words)
-        printed, said = capfd.readouterr()
+        printed, error = capfd.readouterr()
     assert (code, printed) == (2, "")
-    (line,) = said.splitlines()
+    (line,) = error.splitlines()
     assert f"{out}: cannot write: no space left on device. Make room, or choose" in line
     assert list(tiny_disk.iterdir()) == []
 

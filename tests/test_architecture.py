@@ -83,39 +83,39 @@ def module_of(path: str) -> str:
 
 def loads(source: str, path: str, modules: dict[str, str]) -> set[str]:
     """Return the modules of lutgen that a module imports when it is loaded."""
-    known, found = {module_of(other) for other in modules}, set()
+    known, names = {module_of(other) for other in modules}, set()
     for node in ast.parse(source).body:
         if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == "lutgen":
             for alias in node.names:
                 inner = f"{node.module}.{alias.name}"
-                found.add(inner if inner in known else node.module)
-    return (found & known) - {module_of(path)}
+                names.add(inner if inner in known else node.module)
+    return (names & known) - {module_of(path)}
 
 
 def climbs(source: str, path: str) -> list[str]:
     """The imports of a module from a lower row, or from a sibling in its row."""
     here = layer_of(path)
-    found = []
+    violations = []
     for line, layer in imports(source, path):
         if layer not in ROW:
-            found.append(f"{path}:{line} imports {layer}, which has no row")
+            violations.append(f"{path}:{line} imports {layer}, which has no row")
         elif here != layer and ROW[layer] >= ROW[here]:
-            found.append(f"{path}:{line} ({here}) imports {layer}")
-    return found
+            violations.append(f"{path}:{line} ({here}) imports {layer}")
+    return violations
 
 
 @pytest.fixture(scope="module")
 def modules() -> dict[str, str]:
     """The source of every module, by its path in ``lutgen/``."""
-    found = {name_of(path): path.read_text(encoding="utf-8") for path in sorted(PACKAGE.rglob("*.py"))}
-    assert {"errors.py", "display/paper.py", "bake/formats/cube.py", "cli/commands/build.py"} <= found.keys()
-    return found
+    sources = {name_of(path): path.read_text(encoding="utf-8") for path in sorted(PACKAGE.rglob("*.py"))}
+    assert {"errors.py", "display/paper.py", "bake/formats/cube.py", "cli/commands/build.py"} <= sources.keys()
+    return sources
 
 
 def test_no_module_climbs(modules: dict[str, str]) -> None:
     inside = {name: source for name, source in modules.items() if layer_of(name) not in FACE}
     assert {layer_of(name) for name in inside} <= ROW.keys(), "give the folder a row here"
-    assert [found for name, source in inside.items() for found in climbs(source, name)] == []
+    assert [violation for name, source in inside.items() for violation in climbs(source, name)] == []
 
 
 def test_no_circle_of_modules_imports_itself(modules: dict[str, str]) -> None:
@@ -138,8 +138,10 @@ def test_no_module_is_named_after_nothing(modules: dict[str, str]) -> None:
 
 
 def test_no_module_swallows_errors_and_only_the_command_line_prints_and_exits(modules: dict[str, str]) -> None:
-    found = {name: banned(source, may_print=layer_of(name) in {"cli", "__main__"}) for name, source in modules.items()}
-    assert {name: habits for name, habits in found.items() if habits} == {}
+    violations = {
+        name: banned(source, may_print=layer_of(name) in {"cli", "__main__"}) for name, source in modules.items()
+    }
+    assert {name: habits for name, habits in violations.items() if habits} == {}
 
 
 def test_no_class_name_is_used_by_two_packages(modules: dict[str, str]) -> None:
@@ -153,8 +155,8 @@ def test_no_class_name_is_used_by_two_packages(modules: dict[str, str]) -> None:
 
 
 def test_the_readers_of_imports_and_habits_see_them() -> None:
-    seen = {(source, path): len(climbs(source, path)) for source, path in CLIMBS}
-    assert seen == CLIMBS
+    violations = {(source, path): len(climbs(source, path)) for source, path in CLIMBS}
+    assert violations == CLIMBS
     assert {source: len(banned(source, may_print=False)) for source in HABITS} == HABITS
 
 
@@ -180,18 +182,18 @@ CLIMBS = {
 
 def banned(source: str, *, may_print: bool) -> list[str]:
     """Handlers that catch every error, and code that prints or exits, which only the command line may do."""
-    found = []
+    violations = []
     for node in nodes(source):
         if isinstance(node, ast.ExceptHandler):
             caught = {child.id for child in ast.walk(node.type) if isinstance(child, ast.Name)} if node.type else {""}
             raises = any(isinstance(child, ast.Raise) for child in ast.walk(node))
             if caught & {"", "Exception"} or ("BaseException" in caught and not raises):
-                found.append(f"line {node.lineno}: catches everything")
+                violations.append(f"line {node.lineno}: catches everything")
         elif isinstance(node, ast.Call) and not may_print:
             called = ast.unparse(node.func)
             if called in {"print", "exit", "quit", "sys.exit", "sys.stdout.write", "sys.stderr.write"}:
-                found.append(f"line {node.lineno}: {called}()")
-    return found
+                violations.append(f"line {node.lineno}: {called}()")
+    return violations
 
 
 #: Code, and the number of its violations outside the command line.

@@ -100,10 +100,10 @@ def test_hours_with_decimals_have_folders_of_their_own(model: DisplayModel, tmp_
 
 def test_the_manifest_knows_every_file_by_hash_and_size(small: Path) -> None:
     files = {record["path"]: record for record in manifest_of(small)["files"]}
-    found = contents(small)
-    del found["manifest.json"]
-    assert set(files) == set(found)
-    for path, data in found.items():
+    data_of = contents(small)
+    del data_of["manifest.json"]
+    assert set(files) == set(data_of)
+    for path, data in data_of.items():
         assert files[path]["sha256"] == hashlib.sha256(data).hexdigest()
         assert files[path]["bytes"] == len(data)
 
@@ -203,8 +203,8 @@ def test_a_build_prints_one_line_of_worst_error_and_details_when_asked(tmp_path:
         group: max(each[group]["max"] for each in certificates if each[group]["colours"])
         for group in ("smooth", "gamut", "border")
     }
-    told = ", ".join(f"{group} {error:.4f}" for group, error in groups.items())
-    assert worst == f"Largest ΔE2000 of the files against the model: {told} (more with --verbose)."
+    figures = ", ".join(f"{group} {error:.4f}" for group, error in groups.items())
+    assert worst == f"Largest ΔE2000 of the files against the model: {figures} (more with --verbose)."
     verbose = here(*asked, "--jobs", "1", "--verbose").stdout.splitlines()
     assert verbose[:3] == [law, first, worst.replace(" (more with --verbose)", "")]
     assert [line.split()[:4] for line in verbose if line.startswith("chroma")] == [
@@ -296,9 +296,9 @@ def test_a_certificate_is_what_a_slow_independent_path_finds(name: str, nearest_
         figures = certificate[label]
         assert figures["colours"] == len(mine), label
         if len(mine):
-            told = error[(group == label) & usual]
-            found = [float(told.mean()), float(np.quantile(told, 0.99)), float(mine.max())]
-            assert found == pytest.approx([figures["mean"], figures["p99"], figures["max"]], abs=1.5e-6), label
+            errors = error[(group == label) & usual]
+            statistics = [float(errors.mean()), float(np.quantile(errors, 0.99)), float(mine.max())]
+            assert statistics == pytest.approx([figures["mean"], figures["p99"], figures["max"]], abs=1.5e-6), label
     outside = ((model < -1e-6) | (model > 1 + 1e-6)).any(axis=1).mean()
     assert certificate["clipped_share"] == pytest.approx(outside, abs=1e-6)
 
@@ -402,12 +402,12 @@ def mixed(index: tuple[float, float, float]) -> list[tuple[tuple[int, int, int],
     share = [value * 32 - low for value, low in zip(index, corner, strict=True)]
     order = sorted(range(3), key=lambda channel: -share[channel])
     steps = [1.0, *(share[channel] for channel in order), 0.0]
-    node, found = list(corner), []
+    node, colour = list(corner), []
     for step in range(4):
-        found.append(((node[0], node[1], node[2]), steps[step] - steps[step + 1]))
+        colour.append(((node[0], node[1], node[2]), steps[step] - steps[step + 1]))
         if step < 3:
             node[order[step]] += 1
-    return found
+    return colour
 
 
 def test_tolerance_picks_the_smallest_size_that_keeps_it(model: DisplayModel, tmp_path: Path) -> None:
@@ -493,10 +493,10 @@ def test_a_foreign_file_beside_our_own_survives_a_build_over_it(copy: Path, mode
     (copy / "chroma" / "notes.txt").write_text("mine")
     other = BuildPlan((5000.0,), modes=("chroma",), formats=("clf",), cubesize=17)
     build(model, other, copy, jobs=1, force=True)
-    found = contents(copy)
-    assert found.pop("chroma/notes.txt") == b"mine"
+    files = contents(copy)
+    assert files.pop("chroma/notes.txt") == b"mine"
     # Files of the last build that this build does not write are removed, with their empty folders.
-    assert set(found) == {"manifest.json", "config.ocio", "chroma/5000h/config.ocio", "chroma/5000h/aged.clf"}
+    assert set(files) == {"manifest.json", "config.ocio", "chroma/5000h/config.ocio", "chroma/5000h/aged.clf"}
     assert not (copy / "chroma-luma").exists()
     assert not (copy / "chroma" / "0h").exists()
 
@@ -643,15 +643,15 @@ def check_whole(folder: Path, reference: dict[str, bytes]) -> None:
 
 def still_running(group: int) -> list[int]:
     """Running processes of a process group. Zombies, which this process may be unable to reap, do not count."""
-    found = []
+    processes = []
     for stat in Path("/proc").glob("[0-9]*/stat"):
         try:
             state, _, pgrp = stat.read_text().rpartition(")")[2].split()[:3]
         except (FileNotFoundError, ProcessLookupError):
             continue
         if int(pgrp) == group and state != "Z":
-            found.append(int(stat.parent.name))
-    return found
+            processes.append(int(stat.parent.name))
+    return processes
 
 
 KILLED = ("build", "--hours", "0,500,10000,18000", "--mode", "chroma,chroma-luma", "--cubesize", "17", "--jobs", "2")
@@ -722,8 +722,8 @@ def test_kill_9_leaves_whole_files_and_the_next_build_completes(
         assert ("interrupted" in done.stdout) == interrupted
         if interrupted:
             # A worker may finish its file after the kill, before the worker sees that its parent is gone.
-            said = int(done.stdout.split(" of its ")[0].rsplit(" ", 1)[1])
-            assert missing - 2 <= said <= missing
+            count = int(done.stdout.split(" of its ")[0].rsplit(" ", 1)[1])
+            assert missing - 2 <= count <= missing
     finally:
         build.clear()
 

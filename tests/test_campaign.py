@@ -158,8 +158,8 @@ BAD = {
 
 @pytest.mark.parametrize("name", BAD)
 def test_bad_campaigns_are_refused_with_a_sentence(folder: Path, name: str) -> None:
-    text, said = BAD[name]
-    with pytest.raises(LutgenError, match=said):
+    text, message = BAD[name]
+    with pytest.raises(LutgenError, match=message):
         read_measurements(written(folder, HEAD + text))
 
 
@@ -179,9 +179,9 @@ def test_a_file_in_candela_that_does_not_say_so_says_what_to_write(folder: Path,
     (folder / "silent.ti3").write_text(ti3(xyz=77.5 * light(), keywords=(), kind=kind))
     with pytest.raises(
         LutgenError, match=r'Y = 77\.5.* NORMALIZED_TO_Y_100 "NO", or say white_cd_m2 = 77\.5 in a'
-    ) as said:
+    ) as refusal:
         read_measurements(folder / "silent.ti3")
-    assert "silent.ti3" in str(said.value)
+    assert "silent.ti3" in str(refusal.value)
     path = written(folder, f'{HEAD}[[sessions]]\nfile = "silent.ti3"\nwhite_cd_m2 = 77.5\n')
     np.testing.assert_allclose(read_measurements(path).xyz_cd_m2, 77.5 * light(), atol=1e-3)
 
@@ -283,14 +283,14 @@ def test_nothing_is_replaced_unasked_nor_written_for_bad_input(folder: Path, ini
     assert (done.code, "exists already" in done.err) == (2, True)
     assert (folder / "campaign.toml").read_text() == "mine"
     assert init("a.ti3", "-o", "campaign.toml", "--force").code == 0
-    for arguments, said in (
+    for arguments, message in (
         (("a.ti3", "-o", "x.txt"), "ends in .toml"),
         (("a.ti3", "a.ti3", "-o", "x.toml"), "the same bytes"),
         (("none.ti3", "-o", "x.toml"), "cannot read"),
     ):
         done = init(*arguments)
         assert done.code == 2
-        assert said in done.err
+        assert message in done.err
     assert not (folder / "x.toml").exists()
 
 

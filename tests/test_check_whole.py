@@ -225,9 +225,9 @@ def test_a_file_that_programs_take_for_the_builds_is_a_fault(built: Path, name: 
 def test_every_other_file_that_does_not_belong_is_named(built: Path) -> None:
     (built / "notes.txt").write_text("mine")
     (built / "chroma/9000h/view.png").write_text("mine")
-    found = check(built, jobs=1)
-    assert found.passed
-    assert found.remarks == ("chroma/9000h/view.png is not of this build", "notes.txt is not of this build")
+    result = check(built, jobs=1)
+    assert result.passed
+    assert result.remarks == ("chroma/9000h/view.png is not of this build", "notes.txt is not of this build")
 
 
 def test_an_unknown_context_value_is_told_with_the_values_there_are(

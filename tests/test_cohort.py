@@ -39,9 +39,9 @@ pytestmark = pytest.mark.numbers
 FEW: Any = {"hours": HOURS}
 
 
-def said(found: Cohort) -> str:
+def text_of(result: Cohort) -> str:
     """Every number, to the last bit."""
-    return json.dumps(found.as_json(), allow_nan=False)
+    return json.dumps(result.as_json(), allow_nan=False)
 
 
 def results(folder: Path) -> dict[str, str]:
@@ -81,9 +81,9 @@ def test_intervals_of_drawn_slides_hold_the_median_as_often_as_they_say() -> Non
     random = np.random.default_rng(5)
     hits = 0
     for _ in range(2000):
-        found = lives_of([None if life > 3 else float(life) for life in random.gamma(2.0, 1.0, 15)]).interval
-        assert found is not None
-        low, high = (np.inf if end is None else end for end in found)
+        interval = lives_of([None if life > 3 else float(life) for life in random.gamma(2.0, 1.0, 15)]).interval
+        assert interval is not None
+        low, high = (np.inf if end is None else end for end in interval)
         hits += low <= 1.6783469900166605 <= high
     assert hits / 2000 == pytest.approx(coverage(15), abs=0.012)
 
@@ -105,22 +105,22 @@ def test_intervals_of_drawn_slides_hold_the_median_as_often_as_they_say() -> Non
 def test_what_is_never_reached_is_the_longest(
     lives: list[float | None], median: float | None, interval: Any, longest: float | None
 ) -> None:
-    found = lives_of(lives)
-    assert (found.median, found.interval, found.range[1]) == (median, interval, longest)
-    assert found.range[0] == min(life for life in lives if life is not None)
-    assert found.reached == sum(life is not None for life in lives)
+    statistics = lives_of(lives)
+    assert (statistics.median, statistics.interval, statistics.range[1]) == (median, interval, longest)
+    assert statistics.range[0] == min(life for life in lives if life is not None)
+    assert statistics.reached == sum(life is not None for life in lives)
 
 
 def test_a_cohort_is_its_slides_each_by_itself_and_their_medians(tmp_path: Path) -> None:
     files = make_slides(tmp_path / "in", 7)
-    found = cohort(files, model(), tmp_path / "run", tolerances=(3, 12), jobs=1, **FEW)
+    result = cohort(files, model(), tmp_path / "run", tolerances=(3, 12), jobs=1, **FEW)
     alone = lifetime(files, model(), tolerances=(3, 12), hours=HOURS)
-    assert found.as_json()["slides"] == alone.as_json()["images"]
-    assert (found.broken, found.kept) == ((), 0)
+    assert result.as_json()["slides"] == alone.as_json()["images"]
+    assert (result.broken, result.kept) == ((), 0)
     bands = bands_of([image.curves["chroma"] for image in alone.images])
-    over_all = found.as_json()["over_all"]
+    over_all = result.as_json()["over_all"]
     assert over_all["slides"] == 7
-    for mode in found.modes:
+    for mode in result.modes:
         for name in STATISTICS:
             lives = [image.curves[mode].hours_until(name, 3.0) for image in alone.images]
             here = over_all["modes"][mode]["lifetimes"]["3"][name]
@@ -140,10 +140,10 @@ def test_a_slide_is_read_back_to_the_last_bit(tmp_path: Path) -> None:
     estimates = {name: replace(each, stderr=0.0005) for name, each in leak.estimates.items()}
     uncertain = replace(uncertain, effects=(replace(leak, estimates=estimates, free=("glow",)),))
     for display in (model(), uncertain):
-        found = lifetime([file], display, hours=HOURS, tissue=True)
-        said_of_it = json.loads(json.dumps(found.as_json()["images"][0]))
-        again = image_from_json(said_of_it, str(file), found.tolerances)
-        assert replace(found, images=(again,)).as_json() == found.as_json()
+        alone = lifetime([file], display, hours=HOURS, tissue=True)
+        said_of_it = json.loads(json.dumps(alone.as_json()["images"][0]))
+        again = image_from_json(said_of_it, str(file), alone.tolerances)
+        assert replace(alone, images=(again,)).as_json() == alone.as_json()
     assert again.intervals is not None
 
 
@@ -158,10 +158,10 @@ def test_slides_are_files_folders_and_lists_each_once(tmp_path: Path, monkeypatc
         file.write_bytes(b"1234")
     (tmp_path / "other/list.txt").write_text("\ufeff# ours\nd.exr\n\n ../c.tif \n../gone.png\n", encoding="utf-8")
     (tmp_path / "link.tif").symlink_to("c.tif")
-    found = find_slides(["c.tif", "b", "other/list.txt", "./b/x.png", tmp_path / "link.tif"])
-    assert [slide.name for slide in found] == ["c.tif", "b/deep/y.SVS", "b/x.png", "other/d.exr", "other/../gone.png"]
-    assert [slide.bytes for slide in found] == [4, 4, 4, 4, 0]
-    assert found[0].path == str(tmp_path.resolve() / "c.tif")
+    slides = find_slides(["c.tif", "b", "other/list.txt", "./b/x.png", tmp_path / "link.tif"])
+    assert [slide.name for slide in slides] == ["c.tif", "b/deep/y.SVS", "b/x.png", "other/d.exr", "other/../gone.png"]
+    assert [slide.bytes for slide in slides] == [4, 4, 4, 4, 0]
+    assert slides[0].path == str(tmp_path.resolve() / "c.tif")
 
 
 def test_what_lies_beside_a_mirax_slide_belongs_to_it(tmp_path: Path) -> None:
@@ -209,9 +209,9 @@ def test_a_tiled_tiff_by_the_name_of_a_slide_is_read_as_one(tmp_path: Path) -> N
     assert output.write_image(pixels)
     assert output.close()
     imsave(tmp_path / "a.png", pixels, check_contrast=False)
-    found = cohort([tmp_path], model(), tmp_path / "run", hours=[18_000], jobs=1)
-    assert found.broken == ()
-    picture, slide = found.slides.images
+    result = cohort([tmp_path], model(), tmp_path / "run", hours=[18_000], jobs=1)
+    assert result.broken == ()
+    picture, slide = result.slides.images
     assert (Path(picture.file).name, Path(slide.file).name) == ("a.png", "a.svs")
     assert slide.pixels == 128 * 128
     np.testing.assert_array_equal(slide.curves["chroma"].mean, picture.curves["chroma"].mean)
@@ -234,7 +234,7 @@ def test_a_second_run_does_only_what_is_missing(tmp_path: Path, written: list[st
     assert (again.broken, again.kept, len(written)) == ((), 0, 5)
     written.clear()
     third = cohort([tmp_path / "in"], model(), tmp_path / "run", jobs=1, **FEW)
-    assert (third.kept, written, said(third)) == (5, [], said(again))
+    assert (third.kept, written, text_of(third)) == (5, [], text_of(again))
     files[1].write_bytes(files[0].read_bytes())
     (tmp_path / "run/slides" / next(iter(results(tmp_path / "run")))).write_text("{")
     fourth = cohort(files, model(), tmp_path / "run", jobs=1, **FEW)
@@ -274,8 +274,8 @@ def test_a_run_that_asked_something_else_is_refused_and_by_force_replaced(tmp_pa
     with pytest.raises(LutgenError, match=r"something else \(model\)"):
         cohort(files, replace(model(), selection="continuous"), run, jobs=1, **FEW)
     assert results(run) == before
-    found = cohort(files[:1], model(), run, jobs=1, force=True, **other["modes"])
-    assert (found.kept, found.modes, len(results(run))) == (0, ("chroma",), 1)
+    result = cohort(files[:1], model(), run, jobs=1, force=True, **other["modes"])
+    assert (result.kept, result.modes, len(results(run))) == (0, ("chroma",), 1)
 
 
 def test_a_folder_of_others_is_left_alone(tmp_path: Path) -> None:
@@ -318,14 +318,14 @@ def test_a_process_that_is_killed_loses_nothing_and_a_slide_that_kills_is_named(
     broken = break_slide(make_slides(tmp_path / "more", 1)[0])
     display = deadly_model(tmp_path, order=True)
     assert (tmp_path / "order").exists()
-    found = cohort([files[0], deadly, broken, *files[1:]], display, tmp_path / "run", jobs=2, **FEW)
+    result = cohort([files[0], deadly, broken, *files[1:]], display, tmp_path / "run", jobs=2, **FEW)
     assert not (tmp_path / "order").exists()
     assert sorted(written) == [file.name for file in files]
-    assert [each.file for each in found.broken] == [str(deadly), str(broken)]
-    assert found.broken[0].reason.startswith("its worker process died twice")
-    assert found.broken[1].reason.startswith("the image is truncated or damaged")
+    assert [each.file for each in result.broken] == [str(deadly), str(broken)]
+    assert result.broken[0].reason.startswith("its worker process died twice")
+    assert result.broken[1].reason.startswith("the image is truncated or damaged")
     alone = cohort(files, display, tmp_path / "alone", jobs=1, **FEW)
-    assert found.as_json()["slides"] == alone.as_json()["slides"]
+    assert result.as_json()["slides"] == alone.as_json()["slides"]
 
 
 @pytest.mark.slow
@@ -366,11 +366,11 @@ def test_slides_in_hand_when_a_process_dies_are_tried_again_and_no_others(
 
 def test_processes_end_when_nobody_waits_for_them_any_more(tmp_path: Path) -> None:
     files = find_slides(make_slides(tmp_path / "in", 6, side=100))
-    found = cohort_workers.on_this_machine(_asked(model()), files, 2)
-    next(found)
+    outcomes = cohort_workers.on_this_machine(_asked(model()), files, 2)
+    next(outcomes)
     working = multiprocessing.active_children()
     assert working
-    found.close()
+    outcomes.close()
     assert not {each.pid for each in working} & {each.pid for each in multiprocessing.active_children()}
 
 
@@ -391,8 +391,8 @@ def dask() -> Iterator[Any]:
     distributed = pytest.importorskip("distributed", reason="the extra `cluster` is not installed")
     with distributed.LocalCluster(
         n_workers=2, threads_per_worker=1, processes=True, host="127.0.0.1", dashboard_address=":0"
-    ) as made:
-        yield made
+    ) as cluster:
+        yield cluster
 
 
 @pytest.mark.slow
@@ -403,16 +403,16 @@ def test_a_cluster_whose_worker_is_killed_loses_nothing_and_counts_nothing_twice
     broken = break_slide(make_slides(tmp_path / "more", 1)[0])
     monkeypatch.chdir(tmp_path)  # the workers have another working folder
     display = deadly_model(Path(), order=True)
-    given = [f"in/{file.name}" for file in files]
-    found = cohort([*given, broken], display, "run", scheduler=dask.scheduler_address, **FEW)
+    paths = [f"in/{file.name}" for file in files]
+    result = cohort([*paths, broken], display, "run", scheduler=dask.scheduler_address, **FEW)
     assert not Path("order").exists()
     assert sorted(written) == [file.name for file in files]
-    assert [each.file for each in found.broken] == [str(broken)]
-    alone = cohort([*given, broken], display, "alone", jobs=1, **FEW)
-    assert said(found) == said(alone)
+    assert [each.file for each in result.broken] == [str(broken)]
+    alone = cohort([*paths, broken], display, "alone", jobs=1, **FEW)
+    assert text_of(result) == text_of(alone)
     assert results(tmp_path / "run") == results(tmp_path / "alone")
-    again = cohort([*given, broken], display, "run", scheduler=dask.scheduler_address, **FEW)
-    assert (again.kept, said(again)) == (6, said(alone))
+    again = cohort([*paths, broken], display, "run", scheduler=dask.scheduler_address, **FEW)
+    assert (again.kept, text_of(again)) == (6, text_of(alone))
 
 
 @pytest.mark.slow
@@ -429,15 +429,15 @@ def test_a_slide_under_which_dask_workers_die_is_named_and_the_others_finish(tmp
         distributed.LocalCluster(n_workers=1, threads_per_worker=1, host="127.0.0.1", dashboard_address=":0") as single,
     ):
         single.adapt(minimum=1, maximum=1, interval="200ms")
-        found = cohort([deadly, *files], display, tmp_path / "run", scheduler=single.scheduler_address, **FEW)
-    ((file, reason),) = ((each.file, each.reason) for each in found.broken)
+        result = cohort([deadly, *files], display, tmp_path / "run", scheduler=single.scheduler_address, **FEW)
+    ((file, reason),) = ((each.file, each.reason) for each in result.broken)
     assert (file, reason[:34]) == (str(deadly), "the Dask workers that took it died")
-    assert len(found.slides.images) == 3
+    assert len(result.slides.images) == 3
 
 
 def test_slides_that_dask_suspects_are_tried_again_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     first, second, deadly = find_slides(make_slides(tmp_path / "in", 3))
-    found, tried = Outcome({"found": 1}), []
+    outcome, tried = Outcome({"found": 1}), []
 
     def done(
         _dask: Any, _client: Any, _asked: Any, slides: tuple[CohortSlide, ...]
@@ -445,12 +445,12 @@ def test_slides_that_dask_suspects_are_tried_again_alone(tmp_path: Path, monkeyp
         tried.append(list(slides))
         for slide in slides:
             blamed = slide == deadly or (slide == second and len(slides) > 1)
-            yield slide, None if blamed else found
+            yield slide, None if blamed else outcome
 
     monkeypatch.setattr(cohort_workers, "_done_on_cluster", done)
     outcomes = list(cohort_workers._outcomes_on_cluster(None, None, _asked(model()), (second, deadly, first)))
     assert tried == [[second, deadly, first], [second], [deadly]]
-    assert outcomes == [(first, found), (second, found), (deadly, Outcome(None, cohort_workers._DEADLY_WORKERS))]
+    assert outcomes == [(first, outcome), (second, outcome), (deadly, Outcome(None, cohort_workers._DEADLY_WORKERS))]
 
 
 @pytest.mark.slow

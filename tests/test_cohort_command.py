@@ -92,9 +92,9 @@ def test_a_broken_slide_is_named_and_the_others_finish(run: Callable[..., Done],
     assert out.startswith("6 slides in run; 2 slides broken, named below and left out of all figures.")
     assert "Broken: in/gone.svs: " in out
     assert "Broken: in/s03.png: the image is truncated or damaged" in out
-    said = json.loads((tmp_path / "c.json").read_text())
-    assert [each["file"] for each in said["broken"]] == ["in/gone.svs", "in/s03.png"]
-    assert said["over_all"]["slides"] == len(said["slides"]) == 6
+    document = json.loads((tmp_path / "c.json").read_text())
+    assert [each["file"] for each in document["broken"]] == ["in/gone.svs", "in/s03.png"]
+    assert document["over_all"]["slides"] == len(document["slides"]) == 6
     broken.write_bytes(whole)
     again = run("in", "-o", "run", "--jobs", "1")
     assert (again.code, words(again.out)[:50]) == (0, "7 slides in run, 6 of them from an earlier run. ch")
@@ -103,8 +103,12 @@ def test_a_broken_slide_is_named_and_the_others_finish(run: Callable[..., Done],
 def test_nothing_but_broken_slides(run: Callable[..., Done], tmp_path: Path) -> None:
     (tmp_path / "bad.png").write_bytes(b"no image")
     done = run("bad.png", "-o", "run", "--json", "-")
-    said = json.loads(done.out)
-    assert (done.code, said["over_all"], said["slides"]) == (1, {"slides": 0, "coverage": None, "modes": {}}, [])
+    document = json.loads(done.out)
+    assert (done.code, document["over_all"], document["slides"]) == (
+        1,
+        {"slides": 0, "coverage": None, "modes": {}},
+        [],
+    )
     assert run("bad.png", "-o", "run").out.startswith("0 slides in run; 1 slide broken")
 
 
@@ -117,12 +121,12 @@ def test_json_is_as_the_schema_says_and_csv_says_the_same(run: Callable[..., Don
     done = run("in", "in, too.png", "-o", "run", *written_to, "--tolerance", "3,9,70", "--jobs", "1")
     assert done.code == 1
     assert written(tmp_path) == {"run", "c.json", "c.csv", "in, too.png"}
-    said: dict[str, Any] = json.loads((tmp_path / "c.json").read_text())
-    validator("cohort").validate(said)
+    document: dict[str, Any] = json.loads((tmp_path / "c.json").read_text())
+    validator("cohort").validate(document)
     head, *rows = [line.split(",") for line in (tmp_path / "c.csv").read_text().splitlines()]
     assert head[:4] == ["row", "file", "mode", "mean_3"]
     assert [row[0] for row in rows] == ["slide"] * 14 + ["broken"] + ["median", "low", "high"] * 2
-    lives = said["over_all"]["modes"]["chroma"]["lifetimes"]
+    lives = document["over_all"]["modes"]["chroma"]["lifetimes"]
     for row, key in zip(rows[15:18], ("median", 0, 1), strict=True):
         assert row[2] == "chroma"
         for tolerance in ("3", "9", "70"):

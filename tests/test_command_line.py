@@ -78,8 +78,8 @@ def test_help_wraps_at_words_at_any_width(name: str, width: int, monkeypatch: py
     short = {word for word in texts[1000].split() if len(word) <= width // 3}
     assert short <= set(texts[width].split())
     # Text after \b (examples, small tables) keeps its lines. Other text is not wider than the terminal.
-    kept = {line.strip() for line in (command.help or "").splitlines()}
-    wide = [line for line in texts[width].splitlines() if len(line) > width and line.strip() not in kept]
+    lines = {line.strip() for line in (command.help or "").splitlines()}
+    wide = [line for line in texts[width].splitlines() if len(line) > width and line.strip() not in lines]
     assert all(line.startswith(("  -", "Usage:")) or len(line.split()) == 1 for line in wide), wide
 
 
@@ -189,8 +189,8 @@ def test_an_interrupted_build_says_what_it_keeps(
     folder = str(tmp_path / "aged")
     options = ("--hours", "0,9000", "--mode", "chroma", "--cubesize", "17", "--jobs", "1", "-o", folder)
     done = in_process(monkeypatch, capsys)("build", *options)
-    kept = f"Interrupted. {folder} keeps the finished files; the same command continues with the others."
-    assert (done.code, done.out, " ".join(done.err.split())[-len(kept) :]) == (130, "", kept)
+    message = f"Interrupted. {folder} keeps the finished files; the same command continues with the others."
+    assert (done.code, done.out, " ".join(done.err.split())[-len(message) :]) == (130, "", message)
     monkeypatch.undo()
     done = in_process(monkeypatch, capsys)("build", *options)
     assert done.code == 0

@@ -96,10 +96,10 @@ def test_the_aged_display_of_the_literal_twin_shows_the_new_one_through_the_corr
     law = PAPER_LAW if mode == "chroma-luma" else None
     twin = {"selection": selection, "reference": reference, "hours": 10_000.0, "law": law}
     aged, fresh = Twin(rows, mode=mode, **twin), Twin(rows, mode="stable", **twin)  # type: ignore[arg-type]
-    found = [aged.xyz((r, g, b)) for r, g, b in code[reached]]
+    light = [aged.xyz((r, g, b)) for r, g, b in code[reached]]
     expected = [fresh.xyz((r, g, b)) for r, g, b in colours[reached]]
     # The twin's sRGB curve has the standard's own gap of 2e-9 between its pieces. The tips contain a larger gap.
-    np.testing.assert_allclose(found, expected, rtol=0, atol=3e-6)
+    np.testing.assert_allclose(light, expected, rtol=0, atol=3e-6)
 
 
 @pytest.mark.parametrize("selection", SELECTIONS)
@@ -149,9 +149,9 @@ def test_no_drive_of_the_twin_looks_more_alike_than_the_one_found(bonus: tuple[f
     asked = np.random.default_rng(11).uniform(0.25, 0.75, (12, 3))
     drive = drive_of(display, asked @ LINEAR_TO_XYZ.T, asked)
     wanted = look(asked @ LINEAR_TO_XYZ.T)
-    found = delta_e_2000(look(display.code_to_xyz(linear_to_code(np.clip(drive, 0, 1)))), wanted)
+    difference = delta_e_2000(look(display.code_to_xyz(linear_to_code(np.clip(drive, 0, 1)))), wanted)
     ways = np.random.default_rng(12).normal(0.0, 0.03, (4, 3))
-    for colour, lab, error in zip(asked, wanted, found, strict=True):
+    for colour, lab, error in zip(asked, wanted, difference, strict=True):
 
         def away(linear: Array, lab: Array = lab) -> Array:
             return np.asarray(look(display.code_to_xyz(linear_to_code(linear[np.newaxis])))[0] - lab)
@@ -236,12 +236,12 @@ def test_search_and_closed_form_agree_on_the_papers_display(selection: str, read
     aged = model.at("chroma", 18_000.0)
     colours = np.random.default_rng(8).random((300, 3))
     target = model.at("stable", 0.0).code_to_xyz(colours)
-    closed, found = drive_of(aged, target, code_to_linear(colours)), searched(aged, target)[0]
+    closed, search_drive = drive_of(aged, target, code_to_linear(colours)), searched(aged, target)[0]
     reached = ~outside_gamut(closed)
-    shown = aged.code_to_xyz(linear_to_code(np.clip(found[reached], 0.0, 1.0)))
+    shown = aged.code_to_xyz(linear_to_code(np.clip(search_drive[reached], 0.0, 1.0)))
     np.testing.assert_allclose(shown, target[reached], rtol=0, atol=1e-9)
     if selection == "continuous":
-        np.testing.assert_allclose(found[reached], closed[reached], rtol=0, atol=1e-8)
+        np.testing.assert_allclose(search_drive[reached], closed[reached], rtol=0, atol=1e-8)
 
 
 @pytest.mark.parametrize("selection", SELECTIONS)

@@ -108,9 +108,9 @@ def test_the_files_figures_are_those_of_the_literal_twin(unreachable: str, model
     code = away_from_the_jump(one_in=400)
     sent = apply_lut(tmp_path / "out/chroma/10000h/compensate.clf", code)
     inside = (sent >= 0.0).all(axis=1) & (sent <= 1.0).all(axis=1)
-    found = np.array([twin.xyz((r, g, b)) for r, g, b in sent[inside]])
+    light = np.array([twin.xyz((r, g, b)) for r, g, b in sent[inside]])
     expected = certificate["scale"] * np.array([fresh.xyz((r, g, b)) for r, g, b in code[inside]])
-    assert np.quantile(np.abs(found - expected).max(axis=1), 0.95) < 2e-4
+    assert np.quantile(np.abs(light - expected).max(axis=1), 0.95) < 2e-4
     assert (certificate["scale"] < 1.0) == (unreachable == "scale")
     assert certificate["reached"]["p99"] < 0.05
     assert certificate["inverse"]["max"] < 1e-3
@@ -181,9 +181,9 @@ def test_the_same_correction_gives_the_same_bytes(model: DisplayModel, tmp_path:
 
 def test_progress_moves_with_every_display(model: DisplayModel, tmp_path: Path) -> None:
     plan = BuildPlan((5_000.0, 10_000.0), MODES, ("cube",), 17, certify=False, direction="compensate")
-    seen: list[tuple[int, int]] = []
-    build(model, plan, tmp_path / "out", jobs=1, progress=lambda done, whole: seen.append((done, whole)))
-    assert seen == [(1, 4), (2, 4), (3, 4), (4, 4)]
+    calls: list[tuple[int, int]] = []
+    build(model, plan, tmp_path / "out", jobs=1, progress=lambda done, whole: calls.append((done, whole)))
+    assert calls == [(1, 4), (2, 4), (3, 4), (4, 4)]
 
 
 def test_a_correction_is_searched_once_for_all_that_ask(model: DisplayModel) -> None:

@@ -404,9 +404,9 @@ def test_force_replaces_what_is_there(run: Callable[..., Done], tmp_path: Path) 
 )
 def test_what_separates_rivals_is_told_with_how_often_to_read_it(before: float, after: float, says: str) -> None:
     each = Separation(("black-level", "meter-offset"), "lens cap", POOL["lens cap"], before, after)
-    told = diagnosis_page._separation(each, "data.csv")
-    assert says in told
-    assert ("lutgen plan data.csv --between black-level,meter-offset" in told) == says.startswith("lens cap")
+    sentence = diagnosis_page._separation(each, "data.csv")
+    assert says in sentence
+    assert ("lutgen plan data.csv --between black-level,meter-offset" in sentence) == says.startswith("lens cap")
 
 
 @pytest.mark.parametrize(

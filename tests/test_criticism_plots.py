@@ -69,7 +69,7 @@ class Canvas(NamedTuple):
 def canvases(monkeypatch: pytest.MonkeyPatch) -> list[Canvas]:
     """Every canvas that is drawn during a test, with its horizontal texts."""
     drawn: dict[RendererAgg, Canvas] = {}
-    found: list[Canvas] = []
+    drawings: list[Canvas] = []
     draw: Any = RendererAgg.draw_text
 
     def note(self: Any, gc: Any, x: float, y: float, s: str, *more: Any, **named: Any) -> None:
@@ -77,13 +77,13 @@ def canvases(monkeypatch: pytest.MonkeyPatch) -> list[Canvas]:
         if angle == 0:
             if self not in drawn:
                 drawn[self] = Canvas(self.width, self.height, [])
-                found.append(drawn[self])
+                drawings.append(drawn[self])
             width, height, descent = self.get_text_width_height_descent(s, prop, more[2] if len(more) > 2 else False)
             drawn[self].texts.append(Drawn(s, x, y - height, x + width, y + descent - 1))
         draw(self, gc, x, y, s, *more, **named)
 
     monkeypatch.setattr(RendererAgg, "draw_text", note)
-    return found
+    return drawings
 
 
 def overlap(one: Drawn, other: Drawn) -> bool:
@@ -106,8 +106,8 @@ def check_legible(canvases: list[Canvas]) -> None:
 
 
 def readings(name: str) -> Measurements:
-    found: Measurements = read(text_of(name), file=f"{name}.csv", sha256="0" * 64)
-    return found
+    table: Measurements = read(text_of(name), file=f"{name}.csv", sha256="0" * 64)
+    return table
 
 
 @cache
@@ -230,8 +230,8 @@ def test_a_panel_says_whether_its_condition_makes_a_difference(by: str, ratio: t
 )
 def test_an_effect_is_drawn_over_what_it_depends_on(data: str, effect: str, way: str, unit: str) -> None:
     problem = Problem.of(readings(data), baseline=CAMPAIGNS[data].baseline)
-    found = family(fit(problem), catalogue()[effect]).best.fit
-    view = View.of(problem, found.terms, catalogue()[effect])
+    solution = family(fit(problem), catalogue()[effect]).best.fit
+    view = View.of(problem, solution.terms, catalogue()[effect])
     assert view.way.name == way
     if data != "edge" or effect == "edge-falloff":
         assert view.unit == unit

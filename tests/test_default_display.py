@@ -65,9 +65,9 @@ def test_what_is_reached_is_what_is_found(lifetimes: dict[str, tuple[float, ...]
 def test_the_file_says_how_near_it_comes() -> None:
     first, *others = default_display().read_text(encoding="ascii").splitlines()
     for mode, hours in REACHED.items():
-        said = " / ".join(f"{hour:.0f}" for hour in hours)
+        hours_text = " / ".join(f"{hour:.0f}" for hour in hours)
         printed = " / ".join(str(hour) for hour in PAPER[mode])
-        assert f"# lifetimes {mode}: {said} (paper {printed})" in others
+        assert f"# lifetimes {mode}: {hours_text} (paper {printed})" in others
     chroma, luma = (100 * np.abs(np.array(REACHED[mode]) / PAPER[mode] - 1).max() for mode in ("chroma", "chroma-luma"))
     before, _, after = first.partition("chroma lifetimes within ")
     assert "CMU-1-Small-Region" in before
@@ -79,8 +79,8 @@ def test_the_file_says_how_near_it_comes() -> None:
 @pytest.mark.rare(instead="test_the_lifetimes_on_the_named_slide_are_those_of_table_1")
 @pytest.mark.numbers  # both builds read the same pixels, which the lifetimes above check
 def test_the_drift_is_what_the_fit_gives(whole: Colours) -> None:
-    found = table1.fit(whole)
-    assert table1.rounded(found) == Drift()
+    drift = table1.fit(whole)
+    assert table1.rounded(drift) == Drift()
 
 
 def test_the_slide_is_the_same_through_pillow(pixels: NDArray[np.uint8]) -> None:
@@ -106,8 +106,8 @@ def test_mean_and_sd_are_those_over_pixels_by_the_papers_steps_and_colour_scienc
     )
     difference = colour.delta_E(unaged_lab, aged_lab, method="CIE 2000")
     assert difference.mean() > 1
-    found = Curve(model, Colours.of(some)).at(mode, hours)
-    np.testing.assert_allclose(found, (difference.mean(), difference.std()), rtol=0, atol=1e-6)
+    statistics = Curve(model, Colours.of(some)).at(mode, hours)
+    np.testing.assert_allclose(statistics, (difference.mean(), difference.std()), rtol=0, atol=1e-6)
 
 
 def srgb_of_the_paper() -> Any:
@@ -153,10 +153,10 @@ def test_another_drift_is_told_from_the_fitted_one(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], pixels: NDArray[np.uint8]
 ) -> None:
     monkeypatch.setattr(table1, "slide", lambda: pixels[:64, :64])
-    for found, code in ((Drift(0.0793, 0.2758, 6528.0), 0), (Drift(0.0805, 0.276, 6530.0), 1)):
-        monkeypatch.setattr(table1, "fit", lambda _, found=found: found)
+    for drift, code in ((Drift(0.0793, 0.2758, 6528.0), 0), (Drift(0.0805, 0.276, 6530.0), 1)):
+        monkeypatch.setattr(table1, "fit", lambda _, drift=drift: drift)
         assert table1.main(["--fit"]) == code
-        assert str(astuple(found)[0]) in capsys.readouterr().out
+        assert str(astuple(drift)[0]) in capsys.readouterr().out
 
 
 def test_other_pixels_and_a_missing_slide_are_refused(
@@ -182,8 +182,8 @@ def test_the_docs_say_what_lifetime_finds(model: DisplayModel, tmp_path: Path) -
         for row in (ROOT / "docs/explanation/default-display.md").read_text(encoding="utf-8").splitlines()
         if row.startswith("|")
     ]
-    said = {row[0]: row[1:] for row in tables}
-    assert {name: said[f"{name}, paper"] for name in PAPER} == {
+    documented = {row[0]: row[1:] for row in tables}
+    assert {name: documented[f"{name}, paper"] for name in PAPER} == {
         name: [f"{hours:,}".replace(",", " ") if hours > 9999 else str(hours) for hours in row]
         for name, row in PAPER.items()
     }
@@ -191,11 +191,11 @@ def test_the_docs_say_what_lifetime_finds(model: DisplayModel, tmp_path: Path) -
     images = {"immunohistochemistry, scikit-image": tmp_path / "ihc.png"}
     if real := os.environ.get("LUTGEN_REAL_DATA"):
         images |= {f"H&E field `{name}`": Path(real, "images", f"{name}.png") for name in ("he_a", "he_b")}
-    found = lifetime([table1.SLIDE, *images.values()], model).images
-    ours = {"chroma": said["chroma, ours (fitted)"], "chroma-luma": said["chroma-luma, ours"]}
-    assert {mode: [numbers(cell)[0] for cell in cells] for mode, cells in ours.items()} == lives(found[0])
-    for name, image in zip(images, found[1:], strict=True):
-        pairs = [numbers(cell) for cell in said[name]]
+    lifetimes_of_images = lifetime([table1.SLIDE, *images.values()], model).images
+    ours = {"chroma": documented["chroma, ours (fitted)"], "chroma-luma": documented["chroma-luma, ours"]}
+    assert {mode: [numbers(cell)[0] for cell in cells] for mode, cells in ours.items()} == lives(lifetimes_of_images[0])
+    for name, image in zip(images, lifetimes_of_images[1:], strict=True):
+        pairs = [numbers(cell) for cell in documented[name]]
         assert {mode: [pair[place] for pair in pairs] for place, mode in enumerate(PAPER)} == lives(image), name
 
 

@@ -72,9 +72,9 @@ def test_ciede2000_of_colours_hardly_apart_stays_a_small_number() -> None:
     lab = np.array([100.0, 120.0, 120.0]) * random.random((20_000, 3)) - np.array([0.0, 60.0, 60.0])
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        found = delta_e_2000(lab, lab * (1.0 + 1e-15))
-    assert (found >= 0).all()
-    assert found.max() < 1e-12
+        difference = delta_e_2000(lab, lab * (1.0 + 1e-15))
+    assert (difference >= 0).all()
+    assert difference.max() < 1e-12
 
 
 def test_ciede2000_does_not_see_how_its_arrays_lie_in_memory() -> None:
@@ -91,21 +91,21 @@ def test_differences_are_colour_sciences(
 ) -> None:
     display = replace(model, selection=selection)
     before, after = display.at("stable", 0.0), display.at(mode, hours)
-    (found,) = differences(code.__getitem__, len(code), before, [after])
-    np.testing.assert_allclose(found, by_colour_science(code, before, after), rtol=0, atol=1e-10)
-    assert found.max() > 0.3
+    (difference,) = differences(code.__getitem__, len(code), before, [after])
+    np.testing.assert_allclose(difference, by_colour_science(code, before, after), rtol=0, atol=1e-10)
+    assert difference.max() > 0.3
 
 
 def test_the_unaged_picture_is_the_picture_itself(model: DisplayModel, code: Array) -> None:
     import colour
 
     aged = model.at("chroma", 18_000.0)
-    (found,) = differences(code.__getitem__, len(code), model.at("stable", 0.0), [aged])
+    (difference,) = differences(code.__getitem__, len(code), model.at("stable", 0.0), [aged])
     plain = colour.XYZ_to_Lab(colour.algebra.vecmul(LINEAR_TO_XYZ, colour.models.eotf_sRGB(code)), SRGB_XY[0])
     shown = colour.models.eotf_sRGB(aged.code_to_code(code))
     seen = colour.XYZ_to_Lab(colour.algebra.vecmul(LINEAR_TO_XYZ, shown), SRGB_XY[0])
     # The picture goes through the sRGB curve and back, as in `apply`: an error of 1e-7 by the curve's gap of 2e-9.
-    np.testing.assert_allclose(found, colour.delta_E(plain, seen, method="CIE 2000"), rtol=0, atol=2e-5)
+    np.testing.assert_allclose(difference, colour.delta_E(plain, seen, method="CIE 2000"), rtol=0, atol=2e-5)
 
 
 def test_at_hour_0_nothing_differs_and_stable_never_does(model: DisplayModel, code: Array) -> None:
@@ -118,19 +118,19 @@ def test_room_light_that_was_always_there_is_no_aging_and_hides_some(model: Disp
     lit = replace(model, effects=(room,), conditions=conditions_of({"ambient_lx": 500.0}))
     before, after = lit.at("stable", 0.0), lit.at("chroma", 18_000.0)
     assert not differences(code.__getitem__, len(code), before, [lit.at("chroma", 0.0)]).any()
-    (found,) = differences(code.__getitem__, len(code), before, [after])
-    np.testing.assert_allclose(found, by_colour_science(code, before, after), rtol=0, atol=1e-10)
+    (difference,) = differences(code.__getitem__, len(code), before, [after])
+    np.testing.assert_allclose(difference, by_colour_science(code, before, after), rtol=0, atol=1e-10)
     (dark,) = differences(code.__getitem__, len(code), model.at("stable", 0.0), [model.at("chroma", 18_000.0)])
-    assert 0 < found.mean() < dark.mean()
+    assert 0 < difference.mean() < dark.mean()
 
 
 def test_chunks_and_groups_of_displays_do_not_show(model: DisplayModel) -> None:
     many = np.random.default_rng(6).random((2 * CHUNK + 11, 3))
     before, after = model.at("stable", 0.0), [model.at("chroma", hours) for hours in (4000.0, 9000.0)]
-    seen: list[tuple[int, int]] = []
-    found = differences(many.__getitem__, len(many), before, after, lambda done, size: seen.append((done, size)))
-    assert found.shape == (2, len(many))
-    assert seen == [(CHUNK, len(many)), (2 * CHUNK, len(many)), (len(many), len(many))]
+    calls: list[tuple[int, int]] = []
+    both = differences(many.__getitem__, len(many), before, after, lambda done, size: calls.append((done, size)))
+    assert both.shape == (2, len(many))
+    assert calls == [(CHUNK, len(many)), (2 * CHUNK, len(many)), (len(many), len(many))]
     around = slice(CHUNK - 5, CHUNK + 5)
     few = differences(many[around].__getitem__, 10, before, after[1:])
-    np.testing.assert_allclose(found[1:, around], few, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(both[1:, around], few, rtol=0, atol=1e-13)

@@ -81,21 +81,21 @@ def test_every_pixel_is_colour_sciences(
 ) -> None:
     imsave(tmp_path / "a.png", tissue, check_contrast=False)
     out = tmp_path / f"map{suffix}"
-    found = difference_map(tmp_path / "a.png", model, *age, floats=[out])
+    difference = difference_map(tmp_path / "a.png", model, *age, floats=[out])
     expected = literal(tissue / 255.0, model, *age)
     np.testing.assert_allclose(read_back(out), expected, atol=2e-4)
-    np.testing.assert_allclose(found.shown, expected, atol=2e-4)
-    assert found.factor == 1
-    assert found.mean == pytest.approx(expected.mean(), abs=1e-4)
-    assert found.largest == pytest.approx(expected.max(), abs=2e-4)
+    np.testing.assert_allclose(difference.shown, expected, atol=2e-4)
+    assert difference.factor == 1
+    assert difference.mean == pytest.approx(expected.mean(), abs=1e-4)
+    assert difference.largest == pytest.approx(expected.max(), abs=2e-4)
 
 
 def test_statistics_are_those_of_lifetime(model: DisplayModel, tissue: Any, tmp_path: Path) -> None:
     imsave(tmp_path / "a.png", tissue, check_contrast=False)
-    found = difference_map(tmp_path / "a.png", model, *AGE)
+    difference = difference_map(tmp_path / "a.png", model, *AGE)
     curve = lifetime([tmp_path / "a.png"], model, hours=[AGE[1]]).images[0].curves[AGE[0]]
     for name in ("mean", "sd", "p95", "p99", "largest"):
-        assert getattr(found, name) == getattr(curve, name)[-1], name
+        assert getattr(difference, name) == getattr(curve, name)[-1], name
 
 
 def test_sixteen_bits_are_exact_per_pixel_though_colours_are_binned(
@@ -104,10 +104,10 @@ def test_sixteen_bits_are_exact_per_pixel_though_colours_are_binned(
     monkeypatch.setattr("lutgen.pictures.distinct.LIMIT", 500)
     pixels = np.random.default_rng(3).integers(0, 65_536, (40, 50, 3), dtype=np.uint16)
     file = write_tiff(tmp_path / "a.tif", pixels, "uint16")
-    found = difference_map(file, model, *AGE, floats=[tmp_path / "m.exr"])
+    difference = difference_map(file, model, *AGE, floats=[tmp_path / "m.exr"])
     np.testing.assert_allclose(read_back(tmp_path / "m.exr"), literal(pixels / 65_535.0, model, *AGE), atol=2e-4)
-    assert found.colours <= 500
-    assert found.binning_error > 0.1
+    assert difference.colours <= 500
+    assert difference.binning_error > 0.1
 
 
 def test_a_tiled_image_is_written_in_tiles_and_read_in_pieces(
@@ -126,12 +126,12 @@ def test_what_is_transparent_is_nan_and_not_counted(model: DisplayModel, tissue:
     alpha[:20] = 0
     alpha[20:30] = 128
     imsave(tmp_path / "a.png", np.concatenate([tissue, alpha], axis=2), check_contrast=False)
-    found = difference_map(tmp_path / "a.png", model, *AGE, floats=[tmp_path / "m.exr"])
+    difference = difference_map(tmp_path / "a.png", model, *AGE, floats=[tmp_path / "m.exr"])
     written = read_back(tmp_path / "m.exr")
     assert np.isnan(written[:20]).all()
     np.testing.assert_allclose(written[20:], literal(tissue[20:] / 255.0, model, *AGE), atol=2e-4)
-    assert found.pixels == tissue[20:, :, 0].size
-    assert np.isnan(found.shown[:20]).all()
+    assert difference.pixels == tissue[20:, :, 0].size
+    assert np.isnan(difference.shown[:20]).all()
 
 
 def test_a_large_image_is_drawn_by_means_of_squares(
@@ -140,11 +140,11 @@ def test_a_large_image_is_drawn_by_means_of_squares(
     monkeypatch.setattr(module, "LONGEST", 50)
     monkeypatch.setattr("lutgen.pictures.images.BAND", 1000)
     imsave(tmp_path / "a.png", tissue, check_contrast=False)
-    found = difference_map(tmp_path / "a.png", model, *AGE)
+    difference = difference_map(tmp_path / "a.png", model, *AGE)
     expected = literal(tissue / 255.0, model, *AGE)
-    assert (found.factor, found.shown.shape) == (3, (33, 44))
-    assert found.shown[2, 5] == pytest.approx(expected[6:9, 15:18].mean(), abs=2e-4)
-    assert found.shown[-1, -1] == pytest.approx(expected[96:, 129:].mean(), abs=2e-4)
+    assert (difference.factor, difference.shown.shape) == (3, (33, 44))
+    assert difference.shown[2, 5] == pytest.approx(expected[6:9, 15:18].mean(), abs=2e-4)
+    assert difference.shown[-1, -1] == pytest.approx(expected[96:, 129:].mean(), abs=2e-4)
 
 
 @pytest.mark.parametrize("factor_to", [7, 20, 61, 1000])
@@ -246,16 +246,16 @@ def test_a_pixel_that_is_not_finite_is_named_and_nothing_is_left(model: DisplayM
 
 
 @pytest.fixture(scope="module")
-def found(model: DisplayModel, tissue: Any, tmp_path_factory: pytest.TempPathFactory) -> DifferenceMap:
+def whole_map(model: DisplayModel, tissue: Any, tmp_path_factory: pytest.TempPathFactory) -> DifferenceMap:
     file = tmp_path_factory.mktemp("found") / "slide.png"
     imsave(file, tissue, check_contrast=False)
     return difference_map(file, model, "chroma", 18_000.0)
 
 
-def test_the_histogram_counts_every_pixel_once(found: DifferenceMap) -> None:
-    held = found.histogram()
-    assert held.sum() == found.pixels
-    expected, _ = np.histogram(found.shown, np.arange(len(held) + 1) * BIN)
+def test_the_histogram_counts_every_pixel_once(whole_map: DifferenceMap) -> None:
+    held = whole_map.histogram()
+    assert held.sum() == whole_map.pixels
+    expected, _ = np.histogram(whole_map.shown, np.arange(len(held) + 1) * BIN)
     # Single-precision values of the map may fall on the other side of a bin's edge.
     assert np.abs(held - expected).sum() <= 4
 
@@ -270,43 +270,43 @@ def test_one_colour_makes_a_map_of_one_number(model: DisplayModel, tmp_path: Pat
     assert plot_map(new, tmp_path / "n.png").is_file()
 
 
-def test_what_lies_above_the_scale_is_marked_and_said(found: DifferenceMap) -> None:
+def test_what_lies_above_the_scale_is_marked_and_said(whole_map: DifferenceMap) -> None:
     from matplotlib.colors import to_rgba
     from matplotlib.figure import Figure
 
-    drawn = draw_map(Figure().add_subplot(), found, (1.0, 8.0))
-    colours = drawn.cmap(drawn.norm(found.shown))
-    np.testing.assert_array_equal((colours == to_rgba(MAGENTA)).all(axis=-1), found.shown > 8.0)
-    assert (found.shown > 8.0).any()
-    assert found.share(8.0) == pytest.approx(float((found.shown > 8.0).mean()), abs=1e-4)
+    drawn = draw_map(Figure().add_subplot(), whole_map, (1.0, 8.0))
+    colours = drawn.cmap(drawn.norm(whole_map.shown))
+    np.testing.assert_array_equal((colours == to_rgba(MAGENTA)).all(axis=-1), whole_map.shown > 8.0)
+    assert (whole_map.shown > 8.0).any()
+    assert whole_map.share(8.0) == pytest.approx(float((whole_map.shown > 8.0).mean()), abs=1e-4)
     assert (
-        share_above(found, (0.0, 8.0))
-        == f"{found.share(8.0):.1%} above; --range 0,{np.ceil(found.largest):g} holds all"
+        share_above(whole_map, (0.0, 8.0))
+        == f"{whole_map.share(8.0):.1%} above; --range 0,{np.ceil(whole_map.largest):g} holds all"
     )
     axes = Figure().add_subplot()
-    draw_histogram(axes, found, (0.0, 8.0), drawn)
+    draw_histogram(axes, whole_map, (0.0, 8.0), drawn)
     assert axes.get_ylim() == (0.0, 8.0)
-    assert [text.get_text() for text in axes.texts] == [f"mean {found.mean:.2f}"]
+    assert [text.get_text() for text in axes.texts] == [f"mean {whole_map.mean:.2f}"]
 
 
-def test_the_picture_shows_the_maps_colours(found: DifferenceMap, tmp_path: Path) -> None:
+def test_the_picture_shows_the_maps_colours(whole_map: DifferenceMap, tmp_path: Path) -> None:
     from matplotlib import colormaps
 
-    plot_map(found, tmp_path / "m.png", ends=RANGE)
+    plot_map(whole_map, tmp_path / "m.png", ends=RANGE)
     page = np.asarray(Image.open(tmp_path / "m.png").convert("RGB"))
     assert page.shape[1] == 1500
     # Only the lines of the frame are dark rows across the map.
     dark = np.flatnonzero(page[:, 70:970].max(axis=(1, 2)) < 110)
     top, bottom = dark[0], dark[-1]
-    high, wide = found.shown.shape
+    high, wide = whole_map.shown.shape
     rows, columns = np.mgrid[2 : high - 2 : 5, 2 : wide - 2 : 5]
     drawn = page[
         np.rint(top + (rows + 0.5) / high * (bottom - top)).astype(int),
         np.rint(60 + (columns + 0.5) / wide * 920).astype(int),
     ]
-    scale = np.clip(found.shown[rows, columns] / RANGE[1], 0.0, 1.0)
+    scale = np.clip(whole_map.shown[rows, columns] / RANGE[1], 0.0, 1.0)
     wanted = 255.0 * np.asarray(colormaps["viridis"](scale))[..., :3]
-    within = found.shown[rows, columns] <= RANGE[1]
+    within = whole_map.shown[rows, columns] <= RANGE[1]
     assert np.quantile(np.abs(drawn - wanted).max(axis=2)[within], 0.95) <= 3.0
 
 

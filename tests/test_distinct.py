@@ -47,9 +47,9 @@ def counted(pixels: Pixels, white: float) -> tuple[Array, Any]:
     return colours / white, counts
 
 
-def same(found: Colours, expected: tuple[Array, Any]) -> None:
-    np.testing.assert_allclose(found.code(), expected[0], rtol=0, atol=1e-15)
-    np.testing.assert_array_equal(found.counts, expected[1])
+def same(colours: Colours, expected: tuple[Array, Any]) -> None:
+    np.testing.assert_allclose(colours.code(), expected[0], rtol=0, atol=1e-15)
+    np.testing.assert_array_equal(colours.counts, expected[1])
 
 
 @pytest.fixture(scope="module")
@@ -64,9 +64,9 @@ def test_integers_are_counted_exactly(suffix: str, dtype: type, tissue: Pixels, 
     pixels: Pixels = tissue.astype(dtype) * (white // 255)
     pixels[0, 0] = (0, white, 0)
     pixels[5] = white
-    found = count_colours(write(tmp_path / f"in.{suffix}", pixels))
-    same(found, counted(pixels, white))
-    assert (found.bits, found.half_bin, found.pixels) == (8 * np.dtype(dtype).itemsize, 0.0, 60_000)
+    colours = count_colours(write(tmp_path / f"in.{suffix}", pixels))
+    same(colours, counted(pixels, white))
+    assert (colours.bits, colours.half_bin, colours.pixels) == (8 * np.dtype(dtype).itemsize, 0.0, 60_000)
 
 
 def test_sixteen_bits_that_eight_cannot_hold_are_told_apart(tissue: Pixels, tmp_path: Path) -> None:
@@ -78,17 +78,17 @@ def test_sixteen_bits_that_eight_cannot_hold_are_told_apart(tissue: Pixels, tmp_
 def test_floats_are_counted_to_16_bits_of_their_signal(name: str, dtype: type, tissue: Pixels, tmp_path: Path) -> None:
     linear = name.endswith("exr")
     pixels: Pixels = (code_to_linear(tissue / 255.0) if linear else tissue / 255.0).astype(dtype)
-    found = count_colours(write(tmp_path / name, pixels))
+    colours = count_colours(write(tmp_path / name, pixels))
     signal = pixels.astype(np.float64)
     levels = np.rint(65535.0 * (linear_to_code(signal) if linear else signal)).astype(np.uint16)
-    same(found, counted(levels, 65535.0))
-    assert (found.bits, found.half_bin) == (16, 0.5 / 65535.0)
+    same(colours, counted(levels, 65535.0))
+    assert (colours.bits, colours.half_bin) == (16, 0.5 / 65535.0)
 
 
 def test_source_says_what_the_numbers_are(tissue: Pixels, tmp_path: Path) -> None:
-    found = count_colours(write(tmp_path / "in.png", tissue), "linear")
+    colours = count_colours(write(tmp_path / "in.png", tissue), "linear")
     stored, counts = counted(tissue, 255.0)
-    same(found, (linear_to_code(stored), counts))
+    same(colours, (linear_to_code(stored), counts))
 
 
 def test_jpegs_are_counted_as_they_are_decoded(tissue: Pixels, tmp_path: Path) -> None:
@@ -104,16 +104,16 @@ def test_transparent_pixels_are_not_counted_and_others_whole(dtype: type, tissue
     white = np.iinfo(dtype).max
     alpha: Pixels = np.tile(np.linspace(0, white, 300).astype(dtype), (200, 1))[..., np.newaxis]
     pixels = np.concatenate([tissue.astype(dtype) * (white // 255), alpha], axis=2)
-    found = count_colours(write(tmp_path / "in.png", pixels, oiio__UnassociatedAlpha=1))
-    same(found, counted(pixels[alpha[..., 0] > 0], white))
+    colours = count_colours(write(tmp_path / "in.png", pixels, oiio__UnassociatedAlpha=1))
+    same(colours, counted(pixels[alpha[..., 0] > 0], white))
 
 
 def test_colours_multiplied_by_alpha_are_divided_by_it(tmp_path: Path) -> None:
     pixels = np.zeros((4, 4, 4), np.uint8)
     pixels[:2] = (60, 30, 0, 120)
-    found = count_colours(write(tmp_path / "in.tif", pixels))
-    np.testing.assert_allclose(found.code(), [[0.5, 0.25, 0.0]], rtol=0, atol=0.5 / 65535.0)
-    assert found.pixels == 8
+    colours = count_colours(write(tmp_path / "in.tif", pixels))
+    np.testing.assert_allclose(colours.code(), [[0.5, 0.25, 0.0]], rtol=0, atol=0.5 / 65535.0)
+    assert colours.pixels == 8
 
 
 def test_tiles_strips_bands_and_the_order_of_pixels_do_not_show(
@@ -139,31 +139,31 @@ def test_too_many_colours_are_counted_in_the_finest_bins_that_fit_whatever_their
     pixels = random.integers(20_000, 30_000, (128, 256, 3), dtype=np.uint16)
     monkeypatch.setattr(distinct, "LIMIT", limit)
     monkeypatch.setattr(distinct, "_SLICE", 1000)
-    found = count_colours(write(tmp_path / "in.tif", pixels))
-    shift = 16 - found.bits
+    colours = count_colours(write(tmp_path / "in.tif", pixels))
+    shift = 16 - colours.bits
     expected = np.unique(pixels.reshape(-1, 3) >> shift, axis=0)
-    assert len(found) == len(expected) <= limit
+    assert len(colours) == len(expected) <= limit
     assert shift == 0 or len(np.unique(pixels.reshape(-1, 3) >> (shift - 1), axis=0)) > limit
     # Each pixel is within half a bin of its colour, and the colours are the middles of the bins.
-    np.testing.assert_allclose(found.code() * 65535.0, (expected << shift) + ((1 << shift) - 1) / 2, atol=1e-9)
-    assert found.half_bin == pytest.approx(((1 << shift) - 1) / 2 / 65535.0)
-    assert found.pixels == 128 * 256
+    np.testing.assert_allclose(colours.code() * 65535.0, (expected << shift) + ((1 << shift) - 1) / 2, atol=1e-9)
+    assert colours.half_bin == pytest.approx(((1 << shift) - 1) / 2 / 65535.0)
+    assert colours.pixels == 128 * 256
     other = count_colours(write(tmp_path / "turned.tif", pixels[::-1, ::-1]))
-    np.testing.assert_array_equal(other.keys, found.keys)
-    np.testing.assert_array_equal(other.counts, found.counts)
+    np.testing.assert_array_equal(other.keys, colours.keys)
+    np.testing.assert_array_equal(other.counts, colours.counts)
 
 
 def test_an_image_of_one_colour_has_one(tmp_path: Path) -> None:
-    found = count_colours(write(tmp_path / "in.png", np.full((9, 7, 3), (10, 20, 30), np.uint8)))
-    same(found, (np.array([[10, 20, 30]]) / 255.0, np.array([63])))
+    colours = count_colours(write(tmp_path / "in.png", np.full((9, 7, 3), (10, 20, 30), np.uint8)))
+    same(colours, (np.array([[10, 20, 30]]) / 255.0, np.array([63])))
 
 
 def test_progress_ends_at_the_whole(tissue: Pixels, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("lutgen.pictures.images.BAND", 5000)
-    seen: list[tuple[int, int]] = []
-    count_colours(write(tmp_path / "in.png", tissue), progress=lambda done, total: seen.append((done, total)))
-    assert [done for done, _ in seen] == list(range(1, len(seen) + 1))
-    assert seen[-1] == (len(seen), len(seen))
+    calls: list[tuple[int, int]] = []
+    count_colours(write(tmp_path / "in.png", tissue), progress=lambda done, total: calls.append((done, total)))
+    assert [done for done, _ in calls] == list(range(1, len(calls) + 1))
+    assert calls[-1] == (len(calls), len(calls))
 
 
 # Bad input ------------------------------------------------------------------------------------------------------------
@@ -180,10 +180,10 @@ def test_a_pixel_that_is_no_number_is_named(tile: int, tmp_path: Path, monkeypat
 
 def test_a_wide_image_is_read_tile_by_tile(tissue: Pixels, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("lutgen.pictures.images.BAND", 64 * 64)
-    seen: list[int] = []
+    calls: list[int] = []
     path = write(tmp_path / "in.tif", tissue, tile=64)
-    same(count_colours(path, progress=lambda _done, total: seen.append(total)), counted(tissue, 255.0))
-    assert seen == [20] * 20  # 300 × 200 pixels are 5 × 4 tiles
+    same(count_colours(path, progress=lambda _done, total: calls.append(total)), counted(tissue, 255.0))
+    assert calls == [20] * 20  # 300 × 200 pixels are 5 × 4 tiles
 
 
 def test_nothing_but_transparent_pixels_is_refused(tmp_path: Path) -> None:
@@ -224,9 +224,9 @@ def without_tile(path: Path, tile: int) -> Path:
 @pytest.mark.parametrize("suffix", blocks.SUFFIXES)
 def test_slides_are_counted_like_images(suffix: str, tissue: Pixels, tmp_path: Path) -> None:
     pytest.importorskip("openslide", reason="the extra `slides` is not installed")
-    found = count_colours(slide(tmp_path / f"a{suffix}", tissue))
+    colours = count_colours(slide(tmp_path / f"a{suffix}", tissue))
     once = counted(tissue, 255.0)
-    same(found, (once[0], 24 * once[1]))
+    same(colours, (once[0], 24 * once[1]))
 
 
 def test_a_slide_with_a_missing_tile_is_refused(tissue: Pixels, tmp_path: Path) -> None:
@@ -273,13 +273,13 @@ def test_otsu_is_scikit_images() -> None:
 def test_bare_glass_is_left_out_at_otsus_threshold(tissue: Pixels, tmp_path: Path) -> None:
     pixels = on_glass(tissue[:, :120] // 2 + 40, 150)
     path = write(tmp_path / "in.png", pixels)
-    kept, found = tissue_only(count_colours(path), path)
+    kept, tissue_part = tissue_only(count_colours(path), path)
     lightness = linear_to_lab(code_to_linear(pixels / 255.0))[..., 0]
     bins = np.clip(lightness * BINS / 100.0, 0, BINS - 1).astype(int)
     edge = threshold_otsu(hist=(np.bincount(bins.ravel(), minlength=BINS), np.arange(BINS)))
-    assert found.threshold == pytest.approx((edge + 1) * 100.0 / BINS)
+    assert tissue_part.threshold == pytest.approx((edge + 1) * 100.0 / BINS)
     assert kept.pixels == np.count_nonzero(bins <= edge) == 200 * 120
-    assert found.left_out_share == pytest.approx(150 / 350)
+    assert tissue_part.left_out_share == pytest.approx(150 / 350)
 
 
 def test_a_field_full_of_stained_tissue_is_not_cut_in_two(tmp_path: Path) -> None:
@@ -287,8 +287,8 @@ def test_a_field_full_of_stained_tissue_is_not_cut_in_two(tmp_path: Path) -> Non
     pink, purple = random.normal((225, 150, 190), 5, (90, 64, 3)), random.normal((90, 50, 130), 5, (30, 64, 3))
     path = write(tmp_path / "in.png", np.concatenate([pink, purple]).astype(np.uint8))
     colours = count_colours(path)
-    kept, found = tissue_only(colours, path)
-    assert (found.threshold, found.left_out_share, kept.pixels) == (None, 0.0, colours.pixels)
+    kept, tissue_part = tissue_only(colours, path)
+    assert (tissue_part.threshold, tissue_part.left_out_share, kept.pixels) == (None, 0.0, colours.pixels)
 
 
 @pytest.mark.parametrize("colour", [(255, 255, 255), (240, 240, 238)])
@@ -301,5 +301,5 @@ def test_bare_glass_alone_is_no_tissue(colour: tuple[int, ...], tissue: Pixels, 
 
 def test_one_colour_that_is_not_glass_is_tissue(tmp_path: Path) -> None:
     path = write(tmp_path / "in.png", np.full((8, 8, 3), (120, 60, 140), np.uint8))
-    kept, found = tissue_only(count_colours(path), path)
-    assert (len(kept), found.threshold) == (1, None)
+    kept, tissue_part = tissue_only(count_colours(path), path)
+    assert (len(kept), tissue_part.threshold) == (1, None)

@@ -71,7 +71,7 @@ def test_a_page_says_what_its_commands_print_and_shows_what_they_draw(page: Path
     prepare(tmp_path)
     printed = run_page(text, tmp_path)
     off = {step.command: differences(step.shown, lines) for step, lines in zip(steps(text), printed, strict=True)}
-    assert not {command: found for command, found in off.items() if found}
+    assert not {command: lines for command, lines in off.items() if lines}
     again = renewed(text, printed)
     assert all(same(*lines) for lines in zip(again.splitlines(), text.splitlines(), strict=True))
     for shown, source in pictures(text).items():
@@ -211,8 +211,8 @@ def test_the_guides_ranges_and_blanks_are_those_of_the_reader(column: str, tmp_p
 
 def targets(text: str) -> list[str]:
     without_code = re.sub(r"^```.*?^```$", "", text, flags=re.DOTALL | re.MULTILINE)
-    found: list[str] = re.findall(r'\]\(([^)\s]+)\)|(?:src|href)="([^"]+)"', without_code)
-    return [target for pair in found for target in pair if target and "://" not in target]
+    matches: list[str] = re.findall(r'\]\(([^)\s]+)\)|(?:src|href)="([^"]+)"', without_code)
+    return [target for pair in matches for target in pair if target and "://" not in target]
 
 
 def anchors(text: str) -> set[str]:
@@ -274,6 +274,6 @@ def test_a_renewed_page_has_new_numbers_and_the_same_gaps() -> None:
 
 def test_a_page_is_read_in_order() -> None:
     text = '```console\n$ one\na\n$ two\n```\n```toml title="a.toml"\nb\n```\n```python\nc\n```\n```sh\nd\n```\n'
-    found = items(text)
-    assert found[:2] == [Step("one", ("a",)), Step("two", ())]
-    assert found[2:] == [File("a.toml", "b\n"), File("", "c\n")]
+    parts = items(text)
+    assert parts[:2] == [Step("one", ("a",)), Step("two", ())]
+    assert parts[2:] == [File("a.toml", "b\n"), File("", "c\n")]

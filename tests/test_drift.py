@@ -65,9 +65,9 @@ COURSES: dict[Callable[[Array], Array], float] = {warms_up: 0.1, dims_at_once: -
 @pytest.mark.parametrize("course", COURSES)
 @pytest.mark.parametrize("repeats", [3, 8])
 def test_a_drift_is_told_by_repeated_patches(course: Callable[[Array], Array], repeats: int) -> None:
-    (found,) = drifts(Problem.of(measured(course, repeats)))
-    assert found.change == pytest.approx(COURSES[course], rel=0.3)
-    assert (found.hour, found.code) == (0.0, WHITE)
+    (drift,) = drifts(Problem.of(measured(course, repeats)))
+    assert drift.change == pytest.approx(COURSES[course], rel=0.3)
+    assert (drift.hour, drift.code) == (0.0, WHITE)
 
 
 def test_noise_is_no_drift() -> None:
@@ -82,13 +82,13 @@ def test_photon_noise_of_dim_patches_is_no_drift(course: Callable[[Array], Array
     random = np.random.default_rng(12)
     codes = [*CODES, *[(0.3, 0.3, 0.3), WHITE] * 12]
     codes = [codes[place] for place in random.permutation(len(codes))]
-    found = []
+    trials = []
     for _ in range(8):
         exact = session(Panel(), codes, hours=(0.0,))
         light = exact.xyz_cd_m2 * course(np.linspace(0.0, 1.0, len(codes)))[:, np.newaxis]
         noise = np.sqrt(0.0025 * light) * random.standard_normal(light.shape)
-        found.append(drifts(Problem.of(replace(exact, xyz_cd_m2=light + noise))))
-    assert [len(each) for each in found] == [int(course is warms_up)] * 8
+        trials.append(drifts(Problem.of(replace(exact, xyz_cd_m2=light + noise))))
+    assert [len(each) for each in trials] == [int(course is warms_up)] * 8
 
 
 def test_one_reading_that_slipped_is_no_drift() -> None:
@@ -113,19 +113,19 @@ def test_the_column_order_counts_and_not_the_rows() -> None:
 
 @pytest.mark.parametrize("baseline", mostly_slow(["native", "native-first-hour"], "native"))
 def test_a_model_that_agrees_with_a_drift_is_not_praised(baseline: str) -> None:
-    found = compare(measured(dims_at_once), baseline=baseline)
-    assert found.agrees
-    assert "as well as they repeat, but they drift" in found.sentence()
+    comparison = compare(measured(dims_at_once), baseline=baseline)
+    assert comparison.agrees
+    assert "as well as they repeat, but they drift" in comparison.sentence()
     steady = compare(measured(np.ones_like), baseline=baseline)
     assert steady.agrees
     assert "drift" not in steady.sentence()
 
 
 def test_diagnose_doubts_the_measurement_before_the_display() -> None:
-    found = diagnose(measured(warms_up), baseline="native")
-    assert found.verdict.name == "measurement-problem"
-    assert "luminance changed within the session at 0 h by +" in found.verdict.sentence
-    assert any("Luminance changed within the session at 0 h" in each for each in found.verdict.remarks)
+    diagnosis = diagnose(measured(warms_up), baseline="native")
+    assert diagnosis.verdict.name == "measurement-problem"
+    assert "luminance changed within the session at 0 h by +" in diagnosis.verdict.sentence
+    assert any("Luminance changed within the session at 0 h" in each for each in diagnosis.verdict.remarks)
 
 
 def test_an_effect_that_no_drift_hides_is_named() -> None:
@@ -133,9 +133,9 @@ def test_an_effect_that_no_drift_hides_is_named() -> None:
     read = measured(lambda place: 1.0 + 0.04 * place, hours=(0.0, 5000.0))
     leaked = np.where(read.hours > 0, 0.02, 0.0)[:, np.newaxis] * read.xyz_cd_m2.max(axis=0)
     others = sorted({*catalogue()} - {"black-level", "meter-offset", "meter-drift", "backlight-decay", "eotf-drift"})
-    found = diagnose(replace(read, xyz_cd_m2=read.xyz_cd_m2 + leaked), baseline="native", without=others)
-    assert drifts(found.problem)
-    assert "black-level" in found.verdict.effects
+    diagnosis = diagnose(replace(read, xyz_cd_m2=read.xyz_cd_m2 + leaked), baseline="native", without=others)
+    assert drifts(diagnosis.problem)
+    assert "black-level" in diagnosis.verdict.effects
 
 
 def test_compare_names_the_reading(tmp_path: Path, run: Callable[..., Done]) -> None:
@@ -143,8 +143,8 @@ def test_compare_names_the_reading(tmp_path: Path, run: Callable[..., Done]) -> 
     page = words(run("compare", "drifts.csv", "--baseline", "native").out)
     content = json.loads(run("compare", "drifts.csv", "--baseline", "native", "--json", "-").out)
     validator("compare").validate(content)
-    (found,) = content["drifts"]
-    assert f"code 1, 1, 1, read again in {found['line']}, changed by {found['change']:+.1%}." in page
+    (drift,) = content["drifts"]
+    assert f"code 1, 1, 1, read again in {drift['line']}, changed by {drift['change']:+.1%}." in page
 
 
 def test_slips_of_an_instrument_with_heavy_tails_are_no_drift() -> None:

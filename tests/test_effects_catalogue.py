@@ -48,8 +48,8 @@ class TestContract:
         assert max(map(len, effect.forms)) <= 12
         assert 1 <= effect.refined <= len(effect.forms)
         # A start that the baseline determines is no unknown.
-        told = {name for name, each in effect.parameters.items() if each.beside_first and each.grid != "gaps"}
-        assert {name for form in effect.forms for name in form} == set(effect.parameters) - told
+        names = {name for name, each in effect.parameters.items() if each.beside_first and each.grid != "gaps"}
+        assert {name for form in effect.forms for name in form} == set(effect.parameters) - names
         for form in effect.forms:
             # A search starts where the effect is zero: without an amplitude the search would stay there.
             assert effect.stage == "selection" or set(form) & set(effect.neutral)
@@ -77,17 +77,17 @@ class TestContract:
         scene = scene_of(columns=columns)
         signal = signal_of(effect, scene, variants)
         scene = replace(scene, white=np.broadcast_to(scene.white, (*variants, *scene.white.shape)))
-        found = effect.function(signal, scene, **lively(effect))
-        assert found.shape == signal.shape
-        assert found.dtype == np.float64
+        light = effect.function(signal, scene, **lively(effect))
+        assert light.shape == signal.shape
+        assert light.dtype == np.float64
 
     def test_variants_are_treated_alike(self, effect: Effect) -> None:
         scene = scene_of()
         signal = signal_of(effect, scene, (4,))
         if signal.ndim == signal_of(effect, scene).ndim:
             return  # codes and linear light have no variants
-        found = effect.function(signal, scene, **lively(effect))
-        for one, given in zip(found, signal, strict=True):
+        light = effect.function(signal, scene, **lively(effect))
+        for one, given in zip(light, signal, strict=True):
             np.testing.assert_array_equal(one, effect.function(given, scene, **lively(effect)))
 
     def test_one_hour_and_one_reading_will_do(self, effect: Effect) -> None:
@@ -99,8 +99,8 @@ class TestContract:
             effect.function(signal, scene, **values), effect.function(signal, many, **values), rtol=1e-13
         )
         if effect.stage == "emission":  # a model has one set of tips an hour, for all colours
-            found = effect.function(TIPS[np.newaxis], scene, **values)
-            assert np.broadcast_shapes(found.shape, (N, 4, 3)) == (N, 4, 3)
+            light = effect.function(TIPS[np.newaxis], scene, **values)
+            assert np.broadcast_shapes(light.shape, (N, 4, 3)) == (N, 4, 3)
 
     def test_it_is_finite_within_and_at_the_corners_of_its_bounds(self, effect: Effect) -> None:
         rng = np.random.default_rng(seed_of(effect))
@@ -116,10 +116,10 @@ class TestContract:
         inside = [random_values(effect, rng) for _ in range(50)]
         with np.errstate(all="raise", under="ignore"):
             for values in (low, high, *corners, *one_by_one, *inside):
-                found = effect.function(signal, scene, **values)
-                assert np.isfinite(found).all(), values
+                light = effect.function(signal, scene, **values)
+                assert np.isfinite(light).all(), values
                 if effect.stage in {"drive", "transfer", "mixing"}:
-                    assert (found >= 0).all(), values
+                    assert (light >= 0).all(), values
 
     def test_what_it_is_given_stays_untouched(self, effect: Effect) -> None:
         scene = scene_of()
@@ -172,18 +172,18 @@ class TestContract:
         tips = TIPS * np.random.default_rng(1).uniform(0.5, 1.0, size=(12, N, 1, 1))
         applied = [Term(effect, **lively(effect))]
         for selection in ("nearest", "continuous"):
-            found = reported(applied, panel(applied, scene, selection), tips, scene)
-            assert found.shape == (12, N, 3)
-            assert np.isfinite(found).all()
+            light = reported(applied, panel(applied, scene, selection), tips, scene)
+            assert light.shape == (12, N, 3)
+            assert np.isfinite(light).all()
 
 
 def test_the_chain_runs_with_all_of_them_in_any_order() -> None:
     scene = scene_of()
     applied = [Term(each, **lively(each)) for each in EFFECTS]
     tips = np.broadcast_to(TIPS, (3, N, 4, 3))
-    found = reported(applied, panel(applied, scene, "continuous"), tips, scene)
+    light = reported(applied, panel(applied, scene, "continuous"), tips, scene)
     again = reported(applied[::-1], panel(applied[::-1], scene, "continuous"), tips, scene)
-    np.testing.assert_array_equal(found, again)
+    np.testing.assert_array_equal(light, again)
     assert [each.effect.name for each in in_chain_order(applied[::-1])] == list(NAMES)
 
 

@@ -96,14 +96,14 @@ def test_the_registry_as_json() -> None:
 @pytest.mark.parametrize("name", catalogue())
 def test_each_effect_is_explained(name: str) -> None:
     effect, text = catalogue()[name], run(name)
-    said = " ".join(text.split())
+    page = " ".join(text.split())
     for words in (effect.summary, STAGES[effect.stage], effect.baseline, *effect.needs, *effect.parameters):
-        assert words in said
+        assert words in page
     for parameter in effect.parameters.values():
-        assert parameter.meaning.split()[0] in said
+        assert parameter.meaning.split()[0] in page
     for other, separates in (effect.confused_with or {}).items():
-        assert f"Looks like {other}; what separates them: {separates}." in said
-    assert "ΔE2000" in said
+        assert f"Looks like {other}; what separates them: {separates}." in page
+    assert "ΔE2000" in page
 
 
 @pytest.mark.usefixtures("folder")
@@ -199,9 +199,9 @@ def ended(folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
     ],
 )
 def test_exit_codes_and_sentences(ended: Ended, arguments: tuple[str, ...], code: int, sentence: str) -> None:
-    found, said = ended(*arguments)
-    assert found == code, said
-    assert sentence in " ".join(said.split())
+    exit_code, output = ended(*arguments)
+    assert exit_code == code, output
+    assert sentence in " ".join(output.split())
     assert not Path("b.png").exists()
 
 
@@ -237,16 +237,16 @@ class Rehearsal(NamedTuple):
 @pytest.fixture
 def rehearsed(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
     """Replace the rehearsal, and keep its arguments."""
-    given: list[Any] = []
+    arguments: list[Any] = []
 
     def rehearse(effect: Any, measurements: Any, others: Any) -> Rehearsal:
-        given.append((effect, measurements, others))
+        arguments.append((effect, measurements, others))
         return Rehearsal()
 
     module = types.ModuleType("lutgen.criticism.rehearse")
     module.__dict__["rehearse"] = rehearse
     monkeypatch.setitem(sys.modules, "lutgen.criticism.rehearse", module)
-    return given
+    return arguments
 
 
 def test_a_check_on_data_that_show_nothing_of_it_says_so() -> None:

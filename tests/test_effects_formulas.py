@@ -333,8 +333,8 @@ TWINS: tuple[tuple[str, Mapping[str, float], Scene, object, object], ...] = (
 def test_an_effect_does_what_its_formula_says(
     name: str, values: Mapping[str, float], scene: Scene, given: object, wanted: object
 ) -> None:
-    found = one(name, given, scene, **values)
-    np.testing.assert_allclose(found, np.broadcast_to(np.asarray(wanted), found.shape), rtol=1e-9, atol=1e-12)
+    light = one(name, given, scene, **values)
+    np.testing.assert_allclose(light, np.broadcast_to(np.asarray(wanted), light.shape), rtol=1e-9, atol=1e-12)
 
 
 def test_every_effect_has_a_literal_twin_or_a_test_of_its_own() -> None:
@@ -352,27 +352,27 @@ def test_every_effect_has_a_literal_twin_or_a_test_of_its_own() -> None:
 def test_the_decay_meets_the_papers_luminances(hours: float, left: float) -> None:
     """β = 1.41 and T = 19 150 h give 67 % at 10 000 h and 40 % at 18 000 h."""
     loss = (18_000 / 19_150) ** 1.41
-    found = one("backlight-decay", TIPS[None], at(hours), loss=loss, beta=1.41)
-    np.testing.assert_allclose(found, TIPS[None] * left, rtol=0.003)
+    light = one("backlight-decay", TIPS[None], at(hours), loss=loss, beta=1.41)
+    np.testing.assert_allclose(light, TIPS[None] * left, rtol=0.003)
 
 
 def test_a_primary_shifts_with_its_own_level_only() -> None:
     code = (0.25, 1.0, 0.0)
-    found = one(
+    light = one(
         "primary-shift", TIPS[None], at(code=code), red_x=0.02, green_z=0.05, blue_x=0.01, blue_z=0.04, level=2.0
     )
     shifts = np.zeros((3, 3))
     shifts[0, 0] = 0.75**2 * 0.02 * TIPS[1].sum()
     shifts[2] = TIPS[3].sum() * np.array([0.01, 0.0, 0.04])
-    np.testing.assert_allclose(found[0, 1:], TIPS[1:] + shifts, rtol=1e-12)
-    np.testing.assert_allclose(found[0, 0], TIPS[0] + shifts.sum(axis=0), rtol=1e-12)
+    np.testing.assert_allclose(light[0, 1:], TIPS[1:] + shifts, rtol=1e-12)
+    np.testing.assert_allclose(light[0, 0], TIPS[0] + shifts.sum(axis=0), rtol=1e-12)
 
 
 def test_a_primary_may_shift_by_the_light_of_its_drive() -> None:
     """(1 − d^b)^e at d = ½, b = 2, e = 1, with half of the shift at hour 0."""
-    found = one("primary-shift", TIPS[None], at(HALF, code=(0.5, 1, 1)), red_x=0.04, bend=2.0, onset=0.5, power=2.0)
+    light = one("primary-shift", TIPS[None], at(HALF, code=(0.5, 1, 1)), red_x=0.04, bend=2.0, onset=0.5, power=2.0)
     shift = 0.75 * (0.5 + 0.5 / 4) * 0.04 * TIPS[1].sum() * np.array([1.0, 0.0, 0.0])
-    np.testing.assert_allclose(found[0], np.add(TIPS, [shift, shift, [0.0] * 3, [0.0] * 3]), rtol=1e-12)
+    np.testing.assert_allclose(light[0], np.add(TIPS, [shift, shift, [0.0] * 3, [0.0] * 3]), rtol=1e-12)
 
 
 def test_yellowing_absorbs_by_wavelength() -> None:
@@ -382,18 +382,18 @@ def test_yellowing_absorbs_by_wavelength() -> None:
     nm = np.arange(380, 781, 5)
     passed = np.exp(-0.8 * 0.25 * np.exp(-(nm - 400) / 50))
     wanted = scene.light.spectra * passed @ CMFS
-    found = [one("yellowing", tip[None], scene, depth=0.8, power=2.0, reach=50.0)[0] for tip in TIPS[1:]]
-    np.testing.assert_allclose(found, wanted, rtol=1e-9)
+    light = [one("yellowing", tip[None], scene, depth=0.8, power=2.0, reach=50.0)[0] for tip in TIPS[1:]]
+    np.testing.assert_allclose(light, wanted, rtol=1e-9)
 
 
 def test_worn_phosphors_keep_a_share_of_their_light() -> None:
     scene = at(HALF)
     assert scene.light is not None
     first, second, third = scene.light.parts.values()
-    left = 1 - first * (1 - np.exp(-0.8 * 0.25)) - second * (1 - np.exp(-0.4 * 0.25)) - third * (1 - np.exp(-0.05))
-    wanted = scene.light.spectra * left @ CMFS
-    found = one("phosphor-wear", TIPS[None], scene, wear=0.8, second=0.4, third=0.2, power=2.0)
-    np.testing.assert_allclose(found[0, 1:], wanted, rtol=1e-9)
+    share = 1 - first * (1 - np.exp(-0.8 * 0.25)) - second * (1 - np.exp(-0.4 * 0.25)) - third * (1 - np.exp(-0.05))
+    wanted = scene.light.spectra * share @ CMFS
+    light = one("phosphor-wear", TIPS[None], scene, wear=0.8, second=0.4, third=0.2, power=2.0)
+    np.testing.assert_allclose(light[0, 1:], wanted, rtol=1e-9)
 
 
 def test_filters_that_have_moved_read_every_colour_through_one_matrix() -> None:
@@ -403,42 +403,42 @@ def test_filters_that_have_moved_read_every_colour_through_one_matrix() -> None:
     step = 0.5 / 5.0
     before, after = (np.roll(CMFS, by, axis=0) for by in (1, -1))
     moved = CMFS + 0.5 * step * (before - after) + 0.5 * step**2 * (before + after - 2.0 * CMFS)
-    seen = scene.light.spectra @ moved
-    found = one("meter-mismatch", TIPS[1:], scene, shift=1.0)
-    np.testing.assert_allclose(found / seen, 1.0, rtol=0, atol=1e-3)
-    assert (found[0, 1] / TIPS[1, 1] > 1.01, found[2, 1] / TIPS[3, 1] < 0.99) == (True, True)
+    tips = scene.light.spectra @ moved
+    light = one("meter-mismatch", TIPS[1:], scene, shift=1.0)
+    np.testing.assert_allclose(light / tips, 1.0, rtol=0, atol=1e-3)
+    assert (light[0, 1] / TIPS[1, 1] > 1.01, light[2, 1] / TIPS[3, 1] < 0.99) == (True, True)
     np.testing.assert_allclose(
-        one("meter-mismatch", TIPS[1:].sum(axis=0)[None], scene, shift=1.0)[0], found.sum(axis=0), rtol=1e-12
+        one("meter-mismatch", TIPS[1:].sum(axis=0)[None], scene, shift=1.0)[0], light.sum(axis=0), rtol=1e-12
     )
 
 
 def test_at_full_drive_primaries_are_the_tips() -> None:
-    found = one("primary-shift", TIPS[None], at(code=(1, 1, 1)), red_x=0.02, green_z=0.05, blue_x=0.01, blue_z=0.04)
-    np.testing.assert_array_equal(found, TIPS[None])
+    light = one("primary-shift", TIPS[None], at(code=(1, 1, 1)), red_x=0.02, green_z=0.05, blue_x=0.01, blue_z=0.04)
+    np.testing.assert_array_equal(light, TIPS[None])
 
 
 def test_unequal_channels_keep_what_white_has_beside_them() -> None:
-    found = one("channel-decay", TIPS[None], at(), red=0.1, blue=0.7)[0]
+    light = one("channel-decay", TIPS[None], at(), red=0.1, blue=0.7)[0]
     gain = np.exp([-0.1, 0.0, -0.7])
-    np.testing.assert_allclose(found[1:], TIPS[1:] * gain[:, None], rtol=1e-12)
+    np.testing.assert_allclose(light[1:], TIPS[1:] * gain[:, None], rtol=1e-12)
     beside = TIPS[0] - TIPS[1:].sum(axis=0)
-    np.testing.assert_allclose(found[0] - found[1:].sum(axis=0), beside * gain.mean(), rtol=1e-9)
+    np.testing.assert_allclose(light[0] - light[1:].sum(axis=0), beside * gain.mean(), rtol=1e-9)
 
 
 def test_matrix_switching_switches_the_selection() -> None:
     scene = scene_of()
     tips = np.broadcast_to(TIPS, (N, 4, 3))
     applied = [Term(catalogue()["matrix-switching"])]
-    found = reported(applied, panel(applied, scene, "nearest"), tips, scene)
-    np.testing.assert_array_equal(found, reported([], panel([], scene, "continuous"), tips, scene))
-    assert (found != reported([], panel([], scene, "nearest"), tips, scene)).any()
+    light = reported(applied, panel(applied, scene, "nearest"), tips, scene)
+    np.testing.assert_array_equal(light, reported([], panel([], scene, "continuous"), tips, scene))
+    assert (light != reported([], panel([], scene, "nearest"), tips, scene)).any()
 
 
 def test_a_soft_switching_takes_the_power_mean_for_the_smallest_channel() -> None:
     linear = [[0.5, 0.25, 1.0], [0.2, 0.2, 0.2], [0.5, 0.0, 1.0]]
     harmonic = [3 / (2 + 4 + 1), 0.2, 0.0]
-    found = one("matrix-switching", linear, at(), softness=1.0)
-    np.testing.assert_allclose(found, np.repeat(harmonic, 3).reshape(3, 3), rtol=1e-12)
+    signal = one("matrix-switching", linear, at(), softness=1.0)
+    np.testing.assert_allclose(signal, np.repeat(harmonic, 3).reshape(3, 3), rtol=1e-12)
     np.testing.assert_allclose(one("matrix-switching", linear, at(), softness=1e-3)[:, 0], [0.25, 0.2, 0], rtol=2e-3)
     # In the chain: Σ l P + D·mean, where D is white's light beyond the sum of its primaries.
     scene = at(code=(0.8, 0.6, 0.9))
@@ -446,8 +446,8 @@ def test_a_soft_switching_takes_the_power_mean_for_the_smallest_channel() -> Non
     light = code_to_linear(np.array([0.8, 0.6, 0.9]))
     beside = TIPS[0] - TIPS[1:].sum(axis=0)
     wanted = light @ TIPS[1:] + beside * 3.0 / (1.0 / light).sum()
-    found = reported(applied, panel(applied, scene, "nearest"), TIPS[None], scene)
-    np.testing.assert_allclose(found[0], wanted, rtol=1e-12)
+    signal = reported(applied, panel(applied, scene, "nearest"), TIPS[None], scene)
+    np.testing.assert_allclose(signal[0], wanted, rtol=1e-12)
 
 
 def test_loading_and_crosstalk_part_in_a_window() -> None:
@@ -460,8 +460,8 @@ def test_loading_and_crosstalk_part_in_a_window() -> None:
 def test_the_meters_offset_stays_with_the_lens_capped() -> None:
     applied = [Term(catalogue()["meter-offset"], offset=0.01), Term(catalogue()["black-level"], new=0.01)]
     scene = at(capped=1.0)
-    found = reported(applied, panel(applied, scene, "nearest"), TIPS[None], scene)
-    np.testing.assert_allclose(found, [0.01 * D65], rtol=1e-12)
+    light = reported(applied, panel(applied, scene, "nearest"), TIPS[None], scene)
+    np.testing.assert_allclose(light, [0.01 * D65], rtol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -532,6 +532,6 @@ def test_free_levels_come_near_other_curves(hidden: Callable[[Array, float], Arr
     def missed(knots: Array) -> Array:
         return bent(light_there, level_curve(code, knots)) - wanted
 
-    found = least_squares(missed, np.zeros(5))
-    assert np.abs(found.fun).max() < limit
-    assert np.abs(found.fun).max() < 0.2 * np.abs(missed(np.zeros(5))).max()
+    solution = least_squares(missed, np.zeros(5))
+    assert np.abs(solution.fun).max() < limit
+    assert np.abs(solution.fun).max() < 0.2 * np.abs(missed(np.zeros(5))).max()

@@ -55,10 +55,10 @@ FIVE = ColourPoints(
 LEVELS = np.linspace(0.0, 1.0, 33)[1:]
 
 
-def verdict(folder: Path, cause: str, size: float, seed: int) -> tuple[SessionVerdict, str]:
-    made = case(cause, size, seed)
-    path = write(folder, [made.before, made.after], [0, made.days])
-    return explain(read_campaign(path), reference="0.txt").verdicts[0], made.label
+def judged(folder: Path, cause: str, size: float, seed: int) -> tuple[SessionVerdict, str]:
+    sessions = case(cause, size, seed)
+    path = write(folder, [sessions.before, sessions.after], [0, sessions.days])
+    return explain(read_campaign(path), reference="0.txt").verdicts[0], sessions.label
 
 
 @pytest.mark.parametrize(
@@ -72,21 +72,21 @@ def verdict(folder: Path, cause: str, size: float, seed: int) -> tuple[SessionVe
 )
 def test_a_simulated_cause_is_named_alone_or_among_its_rivals(size: tuple[str, float], tmp_path: Path) -> None:
     # A seed that no tuning has used.
-    found, label = verdict(tmp_path, *size, 901)
-    assert found.kind in KINDS
+    verdict, label = judged(tmp_path, *size, 901)
+    assert verdict.kind in KINDS
     if label == "same":
-        assert (found.kind, found.names, found.display) == ("same", (), "unchanged")
+        assert (verdict.kind, verdict.names, verdict.display) == ("same", (), "unchanged")
     else:
-        assert label in found.names, found
+        assert label in verdict.names, verdict
         # At most four names: a verdict with every name gives no information.
-        assert len(found.names) <= 4
-        assert found.tests
+        assert len(verdict.names) <= 4
+        assert verdict.tests
 
 
 @pytest.mark.parametrize("cause", ["brightness", "tables", "ambient", "hdr", "dynamic", "drift"])
 def test_a_cause_with_a_signature_of_its_own_is_named_alone(cause: str, tmp_path: Path) -> None:
-    found, label = verdict(tmp_path, cause, SIZES[cause][1], 903)
-    assert (found.kind, found.names) == ("named", (label,))
+    verdict, label = judged(tmp_path, cause, SIZES[cause][1], 903)
+    assert (verdict.kind, verdict.names) == ("named", (label,))
 
 
 def test_light_changes_as_each_parameter_says() -> None:
@@ -108,11 +108,11 @@ def test_light_changes_as_each_parameter_says() -> None:
 @pytest.mark.parametrize("name", ["scale", "gains", "aged"])
 def test_a_fit_finds_what_was_changed(name: str) -> None:
     size = np.log(np.array([0.8, 0.85, 0.7])[: PARAMETERS[name][0]])
-    found = fit(FIVE, changed(FIVE, {name: size}), [name], noise=0.0)
+    solution = fit(FIVE, changed(FIVE, {name: size}), [name], noise=0.0)
     # The prior shifts the estimate by some parts in a thousand.
-    np.testing.assert_allclose(found.values[name], size, atol=0.004)
-    assert found.chi2 < 1.0
-    assert found.evidence > fit(FIVE, changed(FIVE, {name: size}), [], noise=0.0).evidence
+    np.testing.assert_allclose(solution.values[name], size, atol=0.004)
+    assert solution.chi2 < 1.0
+    assert solution.evidence > fit(FIVE, changed(FIVE, {name: size}), [], noise=0.0).evidence
 
 
 def test_the_evidence_is_the_integral_that_it_approximates() -> None:
@@ -120,8 +120,8 @@ def test_the_evidence_is_the_integral_that_it_approximates() -> None:
     after = changed(FIVE, {"gauge": np.array([0.01])})
     grid = np.linspace(-0.2, 0.2, 8001)
     inverse = np.linalg.inv(covariance(FIVE, after, noise=0.0))
-    left = [(after - changed(FIVE, {"gauge": np.array([value])})).ravel() for value in grid]
-    likelihood = np.exp(-0.5 * np.array([each @ inverse @ each for each in left]))
+    residuals = [(after - changed(FIVE, {"gauge": np.array([value])})).ravel() for value in grid]
+    likelihood = np.exp(-0.5 * np.array([each @ inverse @ each for each in residuals]))
     width = PARAMETERS["gauge"][1]
     prior = np.exp(-0.5 * (grid / width) ** 2) / (width * np.sqrt(2 * np.pi))
     exact = np.log(np.trapezoid(prior * likelihood, grid))
@@ -156,10 +156,12 @@ def test_tables_name_causes_in_words() -> None:
 
 
 def test_clauses_of_a_sentence_are_separated_by_commas(tmp_path: Path) -> None:
-    (found,) = explain(read_campaign(write(tmp_path, life([State(), State(aged=np.full(3, 0.9))]), [0, 700]))).verdicts
-    meanings = [causes()[name].meaning for name in found.names]
+    (verdict,) = explain(
+        read_campaign(write(tmp_path, life([State(), State(aged=np.full(3, 0.9))]), [0, 700]))
+    ).verdicts
+    meanings = [causes()[name].meaning for name in verdict.names]
     assert len(meanings) == 2
-    assert found.sentence == f"It looks as if {meanings[0]}, or {meanings[1]}."
+    assert verdict.sentence == f"It looks as if {meanings[0]}, or {meanings[1]}."
 
 
 def test_no_file_of_causes_is_left_out() -> None:
@@ -176,10 +178,10 @@ def test_no_file_of_causes_is_left_out() -> None:
 def test_clipped_levels_are_a_signals_range_and_of_the_session_that_shows_them(backwards: bool, tmp_path: Path) -> None:
     states = [State(), State(clip=0.8)]
     pair = life(states[::-1] if backwards else states)
-    (found,) = explain(read_campaign(write(tmp_path, pair, [0, 0])), reference="0.txt").verdicts
-    assert (found.kind, found.names, found.display) == ("named", ("signal-range",), "cannot tell")
+    (verdict,) = explain(read_campaign(write(tmp_path, pair, [0, 0])), reference="0.txt").verdicts
+    assert (verdict.kind, verdict.names, verdict.display) == ("named", ("signal-range",), "cannot tell")
     whose = "the reference, and not in the session" if backwards else "the session, and not in the reference"
-    assert re.search(rf"red, green and blue show one light from code 0\.8\d up in {whose}", found.evidence[0])
+    assert re.search(rf"red, green and blue show one light from code 0\.8\d up in {whose}", verdict.evidence[0])
     (same,) = explain(read_campaign(write(tmp_path, life([states[1], states[1]], seed=9), [0, 0]))).verdicts
     assert same.kind == "same"
 
@@ -196,8 +198,8 @@ def test_one_dark_level_of_one_channel_is_noise_and_no_signals_range(tmp_path: P
             lowest = session.drive[levels, channel].min()
             xyz[levels & (session.drive[:, channel] == lowest)] = session.xyz[~session.drive.any(axis=1)].mean(axis=0)
         entries = (campaign.entries[0], replace(campaign.entries[1], session=replace(session, xyz=xyz)))
-        (found,) = explain(replace(campaign, entries=entries)).verdicts
-        read_as_black[channels] = "signal-range" in found.names
+        (verdict,) = explain(replace(campaign, entries=entries)).verdicts
+        read_as_black[channels] = "signal-range" in verdict.names
     assert read_as_black == {(2,): False, (0, 1, 2): True}
 
 
@@ -208,10 +210,10 @@ def test_a_loss_over_many_sessions_is_aging_and_light_that_comes_back_is_not(tmp
     assert {each.names for each in steady.verdicts} == {("aging",)}
     assert {each.display for each in steady.verdicts} == {"changed"}
     states[2] = replace(states[2], brightness=0.6)
-    found = explain(read_campaign(write(tmp_path, life(states), days))).verdicts
-    assert found[1].names == ("brightness",)
-    assert any("came back" in each for each in found[1].evidence)
-    assert [found[place].names for place in (0, 2, 3)] == [("aging",)] * 3
+    verdicts = explain(read_campaign(write(tmp_path, life(states), days))).verdicts
+    assert verdicts[1].names == ("brightness",)
+    assert any("came back" in each for each in verdicts[1].evidence)
+    assert [verdicts[place].names for place in (0, 2, 3)] == [("aging",)] * 3
 
 
 @pytest.mark.parametrize(("days", "left", "rival"), [(400, 0.8, True), (30, 0.8, False), (400, 0.4, False)])
@@ -222,20 +224,22 @@ def test_light_that_fell_alike_is_a_setting_or_age_unless_it_fell_too_fast(
         folder = tmp_path / str(number)
         folder.mkdir()
         campaign = read_campaign(write(folder, life([State(), state]), [0, days]))
-        (found,) = explain(campaign).verdicts
-        assert found.names == (("brightness", "aging") if rival else ("brightness",))
-        assert found.display == ("cannot tell" if rival else "unchanged")
-        one, other = (replace(entry, settings=said) for entry, said in zip(campaign.entries, ("50", "40"), strict=True))
-        (told,) = explain(replace(campaign, entries=(one, other))).verdicts
-        assert told.names == ("brightness",)
+        (verdict,) = explain(campaign).verdicts
+        assert verdict.names == (("brightness", "aging") if rival else ("brightness",))
+        assert verdict.display == ("cannot tell" if rival else "unchanged")
+        one, other = (
+            replace(entry, settings=setting) for entry, setting in zip(campaign.entries, ("50", "40"), strict=True)
+        )
+        (verdict_of_settings,) = explain(replace(campaign, entries=(one, other))).verdicts
+        assert verdict_of_settings.names == ("brightness",)
 
 
 def test_room_light_is_certain_where_the_rest_is_a_setting_or_age(tmp_path: Path) -> None:
     state = State(brightness=0.8, ambient=np.array([1.1, 1.0, 0.4]))
-    (found,) = explain(read_campaign(write(tmp_path, life([State(), state]), [0, 400]))).verdicts
-    assert (found.kind, found.names, found.sure) == ("one-of", ("ambient", "brightness", "aging"), ("ambient",))
-    assert found.causes_in_words == "room light and (brightness or aging)"
-    assert found.sentence == (
+    (verdict,) = explain(read_campaign(write(tmp_path, life([State(), state]), [0, 400]))).verdicts
+    assert (verdict.kind, verdict.names, verdict.sure) == ("one-of", ("ambient", "brightness", "aging"), ("ambient",))
+    assert verdict.causes_in_words == "room light and (brightness or aging)"
+    assert verdict.sentence == (
         "It looks as if the room's light on the screen was different; and in addition, the display's brightness or "
         "preset was changed, or the display itself has aged."
     )
@@ -243,9 +247,9 @@ def test_room_light_is_certain_where_the_rest_is_a_setting_or_age(tmp_path: Path
 
 def test_light_that_fell_after_years_without_loss_was_turned_down(tmp_path: Path) -> None:
     states = [State(), State(), State(), State(brightness=0.75)]
-    found = explain(read_campaign(write(tmp_path, life(states), [0, 500, 1000, 1300]))).verdicts
-    assert [each.names for each in found] == [(), (), ("brightness",)]
-    assert any("until 300 days before" in each for each in found[2].evidence)
+    verdicts = explain(read_campaign(write(tmp_path, life(states), [0, 500, 1000, 1300]))).verdicts
+    assert [each.names for each in verdicts] == [(), (), ("brightness",)]
+    assert any("until 300 days before" in each for each in verdicts[2].evidence)
 
 
 def test_light_lost_alike_and_steadily_over_many_sessions_is_aging(tmp_path: Path) -> None:
@@ -258,11 +262,11 @@ def test_light_lost_alike_and_steadily_over_many_sessions_is_aging(tmp_path: Pat
 @pytest.mark.parametrize("seed", range(6, 12))
 def test_a_noisy_instrument_and_no_repeats_are_no_cause(seed: int, tmp_path: Path) -> None:
     rng = np.random.default_rng(seed)
-    made = panel(rng)
+    display = panel(rng)
     code = np.vstack([np.ones(3), np.zeros(3), np.eye(3), np.repeat(np.linspace(0.1, 0.9, 9)[:, np.newaxis], 3, 1)])
-    texts = [csv_text(code, read(made, State(), code, rng, noise=0.005, floor=0.002)) for _ in range(2)]
-    (found,) = explain(read_campaign(write(tmp_path, texts, [0, 10]))).verdicts
-    assert (found.kind, found.names) == ("same", ())
+    texts = [csv_text(code, read(display, State(), code, rng, noise=0.005, floor=0.002)) for _ in range(2)]
+    (verdict,) = explain(read_campaign(write(tmp_path, texts, [0, 10]))).verdicts
+    assert (verdict.kind, verdict.names) == ("same", ())
 
 
 @pytest.mark.parametrize("readings", mostly_slow([6, 12, 20], 12))
@@ -293,12 +297,12 @@ def test_what_scatters_is_told_from_what_drifts(
 
 def test_dimming_between_five_patches_is_a_rival_of_hdr(tmp_path: Path) -> None:
     rng = np.random.default_rng(5)
-    made, code = panel(rng), np.vstack([np.ones(3), np.eye(3), np.zeros(3)])
-    still, dimmed = (read(made, State(), code, rng, noise=0.001, floor=0.002) for _ in range(2))
+    display, code = panel(rng), np.vstack([np.ones(3), np.eye(3), np.zeros(3)])
+    still, dimmed = (read(display, State(), code, rng, noise=0.001, floor=0.002) for _ in range(2))
     dimmed[2:] *= 0.88
     texts = [csv_text(code, xyz) for xyz in (still, dimmed)]
-    (found,) = explain(read_campaign(write(tmp_path, texts, [0, 10]))).verdicts
-    assert (found.kind, found.names) == ("one-of", ("hdr", "drift"))
+    (verdict,) = explain(read_campaign(write(tmp_path, texts, [0, 10]))).verdicts
+    assert (verdict.kind, verdict.names) == ("one-of", ("hdr", "drift"))
 
 
 def test_a_display_has_changed_where_aging_is_certain_whatever_else_happened(tmp_path: Path) -> None:
@@ -310,13 +314,13 @@ def test_a_display_has_changed_where_aging_is_certain_whatever_else_happened(tmp
         replace(entry, session=replace(entry.session, calibration=curves))
         for entry, curves in zip(campaign.entries, loaded, strict=True)
     ]
-    (found,) = explain(replace(campaign, entries=tuple(entries))).verdicts
-    assert (found.kind, found.names, found.display) == ("several", ("aging", "calibration"), "changed")
+    (verdict,) = explain(replace(campaign, entries=tuple(entries))).verdicts
+    assert (verdict.kind, verdict.names, verdict.display) == ("several", ("aging", "calibration"), "changed")
 
 
 def test_curves_that_only_the_files_bend_are_a_calibration(tmp_path: Path) -> None:
     rng = np.random.default_rng(6)
-    made, code, inputs = panel(rng), chart(9, 3), np.linspace(0.0, 1.0, 33)
+    display, code, inputs = panel(rng), chart(9, 3), np.linspace(0.0, 1.0, 33)
     campaign = read_campaign(write(tmp_path, life([State(), State()]), [0, 10]))
     entries = [
         replace(
@@ -324,15 +328,15 @@ def test_curves_that_only_the_files_bend_are_a_calibration(tmp_path: Path) -> No
             session=replace(
                 entry.session,
                 drive=code,
-                xyz=read(made, State(curve=curve), code, rng, noise=0.001, floor=0.002),
+                xyz=read(display, State(curve=curve), code, rng, noise=0.001, floor=0.002),
                 calibration=np.column_stack([inputs, *[inputs**curve] * 3]),
             ),
         )
         for entry, curve in zip(campaign.entries, (1.0, 1.1), strict=True)
     ]
-    (found,) = explain(replace(campaign, entries=tuple(entries))).verdicts
-    assert (found.kind, found.names, found.display) == ("named", ("calibration",), "unchanged")
-    assert any("with the calibrations in the files" in each for each in found.evidence)
+    (verdict,) = explain(replace(campaign, entries=tuple(entries))).verdicts
+    assert (verdict.kind, verdict.names, verdict.display) == ("named", ("calibration",), "unchanged")
+    assert any("with the calibrations in the files" in each for each in verdict.evidence)
 
 
 @pytest.mark.parametrize("ends", [(0.8, 1.0), (1.0, 0.8)])
@@ -359,16 +363,16 @@ def test_what_a_calibration_takes_is_read_off_a_curve_that_is_no_power(ends: tup
 
 def test_sessions_of_one_day_are_never_called_aging(tmp_path: Path) -> None:
     aged = State(aged=np.array([0.9, 0.88, 0.8]))
-    (found,) = explain(read_campaign(write(tmp_path, life([State(), aged]), [0, 0]))).verdicts
-    assert "aging" not in found.names
+    (verdict,) = explain(read_campaign(write(tmp_path, life([State(), aged]), [0, 0]))).verdicts
+    assert "aging" not in verdict.names
 
 
 def test_another_display_is_noticed_by_name_and_by_colour(tmp_path: Path) -> None:
     other = panel(np.random.default_rng(77))
     path = write(tmp_path, life([State(), State(), State()], other=other), [0, 10, 20])
-    found = explain(read_campaign(path)).verdicts
-    assert found[0].kind == "same"
-    assert "another-display" in found[1].names
+    verdicts = explain(read_campaign(path)).verdicts
+    assert verdicts[0].kind == "same"
+    assert "another-display" in verdicts[1].names
     campaign = read_campaign(path)
     named = tuple(
         replace(entry, session=replace(entry.session, display=name))
@@ -379,31 +383,31 @@ def test_another_display_is_noticed_by_name_and_by_colour(tmp_path: Path) -> Non
 
 def test_what_the_campaign_says_of_the_instrument_counts(tmp_path: Path) -> None:
     turned = State(matrix=np.array([[1.04, -0.02, 0.0], [0.01, 0.99, 0.0], [0.0, 0.02, 0.95]]))
-    path = write(tmp_path, life([State(), turned]), [0, 0], said='instrument = "another meter"')
+    path = write(tmp_path, life([State(), turned]), [0, 0], entry='instrument = "another meter"')
     campaign = read_campaign(path)
     entries = (replace(campaign.entries[0], instrument="one meter"), campaign.entries[1])
-    (found,) = explain(replace(campaign, entries=entries)).verdicts
-    assert found.names == ("instrument",)
-    assert "the instrument is 'another meter', it was 'one meter'" in found.evidence
+    (verdict,) = explain(replace(campaign, entries=entries)).verdicts
+    assert verdict.names == ("instrument",)
+    assert "the instrument is 'another meter', it was 'one meter'" in verdict.evidence
 
 
 def test_a_cause_on_record_is_no_second_assumption(tmp_path: Path) -> None:
     wrong = np.array([[0.97, 0.03, 0.0], [0.02, 0.98, 0.0], [0.01, 0.0, 0.98]])
-    made = life([State(), State(brightness=0.2, matrix=wrong)])
-    campaign = read_campaign(write(tmp_path, made, [0, 800], said='instrument = "other"'))
-    found = {}
+    sessions = life([State(), State(brightness=0.2, matrix=wrong)])
+    campaign = read_campaign(write(tmp_path, sessions, [0, 800], entry='instrument = "other"'))
+    verdicts = {}
     for before in ("one meter", "other"):
         pair = SessionPair(replace(campaign.entries[0], instrument=before), campaign.entries[1], None, ())
         weighed = {frozenset(each.names): each for each in explanations(pair)}
-        found[before] = weighed[frozenset({"brightness", "instrument"})], weighed[frozenset({"gamut-mode"})], pair
-    said, unsaid = found["one meter"][0], found["other"][0]
-    assert (said.assumed, unsaid.assumed) == (1, 2)
+        verdicts[before] = weighed[frozenset({"brightness", "instrument"})], weighed[frozenset({"gamut-mode"})], pair
+    recorded, unsaid = verdicts["one meter"][0], verdicts["other"][0]
+    assert (recorded.assumed, unsaid.assumed) == (1, 2)
     # The prior of the instrument is also 2 in place of -1.
-    assert said.weight - unsaid.weight == pytest.approx(SECOND + 3.0)
+    assert recorded.weight - unsaid.weight == pytest.approx(SECOND + 3.0)
     # A single preset is nearly as likely: a recorded cause must stay even if it makes one cause more.
-    both, preset, pair = found["one meter"]
+    both, preset, pair = verdicts["one meter"]
     assert "instrument" in pronounce(pair, [both, replace(preset, weight=both.weight - RIVAL + 0.1)]).names
-    both, preset, pair = found["other"]
+    both, preset, pair = verdicts["other"]
     assert "instrument" not in pronounce(pair, [both, replace(preset, weight=both.weight - RIVAL + 0.1)]).names
 
 
@@ -430,22 +434,22 @@ def test_spectral_lines_that_all_shift_are_the_instruments(tmp_path: Path) -> No
     moved_colours = entries[1].session.xyz @ np.array([[1.1, 0.0, -0.1], [-0.05, 1.0, 0.1], [0.0, 0.05, 0.8]])
     moved = replace(entries[1], session=replace(entries[1].session, xyz=np.maximum(moved_colours, 0.0)))
     for later in (entries[1], moved):
-        (found,) = explain(replace(campaign, entries=(entries[0], later))).verdicts
-        assert (found.kind, found.names) == ("named", ("instrument",))
+        (verdict,) = explain(replace(campaign, entries=(entries[0], later))).verdicts
+        assert (verdict.kind, verdict.names) == ("named", ("instrument",))
     # An instrument moves no curve: where a curve moved too, something else has happened besides.
     level = entries[1].session.xyz / entries[1].session.xyz.max()
     bent = replace(entries[1], session=replace(entries[1].session, xyz=entries[1].session.xyz * level**0.15))
-    (found,) = explain(replace(campaign, entries=(entries[0], bent))).verdicts
-    assert found.sure == ("instrument",)
-    assert {"brightness", "calibration"} <= {*found.names}
+    (verdict,) = explain(replace(campaign, entries=(entries[0], bent))).verdicts
+    assert verdict.sure == ("instrument",)
+    assert {"brightness", "calibration"} <= {*verdict.names}
 
 
 def test_sessions_without_primaries_are_unclear_and_say_why(tmp_path: Path) -> None:
     greys = "R,G,B,X_cdm2,Y_cdm2,Z_cdm2\n255,255,255,95,100,108\n128,128,128,20,21,23\n"
     path = write(tmp_path, [greys, greys.replace("100", "101")], [0, 5])
-    (found,) = explain(read_campaign(path)).verdicts
-    assert (found.kind, found.names) == ("unclear", ())
-    assert "white or a primary" in found.evidence[0]
+    (verdict,) = explain(read_campaign(path)).verdicts
+    assert (verdict.kind, verdict.names) == ("unclear", ())
+    assert "white or a primary" in verdict.evidence[0]
     pair = explain(read_campaign(path)).pairs[0]
     assert explanations(pair) == ()
 
@@ -455,10 +459,10 @@ def test_a_session_without_black_is_compared_without(tmp_path: Path) -> None:
     head, *rows = texts[1].splitlines()
     lit = [row for row in rows if not row.startswith("0.0000,0.0000,0.0000,")]
     assert len(lit) < len(rows)
-    found = explain(read_campaign(write(tmp_path, [texts[0], "\n".join([head, *lit])], [0, 0])))
+    explanation = explain(read_campaign(write(tmp_path, [texts[0], "\n".join([head, *lit])], [0, 0])))
     # Without readings of light after black, a common factor cannot be distinguished from gains of the channels.
-    assert "brightness" in found.verdicts[0].names
-    assert found.pairs[0].contrast is None
+    assert "brightness" in explanation.verdicts[0].names
+    assert explanation.pairs[0].contrast is None
 
 
 HOURS = (0.0, 4000.0, 8000.0, 12_000.0)
@@ -480,9 +484,9 @@ def test_room_light_is_not_told_without_black(tmp_path: Path) -> None:
     table = tmp_path / "room-3.csv"
     table.write_text(NO_BLACK)
     campaign = read_campaign(table)
-    (found,) = explain(campaign).verdicts
-    assert (found.kind, found.names) == ("named", ("aging",))
-    assert any("black was not read in both sessions" in each for each in found.evidence)
+    (verdict,) = explain(campaign).verdicts
+    assert (verdict.kind, verdict.names) == ("named", ("aging",))
+    assert any("black was not read in both sessions" in each for each in verdict.evidence)
     # Room light on record is no guess.
     lit = [replace(each, conditions={"ambient_lx": lux}) for each, lux in zip(campaign.entries, (0, 60), strict=True)]
     (recorded,) = explain(replace(campaign, entries=tuple(lit))).verdicts
@@ -516,11 +520,11 @@ def _two(folder: Path, texts: list[str], days: int = 10) -> SessionVerdict:
 def test_sessions_sorted_by_code_do_not_drift(order: str, tmp_path: Path) -> None:
     """A change of brightness after a spreadsheet sorted the rows, with and without a record of the order."""
     rng = np.random.default_rng(8)
-    made, code = panel(rng), np.unique(chart(9, 4), axis=0)
+    display, code = panel(rng), np.unique(chart(9, 4), axis=0)
     texts = []
     for brightness in (1.0, 0.7):
         head, *rows = csv_text(
-            code, read(made, State(brightness=brightness), code, rng, noise=0.001, floor=0.002)
+            code, read(display, State(brightness=brightness), code, rng, noise=0.001, floor=0.002)
         ).splitlines()
         if order == "shuffled":
             rows = [rows[place] for place in rng.permutation(len(rows))]
@@ -532,62 +536,62 @@ def test_sessions_sorted_by_code_do_not_drift(order: str, tmp_path: Path) -> Non
 
 def test_a_drift_shows_in_the_order_of_reading_where_that_is_not_the_codes(tmp_path: Path) -> None:
     rng = np.random.default_rng(9)
-    made, code = panel(rng), rng.permutation(np.unique(chart(9, 4), axis=0))
-    still, ran = (read(made, State(drift=d), code, rng, noise=0.001, floor=0.002) for d in (0.0, 0.15))
+    display, code = panel(rng), rng.permutation(np.unique(chart(9, 4), axis=0))
+    still, ran = (read(display, State(drift=d), code, rng, noise=0.001, floor=0.002) for d in (0.0, 0.15))
     assert _two(tmp_path, [ti3_text(code, xyz, "Tue Mar 04 10:12:00 2025") for xyz in (still, ran)]).names == ("drift",)
 
 
 def test_blue_that_fades_over_a_year_is_aging(tmp_path: Path) -> None:
     """Light of short wavelengths is lost, as behind a yellowing sheet: red and green hardly change."""
     rng = np.random.default_rng(3)
-    made, code = panel(rng), chart(9, 3)
-    short = 0.1 * made.channels[:, 2]
-    faded = replace(made, channels=made.channels - np.column_stack([0.195 * short, 0.0 * short, short]))
-    states = ((made, State()), (faded, State(aged=np.array([0.95, 0.95, 0.93]))))
+    display, code = panel(rng), chart(9, 3)
+    short = 0.1 * display.channels[:, 2]
+    faded = replace(display, channels=display.channels - np.column_stack([0.195 * short, 0.0 * short, short]))
+    states = ((display, State()), (faded, State(aged=np.array([0.95, 0.95, 0.93]))))
     texts = [csv_text(code, read(each, state, code, rng, noise=0.001, floor=0.002)) for each, state in states]
-    found = _two(tmp_path, texts, 400)
-    assert (found.names, found.display) == (("aging",), "changed")
+    verdict = _two(tmp_path, texts, 400)
+    assert (verdict.names, verdict.display) == (("aging",), "changed")
 
 
 @pytest.mark.parametrize(("x", "y", "z"), [(0.95, 0.97, 0.85), (0.97, 0.87, 0.96)], ids=["short", "long"])
 def test_blue_light_that_fades_alone_is_aging_and_no_instrument(x: float, y: float, z: float, tmp_path: Path) -> None:
     """Only blue's filter fades, towards short or long wavelengths: red and green do not change at all."""
     rng = np.random.default_rng(12)
-    made, code = panel(rng), chart(9, 3)
-    faded = replace(made, channels=made.channels * np.array([[1.0] * 3, [1.0] * 3, [x, y, z]]))
-    texts = [csv_text(code, read(each, State(), code, rng, noise=0.001, floor=0.002)) for each in (made, faded)]
-    found = _two(tmp_path, texts, 400)
-    assert (found.names, found.display) == (("aging",), "changed")
+    display, code = panel(rng), chart(9, 3)
+    faded = replace(display, channels=display.channels * np.array([[1.0] * 3, [1.0] * 3, [x, y, z]]))
+    texts = [csv_text(code, read(each, State(), code, rng, noise=0.001, floor=0.002)) for each in (display, faded)]
+    verdict = _two(tmp_path, texts, 400)
+    assert (verdict.names, verdict.display) == (("aging",), "changed")
     assert "aging" not in _two(tmp_path, texts, 1).names
 
 
 def test_a_matrix_that_moves_blue_alone_over_a_year_may_be_aging(tmp_path: Path) -> None:
     """Blue becomes brighter and changes its hue. lutgen knows no such loss, but no record names another meter."""
     rng = np.random.default_rng(13)
-    made, code = panel(rng), chart(9, 3)
-    moved = replace(made, channels=made.channels * np.array([[1.0] * 3, [1.0] * 3, [1.0, 1.1, 1.0]]))
-    texts = [csv_text(code, read(each, State(), code, rng, noise=0.001, floor=0.002)) for each in (made, moved)]
+    display, code = panel(rng), chart(9, 3)
+    moved = replace(display, channels=display.channels * np.array([[1.0] * 3, [1.0] * 3, [1.0, 1.1, 1.0]]))
+    texts = [csv_text(code, read(each, State(), code, rng, noise=0.001, floor=0.002)) for each in (display, moved)]
     assert _two(tmp_path, texts, 400).names == ("instrument", "aging")
 
 
 def test_a_preset_of_which_nobody_told_is_among_the_rivals(tmp_path: Path) -> None:
     """No instrument and no settings are recorded: primaries that mix while black stays may be a preset."""
-    found, label = verdict(tmp_path, "gamut-mode", 0.1, 7103)
-    assert label in found.names
+    verdict, label = judged(tmp_path, "gamut-mode", 0.1, 7103)
+    assert label in verdict.names
 
 
 @pytest.mark.parametrize("curve", [1.0, 1.08])
 def test_another_gamut_mode_is_a_preset_and_no_hdr(curve: float, tmp_path: Path) -> None:
     rng = np.random.default_rng(4)
-    made, code = panel(rng), chart(9, 3)
+    display, code = panel(rng), chart(9, 3)
     mixed = np.array([[0.94, 0.045, 0.015], [0.03, 0.96, 0.01], [0.005, 0.02, 0.975]])
-    states = ((made, State()), (replace(made, channels=mixed @ made.channels), State(curve=curve)))
+    states = ((display, State()), (replace(display, channels=mixed @ display.channels), State(curve=curve)))
     head = "# display: one\n# instrument: one meter\n"
     texts = [head + csv_text(code, read(each, state, code, rng, noise=0.001, floor=0.002)) for each, state in states]
-    found = _two(tmp_path, texts, 0)
-    assert found.names[0] == "gamut-mode"
-    assert not {"hdr", "instrument", "another-display", "aging"} & {*found.names}
-    assert found.display == "unchanged"
+    verdict = _two(tmp_path, texts, 0)
+    assert verdict.names[0] == "gamut-mode"
+    assert not {"hdr", "instrument", "another-display", "aging"} & {*verdict.names}
+    assert verdict.display == "unchanged"
 
 
 def test_a_mode_of_nearly_the_same_gamut_is_a_rival_of_the_instrument(tmp_path: Path) -> None:
@@ -612,10 +616,10 @@ def test_one_patch_misread_is_named_and_left_out(beside: str, tmp_path: Path) ->
         n for n, row in enumerate(rows) if len({*row.split(",")[:3]}) == 1 and 120 < float(row.split(",")[0]) < 150
     )
     rows[place] = ",".join([*rows[place].split(",")[:3], "190", "200", "218"])
-    found = _two(tmp_path, [texts[0], "\n".join([head, *rows])])
-    assert found.names == (("misreading", beside) if beside else ("misreading",))
-    assert f"1.txt, line {place + 2}: code 0.5" in found.evidence[0]
-    assert found.display == "unchanged"
+    verdict = _two(tmp_path, [texts[0], "\n".join([head, *rows])])
+    assert verdict.names == (("misreading", beside) if beside else ("misreading",))
+    assert f"1.txt, line {place + 2}: code 0.5" in verdict.evidence[0]
+    assert verdict.display == "unchanged"
 
 
 @pytest.mark.parametrize("code", ["255.0000,255.0000,255.0000", "255.0000,0.0000,0.0000", "0.0000,0.0000,0.0000"])
@@ -627,22 +631,24 @@ def test_a_misread_end_of_a_ramp_is_named(code: str, tmp_path: Path) -> None:
     places = [n for n, row in enumerate(rows) if row.startswith(f"{code},")]
     for place in places:
         rows[place] = ",".join([code, *grey])
-    found = _two(tmp_path, [texts[0], "\n".join([head, *rows])])
-    assert found.names[0] == "misreading"
-    assert not {"hdr", "signal-range", "gamut-mode", "another-display"} & {*found.names}
-    assert f"1.txt, line {places[0] + 2}: code" in found.evidence[0]
+    verdict = _two(tmp_path, [texts[0], "\n".join([head, *rows])])
+    assert verdict.names[0] == "misreading"
+    assert not {"hdr", "signal-range", "gamut-mode", "another-display"} & {*verdict.names}
+    assert f"1.txt, line {places[0] + 2}: code" in verdict.evidence[0]
 
 
 def test_a_loss_that_a_calibration_hides_in_blue_may_be_aging(tmp_path: Path) -> None:
     """Light falls by a tenth in three years; a calibration that no file holds raised blue again, and moved its hue."""
     rng = np.random.default_rng(21)
-    made, code = panel(rng), chart(9, 3)
-    lost = replace(made, channels=made.channels * np.array([[0.9] * 3, [0.88] * 3, [0.9, 0.943, 0.87]]))
+    display, code = panel(rng), chart(9, 3)
+    lost = replace(display, channels=display.channels * np.array([[0.9] * 3, [0.88] * 3, [0.9, 0.943, 0.87]]))
     head = "# display: one\n# instrument: one meter\n"
-    texts = [head + csv_text(code, read(each, State(), code, rng, noise=0.001, floor=0.002)) for each in (made, lost)]
-    found = _two(tmp_path, texts, 1133)
-    assert "aging" in found.names
-    assert found.display != "unchanged"
+    texts = [
+        head + csv_text(code, read(each, State(), code, rng, noise=0.001, floor=0.002)) for each in (display, lost)
+    ]
+    verdict = _two(tmp_path, texts, 1133)
+    assert "aging" in verdict.names
+    assert verdict.display != "unchanged"
 
 
 @pytest.mark.parametrize("declares", ["proof", "sign", "beside", "bends"])
@@ -706,9 +712,9 @@ def test_real_sessions_are_explained_as_their_authors_noted(name: str) -> None:
     before, after, expected = REAL[name]
     entries = tuple(_entry(real_data(), start) for start in (before, after))
     campaign = Campaign("real", None, entries, "<memory>", "")
-    (found,) = explain(campaign, reference=entries[0].session.file).verdicts
-    assert {*found.names} == expected - {""}
-    assert (found.display == "changed") == (expected == {"aging"})
+    (verdict,) = explain(campaign, reference=entries[0].session.file).verdicts
+    assert {*verdict.names} == expected - {""}
+    assert (verdict.display == "changed") == (expected == {"aging"})
 
 
 def _entry(folder: Path, start: str) -> CampaignEntry:
@@ -719,7 +725,7 @@ def _entry(folder: Path, start: str) -> CampaignEntry:
 
 
 def _named_date(name: str) -> date:
-    found = re.search(r"(\d\d)-(\d\d)-(2022)|(2022)(\d\d)(\d\d)", name)
-    assert found is not None
-    day, month, _, _, later_month, later_day = found.groups()
+    match = re.search(r"(\d\d)-(\d\d)-(2022)|(2022)(\d\d)(\d\d)", name)
+    assert match is not None
+    day, month, _, _, later_month, later_day = match.groups()
     return date(2022, int(month or later_month), int(day or later_day))

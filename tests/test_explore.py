@@ -104,17 +104,17 @@ def test_what_a_chosen_point_leaves_of_the_others_is_told_by_the_server() -> Non
     error = told.last("error")
     sigma = np.array([each["sigma"] for each in error["readings"]])
     slices = {each["name"]: each["points"] for each in error["slices"]}
-    chosen, seen = slices["level"][0], 0
+    chosen, readings_there = slices["level"][0], 0
     for point in slices["hour"]:
         both = np.intersect1d(point["rows"], chosen["rows"])
         shown = chosen["within"]["hour"][point["place"]]
         if not both.size:
             assert shown is None
             continue
-        seen += 1
+        readings_there += 1
         share = (sigma[both] ** 2).mean() / (sigma[point["rows"]] ** 2).mean()
         assert shown == pytest.approx(point["ratio"] * share**0.5, rel=1e-3)
-    assert seen
+    assert readings_there
 
 
 def one_line(printed: str) -> str:
@@ -244,7 +244,7 @@ def test_a_table_is_the_one_that_build_writes(kind: str, lutgen: Callable[..., D
     del held
     showing.show(told.last("without"))
     size = 17
-    given = np.frombuffer(getattr(showing, kind)("chroma", 9000.5, size), "<u2").reshape(-1, 4)
+    texels = np.frombuffer(getattr(showing, kind)("chroma", 9000.5, size), "<u2").reshape(-1, 4)
     options = ["--direction", "compensate"] if kind == "compensated" else []
     where = ("--hours", "9000.5", "--mode", "chroma", "--format", "cube", "--cubesize", str(size))
     lutgen("build", "--display", EXAMPLE, *where, "--no-certificates", *options, "-o", str(tmp_path / "lut"))
@@ -255,8 +255,8 @@ def test_a_table_is_the_one_that_build_writes(kind: str, lutgen: Callable[..., D
         # The correction's numbers, as the aged display shows them.
         written = DisplayModel(read_measurements(EXAMPLE)).at("chroma", 9000.5).code_to_code(written)
     # Half a step of 16 bits; and the seventh decimal, which a display makes a few times larger.
-    assert np.abs(given[:, :3] / WHITE - written).max() <= 0.5 / 65535 + 1e-6
-    assert (given[:, 3] == 65535).all()
+    assert np.abs(texels[:, :3] / WHITE - written).max() <= 0.5 / 65535 + 1e-6
+    assert (texels[:, 3] == 65535).all()
     for mode, hours, points in [("chroma", 0, 34), ("sepia", 0, 33), ("chroma", 18_001, 33), ("chroma", -1, 33)]:
         with pytest.raises(LutgenError):
             getattr(showing, kind)(mode, hours, points)
@@ -268,13 +268,13 @@ def test_the_first_picture_is_through_the_table_that_build_writes(lutgen: Callab
     overview = showing.open(data=EXAMPLE, baseline=None, model=None)
     first = overview["first"]
     assert not showing.idle()
-    given = np.frombuffer(showing.aged(**first), "<u2").reshape(-1, 4)[:, :3]
+    texels = np.frombuffer(showing.aged(**first), "<u2").reshape(-1, 4)[:, :3]
     where = ("--hours", f"{first['hours']:g}", "--mode", first["mode"], "--cubesize", str(first["size"]))
     lutgen("build", "--display", EXAMPLE, *where, "--format", "cube", "--no-certificates", "-o", str(tmp_path / "lut"))
     (cube,) = (tmp_path / "lut").rglob("*.cube")
     written = np.array([line.split() for line in cube.read_text().splitlines() if line[:1].isdigit()], float)
-    assert written.shape == given.shape
-    assert np.abs(given / WHITE - written).max() <= 0.5 / 65535 + 1e-6
+    assert written.shape == texels.shape
+    assert np.abs(texels / WHITE - written).max() <= 0.5 / 65535 + 1e-6
 
 
 def test_what_is_switched_on_can_be_left_out_of_the_picture() -> None:
@@ -284,11 +284,11 @@ def test_what_is_switched_on_can_be_left_out_of_the_picture() -> None:
     showing = Showing(told)
     showing.show(told.last("without"), without=True)
     showing.show(told.last("model"))
-    seen = {without: showing.aged("chroma", 9000.0, 17, without=without) for without in (False, True)}
-    assert seen[False] != seen[True]
+    pictures = {without: showing.aged("chroma", 9000.0, 17, without=without) for without in (False, True)}
+    assert pictures[False] != pictures[True]
     plain = Showing(told)
     plain.show(told.last("without"), without=True)
-    assert plain.aged("chroma", 9000.0, 17) == seen[True]
+    assert plain.aged("chroma", 9000.0, 17) == pictures[True]
 
 
 def test_the_difference_is_what_lifetime_prints(lutgen: Callable[..., Done], tmp_path: Path) -> None:
@@ -301,12 +301,14 @@ def test_the_difference_is_what_lifetime_prints(lutgen: Callable[..., Done], tmp
     assert (shown["width"], shown["shown_height"]) == (512, 512)
     imaging.count(str(tissue()), str(tmp_path / "colours"))
     showing.colours(str(tmp_path / "colours"))
-    given = showing.difference("chroma", 18_000.0)
+    difference = showing.difference("chroma", 18_000.0)
     printed = json.loads(lutgen("lifetime", str(tissue()), "--display", EXAMPLE, "--json", "-").out)
     mode = printed["images"][0]["modes"]["chroma"]
-    assert given["mean"] == pytest.approx(mode["curve"][-1]["mean"], rel=1e-12)
-    assert given["mean_2sd"] == pytest.approx(mode["curve"][-1]["mean_plus_2_sd"], rel=1e-12)
-    assert [given["hours_to_3"], given["hours_to_5"]] == [mode["lifetimes"][each]["mean"] for each in ("3", "5")]
+    assert difference["mean"] == pytest.approx(mode["curve"][-1]["mean"], rel=1e-12)
+    assert difference["mean_2sd"] == pytest.approx(mode["curve"][-1]["mean_plus_2_sd"], rel=1e-12)
+    assert [difference["hours_to_3"], difference["hours_to_5"]] == [
+        mode["lifetimes"][each]["mean"] for each in ("3", "5")
+    ]
 
 
 def test_sessions_dropped_together_need_hours_and_then_are_a_campaign(tmp_path: Path) -> None:
@@ -536,13 +538,13 @@ def test_from_the_simulated_campaign_to_its_lut(address: str, lutgen: Callable[.
     page.ask("find")
     assert page.hears("progress")["of"] > 0
     assert page.hears("verdict")["effects"] == BOTH
-    found = page.hears("error", lambda error: not error["provisional"] and len(error["effects"]) == 2)
-    assert found["noise_ratio"] < 1.1
+    event = page.hears("error", lambda error: not error["provisional"] and len(error["effects"]) == 2)
+    assert event["noise_ratio"] < 1.1
     line = shlex.split(json.loads(page.see("commands"))[0]["command"])
     assert line[:2] == ["lutgen", "refine"]
     model = tmp_path / "model.toml"
     refined = json.loads(lutgen(*line[1:-1], str(model), "--json", "-").out)
-    assert found["mean_de2000"] == refined["after"]["delta_e_mean"]
+    assert event["mean_de2000"] == refined["after"]["delta_e_mean"]
     (tmp_path / "display-a.csv").write_bytes(page.see("take", "&what=readings"))
     (tmp_path / "taken.toml").write_bytes(page.see("take", "&what=model"))
     # The same model, except the path to its readings.
@@ -666,15 +668,15 @@ def test_what_is_taken_is_what_the_commands_write(
     model = tmp_path / refine[-1]
     lutgen(*refine[1:-1], str(model))
     for kind, form in (("aged", "clf"), ("compensated", "clf"), ("aged", "icc")):
-        seen = f"&mode=chroma-luma&hours=11500&kind={kind}"
+        query = f"&mode=chroma-luma&hours=11500&kind={kind}"
         line = next(
-            each["command"] for each in json.loads(page.see("commands", seen)) if "--format cube" in each["command"]
+            each["command"] for each in json.loads(page.see("commands", query)) if "--format cube" in each["command"]
         )
         words = shlex.split(line.replace("--format cube", f"--format {form}"))
         words[words.index("--model") + 1] = str(model)
         lutgen(*words[1:-1], str(tmp_path / f"{kind}-{form}"))
         (built,) = (tmp_path / f"{kind}-{form}").rglob(f"*.{form}")
-        assert page.see("take", f"&what={form}{seen}") == built.read_bytes(), (kind, form)
+        assert page.see("take", f"&what={form}{query}") == built.read_bytes(), (kind, form)
     report = page.see("take", "&what=report").decode()
     assert report.startswith("<!DOCTYPE html>")
     assert "Does the model hold?" in report

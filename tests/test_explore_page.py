@@ -179,22 +179,22 @@ def until(condition: Callable[[], object], otherwise: str) -> None:
 
 def building(server: int) -> bool:
     """Whether `lutgen build` runs as a descendant of the server."""
-    found = [server]
-    for parent in found:
+    pids = [server]
+    for parent in pids:
         for task in Path(f"/proc/{parent}/task").glob("*/children"):
-            found += map(int, task.read_text().split())
-    lines = (Path(f"/proc/{each}/cmdline") for each in found)
+            pids += map(int, task.read_text().split())
+    lines = (Path(f"/proc/{each}/cmdline") for each in pids)
     return any(b"\0build\0" in line.read_bytes() for line in lines if line.exists())
 
 
 def switched_on(page: Page) -> set[str]:
-    found = page.ask("[...document.querySelectorAll('[role=switch]:checked')].map((each) => each.id)")
-    return {each.removeprefix("effect-") for each in found}
+    names = page.ask("[...document.querySelectorAll('[role=switch]:checked')].map((each) => each.id)")
+    return {each.removeprefix("effect-") for each in names}
 
 
 def overlapping(page: Page) -> list[str]:
     """Words of the error's head that overlap one another."""
-    found: list[str] = page.ask(
+    labels: list[str] = page.ask(
         """(() => {
             const words = ["ratio", "error-mean", "error-state", "error-where", "noise-line", "stop"]
                 .map((id) => document.querySelector(`#${id} span`) ?? document.getElementById(id))
@@ -210,12 +210,12 @@ def overlapping(page: Page) -> list[str]:
                 apart(boxes[i], boxes[i + 1 + j]) ? "" : `${one.textContent} / ${other.textContent}`)).filter(Boolean);
         })()"""
     )
-    return found
+    return labels
 
 
 def cut_words(page: Page) -> list[str]:
     """Words that are wider than the element that holds them."""
-    found: list[str] = page.ask(
+    words: list[str] = page.ask(
         """[..."h1 h2 button .button label dt dd figcaption .heads>span #error-mean".split(" ")]
             .flatMap((each) => [...document.querySelectorAll(each)])
             .filter((each) => each.scrollWidth > each.clientWidth + 1 && getComputedStyle(each).display !== "inline")
@@ -223,7 +223,7 @@ def cut_words(page: Page) -> list[str]:
             .filter((each) => getComputedStyle(each).clipPath === "none")
             .map((each) => each.textContent)"""
     )
-    return found
+    return words
 
 
 def shown_pixels(page: Page) -> np.ndarray[Any, np.dtype[np.uint8]]:
@@ -249,8 +249,8 @@ def test_the_whole_road_from_the_error_to_a_lut(either: tuple[Page, Path], tmp_p
     with explored(ROOT, "examples/display-a.csv") as (address, _):
         opened(page, address)
         lutgen("compare", "examples/display-a.csv", "--json", str(tmp_path / "c.json"))
-        found = json.loads((tmp_path / "c.json").read_text())
-        before = found["error"]["rms_sigma"] / found["floor"]["rms_sigma"]
+        content = json.loads((tmp_path / "c.json").read_text())
+        before = content["error"]["rms_sigma"] / content["floor"]["rms_sigma"]
         assert text(page, "#ratio-number") == shown(before)
         assert page.ask("document.querySelectorAll('.slice .point').length") > 30
         aged = shown_pixels(page)
@@ -472,8 +472,8 @@ def test_the_picture_answers_a_switch_and_shows_what_it_was_without_it(page_of_e
 
 def test_sizes_and_hours_are_in_words_and_with_spaces(page_of_either: Page) -> None:
     page = page_of_either
-    seen = "[...document.querySelectorAll('#effects li:not(.unseen-by-data) .seen')].map((each) => each.innerText)"
-    for words in page.ask(seen):
+    script = "[...document.querySelectorAll('#effects li:not(.unseen-by-data) .seen')].map((each) => each.innerText)"
+    for words in page.ask(script):
         # A size, its unit, and what has the size. The jump of the matrices has no size.
         assert re.fullmatch(r"any size|[\d.]+( ×10[⁻\d⁰-⁹]+)?( \S+)?\n.{10,}", words.strip()), words
     ends = page.ask("document.querySelector('[data-slice=hour] .point:last-child').getAttribute('aria-label')")
@@ -558,8 +558,8 @@ def test_another_baseline_gives_the_error_and_the_commands_of_that_baseline(
         page.wait(f"{READY} && {RATIO} !== {json.dumps(before)} && {FINAL}", LONG)
         file = tmp_path / f"{baseline}.json"
         lutgen("compare", "examples/display-a.csv", "--baseline", baseline, "--json", str(file))
-        found = json.loads(file.read_text())
-        assert text(page, "#ratio-number") == shown(found["error"]["rms_sigma"] / found["floor"]["rms_sigma"])
+        content = json.loads(file.read_text())
+        assert text(page, "#ratio-number") == shown(content["error"]["rms_sigma"] / content["floor"]["rms_sigma"])
     assert page.ask("document.getElementById('hours').valueAsNumber") == hours
     click(page, "#effect-black-level")
     page.wait(f"document.querySelector('.parameter') && {FINAL}", LONG)
@@ -695,7 +695,7 @@ def test_swatches_are_the_measured_and_the_predicted_colour(page_of_either: Page
     label = page.ask(LABELS)[0]
     image = page.ask("getComputedStyle(document.querySelector('#patches .swatch')).backgroundImage")
     measured, predicted = (
-        [int(each) for each in found.split(",")[:3]] for found in re.findall(r"rgba?\(([^)]*)\) 50%", image)
+        [int(each) for each in numbers.split(",")[:3]] for numbers in re.findall(r"rgba?\(([^)]*)\) 50%", image)
     )
     read = read_measurements("examples/display-a.csv")
     row = list(read.lines).index(int(label.split(":")[0].removeprefix("line ")))
@@ -784,17 +784,17 @@ def test_the_keyboard_reaches_everything(page_of_either: Page) -> None:
     """From the top of the page the Tab key reaches each control, and keys operate the controls."""
     page = page_of_either
     page.ask("document.body.tabIndex = -1, document.body.focus(), document.body.removeAttribute('tabindex')")
-    seen: list[str] = []
+    focused: list[str] = []
     for _ in range(120):
         page.press("Tab", 9)
-        seen.append(
+        focused.append(
             page.ask("document.activeElement.id || document.activeElement.className || document.activeElement.tagName")
         )
-        if seen[-1] == "own-file":
+        if focused[-1] == "own-file":
             break
     wanted = ["drop-open", "take-open", "map", "image", "viewer-bar", "hours", "patches", "find", "effect-black-level"]
-    assert [name for name in (*wanted, "own-line") if name not in seen] == []
-    assert sum("point" in each for each in seen) == page.ask("document.querySelectorAll('.points').length")
+    assert [name for name in (*wanted, "own-line") if name not in focused] == []
+    assert sum("point" in each for each in focused) == page.ask("document.querySelectorAll('.points').length")
     page.ask("document.getElementById('hours').focus()")
     hours = page.ask("document.getElementById('hours').valueAsNumber")
     page.press("ArrowLeft", 37)
@@ -820,11 +820,11 @@ def test_axe_finds_no_violation(page_of_either: Page, theme: str) -> None:
             page.ask(f"document.getElementById({panel!r}).showPopover()")
             time.sleep(0.3)
         # The first call covers the page behind an open panel.
-        found = page.ask(
+        violations = page.ask(
             f"window.axe.run({f'#{panel}' if panel else 'html'!r}).then(({{ violations }}) => "
             "violations.map(({ id, nodes }) => [id, nodes.map((each) => each.html)]))"
         )
-        assert found == [], panel
+        assert violations == [], panel
         if panel:
             page.ask(f"document.getElementById({panel!r}).hidePopover()")
 

@@ -24,9 +24,9 @@ def test_seven_tenths_of_the_largest_smooth_error_are_found(
     aged = DisplayModel(read_measurements(default_display())).at(mode, hours)
     lut, kind = Sampler().lut(aged, 33, "code", clip=True), TableKind("code", 33, clipped=True)
     few, many = Judge(), Judge()
-    said = few.compare(few.shown(lut), aged, kind)
+    certified = few.compare(few.shown(lut), aged, kind)
     many.code = certificate_colours(MANY)
     monkeypatch.setattr(fidelity, "CERTIFIED", MANY)
-    found = many.compare(many.shown(lut), aged, kind)
-    assert found.smooth.colours > 2 * sum(CERTIFIED)
-    assert said.smooth.max >= 0.7 * found.smooth.max
+    exact = many.compare(many.shown(lut), aged, kind)
+    assert exact.smooth.colours > 2 * sum(CERTIFIED)
+    assert certified.smooth.max >= 0.7 * exact.smooth.max

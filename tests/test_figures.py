@@ -60,11 +60,11 @@ def applied(folder: Path, model: DisplayModel, mode: str, hours: float) -> Any:
 def places(page: Any, picture: Any) -> list[tuple[int, int]]:
     """Row and column of every place where a page contains a picture, to the last bit."""
     high, wide = picture.shape[:2]
-    found = (page == picture[0, 0]).all(axis=2)
-    found &= np.roll((page == picture[-1, -1]).all(axis=2), (1 - high, 1 - wide), axis=(0, 1))
+    corners = (page == picture[0, 0]).all(axis=2)
+    corners &= np.roll((page == picture[-1, -1]).all(axis=2), (1 - high, 1 - wide), axis=(0, 1))
     return [
         (int(row), int(column))
-        for row, column in np.argwhere(found)
+        for row, column in np.argwhere(corners)
         if np.array_equal(page[row : row + high, column : column + wide], picture)
     ]
 
@@ -127,8 +127,8 @@ def test_figures_2_to_4_lie_as_the_captions_say(
 
 def test_figure_5_is_the_plot_of_lifetime(run: Callable[..., Done], tmp_path: Path, model: DisplayModel) -> None:
     assert run("figure", "5", "a.png", "-o", "f.png").code == 0
-    found = lifetime(["a.png"], model)
-    plot_lifetime(found, found.images[0], tmp_path / "p.png")
+    lifetimes = lifetime(["a.png"], model)
+    plot_lifetime(lifetimes, lifetimes.images[0], tmp_path / "p.png")
     assert (tmp_path / "f.png").read_bytes() == (tmp_path / "p.png").read_bytes()
 
 
@@ -138,9 +138,9 @@ def test_figure_6_holds_two_maps_on_the_papers_scale(
     drawn: list[tuple[str, float, tuple[float, float]]] = []
     real = difference_map.draw_map
 
-    def spy(axes: Any, found: Any, ends: tuple[float, float]) -> Any:
-        drawn.append((found.mode, axes.get_position().y0, ends))
-        return real(axes, found, ends)
+    def spy(axes: Any, drawn_map: Any, ends: tuple[float, float]) -> Any:
+        drawn.append((drawn_map.mode, axes.get_position().y0, ends))
+        return real(axes, drawn_map, ends)
 
     monkeypatch.setattr(difference_map, "draw_map", spy)
     assert run("figure", "6", "a.png", "-o", "f.png").code == 0
@@ -172,9 +172,9 @@ def test_a_sheet_has_a_row_a_mode_and_a_column_an_hour(
         for mode in ("chroma", "chroma-luma")
         for hours in (5000.0, 10_000.0, 18_000.0)
     }
-    assert {len(found) for found in at.values()} == {1}
-    rows = {mode: {found[0][0] for (each, _), found in at.items() if each == mode} for mode, _ in at}
-    columns = [{found[0][1] for (_, hour), found in at.items() if hour == hours} for hours in (5000.0, 1e4, 1.8e4)]
+    assert {len(spots) for spots in at.values()} == {1}
+    rows = {mode: {spots[0][0] for (each, _), spots in at.items() if each == mode} for mode, _ in at}
+    columns = [{spots[0][1] for (_, hour), spots in at.items() if hour == hours} for hours in (5000.0, 1e4, 1.8e4)]
     assert all(len(each) == 1 for each in (*rows.values(), *columns))
     assert max(rows["chroma"]) + 61 < min(rows["chroma-luma"])
     assert max(columns[0]) + 73 < min(columns[1]) < max(columns[1]) + 73 < min(columns[2])
@@ -247,11 +247,11 @@ def test_mp4_holds_the_frames_in_their_colours(run: Callable[..., Done], tmp_pat
     assert (done.code, done.err) == (0, "")
     asked = "stream=width,height,nb_read_frames,duration"
     probe = ["ffprobe", "-v", "error", "-count_frames", "-show_entries", asked, "-of", "default=nk=1:nw=1", "a.mp4"]
-    said = subprocess.run(probe, cwd=tmp_path, check=True, capture_output=True, text=True, timeout=60).stdout.split()
+    output = subprocess.run(probe, cwd=tmp_path, check=True, capture_output=True, text=True, timeout=60).stdout.split()
     series = aged_series(tmp_path / "a.png", model, ["chroma-luma"], [0.0, 9000.0, 18_000.0])
     expected = frame(series, "chroma-luma", 18_000.0)
     high, wide = (size + size % 2 for size in expected.shape[:2])
-    assert (int(said[0]), int(said[1]), float(said[2]), int(said[3])) == (wide, high, 3.0, 3)
+    assert (int(output[0]), int(output[1]), float(output[2]), int(output[3])) == (wide, high, 3.0, 3)
     take = ["ffmpeg", "-v", "error", "-i", "a.mp4", "-vf", "select=eq(n\\,2),scale=in_color_matrix=bt709", "last.png"]
     subprocess.run(take, cwd=tmp_path, check=True, capture_output=True, timeout=60)
     last = pixels(tmp_path / "last.png")[: expected.shape[0], : expected.shape[1]]

@@ -61,11 +61,11 @@ def bounds_of(name: str, form: Sequence[str]) -> dict[str, tuple[float, float]]:
     return {key: catalogue()[name].parameters[key].bounds for key in form}
 
 
-def assert_same(found: Fit, twin: Answer, *, chi2: float = 1e-4, sigma: float = NEAR) -> None:
-    assert found.chi2 == pytest.approx(twin.chi2, rel=chi2)
+def assert_same(solution: Fit, twin: Answer, *, chi2: float = 1e-4, sigma: float = NEAR) -> None:
+    assert solution.chi2 == pytest.approx(twin.chi2, rel=chi2)
     for name, value in twin.values.items():
-        assert found.terms[0].values[name] == pytest.approx(value, abs=sigma * twin.stderr[name])
-        assert found.stderr[0][name] == pytest.approx(twin.stderr[name], rel=0.01)
+        assert solution.terms[0].values[name] == pytest.approx(value, abs=sigma * twin.stderr[name])
+        assert solution.stderr[0][name] == pytest.approx(twin.stderr[name], rel=0.01)
 
 
 @pytest.mark.parametrize("name", mostly_slow(TRUTHS, "black-level", "backlight-decay"))
@@ -73,10 +73,10 @@ def test_a_fit_ends_where_the_twin_ends_and_near_the_truth(name: str) -> None:
     truth, baseline = TRUTHS[name]
     readings = measured(name)
     twin = solve(readings, FAULTS[name], bounds_of(name, tuple(truth)), fresh=baseline == "first-hour")
-    found = fitted(readings, name, tuple(truth), baseline)
-    assert_same(found, twin)
+    solution = fitted(readings, name, tuple(truth), baseline)
+    assert_same(solution, twin)
     for key, value in truth.items():
-        assert abs(found.terms[0].values[key] - value) < 4.0 * found.stderr[0][key]
+        assert abs(solution.terms[0].values[key] - value) < 4.0 * solution.stderr[0][key]
 
 
 def test_two_effects_are_fitted_together_as_the_twin_does() -> None:
@@ -87,7 +87,7 @@ def test_two_effects_are_fitted_together_as_the_twin_does() -> None:
     )
     problem = Problem.of(table(readings), instrument="0.002,0.003")
     terms = tuple(Term.at_rest(catalogue()[name], ("new",)) for name in ("black-level", "eotf-drift"))
-    found = fit(problem, terms)
+    solution = fit(problem, terms)
     split = Fault(
         linear=lambda linear, tau, p: FAULTS["eotf-drift"].linear(linear, tau, {"new": p["gamma"], "grown": 0.0}),
         xyz=lambda xyz, white, reading, tau, p: FAULTS["black-level"].xyz(
@@ -95,18 +95,18 @@ def test_two_effects_are_fitted_together_as_the_twin_does() -> None:
         ),
     )
     twin = solve(readings, split, {"leak": (0.0, 0.03), "gamma": (-0.3, 0.3)})
-    assert found.chi2 == pytest.approx(twin.chi2, rel=1e-4)
-    assert found.terms[0].values["new"] == pytest.approx(twin.values["leak"], abs=NEAR * twin.stderr["leak"])
-    assert found.terms[1].values["new"] == pytest.approx(twin.values["gamma"], abs=NEAR * twin.stderr["gamma"])
+    assert solution.chi2 == pytest.approx(twin.chi2, rel=1e-4)
+    assert solution.terms[0].values["new"] == pytest.approx(twin.values["leak"], abs=NEAR * twin.stderr["leak"])
+    assert solution.terms[1].values["new"] == pytest.approx(twin.values["gamma"], abs=NEAR * twin.stderr["gamma"])
 
 
 def test_the_gain_between_two_sessions_of_one_hour_is_fitted_as_the_twin_does() -> None:
     truth, _ = TRUTHS["black-level"]
     patches = [each for hour in HOURS for each in session(hour)] + session(HOURS[-1], "b")
     readings = noisy(patches, display(), FAULTS["black-level"], truth, seed=2)
-    found = fitted(readings, "black-level", tuple(truth), "colour-points")
-    assert_same(found, solve(readings, FAULTS["black-level"], bounds_of("black-level", tuple(truth))))
-    assert np.count_nonzero(found.gains) == 2
+    solution = fitted(readings, "black-level", tuple(truth), "colour-points")
+    assert_same(solution, solve(readings, FAULTS["black-level"], bounds_of("black-level", tuple(truth))))
+    assert np.count_nonzero(solution.gains) == 2
 
 
 @pytest.mark.slow
@@ -144,22 +144,22 @@ def test_parameters_that_trade_off_perfectly_do_not_keep_a_fit_from_its_minimum(
     patches = [each for hour in HOURS for each in session(hour)]
     readings = noisy(patches, display(ageing=0.0), Fault(tips=_held), truth, seed=4)
     twin = solve(readings, FAULTS["channel-decay"], bounds_of("channel-decay", form), fresh=True, held=True)
-    found = fitted(readings, "channel-decay", form, "first-hour", "held")
-    assert found.chi2 == pytest.approx(twin.chi2, rel=1e-3)
-    values = found.terms[0].values
+    solution = fitted(readings, "channel-decay", form, "first-hour", "held")
+    assert solution.chi2 == pytest.approx(twin.chi2, rel=1e-3)
+    values = solution.terms[0].values
     assert values["blue"] - values["red"] == pytest.approx(0.5, abs=0.02)
     assert values["green"] - values["red"] == pytest.approx(0.1, abs=0.02)
 
 
 def test_a_parameter_stops_at_its_bound_and_says_so() -> None:
     readings = measured("black-level", values={"new": -0.002, "grown": 0.003})
-    found = fitted(readings, "black-level", ("new", "grown"), "colour-points")
+    solution = fitted(readings, "black-level", ("new", "grown"), "colour-points")
     twin = solve(readings, FAULTS["black-level"], bounds_of("black-level", ("new", "grown")))
-    said = parameters_of(found)["black-level"]
-    assert said["new"]["value"] == 0.0 == catalogue()["black-level"].parameters["new"].bounds[0]
-    assert said["new"]["at_bound"]
-    assert not said["grown"]["at_bound"]
-    assert found.chi2 == pytest.approx(twin.chi2, rel=1e-4)
+    parameters = parameters_of(solution)["black-level"]
+    assert parameters["new"]["value"] == 0.0 == catalogue()["black-level"].parameters["new"].bounds[0]
+    assert parameters["new"]["at_bound"]
+    assert not parameters["grown"]["at_bound"]
+    assert solution.chi2 == pytest.approx(twin.chi2, rel=1e-4)
 
 
 @pytest.mark.parametrize(("name", "form", "why"), [
@@ -169,10 +169,10 @@ def test_a_parameter_stops_at_its_bound_and_says_so() -> None:
 ])  # fmt: skip
 def test_a_parameter_without_influence_has_no_standard_error(name: str, form: tuple[str, ...], why: str) -> None:
     readings = [each for each in measured("crosstalk") if not each.where]
-    found = fitted(readings, name, form, "colour-points")
-    assert np.isinf(found.stderr[0][form[0]]), why
-    assert parameters_of(found)[name][form[0]]["stderr"] is None
-    assert found.terms[0].values[form[0]] == catalogue()[name].rest()[form[0]]
+    solution = fitted(readings, name, form, "colour-points")
+    assert np.isinf(solution.stderr[0][form[0]]), why
+    assert parameters_of(solution)[name][form[0]]["stderr"] is None
+    assert solution.terms[0].values[form[0]] == catalogue()[name].rest()[form[0]]
 
 
 @pytest.mark.slow
@@ -181,11 +181,11 @@ def test_standard_errors_are_what_repeated_campaigns_scatter_by(name: str) -> No
     truth, baseline = TRUTHS[name]
     fits = [fitted(measured(name, seed=seed), name, tuple(truth), baseline) for seed in range(60)]
     for key, value in truth.items():
-        found = np.array([each.terms[0].values[key] for each in fits])
-        said = float(np.mean([each.stderr[0][key] for each in fits]))
+        values = np.array([each.terms[0].values[key] for each in fits])
+        stderr = float(np.mean([each.stderr[0][key] for each in fits]))
         # The standard deviation of 60 draws is known within 9 %, their mean within 0.13 standard deviations.
-        assert np.std(found, ddof=1) == pytest.approx(said, rel=0.3)
-        assert abs(found.mean() - value) < 4.0 * said / np.sqrt(60)
+        assert np.std(values, ddof=1) == pytest.approx(stderr, rel=0.3)
+        assert abs(values.mean() - value) < 4.0 * stderr / np.sqrt(60)
 
 
 @pytest.mark.slow
@@ -196,33 +196,33 @@ def test_estimates_of_what_is_not_there_scatter_by_their_standard_errors() -> No
     for seed in range(100):
         text = csv_text(Campaign(display=list(CLASSES)[seed % 4], design="colours", hours=NULL_HOURS, seed=seed))
         problem = Problem.of(read(text, file="null.csv", sha256=""))
-        for key, found in pulls.items():
+        for key, draws in pulls.items():
             name, parameter = key.split()
             end = fit(problem, (Term.at_rest(catalogue()[name], (parameter,)),))
-            found.append(end.terms[0].values[parameter] / end.stderr[0][parameter])
-    for key, found in pulls.items():
-        assert 0.8 < np.std(found) < 1.2, key  # 100 draws: ± 0.07
-        assert abs(np.mean(found)) < 0.35, key
+            draws.append(end.terms[0].values[parameter] / end.stderr[0][parameter])
+    for key, draws in pulls.items():
+        assert 0.8 < np.std(draws) < 1.2, key  # 100 draws: ± 0.07
+        assert abs(np.mean(draws)) < 0.35, key
 
 
 def test_chi2_counts_the_residuals_and_what_gains_and_tips_cost() -> None:
     truth, _ = TRUTHS["crosstalk"]
     hours = (0.0, 5000.0, 7000.0, 11_000.0)
     patches = [each for hour in hours for each in session(hour) if hour != 7000.0 or each.code not in TIPS]
-    found = fitted(
+    solution = fitted(
         noisy(patches, display(hours), FAULTS["crosstalk"], truth, seed=5), "crosstalk", ("new",), "colour-points"
     )
-    problem, total = found.problem, 0.0
-    for reading, light, cov in zip(problem.xyz, found.predicted, _covariances(found), strict=True):
+    problem, total = solution.problem, 0.0
+    for reading, light, cov in zip(problem.xyz, solution.predicted, _covariances(solution), strict=True):
         total += float((reading - light) @ np.linalg.solve(cov, reading - light))
-    total += float(((found.gains / problem.noise.session) ** 2).sum())
-    off = (found.tips - interpolated(problem, found.tips))[2] / problem.interpolation_sigma[2]
-    assert found.chi2 == pytest.approx(total + float((off**2).sum()), rel=1e-4)
-    assert found.freedom == 3 * len(patches) - 3 * 12 - 1
+    total += float(((solution.gains / problem.noise.session) ** 2).sum())
+    off = (solution.tips - interpolated(problem, solution.tips))[2] / problem.interpolation_sigma[2]
+    assert solution.chi2 == pytest.approx(total + float((off**2).sum()), rel=1e-4)
+    assert solution.freedom == 3 * len(patches) - 3 * 12 - 1
 
 
-def _covariances(found: Fit) -> Array:
-    inverse = np.linalg.inv(found.problem.whitener)
+def _covariances(solution: Fit) -> Array:
+    inverse = np.linalg.inv(solution.problem.whitener)
     return np.asarray(inverse @ np.swapaxes(inverse, 1, 2))
 
 
@@ -231,15 +231,15 @@ def test_rows_left_out_do_not_count() -> None:
     wrong = [replace(each, xyz=(9.0, 9.0, 9.0)) if k in {12, 40} else each for k, each in enumerate(readings)]
     problem = Problem.of(table(wrong), instrument="0.002,0.003")
     term = Term.at_rest(catalogue()["crosstalk"], ("new", "grown"))
-    kept = fit(
+    weighted = fit(
         Problem.of(table([each for k, each in enumerate(readings) if k not in {12, 40}]), instrument="0.002,0.003"),
         (term,),
     )
-    left = fit(problem.without([12, 40]), (term,))
-    assert left.chi2 == pytest.approx(kept.chi2, rel=1e-9)
-    assert left.terms[0].values == pytest.approx(kept.terms[0].values, rel=1e-9)
-    assert left.readings == kept.readings == 3 * (len(readings) - 2)
-    assert fit(problem, (term,)).chi2 > 10.0 * left.chi2
+    shorter = fit(problem.without([12, 40]), (term,))
+    assert shorter.chi2 == pytest.approx(weighted.chi2, rel=1e-9)
+    assert shorter.terms[0].values == pytest.approx(weighted.terms[0].values, rel=1e-9)
+    assert shorter.readings == weighted.readings == 3 * (len(readings) - 2)
+    assert fit(problem, (term,)).chi2 > 10.0 * shorter.chi2
 
 
 def test_leaving_out_the_last_reading_of_a_tip_is_refused() -> None:
@@ -261,11 +261,11 @@ def test_a_fit_is_the_same_twice_and_in_any_order_of_terms() -> None:
 
 
 def test_a_better_start_ends_at_the_same_minimum() -> None:
-    found = fitted(measured("crosstalk"), "crosstalk", ("new", "grown"), "colour-points")
-    again = fit(found.problem, found.terms, State((), found.tips, found.gains))
-    assert again.chi2 == pytest.approx(found.chi2, rel=1e-6)
+    solution = fitted(measured("crosstalk"), "crosstalk", ("new", "grown"), "colour-points")
+    again = fit(solution.problem, solution.terms, State((), solution.tips, solution.gains))
+    assert again.chi2 == pytest.approx(solution.chi2, rel=1e-6)
     np.testing.assert_allclose(
-        again.predicted, predict(found.problem, State(found.terms, found.tips, found.gains)), rtol=1e-5
+        again.predicted, predict(solution.problem, State(solution.terms, solution.tips, solution.gains)), rtol=1e-5
     )
 
 

@@ -57,7 +57,7 @@ def additive() -> Measurements:
 @pytest.fixture(scope="module")
 def displays() -> dict[str, AgedDisplay]:
     readings = read_measurements(default_display())
-    found = {
+    models = {
         f"{selection}, {mode}, {hours} h, {reference}": DisplayModel(
             readings, selection=selection, reference=reference
         ).at(mode, hours)
@@ -69,8 +69,8 @@ def displays() -> dict[str, AgedDisplay]:
             ("chroma-luma", 9_999.0, "relative"),
         )
     }
-    found["additive"] = DisplayModel(additive(), reference="absolute").at("chroma", 18_000.0)
-    return found
+    models["additive"] = DisplayModel(additive(), reference="absolute").at("chroma", 18_000.0)
+    return models
 
 
 @pytest.fixture(scope="module")
@@ -438,16 +438,16 @@ def test_a_clf_has_the_most_exact_form_that_the_model_admits(displays: dict[str,
     assert (more, nodes(root)) == ([], ["Exponent", "Matrix", "Exponent"])
     assert isinstance(matrix, MatrixLut)
     for name, aged in displays.items():
-        found = clf_of(aged)
+        tables = clf_of(aged)
         if name.startswith(("continuous, stable, 0.0 h, relative", "nearest, stable, 0.0 h, relative")):
-            assert [nodes(root) for _, root in found] == [["Exponent", "Matrix", "Exponent"]]
+            assert [nodes(root) for _, root in tables] == [["Exponent", "Matrix", "Exponent"]]
         elif name.startswith("continuous"):
-            assert [nodes(root) for _, root in found] == [["Exponent", "LUT3D", "Exponent"]]
-            assert found[0][0].size == 2
+            assert [nodes(root) for _, root in tables] == [["Exponent", "LUT3D", "Exponent"]]
+            assert tables[0][0].size == 2
         elif name.startswith("nearest"):
-            assert [nodes(root) for _, root in found] == [["LUT3D"], ["Exponent", "LUT3D", "Exponent"]]
-            assert [lut.space for lut, _ in found] == ["code", "linear"]
-            assert [lut.size for lut, _ in found] == [17, 17]
+            assert [nodes(root) for _, root in tables] == [["LUT3D"], ["Exponent", "LUT3D", "Exponent"]]
+            assert [lut.space for lut, _ in tables] == ["code", "linear"]
+            assert [lut.size for lut, _ in tables] == [17, 17]
 
 
 def test_in_a_clf_blue_is_fastest_interpolation_tetrahedral_and_depths_are_float(
@@ -628,14 +628,14 @@ def test_the_two_bindings_are_two(both: BothBindings) -> None:
 
 @pytest.mark.slow(every=True)
 def test_both_bindings_give_the_same_luts_byte_for_byte(both: BothBindings) -> None:
-    found = []
+    hashes = []
     for folder in map(both.built, BINDINGS):
         # The text of a config differs between versions, and an archive holds a config.
         others = {"config.ocio", "manifest.json", "aged.ocioz"}
         luts = [path for path in sorted(folder.rglob("*")) if path.is_file() and path.name not in others]
-        found.append({str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in luts})
-    assert len(found[0]) == 3 * 3 * (len(format_names()) - 1 + 1 + 2)
-    assert found[0] == found[1]
+        hashes.append({str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest() for path in luts})
+    assert len(hashes[0]) == 3 * 3 * (len(format_names()) - 1 + 1 + 2)
+    assert hashes[0] == hashes[1]
 
 
 @pytest.mark.slow

@@ -75,9 +75,9 @@ def test_a_profile_is_what_the_standard_says(
     assert (data[12:16], data[16:20], data[20:24], data[36:40]) == (device_class, b"RGB ", space, b"acsp")
     # The standard's own D50: every profile has these bytes (ICC.1, 7.2.16).
     assert data[68:80].hex() == "0000f6d6000100000000d32d"
-    found = tags_of(data)
-    assert list(found) == tags.split()
-    assert all(struct.unpack_from(">I", content, 4) == (0,) for content in found.values())
+    by_signature = tags_of(data)
+    assert list(by_signature) == tags.split()
+    assert all(struct.unpack_from(">I", content, 4) == (0,) for content in by_signature.values())
     blank = data[:44] + bytes(4) + data[48:64] + bytes(4) + data[68:84] + bytes(16) + data[100:]
     assert data[84:100] == hashlib.md5(blank, usedforsecurity=False).digest()
 

@@ -102,9 +102,9 @@ def test_a_cube_for_resolve_whose_curve_would_be_straight_has_none_and_no_input_
     """Readers that know no curves mistake the numbers of LUT_3D_INPUT_RANGE and a curve's rows for table rows."""
     path = written("resolve", aged, tmp_path, candidate=0)
     assert re.fullmatch(rb"(#[^\n]*\n)+LUT_3D_SIZE 17\n%s{%d}" % (ROWS, SIZE**3), path.read_bytes())
-    found = lint(path, ask_readers=True)
-    assert found.clean
-    assert not found.findings
+    report = lint(path, ask_readers=True)
+    assert report.clean
+    assert not report.findings
     plain = written("cube", aged, tmp_path)
     code = np.random.default_rng(34).random((500, 3))
     np.testing.assert_array_equal(apply_lut(path, code), apply_lut(plain, code))

@@ -16,15 +16,15 @@ def test_two_thousand_mutations_find_nothing() -> None:
 
 def test_no_letter_of_a_cube_can_be_wrong_unseen(tmp_path: Path) -> None:
     """`make fuzz ARGS="--only rows --count 20000"` tests ten thousand. The bound is the last decimal."""
-    found = [fuzz.one("rows", 7, case, tmp_path) for case in range(300)]
-    assert not any(found)
+    failures = [fuzz.one("rows", 7, case, tmp_path) for case in range(300)]
+    assert not any(failures)
 
 
 def test_a_reader_that_raises_and_a_fault_that_is_not_told_are_failures(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(fuzz, "checked_table", lambda _file, lut, _folder: lut)
-    lenient = [found for case in range(40) if (found := fuzz.one("rows", 7, case, tmp_path))]
+    lenient = [fault for case in range(40) if (fault := fuzz.one("rows", 7, case, tmp_path))]
     assert any("off" in failure.what or "cannot read" in failure.what for failure in lenient)
     monkeypatch.setitem(fuzz.KINDS, "rows", lambda *_: 1 // 0)
     failure = fuzz.one("rows", 7, 1, tmp_path)

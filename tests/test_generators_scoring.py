@@ -15,7 +15,7 @@ from tests.generators import spectral
 from tests.generators.meters import METERS
 from tests.generators.rewritings import NOTHING_LOST, OF_TRUTH, SOMETHING_LOST
 from tests.generators.scoring import ask as asking
-from tests.generators.scoring.ask import Answered, Rewritten, Said, ask, put
+from tests.generators.scoring.ask import Answered, Outcome, Rewritten, ask, put
 from tests.generators.scoring.figures import FIGURES, result, right
 from tests.generators.scoring.questions import LAWS, SORTS, Question, Wanted, questions
 from tests.generators.scoring.report import report
@@ -46,7 +46,7 @@ def _answered(
     sort: str, verdict: str, effects: Sequence[str] = (), *, truth: Sequence[str] = ("black-level",), **more: object
 ) -> Answered:
     question = replace(Question("stub", sort, 0, 1, effects=tuple(truth)), **more)  # type: ignore[arg-type]
-    return Answered(question, (), Said(Reply(verdict, effects=tuple(effects))))
+    return Answered(question, (), Outcome(Reply(verdict, effects=tuple(effects))))
 
 
 @pytest.mark.parametrize(
@@ -99,11 +99,11 @@ def test_blind_designs_are_judged(design: str, name: str, verdict: str, effects:
 def test_a_figure_is_a_share_of_its_own_questions_with_wilsons_interval() -> None:
     clear = next(figure for figure in FIGURES if figure.title.startswith("right family, clear"))
     answers = [_answered("clear", "named", ["black-level"])] * 3 + [_answered("clear", "consistent")]
-    found = result(clear, [*answers, _answered("faint", "consistent")])
-    assert found is not None
-    assert (found.hits, found.n, found.met) == (3, 4, False)
+    share = result(clear, [*answers, _answered("faint", "consistent")])
+    assert share is not None
+    assert (share.hits, share.n, share.met) == (3, 4, False)
     # Wilson's interval of 3 of 4 at 95 %, by its closed form.
-    assert found.interval == pytest.approx((0.3006, 0.9544), abs=1e-4)
+    assert share.interval == pytest.approx((0.3006, 0.9544), abs=1e-4)
     assert result(clear, [_answered("faint", "consistent")]) is None
 
 
@@ -167,11 +167,11 @@ def test_displays_of_their_own_curves_are_not_foretold_from_hour_0() -> None:
 
 @pytest.mark.parametrize("target", [1.2, 3.0, 9.0])
 def test_a_hidden_size_is_solved_for(target: float) -> None:
-    found = sized(partial(_hiding, "black-level"), target, baseline="colour-points")
-    assert found.multiple == pytest.approx(target, rel=0.06)
+    solution = sized(partial(_hiding, "black-level"), target, baseline="colour-points")
+    assert solution.multiple == pytest.approx(target, rel=0.06)
     twice = sized(partial(_hiding, "black-level"), 2 * target, baseline="colour-points")
     # A leak is linear in its size.
-    assert twice.size / found.size == pytest.approx(2.0, rel=0.12)
+    assert twice.size / solution.size == pytest.approx(2.0, rel=0.12)
 
 
 def test_a_wrong_model_of_the_display_hides_more() -> None:
@@ -197,7 +197,7 @@ def test_a_typical_size_that_no_meter_would_see_is_left_out(
     sort: str, multiples: tuple[float, ...], counts: bool
 ) -> None:
     question = Question("stub", sort, 0, 7, effects=("meter-drift",), sizes=(0.8,), typical=True)
-    assert Answered(question, multiples, Said(Reply("consistent"))).large_enough is counts
+    assert Answered(question, multiples, Outcome(Reply("consistent"))).large_enough is counts
 
 
 def test_uniform_decay_shows_from_hour_0_alone() -> None:
@@ -222,13 +222,13 @@ def test_lutgen_is_asked_with_the_file_and_answers() -> None:
 
 
 def test_a_file_that_lutgen_refuses_is_a_reply() -> None:
-    said = put(Question("stub", "clear", 0, 1), "hour,R,G,B\n")
-    assert said.reply.verdict == "refused"
-    assert "readings.csv" in said.reply.sentence
+    outcome = put(Question("stub", "clear", 0, 1), "hour,R,G,B\n")
+    assert outcome.reply.verdict == "refused"
+    assert "readings.csv" in outcome.reply.sentence
 
 
 def test_each_rewriting_is_tried_and_compared(monkeypatch: pytest.MonkeyPatch) -> None:
-    replies = iter([Said(Reply("named", ("black-level",)), {"black-level": 0.9}, 1.0)] * 1000)
+    replies = iter([Outcome(Reply("named", ("black-level",)), {"black-level": 0.9}, 1.0)] * 1000)
     monkeypatch.setattr(asking, "put", lambda _question, _text: next(replies))
     question = Question("stub", "rewritten", 0, 7, effects=("black-level",), sizes=(8.0,))
     answer = ask(question)
@@ -240,39 +240,41 @@ def test_each_rewriting_is_tried_and_compared(monkeypatch: pytest.MonkeyPatch) -
 
 
 @pytest.mark.parametrize(
-    ("said", "verdict", "figures"),
+    ("outcome", "verdict", "figures"),
     [
-        (Said(Reply("named", ("black-level",)), {"black-level": 0.904}, 1.004), True, True),
-        (Said(Reply("named", ("black-level",)), {"black-level": 0.93}, 1.0), True, False),
-        (Said(Reply("named", ("black-level",)), {"black-level": 0.9}, 1.1), True, False),
-        (Said(Reply("named", ("loading",)), {"loading": 0.9}, 1.0), False, False),
-        (Said(Reply("refused", sentence="why")), False, False),
+        (Outcome(Reply("named", ("black-level",)), {"black-level": 0.904}, 1.004), True, True),
+        (Outcome(Reply("named", ("black-level",)), {"black-level": 0.93}, 1.0), True, False),
+        (Outcome(Reply("named", ("black-level",)), {"black-level": 0.9}, 1.1), True, False),
+        (Outcome(Reply("named", ("loading",)), {"loading": 0.9}, 1.0), False, False),
+        (Outcome(Reply("refused", sentence="why")), False, False),
     ],
 )
 def test_a_change_by_rewriting_is_seen(
-    said: Said, *, verdict: bool, figures: bool, monkeypatch: pytest.MonkeyPatch
+    outcome: Outcome, *, verdict: bool, figures: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    before = Said(Reply("named", ("black-level",)), {"black-level": 0.9}, 1.0)
-    replies = iter([before, *[said] * 1000])
+    before = Outcome(Reply("named", ("black-level",)), {"black-level": 0.9}, 1.0)
+    replies = iter([before, *[outcome] * 1000])
     monkeypatch.setattr(asking, "put", lambda _question, _text: next(replies))
     answer = ask(Question("stub", "rewritten", 0, 7))
     tried = [each for each in answer.rewritten if not each.cannot]
     assert {(each.verdict, each.figures) for each in tried} == {(verdict, figures)}
     lossless = next(figure for figure in FIGURES if figure.title.startswith("nothing lost: verdict, share"))
-    found = result(lossless, [answer])
-    assert found is not None
-    assert found.value == (0.0 if figures else 1.0)
+    share = result(lossless, [answer])
+    assert share is not None
+    assert share.value == (0.0 if figures else 1.0)
 
 
 def test_the_report_shows_generators_side_by_side_and_where_they_disagree() -> None:
     ours = [_answered("clear", "named", ["black-level"])] * 20
     theirs = [replace(one, question=replace(one.question, generator="other")) for one in ours]
-    wrong = [replace(one, said=Said(Reply("named", effects=("loading",)))) for one in theirs]
-    broken = replace(_answered("clear", "traceback"), said=Said(Reply("traceback", sentence="ValueError: matmul")))
+    wrong = [replace(one, outcome=Outcome(Reply("named", effects=("loading",)))) for one in theirs]
+    broken = replace(
+        _answered("clear", "traceback"), outcome=Outcome(Reply("traceback", sentence="ValueError: matmul"))
+    )
     changed = replace(
         _answered("rewritten", "consistent"),
         rewritten=(
-            Rewritten("lines that end in CR LF", lossless=True, verdict=False, figures=False, said="refused: a | b"),
+            Rewritten("lines that end in CR LF", lossless=True, verdict=False, figures=False, answer="refused: a | b"),
         ),
     )
     text = report([*ours, *wrong, broken, changed])
@@ -288,7 +290,7 @@ def test_the_command_prints_figures_and_says_by_its_exit_code_whether_they_meet_
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def consistent(question: Question) -> Answered:
-        return Answered(question, (), Said(Reply("consistent", seconds=0.1)))
+        return Answered(question, (), Outcome(Reply("consistent", seconds=0.1)))
 
     monkeypatch.setattr(command, "ask", consistent)
     few = ["--per-kind", "1", "--workers", "0"]
@@ -312,7 +314,7 @@ def test_a_run_that_is_out_of_time_reports_what_was_asked(
 
 def _slowly(question: Question) -> Answered:
     time.sleep(0.1)
-    return Answered(question, (), Said(Reply("consistent", seconds=0.1)))
+    return Answered(question, (), Outcome(Reply("consistent", seconds=0.1)))
 
 
 def test_a_generator_that_is_not_there_is_left_out_and_said_so(
@@ -321,6 +323,6 @@ def test_a_generator_that_is_not_there_is_left_out_and_said_so(
     monkeypatch.setitem(SOURCES, "gone", Source("gone", "tests.generators.gone"))
     monkeypatch.setitem(SOURCES, "bare", Source("bare", "tests.stub_generator", needs="LUTGEN_NO_SUCH_DATA"))
     assert command.main(["--generator", "gone", "--generator", "bare"]) == 1
-    said = capsys.readouterr().err
-    assert "gone is left out: there is no tests.generators.gone" in said
-    assert "bare is left out: LUTGEN_NO_SUCH_DATA is not set" in said
+    output = capsys.readouterr().err
+    assert "gone is left out: there is no tests.generators.gone" in output
+    assert "bare is left out: LUTGEN_NO_SUCH_DATA is not set" in output

@@ -73,13 +73,13 @@ def test_a_shader_draws_what_numpy_computes_from_the_table(
     """Compute the tetrahedra, the matrices and the curves in double precision, without a renderer."""
     lib = ocio()
     config = lib.Config.CreateFromFile(str(built / CONFIG))
-    found = gpu.drawn_by_gpu(
+    shown = gpu.drawn_by_gpu(
         config.getProcessor(lib.DisplayViewTransform("Source signal", viewer, "Aged")), colours.astype(np.float32)
     )
     record = next(each for each in json.loads((built / "manifest.json").read_text())["files"] if each["kind"] == "lut")
     table = Sampler().lut(model.at("chroma", HOURS[0]), record["size"], record["space"], clip=record["clipped"])
     expected = viewer_values(code_to_linear(table.apply(colours)), viewer)
-    away = np.abs(np.clip(found, 0, 1) - np.clip(expected, 0, 1)).max(axis=1)
+    away = np.abs(np.clip(shown, 0, 1) - np.clip(expected, 0, 1)).max(axis=1)
     assert np.quantile(away, 0.99) < 2e-5
     # Near black, float32 tables and Rec.1886's steep curve have larger errors. The CPU has the same errors.
     assert away.max() < 4e-4
@@ -106,9 +106,9 @@ def test_a_picture_of_any_length_is_drawn_whole(built: Path) -> None:
     unaged = config.getProcessor(lib.DisplayViewTransform("Source signal", "sRGB", "Un-aged"))
     for count in (1, 511, 512, 513, 2000):
         code = np.random.default_rng(count).random((count, 3)).astype(np.float32)
-        found = gpu.drawn_by_gpu(unaged, code)
-        assert found.shape == (count, 3)
-        np.testing.assert_allclose(found, code, rtol=0, atol=2e-5)
+        shown = gpu.drawn_by_gpu(unaged, code)
+        assert shown.shape == (count, 3)
+        np.testing.assert_allclose(shown, code, rtol=0, atol=2e-5)
 
 
 @drawn

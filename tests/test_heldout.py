@@ -32,17 +32,17 @@ def fitted(name: str, *, with_effect: bool = True) -> Fit:
     return fit(problem, terms)
 
 
-def refitted(found: Fit) -> list[float]:
+def refitted(solution: Fit) -> list[float]:
     """The oracle: for each cell in turn, fit without the cell and predict the cell from this fit."""
     squares = []
-    for cell in cells(found.problem):
-        rest = found.problem.without([int(row) for row in found.problem.rows[cell]])
-        again = fit(rest, [Term.at_rest(term.effect, term.free) for term in found.terms])
-        gains = np.zeros_like(found.gains)
+    for cell in cells(solution.problem):
+        rest = solution.problem.without([int(row) for row in solution.problem.rows[cell]])
+        again = fit(rest, [Term.at_rest(term.effect, term.free) for term in solution.terms])
+        gains = np.zeros_like(solution.gains)
         gains[: again.gains.size] = again.gains
-        whole = replace(found, terms=again.terms, tips=again.tips, gains=gains)
-        left = whiten(found.problem, found.problem.xyz - whole.predicted)[cell]
-        squares.append(float((left**2).sum()))
+        whole = replace(solution, terms=again.terms, tips=again.tips, gains=gains)
+        residual = whiten(solution.problem, solution.problem.xyz - whole.predicted)[cell]
+        squares.append(float((residual**2).sum()))
     return squares
 
 
@@ -53,15 +53,15 @@ def refitted(found: Fit) -> list[float]:
     ("eotf-drift", 0.03),
 ], "black-level"))  # fmt: skip
 def test_withheld_cells_are_predicted_as_a_refit_predicts_them(name: str, tolerance: float) -> None:
-    found = fitted(name)
-    fast, slow = held_out(found).squares, refitted(found)
-    assert fast.size == len(cells(found.problem))
+    solution = fitted(name)
+    fast, slow = held_out(solution).squares, refitted(solution)
+    assert fast.size == len(cells(solution.problem))
     np.testing.assert_allclose(fast, slow, rtol=tolerance)
 
 
 def test_so_are_those_of_a_model_without_effects() -> None:
-    found = fitted("crosstalk", with_effect=False)
-    np.testing.assert_allclose(held_out(found).squares, refitted(found), rtol=1e-6)
+    solution = fitted("crosstalk", with_effect=False)
+    np.testing.assert_allclose(held_out(solution).squares, refitted(solution), rtol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -72,28 +72,28 @@ def test_from_hour_0_whole_sessions_are_withheld_and_their_gains_counted(name: s
     patches = [each for hour in LATER for each in session(hour)]
     readings = table(noisy(patches, display(LATER, ageing=0.0), FAULTS[name], truth, 4), luminance="free")
     problem = Problem.of(readings, baseline="first-hour", instrument="0.002,0.003")
-    found, squares = fit(problem, (Term.at_rest(catalogue()[name], form),)), []
+    solution, squares = fit(problem, (Term.at_rest(catalogue()[name], form),)), []
     for hour in range(1, len(LATER)):
         cell = np.flatnonzero(problem.hour_of == hour)
         rest = problem.without([int(row) for row in problem.rows[cell]])
-        again = fit(rest, [Term.at_rest(term.effect, term.free) for term in found.terms])
+        again = fit(rest, [Term.at_rest(term.effect, term.free) for term in solution.terms])
         tips = np.repeat(again.tips[:1], problem.hours.size, axis=0)
-        whole = replace(found, terms=again.terms, tips=tips, gains=np.zeros_like(found.gains))
+        whole = replace(solution, terms=again.terms, tips=tips, gains=np.zeros_like(solution.gains))
         # χ² of the session with a free gain, weighted by the prior of the gain: a line through the residuals.
         light = whiten(problem, whole.predicted)[cell].ravel()
-        left = whiten(problem, problem.xyz - whole.predicted)[cell].ravel()
+        residual = whiten(problem, problem.xyz - whole.predicted)[cell].ravel()
         known = 1.0 / problem.noise.session**2
-        gain = float(light @ left) / (float(light @ light) + known)
-        squares.append(float(((left - gain * light) ** 2).sum()) + known * gain**2)
-    np.testing.assert_allclose(held_out(found).squares, squares, rtol=0.03)
+        gain = float(light @ residual) / (float(light @ light) + known)
+        squares.append(float(((residual - gain * light) ** 2).sum()) + known * gain**2)
+    np.testing.assert_allclose(held_out(solution).squares, squares, rtol=0.03)
 
 
 def test_a_parameter_at_its_bound_stays_there() -> None:
     readings = measured("black-level", values={"new": -0.002, "grown": 0.003})
     problem = Problem.of(table(readings), instrument="0.002,0.003")
-    found = fit(problem, (Term.at_rest(catalogue()["black-level"], ("new", "grown")),))
-    assert found.terms[0].values["new"] == 0.0
-    np.testing.assert_allclose(held_out(found).squares, refitted(found), rtol=0.01)
+    solution = fit(problem, (Term.at_rest(catalogue()["black-level"], ("new", "grown")),))
+    assert solution.terms[0].values["new"] == 0.0
+    np.testing.assert_allclose(held_out(solution).squares, refitted(solution), rtol=0.01)
 
 
 def test_cells_are_a_family_or_a_condition_of_one_hour_and_never_the_tips() -> None:
@@ -101,10 +101,10 @@ def test_cells_are_a_family_or_a_condition_of_one_hour_and_never_the_tips() -> N
     problem = Problem.of(read(text, file="full.csv", sha256=""))
     drive = problem.readings.drive[problem.rows]
     tips = (drive[:, np.newaxis] == np.array(TIPS)).all(axis=-1).any(axis=1) & problem.readings.at_rest()[problem.rows]
-    found = cells(problem)
-    assert not tips[np.concatenate(found)].any()
-    assert np.unique(np.concatenate(found)).size == np.concatenate(found).size == np.count_nonzero(~tips)
-    for cell in found:
+    groups = cells(problem)
+    assert not tips[np.concatenate(groups)].any()
+    assert np.unique(np.concatenate(groups)).size == np.concatenate(groups).size == np.count_nonzero(~tips)
+    for cell in groups:
         assert np.unique(problem.hour_of[cell]).size == 1
         for column in ("u", "ambient_lx", "window"):
             unusual = (
@@ -121,9 +121,9 @@ def test_an_hour_of_one_family_can_be_withheld_whole() -> None:
     greys = [each for each in session(7000.0) if len(set(each.code)) == 1 and each.code != TIPS[0] and not each.where]
     greys = [each for each in greys if each.code[0] > 0]
     patches = [each for hour in hours for each in (greys if hour == 7000.0 else session(hour))]
-    found = fit(Problem.of(table(noisy(patches, tips, Fault(), {}, seed=8)), instrument="0.002,0.003"))
-    alone = next(k for k, cell in enumerate(cells(found.problem)) if found.problem.hour_of[cell[0]] == 2)
-    held = held_out(found).squares[alone]
+    solution = fit(Problem.of(table(noisy(patches, tips, Fault(), {}, seed=8)), instrument="0.002,0.003"))
+    alone = next(k for k, cell in enumerate(cells(solution.problem)) if solution.problem.hour_of[cell[0]] == 2)
+    held = held_out(solution).squares[alone]
     numbers = 3 * len(greys)
     assert 0.2 * numbers < held < 30.0 * numbers  # without the session its gain of 0.3 % is unknown: 1.5 σ of a reading
 
@@ -181,8 +181,8 @@ def test_of_two_sessions_cells_of_the_later_one_are_withheld(
     gain, deviation = withheld.gain_over(held_out(bare))
     assert (gain > 2.0 * deviation) == confirmed
     assert gain >= -2.0 * deviation
-    found = Candidate(catalogue()[name], form, true, bare.chi2 - true.chi2, refined=False)
-    assert admissible(found, bare, _stated(bare), 50)
+    candidate = Candidate(catalogue()[name], form, true, bare.chi2 - true.chi2, refined=False)
+    assert admissible(candidate, bare, _stated(bare), 50)
 
 
 def _stated(bare: Fit) -> PureError:
@@ -196,8 +196,8 @@ def test_the_error_of_a_gain_is_what_it_scatters_by(count: int) -> None:
     noise = np.random.default_rng(5).standard_normal((2000, count, 4))
     true, other = (noise**2).sum(axis=-1), ((noise + np.array([3.0, 0.0, 0.0, 0.0])) ** 2).sum(axis=-1)
     four = np.full(count, 4)
-    found = [HeldOut(a, four).gain_over(HeldOut(b, four)) for a, b in zip(true, other, strict=True)]
-    gain, deviation = np.array(found).T
+    gains = [HeldOut(a, four).gain_over(HeldOut(b, four)) for a, b in zip(true, other, strict=True)]
+    gain, deviation = np.array(gains).T
     np.testing.assert_allclose(gain, (other - true).sum(axis=1))
     # The uncertainty of a spread over six cells is a third, and the smaller of two spreads is biased low.
     assert np.median(deviation) == pytest.approx(np.std(gain), rel=0.25 if count == 6 else 0.1)
@@ -218,6 +218,6 @@ def test_what_shows_in_a_few_cells_of_many_is_confirmed_by_them() -> None:
 
 def test_nothing_to_withhold_is_no_error_and_no_gain() -> None:
     patches = [each for hour in HOURS for each in session(hour) if each.code in TIPS]
-    found = fit(Problem.of(table(noisy(patches, display(), Fault(), {}, seed=8))))
-    assert held_out(found).rms_sigma == 0.0
-    assert held_out(found).gain_over(held_out(found)) == (0.0, np.inf)
+    solution = fit(Problem.of(table(noisy(patches, display(), Fault(), {}, seed=8))))
+    assert held_out(solution).rms_sigma == 0.0
+    assert held_out(solution).gain_over(held_out(solution)) == (0.0, np.inf)

@@ -95,10 +95,10 @@ def tips_and(*greys: tuple[float, float, float], repeats: int = 1) -> Measuremen
 
 @pytest.mark.parametrize("greys", [((1.3, 1.3, 1.3),), ((1.3, 1.3, 1.3), (1.28, 1.28, 1.28))])
 def test_nothing_is_consistent_that_the_f_test_rejects(greys: tuple[tuple[float, float, float], ...]) -> None:
-    found = diagnose(tips_and(*greys, repeats=4))
-    assert found.comparison.error.delta_e_mean > 4.0 * found.comparison.floor.delta_e_mean
-    assert found.error.p_of_lack_of_fit(found.explanation.base) < 0.01
-    assert found.verdict.name != "consistent"
+    diagnosis = diagnose(tips_and(*greys, repeats=4))
+    assert diagnosis.comparison.error.delta_e_mean > 4.0 * diagnosis.comparison.floor.delta_e_mean
+    assert diagnosis.error.p_of_lack_of_fit(diagnosis.explanation.base) < 0.01
+    assert diagnosis.verdict.name != "consistent"
 
 
 def test_scatter_that_is_too_large_and_even_is_the_measurements() -> None:
@@ -110,19 +110,19 @@ def test_scatter_that_is_too_large_and_even_is_the_measurements() -> None:
     root = np.linalg.cholesky(Problem.of(quiet).noise.covariance(quiet.xyz_cd_m2))
     off = np.einsum("nij,nj->ni", root, rng.standard_normal((groups.max() + 1, 3))[groups])
     loud = quiet.with_light(quiet.xyz_cd_m2 + 3.0 * off)
-    found = diagnose(loud)
+    diagnosis = diagnose(loud)
     assert base.chi2 < 1.2 * base.freedom
-    assert found.verdict.name == "measurement-problem"
-    assert "Repeat white ten times" in found.verdict.sentence
+    assert diagnosis.verdict.name == "measurement-problem"
+    assert "Repeat white ten times" in diagnosis.verdict.sentence
 
 
 def test_no_form_has_more_parameters_than_the_readings_bear() -> None:
     few = tips_and((1.3, 1.2, 1.1), (1.25, 1.2, 1.15))
     problem = Problem.of(few, instrument="0.002,0.003")
     assert problem.max_parameters == 0
-    found = diagnose(few, instrument="0.002,0.003")
-    assert found.verdict.effects == ()
-    assert {each.effect for each in found.ranking} <= {"matrix-switching"}  # matrix-switching has no parameters
+    diagnosis = diagnose(few, instrument="0.002,0.003")
+    assert diagnosis.verdict.effects == ()
+    assert {each.effect for each in diagnosis.ranking} <= {"matrix-switching"}  # matrix-switching has no parameters
     rich = Problem.of(readings("leak"))
     base = fit(rich)
     for effect in catalogue().values():
@@ -137,8 +137,8 @@ def test_what_diagnose_recommends_refine_does_not_refuse(
     monkeypatch.chdir(tmp_path)
     run: Callable[..., Done] = in_process(monkeypatch, capsys)
     (tmp_path / "data.csv").write_text(single(text_of(name)), encoding="utf-8")
-    told = run("diagnose", "data.csv")
-    (line,) = [line for line in told.lines if "lutgen refine" in line]
+    output = run("diagnose", "data.csv")
+    (line,) = [line for line in output.lines if "lutgen refine" in line]
     done = run(*line[line.index("lutgen") :].split()[1:], "--force")
     assert done.code == 0, done.err
 
@@ -146,11 +146,11 @@ def test_what_diagnose_recommends_refine_does_not_refuse(
 def test_a_parameter_that_no_reading_depends_on_has_no_error() -> None:
     problem = Problem.of(readings("leak"))
     effect = catalogue()["edge-falloff"]
-    found = fit(problem, (Term.at_rest(effect, ("new", "grown")),))
+    solution = fit(problem, (Term.at_rest(effect, ("new", "grown")),))
     for each in ("new", "grown"):
-        assert parameters_of(found)["edge-falloff"][each]["stderr"] is None
-    seen = fit(problem, (Term.at_rest(catalogue()["black-level"], ("new",)),))
-    stderr = parameters_of(seen)["black-level"]["new"]["stderr"]
+        assert parameters_of(solution)["edge-falloff"][each]["stderr"] is None
+    one_parameter = fit(problem, (Term.at_rest(catalogue()["black-level"], ("new",)),))
+    stderr = parameters_of(one_parameter)["black-level"]["new"]["stderr"]
     assert stderr is not None
     assert 0 < stderr < 1e-3
 
@@ -167,8 +167,8 @@ def test_a_model_with_which_the_error_rises_is_not_written_unless_it_is_kept(
     assert "does not fall: it goes from" in done.out
     assert "--keep" in done.err
     assert not (tmp_path / "worse.toml").exists()
-    kept = run(*worse, "--keep")
-    assert kept.code == 0
+    output = run(*worse, "--keep")
+    assert output.code == 0
     assert 'kept = "by hand' in (tmp_path / "worse.toml").read_text(encoding="utf-8")
 
 
@@ -198,8 +198,8 @@ def test_patches_to_measure_next_join_the_sessions_that_there_are() -> None:
     assert problem.gain_keys
     truth = family(fit(problem), catalogue()["black-level"]).best.fit
     rival = family(fit(problem), catalogue()["meter-offset"]).best
-    found = separation(truth, rival, ("black-level", "meter-offset"))
-    assert found.after >= found.before > 0
+    proposal = separation(truth, rival, ("black-level", "meter-offset"))
+    assert proposal.after >= proposal.before > 0
 
 
 def test_no_cell_is_withheld_on_which_a_parameter_rests() -> None:
@@ -211,17 +211,17 @@ def test_no_cell_is_withheld_on_which_a_parameter_rests() -> None:
     text = (
         "\n".join([*head, f"{header},window", *(f"{row},1" for row in body), *(f"{row},0.1" for row in window)]) + "\n"
     )
-    found = fit(Problem.of(read(text, file="w.csv", sha256="")), (Term.at_rest(catalogue()["loading"], ("new",)),))
-    withheld = held_out(found)
-    bare = held_out(fit(found.problem))
+    solution = fit(Problem.of(read(text, file="w.csv", sha256="")), (Term.at_rest(catalogue()["loading"], ("new",)),))
+    withheld = held_out(solution)
+    bare = held_out(fit(solution.problem))
     assert np.isnan(withheld.squares).sum() <= 1
     assert withheld.rms_sigma < 3.0 * bare.rms_sigma
 
 
 def test_a_slice_of_a_condition_compares_the_same_patches() -> None:
-    found = compare(readings("edge"))
-    minutes = {each.slice: each for each in found.where if each.by == "warmup_min"}
-    problem = found.problem
+    comparison = compare(readings("edge"))
+    minutes = {each.slice: each for each in comparison.where if each.by == "warmup_min"}
+    problem = comparison.problem
     cold = problem.readings.rest.away["cold"][problem.rows]
     codes = {tuple(code) for code in problem.readings.drive[problem.rows][cold]}
     rest = problem.readings.at_rest()[problem.rows] & ~problem.is_anchor
@@ -258,9 +258,9 @@ LUCKY = Campaign(design="full", hours=(0.0, 1000.0, 2500.0, 4500.0, 6000.0, 8500
 
 def test_scatter_is_even_where_only_bright_patches_have_more_of_it_than_lucky_replicates() -> None:
     """The variance of bright readings is 1.3 times the variance of 72 replicates. Dark readings have no such excess."""
-    found = diagnose(read(csv_text(LUCKY), file="lucky.csv", sha256=""))
-    assert found.error.p_of_lack_of_fit(found.explanation.base) < 0.01
-    assert found.verdict.name == "measurement-problem", found.verdict.sentence
+    diagnosis = diagnose(read(csv_text(LUCKY), file="lucky.csv", sha256=""))
+    assert diagnosis.error.p_of_lack_of_fit(diagnosis.explanation.base) < 0.01
+    assert diagnosis.verdict.name == "measurement-problem", diagnosis.verdict.sentence
 
 
 #: Enough hours for an effect that grows with time.
@@ -279,9 +279,9 @@ def test_an_effect_that_explains_nearly_all_of_chi2_does_not_hide_another_that_i
 ) -> None:
     """A leak of black explains 99.6 % of χ². A warm-up of usual size makes a sixth of the excess ΔE2000."""
     hidden = (("black-level", 0.0016, "other"), ("warm-up", 0.1, "other"))
-    found = diagnose(read(csv_text(replace(LUCKY, hours=hours, hidden=hidden)), file="lucky.csv", sha256=""))
-    assert found.verdict.name == "several", found.verdict.sentence
-    assert set(found.verdict.effects) == {"black-level", "warm-up"}
+    diagnosis = diagnose(read(csv_text(replace(LUCKY, hours=hours, hidden=hidden)), file="lucky.csv", sha256=""))
+    assert diagnosis.verdict.name == "several", diagnosis.verdict.sentence
+    assert set(diagnosis.verdict.effects) == {"black-level", "warm-up"}
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
@@ -308,12 +308,14 @@ COLD = (("warm-up", 0.05, "same"),)
 @pytest.mark.slow
 def test_an_effect_that_needs_a_free_curve_is_one_of_those_that_change_curves() -> None:
     hidden = (("eotf-drift", 0.05, "other"),)
-    found = diagnose(read(csv_text(replace(LUCKY, hours=FEWER, seed=1, hidden=hidden)), file="curve.csv", sha256=""))
-    (step,) = (each for each in found.explanation.steps if each.name == "eotf-drift")
+    diagnosis = diagnose(
+        read(csv_text(replace(LUCKY, hours=FEWER, seed=1, hidden=hidden)), file="curve.csv", sha256="")
+    )
+    (step,) = (each for each in diagnosis.explanation.steps if each.name == "eotf-drift")
     assert any(is_knot(name) for name in step.chosen.form)
-    assert found.verdict.name == "one-of", found.verdict.sentence
-    assert found.verdict.effects == ("eotf-drift",)
-    assert "an effect like it that the catalogue lacks" in found.verdict.sentence
+    assert diagnosis.verdict.name == "one-of", diagnosis.verdict.sentence
+    assert diagnosis.verdict.effects == ("eotf-drift",)
+    assert "an effect like it that the catalogue lacks" in diagnosis.verdict.sentence
 
 
 @pytest.mark.slow
@@ -321,45 +323,47 @@ def test_an_effect_that_the_catalogue_lacks_is_not_named_after_its_kin() -> None
     """Without recalibration in the catalogue, a free eotf-drift fits it, and would fit other effects as well."""
     hidden = (("recalibration", 0.02, "other"),)
     readings = read(csv_text(replace(LUCKY, hours=FEWER, seed=1, hidden=hidden)), file="curve.csv", sha256="")
-    found = diagnose(readings, without=("recalibration",))
-    (step,) = found.explanation.steps
-    alike = nearest(step, found.explanation.final, found.error.scale)
+    diagnosis = diagnose(readings, without=("recalibration",))
+    (step,) = diagnosis.explanation.steps
+    alike = nearest(step, diagnosis.explanation.final, diagnosis.error.scale)
     assert alike is not None
     assert alike.share < HALF
-    assert found.verdict.name == "one-of", found.verdict.sentence
-    assert f"could also imitate most of {alike.name}" in found.verdict.sentence
+    assert diagnosis.verdict.name == "one-of", diagnosis.verdict.sentence
+    assert f"could also imitate most of {alike.name}" in diagnosis.verdict.sentence
 
 
 @pytest.mark.slow
 def test_a_form_that_owes_most_to_its_freedom_proves_no_family() -> None:
     """One channel's gamma follows another law: eight parameters fit it, and one parameter explains next to nothing."""
     hidden = (("channel-gamma", 0.02, "other"),)
-    found = diagnose(read(csv_text(replace(LUCKY, seed=1, hidden=hidden)), file="gamma.csv", sha256=""))
-    assert (found.verdict.name, found.verdict.effects) == ("one-of", ("channel-gamma",))
-    assert "owes its fit mainly to its free parameters: the effect's simplest form explains" in found.verdict.sentence
+    diagnosis = diagnose(read(csv_text(replace(LUCKY, seed=1, hidden=hidden)), file="gamma.csv", sha256=""))
+    assert (diagnosis.verdict.name, diagnosis.verdict.effects) == ("one-of", ("channel-gamma",))
+    assert (
+        "owes its fit mainly to its free parameters: the effect's simplest form explains" in diagnosis.verdict.sentence
+    )
 
 
 @pytest.mark.slow
 def test_two_effects_that_overlap_and_leave_noise_are_one_that_is_like_both() -> None:
     hidden = (("eotf-drift", 0.006, "other"),)
     readings = read(csv_text(replace(LUCKY, seed=3, hidden=hidden)), file="like.csv", sha256="")
-    found = diagnose(readings, without=("eotf-drift",)).verdict
-    assert (found.name, set(found.effects)) == ("one-of", {"recalibration", "drive-loss"})
-    assert found.sentence.startswith("One effect is missing, which resembles both ")
+    verdict = diagnose(readings, without=("eotf-drift",)).verdict
+    assert (verdict.name, set(verdict.effects)) == ("one-of", {"recalibration", "drive-loss"})
+    assert verdict.sentence.startswith("One effect is missing, which resembles both ")
 
 
 def test_an_hour_is_no_wrong_session_where_a_later_one_is_no_sound_one() -> None:
     readings = read(csv_text(replace(LUCKY, seed=1)), file="hours.csv", sha256="")
     hours = np.unique(readings.hours)
     mixed = (readings.drive > 0).sum(axis=1) > 1
-    found = []
+    verdicts = []
     for late in (1.0, 1.012):
         factor = np.ones(readings.hours.size)
         factor[mixed & (readings.hours == hours[-2])] = 1.03
         factor[mixed & (readings.hours == hours[-1])] = late
         wrong = replace(readings, xyz_cd_m2=readings.xyz_cd_m2 * factor[:, np.newaxis])
-        found.append(wrong_sessions(fit(Problem.of(wrong)), 1.0))
-    assert found == [(hours[-2],), ()]
+        verdicts.append(wrong_sessions(fit(Problem.of(wrong)), 1.0))
+    assert verdicts == [(hours[-2],), ()]
 
 
 def test_of_two_effects_that_do_the_same_none_is_a_finding() -> None:
@@ -407,17 +411,17 @@ def test_a_shape_at_the_limit_of_what_may_be_proves_no_family() -> None:
     readings = read(csv_text(replace(LUCKY, hours=FEWER, seed=1, hidden=COLD)), file="cold.csv", sha256="")
     warm = catalogue()["warm-up"]
     quick = replace(warm.parameters["minutes"], bounds=(1.0, 27.0), value=10.0)
-    said = {}
+    verdicts = {}
     for name, effect in (
         ("free", replace(warm, forms=warm.forms[:1])),
         ("quick", replace(warm, forms=warm.forms[:1], parameters={**warm.parameters, "minutes": quick})),
     ):
         base = fit(Problem.of(readings))
         error = PureError.of(base.problem)
-        said[name] = pronounce(explain(base, [effect], error), error, [], Suspicion((), (), ""))
-    assert said["free"].name == "named", said["free"].sentence
-    assert said["quick"].name == "one-of", said["quick"].sentence
-    assert "has minutes at the limit of the allowed range" in said["quick"].sentence
+        verdicts[name] = pronounce(explain(base, [effect], error), error, [], Suspicion((), (), ""))
+    assert verdicts["free"].name == "named", verdicts["free"].sentence
+    assert verdicts["quick"].name == "one-of", verdicts["quick"].sentence
+    assert "has minutes at the limit of the allowed range" in verdicts["quick"].sentence
 
 
 def test_a_rival_pays_for_a_parameter_that_explains_nothing() -> None:
@@ -447,8 +451,8 @@ def test_a_backlight_that_follows_the_picture_is_not_three_effects() -> None:
     ratio = dimmed / np.where(plain > 0, plain, 1.0)
     light = quiet.xyz_cd_m2.copy()
     light[problem.rows] *= np.where(plain > 0, ratio, 1.0)
-    found = diagnose(quiet.with_light(light))
-    assert found.verdict.effects == ("dynamic-contrast",), found.verdict.sentence
+    diagnosis = diagnose(quiet.with_light(light))
+    assert diagnosis.verdict.effects == ("dynamic-contrast",), diagnosis.verdict.sentence
 
 
 @pytest.mark.slow
@@ -456,28 +460,28 @@ def test_an_effect_that_explains_less_than_half_is_no_finding_though_the_rest_is
     """Light of the last patch persists for a while on any patch: for a search for effects this light is scatter."""
     truth = campaign(1425548862, {"image-retention": 0.012060213562956609})
     text = table(truth, METERS["gaussian"].read(truth, 1425548862), order=False)
-    found = diagnose(read(text, file="retention.csv", sha256=""))
-    assert [step.name for step in found.explanation.steps] == ["black-level"]
-    assert found.verdict.name == "unexplained"
+    diagnosis = diagnose(read(text, file="retention.csv", sha256=""))
+    assert [step.name for step in diagnosis.explanation.steps] == ["black-level"]
+    assert diagnosis.verdict.name == "unexplained"
 
 
 @pytest.mark.slow
 def test_an_effect_that_only_fits_what_the_main_formula_misses_does_not_hide_the_main_effect() -> None:
     """A trace of crosstalk beside the loss of light towards the corners: without it, too, nothing but noise is left."""
     truth = spectral(1669329089, {"edge-falloff": 0.019231226817659285}, design="full", habits=2)
-    found = diagnose(read(_by_a_good_meter(truth, 1669329089), file="corners.csv", sha256=""))
-    assert [step.name for step in found.explanation.steps] == ["edge-falloff"]
-    assert (found.verdict.name, found.verdict.effects) == ("one-of", ("edge-falloff",))
-    assert "What remains could also be crosstalk, or something that the catalogue lacks." in found.verdict.sentence
-    assert found.verdict.shares_delta_e.keys() == {"edge-falloff"}
+    diagnosis = diagnose(read(_by_a_good_meter(truth, 1669329089), file="corners.csv", sha256=""))
+    assert [step.name for step in diagnosis.explanation.steps] == ["edge-falloff"]
+    assert (diagnosis.verdict.name, diagnosis.verdict.effects) == ("one-of", ("edge-falloff",))
+    assert "What remains could also be crosstalk, or something that the catalogue lacks." in diagnosis.verdict.sentence
+    assert diagnosis.verdict.shares_delta_e.keys() == {"edge-falloff"}
 
 
 @pytest.mark.slow
 def test_an_effect_that_ties_with_a_free_term_is_named_with_a_doubt() -> None:
     truth = campaign(835634093, {"channel-gamma": 0.02058648162729436})
-    found = diagnose(read(_by_a_good_meter(truth, 835634093), file="channel.csv", sha256=""))
-    assert found.verdict.name == "one-of", found.verdict.sentence
-    assert "channel-gamma" in found.verdict.effects
+    diagnosis = diagnose(read(_by_a_good_meter(truth, 835634093), file="channel.csv", sha256=""))
+    assert diagnosis.verdict.name == "one-of", diagnosis.verdict.sentence
+    assert "channel-gamma" in diagnosis.verdict.effects
 
 
 @cache
@@ -497,10 +501,11 @@ def three_kept(error: PureError, *, seen: float, clean: bool) -> Weighed:
 
 
 @pytest.mark.parametrize(
-    ("clean", "seen", "said"), [(True, 0.3, "several"), (False, 0.3, "unexplained"), (True, 0.0, "unexplained")]
+    ("clean", "seen", "name"),
+    [(True, 0.3, "several"), (False, 0.3, "unexplained"), (True, 0.0, "unexplained")],
 )
 def test_three_effects_that_leave_something_or_do_not_show_are_no_finding(
-    monkeypatch: pytest.MonkeyPatch, clean: bool, seen: float, said: str
+    monkeypatch: pytest.MonkeyPatch, clean: bool, seen: float, name: str
 ) -> None:
     explanation, error = of_the_curve(), PureError.of(of_the_curve().base.problem)
     weighed = three_kept(error, seen=seen, clean=clean)
@@ -510,7 +515,7 @@ def test_three_effects_that_leave_something_or_do_not_show_are_no_finding(
     monkeypatch.setattr(
         "lutgen.criticism.search.explanation.Explanation.of", lambda self, _: replace(self, steps=weighed.kept)
     )
-    assert pronounce(explanation, error, (), Suspicion((), (), "")).name == said
+    assert pronounce(explanation, error, (), Suspicion((), (), "")).name == name
 
 
 @cache
@@ -527,9 +532,9 @@ def test_a_leak_that_follows_white_is_no_dark_offset_of_the_meter() -> None:
     before the leak is found, 1 % of its 3 cd/m² may be offsets.
     """
     assert with_shared_errors(Problem.of(leaking())).offset_cd_m2 < 0.05
-    found = diagnose(leaking())
-    assert found.verdict.effects == ("black-level",)
-    assert found.problem.offset_cd_m2 < 0.002
+    diagnosis = diagnose(leaking())
+    assert diagnosis.verdict.effects == ("black-level",)
+    assert diagnosis.problem.offset_cd_m2 < 0.002
 
 
 @pytest.mark.parametrize("names", [["X", "Y", "Z"], ["Y", "Z"], ["X", "Y", "Z"] * 2])
@@ -565,13 +570,13 @@ def test_light_that_drifts_in_the_order_of_reading_is_a_fault_of_the_measurement
         here = healthy.hours == hour
         order[here] = rng.permutation(int(here.sum()))
     course = order / np.array([order[healthy.hours == hour].max() for hour in healthy.hours])
-    found = diagnose(
+    diagnosis = diagnose(
         replace(healthy.with_light(healthy.xyz_cd_m2 * (1.0 + change * course[:, np.newaxis])), order=order)
     )
-    assert found.verdict.name == "measurement-problem"
-    told = re.search(r"light changes by (.+?)% from the first to the last reading", found.verdict.sentence)
-    assert told
-    assert float(told[1]) == pytest.approx(100.0 * change, abs=0.11)
+    assert diagnosis.verdict.name == "measurement-problem"
+    match = re.search(r"light changes by (.+?)% from the first to the last reading", diagnosis.verdict.sentence)
+    assert match
+    assert float(match[1]) == pytest.approx(100.0 * change, abs=0.11)
 
 
 @pytest.mark.parametrize(("baseline", "most"), [("colour-points", 2), ("first-hour", 3)])
@@ -627,9 +632,9 @@ def test_an_effect_of_few_readings_is_found_beside_the_aging_of_the_light() -> N
     """Warm-up makes a hundredth of the excess from the first hour, but what it leaves is many times the noise."""
     hidden = (("black-level", 0.0016, "other"), ("warm-up", 0.1, "other"))
     campaign = Campaign(hours=(0.0, 4500.0, 11_500.0, 18_000.0), hidden=hidden)
-    found = diagnose(read(csv_text(campaign), file="worn.csv", sha256=""), baseline="first-hour")
-    assert found.verdict.name == "several", found.verdict.sentence
-    assert set(found.verdict.effects) == {"phosphor-wear", "black-level", "warm-up"}
+    diagnosis = diagnose(read(csv_text(campaign), file="worn.csv", sha256=""), baseline="first-hour")
+    assert diagnosis.verdict.name == "several", diagnosis.verdict.sentence
+    assert set(diagnosis.verdict.effects) == {"phosphor-wear", "black-level", "warm-up"}
 
 
 @pytest.mark.parametrize(
@@ -650,10 +655,10 @@ def test_effects_that_leave_noise_without_an_imitation_are_named_without_it(monk
     }.items():  # fmt: skip
         monkeypatch.setattr(f"lutgen.criticism.verdict.pronounce.{name}", lambda *_, result=result: result)
     monkeypatch.setattr(Explanation, "of", lambda self, _: replace(self, steps=weighed.kept[:2]))
-    found = pronounce(explanation, error, (), Suspicion((), (), ""))
-    assert (found.name, found.effects) == ("several", named)
-    assert found.sentence.endswith("; what remains could also be eotf-drift, or something that the catalogue lacks.")
-    assert found.shares_delta_e.keys() == {*named}
+    verdict = pronounce(explanation, error, (), Suspicion((), (), ""))
+    assert (verdict.name, verdict.effects) == ("several", named)
+    assert verdict.sentence.endswith("; what remains could also be eotf-drift, or something that the catalogue lacks.")
+    assert verdict.shares_delta_e.keys() == {*named}
 
 
 @pytest.mark.parametrize(("freedom", "counts"), [(18, 15.6), (2000, 22.9), (0, 23.0)])
@@ -678,15 +683,15 @@ def test_sizes_are_those_of_the_model_that_the_next_command_makes() -> None:
     """A leak of another form, and a loss of drive that explains almost none of it and that nobody is told to add."""
     hidden, hours = (("black-level", 0.003, "other"),), (0.0, 2500.0, 8500.0, 18_000.0)
     data = read(csv_text(Campaign(design="full", hours=hours, hidden=hidden, seed=2)), file="leak.csv", sha256="")
-    found = diagnose(data)
-    assert any(remark.startswith("Also fitted") and "drive-loss" in remark for remark in found.verdict.remarks)
-    assert found.verdict.effects == ("black-level",)
-    (step,) = found.explanation.steps
-    assert [term.effect.name for term in found.explanation.final.terms] == ["black-level"]
-    assert step.effect.in_words(step.chosen.term.values) in found.verdict.sentence
-    made = refine(data, ["black-level"])
-    assert found.after.ratio == pytest.approx(made.after.ratio, rel=0.05)
-    (term,) = made.final.terms
+    diagnosis = diagnose(data)
+    assert any(remark.startswith("Also fitted") and "drive-loss" in remark for remark in diagnosis.verdict.remarks)
+    assert diagnosis.verdict.effects == ("black-level",)
+    (step,) = diagnosis.explanation.steps
+    assert [term.effect.name for term in diagnosis.explanation.final.terms] == ["black-level"]
+    assert step.effect.in_words(step.chosen.term.values) in diagnosis.verdict.sentence
+    refinement = refine(data, ["black-level"])
+    assert diagnosis.after.ratio == pytest.approx(refinement.after.ratio, rel=0.05)
+    (term,) = refinement.final.terms
     assert term.values["new"] == pytest.approx(step.chosen.term.values["new"], rel=0.02)
 
 
@@ -720,8 +725,8 @@ def test_kin_that_is_tied_leaves_out_kin_that_is_not(
     own = min(mine.fit.bic, together(base, [mine]).bic)
     monkeypatch.setattr(searched, "bic", lambda each: own + each if isinstance(each, float) else each.fit.bic)
     monkeypatch.setattr(searched, "contenders", lambda *_: [rival("tied", ahead), rival("kin", STRONG + 1.0)])
-    found = searched._rivals(mine, (), [], base)
-    assert [each.name for each in found] == left
+    rivals = searched._rivals(mine, (), [], base)
+    assert [each.name for each in rivals] == left
 
 
 @pytest.mark.slow
@@ -730,9 +735,9 @@ def test_a_misfit_is_no_wandering_gain_once_an_effect_explains_it() -> None:
     hidden = (("temperature", 0.01, "same"),)
     warm = read(csv_text(Campaign(design="full", hours=MORE_HOURS, hidden=hidden, seed=1)), file="warm.csv", sha256="")
     before = with_shared_errors(Problem.of(warm), ()).wander
-    found = diagnose(warm)
-    assert found.verdict.effects == ("temperature",)
-    assert found.comparison.problem.wander < before / 3
+    diagnosis = diagnose(warm)
+    assert diagnosis.verdict.effects == ("temperature",)
+    assert diagnosis.comparison.problem.wander < before / 3
 
 
 @pytest.mark.parametrize(("spread", "wander"), [(0.005, 0.005), (0.05, 0.0003)])

@@ -45,30 +45,31 @@ def changed(folder: Path, xyz: Array, drive: Array = DRIVE, **options: Any) -> I
 
 
 def test_a_known_display_is_described_exactly(tmp_path: Path) -> None:
-    found = inspected(tmp_path, ti3())
-    assert found.white is not None
-    assert found.black is not None
-    assert found.white[1] == pytest.approx(WHITE_CD_M2)
-    assert found.black[1] == pytest.approx(LEAK * WHITE_CD_M2, rel=1e-5)
-    assert found.contrast == pytest.approx(1.0 / LEAK, rel=1e-5)
-    assert found.gamma == pytest.approx(GAMMA, abs=1e-4)
-    assert {name: round(curve.gamma or 0.0, 3) for name, curve in found.curves.items()} == dict.fromkeys(
-        found.curves, GAMMA
+    inspection = inspected(tmp_path, ti3())
+    assert inspection.white is not None
+    assert inspection.black is not None
+    assert inspection.white[1] == pytest.approx(WHITE_CD_M2)
+    assert inspection.black[1] == pytest.approx(LEAK * WHITE_CD_M2, rel=1e-5)
+    assert inspection.contrast == pytest.approx(1.0 / LEAK, rel=1e-5)
+    assert inspection.gamma == pytest.approx(GAMMA, abs=1e-4)
+    assert {name: round(curve.gamma or 0.0, 3) for name, curve in inspection.curves.items()} == dict.fromkeys(
+        inspection.curves, GAMMA
     )
-    assert found.curves["grey"].residual == pytest.approx(0.0, abs=1e-4)
-    assert found.additivity == pytest.approx(1.0, abs=1e-6)
-    assert found.greys is not None
-    assert found.greys.delta_e.max() < 0.01
-    assert found.steadiness is not None
-    assert (found.steadiness.patches, found.steadiness.readings, found.steadiness.dark_noise) == (1, 3, 0.0)
-    assert found.steadiness.noise < 1e-9
+    assert inspection.curves["grey"].residual == pytest.approx(0.0, abs=1e-4)
+    assert inspection.additivity == pytest.approx(1.0, abs=1e-6)
+    assert inspection.greys is not None
+    assert inspection.greys.delta_e.max() < 0.01
+    steadiness = inspection.steadiness
+    assert steadiness is not None
+    assert (steadiness.patches, steadiness.readings, steadiness.dark_noise) == (1, 3, 0.0)
+    assert steadiness.noise < 1e-9
 
 
 def test_the_primaries_are_srgbs_but_for_the_black_that_leaks(tmp_path: Path) -> None:
-    found = inspected(tmp_path, ti3()).primaries
-    assert found is not None
-    assert found.nearest == "sRGB/Rec.709"
-    assert max(found.shift["sRGB/Rec.709"].values()) < 0.02
+    primaries = inspected(tmp_path, ti3()).primaries
+    assert primaries is not None
+    assert primaries.nearest == "sRGB/Rec.709"
+    assert max(primaries.shift["sRGB/Rec.709"].values()) < 0.02
     black = changed(tmp_path, light() - light()[1]).primaries
     assert black is not None
     np.testing.assert_allclose([*black.xy.values()], SRGB_XY[1:], atol=1e-5)
@@ -84,16 +85,16 @@ def test_deviation_from_srgb_is_that_of_gamma_2_2(tmp_path: Path) -> None:
 
 def test_gamma_is_the_slope_that_a_twin_finds(tmp_path: Path) -> None:
     bent = DRIVE ** np.array([2.0, 2.2, 2.5])
-    found = changed(tmp_path, bent @ (light(np.eye(3)) - LEAK * light(np.ones((1, 3)))) + light()[1])
+    inspection = changed(tmp_path, bent @ (light(np.eye(3)) - LEAK * light(np.ones((1, 3)))) + light()[1])
     for name, gamma in zip(("red", "green", "blue"), (2.0, 2.2, 2.5), strict=True):
-        assert found.curves[name].gamma == pytest.approx(gamma, abs=2e-3)
-    assert any("Channels differ" in remark for remark in found.remarks)
+        assert inspection.curves[name].gamma == pytest.approx(gamma, abs=2e-3)
+    assert any("Channels differ" in remark for remark in inspection.remarks)
 
 
 def test_what_calibration_holds_back_is_told_from_its_curves(tmp_path: Path) -> None:
     ends = np.array([1.0, 0.9, 0.8])
-    found = changed(tmp_path, light(DRIVE * ends), calibration=curves(*ends))
-    loop = found.calibration
+    inspection = changed(tmp_path, light(DRIVE * ends), calibration=curves(*ends))
+    loop = inspection.calibration
     assert loop is not None
     assert loop.at_stop == ("red",)
     assert loop.target == {"x": 0.3127, "y": 0.329, "Y": 180.0}
@@ -101,20 +102,20 @@ def test_what_calibration_holds_back_is_told_from_its_curves(tmp_path: Path) -> 
     kept = np.array([0.2126, 0.7152, 0.0722]) @ ends**2.2
     assert loop.cost == pytest.approx(1.0 - kept, abs=1e-3)
     for name in ("red", "green", "blue"):
-        assert native_gamma(found.session, name) == pytest.approx(2.2, abs=1e-2)
-    drive, _ = native_ramp(found.session, "blue")
+        assert native_gamma(inspection.session, name) == pytest.approx(2.2, abs=1e-2)
+    drive, _ = native_ramp(inspection.session, "blue")
     assert drive[-1] == pytest.approx(0.8)
-    assert any("red at the limit" in remark for remark in found.remarks)
-    assert any("The calibration costs" in remark for remark in found.remarks)
-    assert any("asked for 180" in remark for remark in found.remarks)
+    assert any("red at the limit" in remark for remark in inspection.remarks)
+    assert any("The calibration costs" in remark for remark in inspection.remarks)
+    assert any("asked for 180" in remark for remark in inspection.remarks)
 
 
 def test_a_display_that_brightens_while_it_is_read_is_called_unsteady(tmp_path: Path) -> None:
     ramp = 1.0 + 0.2 * np.linspace(0.0, 1.0, len(DRIVE))
-    found = changed(tmp_path, light() * ramp[:, np.newaxis])
-    assert found.steadiness is not None
-    assert found.steadiness.drift == pytest.approx(0.2, abs=1e-6)
-    assert found.remarks[0].startswith("Unsteady: luminance of a repeated patch changed by +20.0%")
+    inspection = changed(tmp_path, light() * ramp[:, np.newaxis])
+    assert inspection.steadiness is not None
+    assert inspection.steadiness.drift == pytest.approx(0.2, abs=1e-6)
+    assert inspection.remarks[0].startswith("Unsteady: luminance of a repeated patch changed by +20.0%")
     slight = changed(tmp_path, light() * (1.0 + 0.05 * (ramp - 1.0))[:, np.newaxis])
     assert slight.remarks[0].startswith("Drift: luminance changed by +1.0%")
 
@@ -130,7 +131,7 @@ def test_noise_is_the_pooled_scatter_of_repeats(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "sentence"),
     [
         (lambda xyz: xyz * np.where((DRIVE.min(axis=1) == 1), 0.85, 1.0)[:, np.newaxis], "Not additive: white is 0.8"),
         (lambda xyz: xyz + 0.01 * xyz[0], "Contrast is only"),
@@ -140,12 +141,14 @@ def test_noise_is_the_pooled_scatter_of_repeats(tmp_path: Path) -> None:
         (lambda xyz: xyz ** 1.3, "Transfer: γ"),
     ],
 )  # fmt: skip
-def test_faults_are_remarked_upon(tmp_path: Path, change: Any, said: str) -> None:
+def test_faults_are_remarked_upon(tmp_path: Path, change: Any, sentence: str) -> None:
     healthy = inspected(tmp_path, ti3())
-    assert not [remark for remark in healthy.remarks if any(part in remark for part in said.split("|"))]
+    assert not [remark for remark in healthy.remarks if any(part in remark for part in sentence.split("|"))]
     changed_xyz = change(light())
-    found = changed(tmp_path, changed_xyz / changed_xyz[0, 1])
-    assert [remark for remark in found.remarks if any(part in remark for part in said.split("|"))], found.remarks
+    inspection = changed(tmp_path, changed_xyz / changed_xyz[0, 1])
+    assert [remark for remark in inspection.remarks if any(part in remark for part in sentence.split("|"))], (
+        inspection.remarks
+    )
 
 
 #: Rows to keep, and the figures that cannot be computed without the other rows.
@@ -160,13 +163,13 @@ LACKING = {
 
 @pytest.mark.parametrize("name", LACKING)
 def test_what_a_session_lacks_is_null_and_named(tmp_path: Path, name: str) -> None:
-    kept, said, null = LACKING[name]
-    found = inspected(tmp_path, ti3(DRIVE[kept]))
-    assert any(sentence.startswith(said) for sentence in found.missing)
-    content = found.as_json()
+    kept, remark, null = LACKING[name]
+    inspection = inspected(tmp_path, ti3(DRIVE[kept]))
+    assert any(sentence.startswith(remark) for sentence in inspection.missing)
+    content = inspection.as_json()
     assert {key for key in null if content[key] is not None} == set()
-    validator("inspect").validate(plain(inspections_json([found])))
-    assert [*inspect_page([found])]
+    validator("inspect").validate(plain(inspections_json([inspection])))
+    assert [*inspect_page([inspection])]
 
 
 @pytest.mark.parametrize("name", mostly_slow(LACKING, "tips alone"))
@@ -176,10 +179,10 @@ def test_a_session_that_lacks_something_is_drawn(tmp_path: Path, name: str) -> N
 
 
 def test_a_relative_session_says_that_it_is_one(tmp_path: Path) -> None:
-    found = inspected(tmp_path, ti3(keywords=()))
-    assert found.as_json()["unit"] == "relative"
-    assert found.contrast == pytest.approx(1.0 / LEAK, rel=1e-4)
-    assert any(sentence.startswith("No cd/m²") for sentence in found.missing)
+    inspection = inspected(tmp_path, ti3(keywords=()))
+    assert inspection.as_json()["unit"] == "relative"
+    assert inspection.contrast == pytest.approx(1.0 / LEAK, rel=1e-4)
+    assert any(sentence.startswith("No cd/m²") for sentence in inspection.missing)
 
 
 def test_coverage_is_that_of_triangles_whose_overlap_is_known() -> None:
@@ -204,11 +207,11 @@ def plain(content: dict[str, Any]) -> Any:
 
 
 def test_json_is_as_its_schema_says(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    found = [
+    inspections = [
         inspected(tmp_path, ti3(calibration=curves(1, 1, 0.9))),
         inspect_session(read_session(ROOT / "examples/session.ti3")),
     ]
-    write_json(inspections_json(found), "-")
+    write_json(inspections_json(inspections), "-")
     content = json.loads(capsys.readouterr().out)
     validator("inspect").validate(content)
     first = content["sessions"][0]
@@ -222,13 +225,13 @@ def test_json_is_as_its_schema_says(tmp_path: Path, capsys: pytest.CaptureFixtur
 
 
 def test_the_page_is_the_same_bytes_on_every_run_and_never_replaced_unasked(tmp_path: Path) -> None:
-    found = inspected(tmp_path, ti3(calibration=curves(1, 1, 0.9)))
-    plot_inspection(found, tmp_path / "a.png")
-    plot_inspection(found, tmp_path / "b.png")
+    inspection = inspected(tmp_path, ti3(calibration=curves(1, 1, 0.9)))
+    plot_inspection(inspection, tmp_path / "a.png")
+    plot_inspection(inspection, tmp_path / "b.png")
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
     with pytest.raises(LutgenError, match="exists already"):
-        plot_inspection(found, tmp_path / "a.png")
-    assert headline(found).startswith("invented: white 200 cd/m²")
+        plot_inspection(inspection, tmp_path / "a.png")
+    assert headline(inspection).startswith("invented: white 200 cd/m²")
 
 
 def test_two_pictures_of_one_name_are_refused() -> None:
@@ -241,10 +244,10 @@ def test_uneven_screens_are_told_from_the_middle(tmp_path: Path) -> None:
     rows = "".join(
         f"0,{r},{c},0,{0.95 * y},{y},{1.09 * y}\n" for r in range(3) for c in range(3) for y in [200 - 20 * r - 10 * c]
     )
-    found = inspected(tmp_path, f"position,row,col,level_index,X,Y,Z\n{rows}", "u.csv")
-    assert found.uniformity == pytest.approx((140 / 170, 200 / 170))
-    assert "Uneven: over the screen white has 82% to 118%" in found.remarks[0]
-    plot_inspection(found, tmp_path / "u.png")
+    inspection = inspected(tmp_path, f"position,row,col,level_index,X,Y,Z\n{rows}", "u.csv")
+    assert inspection.uniformity == pytest.approx((140 / 170, 200 / 170))
+    assert "Uneven: over the screen white has 82% to 118%" in inspection.remarks[0]
+    plot_inspection(inspection, tmp_path / "u.png")
 
 
 @pytest.fixture(scope="module")
@@ -265,7 +268,7 @@ def test_real_sessions_say_what_their_authors_noted(real: dict[str, Inspection])
     hdr = of(real, "K2418U__2_2021-02-09_09-32").additivity
     assert hdr is not None
     assert hdr < 0.9
-    unsteady = [name for name, found in real.items() if found.remarks and found.remarks[0].startswith("Unsteady")]
+    unsteady = [name for name, session in real.items() if session.remarks and session.remarks[0].startswith("Unsteady")]
     assert len(unsteady) == 2
     healthy = of(real, "U2718Q__1_2020-05-26_13-17")
     assert healthy.additivity == pytest.approx(1.0, abs=0.01)
@@ -307,5 +310,5 @@ def _without_nan(content: Any) -> Any:
     ids=["contrast too high", "brightness set too low", "a channel turned down", "a healthy display"],
 )
 def test_codes_that_are_not_told_apart_are_news(tmp_path: Path, sent: Array, says: str) -> None:
-    said = [text for text in changed(tmp_path, light(sent)).remarks if text.startswith(("Clipped", "Crushed"))]
-    assert [text for text in said if says and text.startswith(says)] or (not says and not said)
+    remarks = [text for text in changed(tmp_path, light(sent)).remarks if text.startswith(("Clipped", "Crushed"))]
+    assert [text for text in remarks if says and text.startswith(says)] or (not says and not remarks)

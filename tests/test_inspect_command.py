@@ -58,7 +58,7 @@ def test_json_stands_alone_and_pictures_are_named(inspect: Callable[..., Done]) 
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (("none.ti3",), "cannot read the readings"),
         ((".",), "the folder holds a campaign file. Name it instead: campaign.toml"),
@@ -70,13 +70,13 @@ def test_json_stands_alone_and_pictures_are_named(inspect: Callable[..., Done]) 
     ],
 )
 def test_bad_input_ends_with_2_and_leaves_nothing(
-    inspect: Callable[..., Done], arguments: tuple[str, ...], said: str
+    inspect: Callable[..., Done], arguments: tuple[str, ...], message: str
 ) -> None:
     Path("there.json").write_text("{}")
     Path("bad.ti3").write_text(ti3()[:900])
     done = inspect(*arguments)
     assert done.code == 2
-    assert said in done.err
+    assert message in done.err
     assert "Traceback" not in done.err
     assert not Path("plots").exists()
     assert not Path("new.json").exists()

@@ -46,11 +46,11 @@ def own(folder: Path, *changes: tuple[str, str], name: str = "ours.toml") -> str
 
 @pytest.mark.parametrize("name", INSTRUMENTS)
 def test_every_file_is_an_instrument_that_says_where_its_figures_come_from(name: str) -> None:
-    found = instrument_of(name)
-    assert found.name
-    assert len(found.source) > 20
-    assert all(1e-5 < value < 0.02 for value in found.relative)
-    assert all(1e-6 < value < 0.1 for value in found.floor_cd_m2)
+    instrument = instrument_of(name)
+    assert instrument.name
+    assert len(instrument.source) > 20
+    assert all(1e-5 < value < 0.02 for value in instrument.relative)
+    assert all(1e-6 < value < 0.1 for value in instrument.floor_cd_m2)
     text = (FOLDER / f"{name}.toml").read_text(encoding="utf-8")
     assert text.startswith("# ")
     left_out = [key for key in ("dark_offset_cd_m2", "gain_wander") if key not in text]
@@ -92,10 +92,10 @@ WRONG = {
 def test_what_is_no_instrument_is_refused_with_a_sentence(case: str, tmp_path: Path) -> None:
     change, text, sentence = WRONG[case]
     text = text or own(tmp_path, *([change] if change else []))
-    with pytest.raises(LutgenError) as told:
+    with pytest.raises(LutgenError) as refusal:
         instrument_of(text)
-    assert sentence in str(told.value)
-    assert str(told.value).endswith(".")
+    assert sentence in str(refusal.value)
+    assert str(refusal.value).endswith(".")
 
 
 def test_without_replicates_the_noise_is_the_instruments(tmp_path: Path) -> None:
@@ -149,11 +149,11 @@ def test_figures_of_the_i1display_pro_are_those_of_the_published_sessions() -> N
     for path in sorted((real_data() / "real" / "jamesits").glob("*.ti3")):
         session = read_session(path)
         assert "i1 DisplayPro" in session.instrument
-        for kind, found in (("white", white), ("black", black)):
+        for kind, deviations in (("white", white), ("black", black)):
             xyz = session.xyz_cd_m2[session.rows(kind)]
             if len(xyz) >= 3:
-                found.append(xyz.std(axis=0, ddof=1) / (xyz.mean(axis=0) if kind == "white" else 1.0))
+                deviations.append(xyz.std(axis=0, ddof=1) / (xyz.mean(axis=0) if kind == "white" else 1.0))
     assert (len(white), len(black)) == (24, 22)
-    said = instrument_of("i1display-pro")
-    np.testing.assert_allclose(np.median(white, axis=0), np.array(said.relative), rtol=0.02)
-    np.testing.assert_allclose(np.median(black, axis=0), np.array(said.floor_cd_m2), rtol=0.02)
+    instrument = instrument_of("i1display-pro")
+    np.testing.assert_allclose(np.median(white, axis=0), np.array(instrument.relative), rtol=0.02)
+    np.testing.assert_allclose(np.median(black, axis=0), np.array(instrument.floor_cd_m2), rtol=0.02)

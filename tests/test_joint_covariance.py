@@ -42,7 +42,7 @@ def text(gain: float = 0.0) -> str:
 
 
 @cache
-def found(baseline: str, gain: float = 0.0) -> Fit:
+def solution_of(baseline: str, gain: float = 0.0) -> Fit:
     problem = Problem.of(read(text(gain), file="hidden.csv", sha256="1" * 64), baseline=baseline)
     return fit(problem, [Term.at_rest(catalogue()["black-level"], ("grown", "new"))])
 
@@ -70,7 +70,7 @@ def twin(of: Fit, scale: float = 1e-4) -> Array:
 
 @pytest.mark.parametrize("baseline", ["colour-points", "first-hour"])
 def test_it_is_the_inverse_of_the_normal_equations(baseline: str) -> None:
-    known, expected = joint_covariance(found(baseline)), twin(found(baseline))
+    known, expected = joint_covariance(solution_of(baseline)), twin(solution_of(baseline))
     assert known.of == (("black-level", "grown"), ("black-level", "new"))
     assert known.hours == (1 if baseline == "first-hour" else len(HOURS))
     size = np.sqrt(np.diagonal(expected))
@@ -82,8 +82,8 @@ def test_it_is_the_inverse_of_the_normal_equations(baseline: str) -> None:
 
 
 def test_a_gain_that_the_file_states_moves_all_tips_of_an_hour_together() -> None:
-    plain, gained = (joint_covariance(found("colour-points", gain)) for gain in (0.0, 0.01))
-    tips = found("colour-points", 0.01).tips
+    plain, gained = (joint_covariance(solution_of("colour-points", gain)) for gain in (0.0, 0.01))
+    tips = solution_of("colour-points", 0.01).tips
     more = (gained.matrix - plain.matrix)[2:, 2:]
     own = np.outer(tips[1], tips[1]) * 0.01**2
     np.testing.assert_allclose(more[12:24, 12:24], own, rtol=0.05, atol=1e-3 * own.max())
@@ -102,16 +102,16 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_a_model_file_keeps_it(folder: Path) -> None:
-    made = refined(folder).model
-    save_model(made, folder / "mine.toml")
+    model = refined(folder).model
+    save_model(model, folder / "mine.toml")
     loaded = load_model(folder / "mine.toml")
-    assert made.covariance is not None
-    assert loaded.covariance == made.covariance
+    assert model.covariance is not None
+    assert loaded.covariance == model.covariance
     content = tomllib.loads((folder / "mine.toml").read_text(encoding="utf-8"))["covariance"]
-    assert content["of"] == [f"black-level.{name}" for _, name in made.covariance.of]
-    assert [len(row) for row in content["rows"]] == list(range(1, len(made.covariance.matrix) + 1))
-    estimates = made.effects[0].estimates
-    for place, (_, name) in enumerate(made.covariance.of):
+    assert content["of"] == [f"black-level.{name}" for _, name in model.covariance.of]
+    assert [len(row) for row in content["rows"]] == list(range(1, len(model.covariance.matrix) + 1))
+    estimates = model.effects[0].estimates
+    for place, (_, name) in enumerate(model.covariance.of):
         assert content["rows"][place][place] ** 0.5 == pytest.approx(estimates[name].stderr, rel=1e-5)
     save_model(loaded, folder / "again.toml")
     assert (folder / "again.toml").read_bytes() == (folder / "mine.toml").read_bytes()
@@ -125,7 +125,7 @@ def test_what_is_drawn_scatters_by_it(folder: Path) -> None:
         [[model.effects[0].values[name] for _, name in model.covariance.of], model.latent.xyz_cd_m2.ravel()]
     )
     models = drawn(model, 600)
-    found = np.array(
+    draws = np.array(
         [
             [
                 *(each.effects[0].values[name] for _, name in model.covariance.of),
@@ -135,7 +135,7 @@ def test_what_is_drawn_scatters_by_it(folder: Path) -> None:
         ]
     )
     size = np.sqrt(np.diagonal(model.covariance.matrix))
-    np.testing.assert_allclose((found - middle).T @ (found - middle) / 600 / np.outer(size, size),
+    np.testing.assert_allclose((draws - middle).T @ (draws - middle) / 600 / np.outer(size, size),
                                model.covariance.matrix / np.outer(size, size), atol=0.2)  # fmt: skip
 
 

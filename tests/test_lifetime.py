@@ -92,20 +92,20 @@ def test_the_curve_is_that_of_every_pixel_taken_by_itself(tissue: Pixels, model:
     pixels = tissue[100:400:18, 50:450:16]
     (image,) = lifetime([save(tmp_path / "in.png", pixels)], model, hours=HOURS).images
     for mode in AGING_MODES:
-        found = image.curves[mode]
+        curve = image.curves[mode]
         for hours in HOURS:
-            place = found.hours.tolist().index(hours)
+            place = curve.hours.tolist().index(hours)
             expected = by_hand(pixels, mode, hours)
             ranked = {f"p{share}": np.quantile(expected, share / 100, method="inverted_cdf") for share in (95, 99)}
             all_of_them = {"mean": expected.mean(), "sd": expected.std(), "largest": expected.max(), **ranked}
             for name, value in all_of_them.items():
-                assert getattr(found, name)[place] == pytest.approx(value, abs=1e-9), (mode, hours, name)
+                assert getattr(curve, name)[place] == pytest.approx(value, abs=1e-9), (mode, hours, name)
     assert image.curves["chroma"].mean[-1] > 4
 
 
 def test_lifetimes_are_where_straight_lines_between_hours_cross(model: DisplayModel, tmp_path: Path) -> None:
-    found = lifetime([save(tmp_path / "in.png", np.full((4, 4, 3), 200, np.uint8))], model)
-    (image,) = found.images
+    lifetimes = lifetime([save(tmp_path / "in.png", np.full((4, 4, 3), 200, np.uint8))], model)
+    (image,) = lifetimes.images
     for mode, tolerance, name in product(AGING_MODES, TOLERANCES, STATISTICS):
         curve_of = image.curves[mode]
         values = getattr(curve_of, name)
@@ -141,9 +141,9 @@ def test_lifetimes_hardly_depend_on_the_hours_given(tissue: Pixels, readings: Me
 )
 def test_the_first_crossing_counts(values: tuple[float, ...], tolerance: float, expected: float | None) -> None:
     some = np.array(values, dtype=float)
-    made = DifferenceCurve(np.array([0.0, 10.0, 20.0, 30.0]), some, np.zeros(4), some, some, some)
+    curve = DifferenceCurve(np.array([0.0, 10.0, 20.0, 30.0]), some, np.zeros(4), some, some, some)
     for name in STATISTICS:
-        assert made.hours_until(name, tolerance) == expected
+        assert curve.hours_until(name, tolerance) == expected
 
 
 def test_statistics_are_numpys_on_repeated_values() -> None:
@@ -168,10 +168,10 @@ def test_quantiles_of_equal_and_far_apart_values(values: list[float]) -> None:
 
 def test_an_image_of_one_colour_has_no_spread(model: DisplayModel, tmp_path: Path) -> None:
     (image,) = lifetime([save(tmp_path / "in.png", np.full((5, 5, 3), (180, 90, 140), np.uint8))], model).images
-    for found in image.curves.values():
-        assert not found.sd.any()
+    for curve in image.curves.values():
+        assert not curve.sd.any()
         for name in STATISTICS:
-            np.testing.assert_array_equal(getattr(found, name), found.mean)
+            np.testing.assert_array_equal(getattr(curve, name), curve.mean)
     assert (image.pixels, image.colours) == (25, 1)
 
 
@@ -180,13 +180,13 @@ def test_an_image_of_one_colour_has_no_spread(model: DisplayModel, tmp_path: Pat
 
 def curves(images: list[Path], model: DisplayModel, **options: Any) -> list[dict[str, dict[str, list[float]]]]:
     """Every number of every curve, to the last bit."""
-    found = lifetime(images, model, hours=HOURS, **options)
+    lifetimes = lifetime(images, model, hours=HOURS, **options)
     return [
         {
             mode: {name: getattr(each, name).tolist() for name in ("mean", "sd", *STATISTICS)}
             for mode, each in of.items()
         }
-        for of in (image.curves for image in found.images)
+        for of in (image.curves for image in lifetimes.images)
     ]
 
 
@@ -246,22 +246,22 @@ def test_the_error_of_bins_is_what_half_a_bin_changes(model: DisplayModel) -> No
     smooth = replace(model, selection="continuous")
     middle, half = np.array([[0.6, 0.3, 0.4]]), 0.02
     one = Colours(np.zeros(1, np.uint32), np.ones(1, np.int64), lambda keys: middle[keys], 5, half)
-    found = binning_error(one, smooth, ["chroma"], [18_000.0])
+    error = binning_error(one, smooth, ["chroma"], [18_000.0])
     inside = middle + half * np.random.default_rng(4).uniform(-1, 1, (2000, 3))
     many = Colours(np.arange(2001), np.ones(2001, int), lambda keys: np.concatenate([middle, inside])[keys], 16)
     values = differences(many.code, 2001, smooth.at("stable", 0.0), [smooth.at("chroma", 18_000.0)])[0]
     spread = np.abs(values[1:] - values[0]).max()
-    assert 0.7 * found < spread <= found
+    assert 0.7 * error < spread <= error
 
 
 # Uncertainty ----------------------------------------------------------------------------------------------------------
 
 
 def test_a_model_of_bare_readings_has_no_intervals(tissue: Pixels, model: DisplayModel, tmp_path: Path) -> None:
-    found = lifetime([save(tmp_path / "in.png", tissue[:16, :16])], model, hours=HOURS)
+    lifetimes = lifetime([save(tmp_path / "in.png", tissue[:16, :16])], model, hours=HOURS)
     assert drawn(model) == []
-    assert found.images[0].intervals is None
-    assert found.as_json()["images"][0]["modes"]["chroma"]["lifetimes"]["3"]["interval"] is None
+    assert lifetimes.images[0].intervals is None
+    assert lifetimes.as_json()["images"][0]["modes"]["chroma"]["lifetimes"]["3"]["interval"] is None
 
 
 @pytest.mark.slow
@@ -288,9 +288,9 @@ def test_less_noise_makes_narrower_intervals(tissue: Pixels, refined: DisplayMod
     widths = []
     for noise in (0.002, 0.0005):
         quiet = replace(refined, fit={"noise_relative": noise, "noise_floor_cd_m2": 0.0})
-        found = lifetime([file], quiet, hours=HOURS, tolerances=[2.0]).images[0].intervals
-        assert found is not None
-        low, high = found["chroma"][2.0]["mean"]
+        intervals = lifetime([file], quiet, hours=HOURS, tolerances=[2.0]).images[0].intervals
+        assert intervals is not None
+        low, high = intervals["chroma"][2.0]["mean"]
         assert low is not None
         assert high is not None
         widths.append(high - low)
@@ -331,10 +331,10 @@ def test_json_is_as_the_issue_and_the_schema_say(
     tissue: Pixels, model: DisplayModel, refined: DisplayModel, tmp_path: Path
 ) -> None:
     files = [save(tmp_path / name, tissue[200:248, 200:248]) for name in ("a.png", "b.png")]
-    found = lifetime(files, model, hours=HOURS, tolerances=(3, 5, 0.25, 90))
-    said = json.loads(json.dumps(found.as_json(), allow_nan=False))
-    first, second = said["images"]
-    assert (said["schema"], first["file"], second["file"]) == (1, str(files[0]), str(files[1]))
+    lifetimes = lifetime(files, model, hours=HOURS, tolerances=(3, 5, 0.25, 90))
+    document = json.loads(json.dumps(lifetimes.as_json(), allow_nan=False))
+    first, second = document["images"]
+    assert (document["schema"], first["file"], second["file"]) == (1, str(files[0]), str(files[1]))
     assert (first["pixels"], first["colours"]) == (
         48 * 48,
         len(np.unique(tissue[200:248, 200:248].reshape(-1, 3), axis=0)),
@@ -348,7 +348,7 @@ def test_json_is_as_the_issue_and_the_schema_say(
     assert point["mean_plus_2_sd"] == pytest.approx(point["mean"] + 2 * point["sd"])
     assert point["mean"] < point["p95"] <= point["p99"] <= point["max"]
     check = validator("lifetime")
-    check.validate(said)
+    check.validate(document)
     check.validate(json.loads(json.dumps(lifetime(files[:1], refined, hours=HOURS, tissue=True).as_json())))
 
 
@@ -374,10 +374,10 @@ def test_the_schema_refuses_what_is_wrong(
 
 def test_csv_is_table_1_a_line_an_image_and_mode(tissue: Pixels, model: DisplayModel, tmp_path: Path) -> None:
     files = [save(tmp_path / name, tissue[:32, :32]) for name in ("a, b.png", "c.png")]
-    found = lifetime(files, model, hours=HOURS, tolerances=(3, 60))
-    rows = list(csv.DictReader(io.StringIO(found.as_csv())))
+    lifetimes = lifetime(files, model, hours=HOURS, tolerances=(3, 60))
+    rows = list(csv.DictReader(io.StringIO(lifetimes.as_csv())))
     assert [(row["file"], row["mode"]) for row in rows] == [(str(file), mode) for file in files for mode in AGING_MODES]
-    life = found.images[0].curves["chroma"].hours_until("max", 3.0)
+    life = lifetimes.images[0].curves["chroma"].hours_until("max", 3.0)
     assert float(rows[0]["max_3"]) == pytest.approx(life, abs=0.05)
     assert rows[0]["mean_60"] == ""
 
@@ -385,10 +385,10 @@ def test_csv_is_table_1_a_line_an_image_and_mode(tissue: Pixels, model: DisplayM
 @pytest.mark.slow
 def test_progress_rises_to_the_whole(tissue: Pixels, refined: DisplayModel, tmp_path: Path) -> None:
     files = [save(tmp_path / name, tissue[:16, :16]) for name in ("a.png", "b.png")]
-    seen: list[tuple[int, int]] = []
-    lifetime(files, refined, hours=(9000,), progress=lambda done, total: seen.append((done, total)))
-    assert [done for done, _ in seen] == sorted(done for done, _ in seen)
-    assert seen[-1] == (2000, 2000)
+    calls: list[tuple[int, int]] = []
+    lifetime(files, refined, hours=(9000,), progress=lambda done, total: calls.append((done, total)))
+    assert [done for done, _ in calls] == sorted(done for done, _ in calls)
+    assert calls[-1] == (2000, 2000)
 
 
 # Bad input ------------------------------------------------------------------------------------------------------------

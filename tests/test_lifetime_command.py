@@ -51,7 +51,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory: pytest.TempPathFactory) -> Lifetimes:
+def lifetimes(tmp_path_factory: pytest.TempPathFactory) -> Lifetimes:
     file = tmp_path_factory.mktemp("found") / "slide.png"
     imsave(file, np.asarray(immunohistochemistry())[::8, ::8], check_contrast=False)
     model = DisplayModel(read_measurements(default_display()))
@@ -126,12 +126,12 @@ def test_json_csv_and_pictures_say_the_same(run: Callable[..., Done], tmp_path: 
     done = run("a.png", "b.png", "--hours", "0..18000:3000", "--json", "l.json", "--csv", "l.csv", "--plots", "p")
     assert done.code == 0
     assert written(tmp_path) == {"l.json", "l.csv", "lifetime-a.png", "lifetime-b.png"}
-    said: dict[str, Any] = json.loads((tmp_path / "l.json").read_text())
+    content: dict[str, Any] = json.loads((tmp_path / "l.json").read_text())
     rows = [line.split(",") for line in (tmp_path / "l.csv").read_text().splitlines()]
     assert [row[:2] for row in rows[1:]] == [
-        [image["file"], mode] for image in said["images"] for mode in ("chroma", "chroma-luma")
+        [image["file"], mode] for image in content["images"] for mode in ("chroma", "chroma-luma")
     ]
-    first = said["images"][0]["modes"]["chroma"]["lifetimes"]["3"]
+    first = content["images"][0]["modes"]["chroma"]["lifetimes"]["3"]
     assert float(rows[1][rows[0].index("max_3")]) == pytest.approx(first["max"], abs=0.05)
     assert words(hours_or_never(first["max"])) in words(done.out)
     assert imread(tmp_path / "p/lifetime-a.png").shape[1] == 1500
@@ -139,8 +139,8 @@ def test_json_csv_and_pictures_say_the_same(run: Callable[..., Done], tmp_path: 
 
 def test_json_to_standard_output_is_alone(run: Callable[..., Done]) -> None:
     done = run("a.png", "--hours", "0,9000", "--json", "-", "--plots", "p")
-    said = json.loads(done.out)
-    assert (done.code, said["schema"], said["images"][0]["file"]) == (0, 1, "a.png")
+    content = json.loads(done.out)
+    assert (done.code, content["schema"], content["images"][0]["file"]) == (0, 1, "a.png")
 
 
 @pytest.mark.parametrize("option", ["--json", "--csv", "--plots"])
@@ -193,18 +193,18 @@ def test_one_broken_image_stops_all(run: Callable[..., Done], tmp_path: Path) ->
 # The picture ----------------------------------------------------------------------------------------------------------
 
 
-def test_the_picture_is_the_same_bytes_again(found: Lifetimes, tmp_path: Path) -> None:
-    first, second = (plot_lifetimes(found, tmp_path / name)[0].read_bytes() for name in ("x", "y"))
+def test_the_picture_is_the_same_bytes_again(lifetimes: Lifetimes, tmp_path: Path) -> None:
+    first, second = (plot_lifetimes(lifetimes, tmp_path / name)[0].read_bytes() for name in ("x", "y"))
     assert first == second
 
 
-def test_the_picture_shows_mean_bars_tolerances_and_crossings(found: Lifetimes) -> None:
+def test_the_picture_shows_mean_bars_tolerances_and_crossings(lifetimes: Lifetimes) -> None:
     from matplotlib.figure import Figure
 
-    (image,) = found.images
+    (image,) = lifetimes.images
     curve = image.curves["chroma"]
     axes = Figure().add_subplot()
-    draw_curve(axes, curve, found.tolerances, 15.0)
+    draw_curve(axes, curve, lifetimes.tolerances, 15.0)
     bars = next(each for each in axes.containers if each.get_label() == "mean ± 2 SD")
     np.testing.assert_allclose(bars[0].get_ydata(), curve.mean)
     tops = [float(segment[1][1]) for segment in bars[2][0].get_segments()]
@@ -218,22 +218,22 @@ def test_the_picture_shows_mean_bars_tolerances_and_crossings(found: Lifetimes) 
     assert rings == {place for place in expected if place[0] is not None}
 
 
-def test_the_bars_below_are_table_1(found: Lifetimes) -> None:
+def test_the_bars_below_are_table_1(lifetimes: Lifetimes) -> None:
     from matplotlib.figure import Figure
 
     axes = Figure().add_subplot()
-    draw_lives(axes, found, found.images[0], "chroma-luma")
-    said = [words(text.get_text()) for text in axes.texts]
-    curve = found.images[0].curves["chroma-luma"]
+    draw_lives(axes, lifetimes, lifetimes.images[0], "chroma-luma")
+    bar_texts = [words(text.get_text()) for text in axes.texts]
+    curve = lifetimes.images[0].curves["chroma-luma"]
     lives = [curve.hours_until(name, each) for each in (3, 5) for name in ("max", "mean")]
-    assert said == [words(f"{hours_or_never(life)} h") for life in lives] + ["not within 18 000 h"] * 2
+    assert bar_texts == [words(f"{hours_or_never(life)} h") for life in lives] + ["not within 18 000 h"] * 2
 
 
-def test_the_title_is_the_finding_and_the_page_names_what_is_never_reached(found: Lifetimes) -> None:
-    title = words(title_of(found, found.images[0]))
-    life = found.images[0].curves["chroma"].hours_until("mean", 3.0)
+def test_the_title_is_the_finding_and_the_page_names_what_is_never_reached(lifetimes: Lifetimes) -> None:
+    title = words(title_of(lifetimes, lifetimes.images[0]))
+    life = lifetimes.images[0].curves["chroma"].hours_until("mean", 3.0)
     assert title.startswith(words(f"The mean ΔE2000 reaches 3: chroma at {hours_or_never(life)} h"))
-    sentences = [part for part in lifetime_page(found) if isinstance(part, str)]
+    sentences = [part for part in lifetime_page(lifetimes) if isinstance(part, str)]
     assert any("not within" in sentence for sentence in sentences)
 
 

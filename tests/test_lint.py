@@ -51,29 +51,29 @@ def ask_opencolorio(monkeypatch: pytest.MonkeyPatch) -> None:
 @pytest.mark.usefixtures("ask_opencolorio")
 @pytest.mark.parametrize("name", GOOD)
 def test_a_form_that_all_readers_take_is_clean_and_opencolorio_takes_it(name: str, tmp_path: Path) -> None:
-    found = linted(tmp_path, GOOD[name], ask=True)
-    assert found.clean, (found.findings, found.trials)
-    assert [each.outcome for each in found.trials] == [READS]
+    report = linted(tmp_path, GOOD[name], ask=True)
+    assert report.clean, (report.findings, report.trials)
+    assert [each.outcome for each in report.trials] == [READS]
 
 
 @pytest.mark.usefixtures("ask_opencolorio")
 @pytest.mark.parametrize("name", BAD)
 def test_opencolorio_does_what_the_rules_say(name: str, tmp_path: Path) -> None:
     rule, data = BAD[name]
-    found = linted(tmp_path, data, ask=True)
-    assert rule in {finding.rule for finding in found.findings}
-    assert not found.clean
-    assert [each.reader for each in found.trials] == [OPENCOLORIO.reader()]
-    assert found.disagreements() == ()
+    report = linted(tmp_path, data, ask=True)
+    assert rule in {finding.rule for finding in report.findings}
+    assert not report.clean
+    assert [each.reader for each in report.trials] == [OPENCOLORIO.reader()]
+    assert report.disagreements() == ()
 
 
 def test_every_rule_for_cubes_has_a_case() -> None:
-    told = {rule for rule, _ in BAD.values()}
+    rules = {rule for rule, _ in BAD.values()}
     silent = {"grey-axis"}  # a note, tested below
     kinds = ("config-", "clf-", "table-", "archive-", "profile-", "hald-")
     names = {rule.__name__.replace("_", "-") for form in formats() for rule in form.rules}
     others = {name for name in names if name.startswith(kinds)} | {"loads"}
-    assert names == told | silent | others
+    assert names == rules | silent | others
 
 
 def test_every_function_that_yields_findings_is_among_the_rules_of_its_format() -> None:
@@ -119,16 +119,16 @@ def test_a_trial_tells_what_a_reader_did(tmp_path: Path, monkeypatch: pytest.Mon
         reader("missing", refuse, absent),
     ]
     monkeypatch.setattr(programs, "PROGRAMS", readers)
-    found = linted(tmp_path, lines("DOMAIN_MAX 2 2 2", SIZE, *R), ask=True)
-    assert [each.outcome for each in found.trials] == [READS, WRONG, WRONG, REFUSES, ""]
-    assert [each.message for each in found.trials][3:] == ["no domain in lut.cube", "is not here"]
+    report = linted(tmp_path, lines("DOMAIN_MAX 2 2 2", SIZE, *R), ask=True)
+    assert [each.outcome for each in report.trials] == [READS, WRONG, WRONG, REFUSES, ""]
+    assert [each.message for each in report.trials][3:] == ["no domain in lut.cube", "is not here"]
 
 
 def test_a_disagreement_between_rules_and_readers_is_told() -> None:
     finding = LintFinding("odd", "no", 0, {OCIO_21: Fate(REFUSES)})
     trials = (Trial(OCIO_21, "2.1", READS, ""), Trial("colour", "0", WRONG, ""), Trial("pillow_lut", "", "", ""))
-    found = Linted(Path("a"), "cube", (), (finding,), trials)
-    assert [trial.reader for trial in found.disagreements()] == [OCIO_21, "colour"]
+    report = Linted(Path("a"), "cube", (), (finding,), trials)
+    assert [trial.reader for trial in report.disagreements()] == [OCIO_21, "colour"]
 
 
 @pytest.mark.parametrize("name", ["plain", "exponents", "domain behind the size", "wide input range", "1D part"])
@@ -165,15 +165,15 @@ IDENTITY = [f"{x / 3:.6f} {x / 3:.6f} {x / 3:.6f}" for x in range(4)]
 def test_a_1d_part_that_changes_nothing_is_told(
     curves: list[str], header: tuple[str, ...], identity: bool, tmp_path: Path
 ) -> None:
-    found = linted(tmp_path, lines(f"LUT_1D_SIZE {len(curves)}", *header, SIZE, *curves, *R))
-    (told,) = (each for each in found.findings if each.rule == "cube-shaper")
-    assert ("an identity" in told.what) == identity
-    assert ("darktable" in told.remedy) == identity
+    report = linted(tmp_path, lines(f"LUT_1D_SIZE {len(curves)}", *header, SIZE, *curves, *R))
+    (finding,) = (each for each in report.findings if each.rule == "cube-shaper")
+    assert ("an identity" in finding.what) == identity
+    assert ("darktable" in finding.remedy) == identity
 
 
 def test_a_1d_part_that_is_cut_off_is_no_identity(tmp_path: Path) -> None:
-    found = linted(tmp_path, lines("LUT_1D_SIZE 4", SIZE, *IDENTITY[:2]))
-    assert "an identity" not in "".join(each.what for each in found.findings)
+    report = linted(tmp_path, lines("LUT_1D_SIZE 4", SIZE, *IDENTITY[:2]))
+    assert "an identity" not in "".join(each.what for each in report.findings)
 
 
 # Levels
@@ -210,15 +210,15 @@ def test_the_line_is_named(data: bytes, line: int, tmp_path: Path) -> None:
 
 
 def test_a_fall_along_the_greys_is_a_note(tmp_path: Path) -> None:
-    found = linted(tmp_path, lines(SIZE, *rows(colour=lambda r, g, b: (r, g - 0.5 * (g > 0.5), b))))
-    assert [(each.rule, each.level(found.readers)) for each in found.findings] == [("grey-axis", "note")]
-    assert "green fall" in found.findings[0].what
+    report = linted(tmp_path, lines(SIZE, *rows(colour=lambda r, g, b: (r, g - 0.5 * (g > 0.5), b))))
+    assert [(each.rule, each.level(report.readers)) for each in report.findings] == [("grey-axis", "note")]
+    assert "green fall" in report.findings[0].what
 
 
 def test_video_range_is_suspected(tmp_path: Path) -> None:
-    found = linted(tmp_path, lines(SIZE, *rows(colour=lambda *c: tuple((64 + 876 * x) / 1023 for x in c))))
-    assert "narrow range" in found.findings[0].what
-    assert found.clean
+    report = linted(tmp_path, lines(SIZE, *rows(colour=lambda *c: tuple((64 + 876 * x) / 1023 for x in c))))
+    assert "narrow range" in report.findings[0].what
+    assert report.clean
 
 
 @pytest.mark.parametrize("swap", [(0, 1, 2), (1, 0, 2), (0, 2, 1)])
@@ -250,10 +250,10 @@ def test_lines_are_whole_whatever_blocks_are(ends: bytes, tmp_path: Path, monkey
     path.write_bytes(ends.join([b"one", b"", b"a longer line", b"three"]))
     read = list(blocks(path))
     assert b"".join(block.data for block in read) == b"one\n\na longer line\nthree\n"
-    seen = 1
+    line = 1
     for block in read:
-        assert block.first == seen
-        seen += block.data.count(b"\n")
+        assert block.first == line
+        line += block.data.count(b"\n")
 
 
 # Bad input
@@ -262,9 +262,9 @@ def test_lines_are_whole_whatever_blocks_are(ends: bytes, tmp_path: Path, monkey
 @pytest.mark.parametrize("suffix", KINDS)
 @pytest.mark.parametrize("data", [b"", b"\0\xff\xfe\0" * 50, b"nothing of the kind\n", b"<a><b></a>"])
 def test_rubbish_is_a_finding_in_every_format(suffix: str, data: bytes, tmp_path: Path) -> None:
-    found = linted(tmp_path, data, suffix=suffix)
-    assert not found.clean
-    validator("lint").validate(json.loads(json.dumps({"schema": 1, "files": [found.as_json()]})))
+    report = linted(tmp_path, data, suffix=suffix)
+    assert not report.clean
+    validator("lint").validate(json.loads(json.dumps({"schema": 1, "files": [report.as_json()]})))
 
 
 @pytest.mark.parametrize(
@@ -357,13 +357,13 @@ def fuzz(suffix: str, data: bytes) -> None:
         path = Path(folder, f"lut.{suffix}")
         path.write_bytes(data)
         try:
-            found = lint(path)
+            report = lint(path)
         except LutgenError as error:
             assert str(path) in str(error)  # noqa: PT017 - either is right
             return
-    for finding in found.findings:
+    for finding in report.findings:
         assert "\n" not in finding.what
-    json.dumps(found.as_json(), allow_nan=False)
+    json.dumps(report.as_json(), allow_nan=False)
 
 
 @given(mutated(PLAIN))

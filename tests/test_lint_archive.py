@@ -17,7 +17,7 @@ from lutgen.errors import LutgenError
 from lutgen.lint import lint
 from lutgen.lint.finding import HALDCLUT, OCIO_26, READS, REFUSES, WRONG, Linted
 from lutgen.lint.formats import archive
-from tests.hald_cases import HALDS, PLAIN, made
+from tests.hald_cases import HALDS, PLAIN, file_of
 from tests.quick import draws
 
 ROOT = Path(__file__).parents[1]
@@ -62,11 +62,11 @@ GOOD = (("config.ocio", CONFIG), ("aged.clf", CLF))
 
 @pytest.mark.parametrize("name", ["ours", "another's"])
 def test_a_whole_archive_is_read_by_opencolorio(name: str, tmp_path: Path) -> None:
-    data = made("ocioz") if name == "ours" else zipped(*GOOD)
-    found = linted(tmp_path, data, "a.ocioz")
-    assert found.clean
-    assert {each.level(found.readers) for each in found.findings} == {"note"}
-    assert "OpenColorIO 2.1" in found.findings[0].what
+    data = file_of("ocioz") if name == "ours" else zipped(*GOOD)
+    report = linted(tmp_path, data, "a.ocioz")
+    assert report.clean
+    assert {each.level(report.readers) for each in report.findings} == {"note"}
+    assert "OpenColorIO 2.1" in report.findings[0].what
     lib = ocio()
     if hasattr(lib, "ExtractOCIOZArchive"):
         config = lib.Config.CreateFromFile(str(tmp_path / "a.ocioz"))
@@ -83,7 +83,7 @@ def test_a_whole_archive_is_read_by_opencolorio(name: str, tmp_path: Path) -> No
 BAD: dict[str, tuple[Callable[[], bytes], str]] = {
     "empty": (lambda: b"", "is not an archive"),
     "text": (lambda: b"ocio_profile_version: 2.1\n", "is not an archive"),
-    "cut off": (lambda: made("ocioz")[:-40], "is not an archive"),
+    "cut off": (lambda: file_of("ocioz")[:-40], "is not an archive"),
     "an end alone": (lambda: b"PK\x05\x06" + b"\xff" * 18, "has a directory of 4095 MiB"),
     "no config": (lambda: zipped(("aged.clf", CLF)), "has no config.ocio at its root"),
     "a config below": (lambda: zipped(("a/config.ocio", CONFIG)), "has no config.ocio at its root"),
@@ -114,7 +114,7 @@ BAD: dict[str, tuple[Callable[[], bytes], str]] = {
     ),
     "a name in two lines": (lambda: zipped(*GOOD, ("a\nb.cube", "x")), "a b.cube: "),
     "a wrong sum": (
-        lambda: made("ocioz").replace(b"LUT3D", b"LUT4D"),
+        lambda: file_of("ocioz").replace(b"LUT3D", b"LUT4D"),
         "cannot be unpacked: Bad CRC-32",
     ),
 }
@@ -124,17 +124,17 @@ BAD: dict[str, tuple[Callable[[], bytes], str]] = {
 def test_a_bad_archive_is_refused_and_nothing_leaves_its_folder(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    data, said = BAD[name]
+    data, message = BAD[name]
     scratch = tmp_path / "scratch"
     scratch.mkdir()
     monkeypatch.setattr("tempfile.tempdir", str(scratch))
-    found = linted(tmp_path, data(), "a.ocioz")
-    assert any(said in each.what for each in found.findings), found.findings
-    assert not found.clean
-    assert found.fate(OCIO_26)[0].outcome in {REFUSES, WRONG}
+    report = linted(tmp_path, data(), "a.ocioz")
+    assert any(message in each.what for each in report.findings), report.findings
+    assert not report.clean
+    assert report.fate(OCIO_26)[0].outcome in {REFUSES, WRONG}
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.ocioz", "scratch"]
     assert not [*scratch.iterdir()]
-    assert str(scratch) not in "".join(each.what for each in found.findings)
+    assert str(scratch) not in "".join(each.what for each in report.findings)
 
 
 def test_a_file_that_unpacks_to_more_than_it_says_is_stopped(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -143,8 +143,8 @@ def test_a_file_that_unpacks_to_more_than_it_says_is_stopped(tmp_path: Path, mon
     for signature, place in ((b"PK\1\2", 24), (b"PK\3\4", 22)):
         start = data.index(signature) + place
         data[start : start + 4] = struct.pack("<I", 1000)
-    found = linted(tmp_path, bytes(data), "a.ocioz")
-    assert "cannot be unpacked" in found.findings[0].what
+    report = linted(tmp_path, bytes(data), "a.ocioz")
+    assert "cannot be unpacked" in report.findings[0].what
 
 
 #: Prints the peak of memory that lint adds, in MiB, after lint of a small file.
@@ -162,7 +162,7 @@ print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) >> 10)
 @pytest.mark.parametrize("suffix", [".ocioz", ".icc", ".png"])
 def test_a_gigabyte_is_not_read_into_memory(suffix: str, tmp_path: Path) -> None:
     small, large = tmp_path / f"small{suffix}", tmp_path / f"large{suffix}"
-    start = {".ocioz": made("ocioz"), ".icc": made("icc-matrix"), ".png": made("hald")}[suffix]
+    start = {".ocioz": file_of("ocioz"), ".icc": file_of("icc-matrix"), ".png": file_of("hald")}[suffix]
     small.write_bytes(start)
     large.write_bytes(start)
     with large.open("r+b") as file:
@@ -178,11 +178,11 @@ def test_a_gigabyte_is_not_read_into_memory(suffix: str, tmp_path: Path) -> None
 @pytest.mark.parametrize("name", HALDS)
 def test_the_rules_say_what_becomes_of_a_hald_image(name: str, tmp_path: Path) -> None:
     """``make consumers`` runs ffmpeg itself."""
-    data, outcome, said = HALDS[name]
-    found = linted(tmp_path, data(), "table.png")
-    assert found.fate(HALDCLUT)[0].outcome == outcome
-    assert any(said in each.what for each in found.findings) == bool(said)
-    assert found.clean == (outcome == READS)
+    data, outcome, statement = HALDS[name]
+    report = linted(tmp_path, data(), "table.png")
+    assert report.fate(HALDCLUT)[0].outcome == outcome
+    assert any(statement in each.what for each in report.findings) == bool(statement)
+    assert report.clean == (outcome == READS)
 
 
 def edits(size: int) -> st.SearchStrategy[list[tuple[int, bytes]]]:
@@ -207,9 +207,9 @@ def test_no_mutation_brings_lint_down(
         data = data[:place] + value + data[place + len(value) :]
     for content in (data, data[:end]):
         try:
-            found = linted(folder, content, name)
+            report = linted(folder, content, name)
         except LutgenError as error:
             assert "\n" not in str(error)  # noqa: PT017 - either is right
             continue
-        assert all("\n" not in each.what for each in found.findings)
+        assert all("\n" not in each.what for each in report.findings)
         assert sorted(path.suffix for path in folder.iterdir()) in ([".ocioz"], [".png"], [".ocioz", ".png"])

@@ -32,15 +32,15 @@ def changed(folder: Path, old: str, new: str) -> Linted:
     return lint(folder / "config.ocio")
 
 
-def said(found: Linted) -> dict[str, str]:
-    return {each.rule: f"{each.level(found.readers)}: {each.line}: {each.what}" for each in found.findings}
+def findings_of(report: Linted) -> dict[str, str]:
+    return {each.rule: f"{each.level(report.readers)}: {each.line}: {each.what}" for each in report.findings}
 
 
 @pytest.mark.parametrize("config", ["chroma/10000h", "stable/0h", "."])
 def test_our_own_configs_are_clean(config: str) -> None:
-    found = lint(ROOT / "configs/default" / config / "config.ocio")
-    assert found.clean, found
-    assert set(said(found)) <= {"config-environment"}
+    report = lint(ROOT / "configs/default" / config / "config.ocio")
+    assert report.clean, report
+    assert set(findings_of(report)) <= {"config-environment"}
 
 
 @pytest.mark.parametrize(
@@ -61,29 +61,29 @@ def test_our_own_configs_are_clean(config: str) -> None:
     ],
 )  # fmt: skip
 def test_a_fault_of_a_config_is_found(old: str, new: str, rule: str, words: str, tmp_path: Path) -> None:
-    found = said(changed(tmp_path, old, new))
-    assert rule in found
-    assert words in found[rule]
+    report = findings_of(changed(tmp_path, old, new))
+    assert rule in report
+    assert words in report[rule]
 
 
 def test_many_views_are_told(tmp_path: Path) -> None:
     more = "".join(f"    - !<View> {{name: V{place}, colorspace: Raw}}\n" for place in range(4))
-    found = changed(tmp_path, "active_views: [Aged, Un-aged, Raw]", "")
-    assert "config-views" not in said(found)
+    report = changed(tmp_path, "active_views: [Aged, Un-aged, Raw]", "")
+    assert "config-views" not in findings_of(report)
     text = (tmp_path / "config.ocio").read_text().replace("  sRGB:\n", f"  sRGB:\n{more}")
     (tmp_path / "config.ocio").write_text(text)
-    assert "has 13 views" in said(lint(tmp_path / "config.ocio"))["config-views"]
+    assert "has 13 views" in findings_of(lint(tmp_path / "config.ocio"))["config-views"]
 
 
 def test_a_table_without_an_interpolation_is_told(tmp_path: Path) -> None:
     shutil.copyfile(OURS / "aged.clf", tmp_path / "aged.clf")
     old, new = "src: aged.clf, interpolation: tetrahedral", "src: aged.cube"
-    assert "states no interpolation for aged.cube" in said(changed(tmp_path, old, new))["config-files"]
+    assert "states no interpolation for aged.cube" in findings_of(changed(tmp_path, old, new))["config-files"]
 
 
 def test_rubbish_that_opencolorio_takes_for_an_empty_config_is_wrong(tmp_path: Path) -> None:
     (tmp_path / "a.ocio").write_bytes(b"\0\xff\xfe\0" * 50)
-    assert "error" in said(lint(tmp_path / "a.ocio"))["config-version"]
+    assert "error" in findings_of(lint(tmp_path / "a.ocio"))["config-version"]
 
 
 # CLF and tables: OpenColorIO treats each file as lint says of the installed version
@@ -149,10 +149,10 @@ def test_what_is_said_of_clf_and_tables_is_what_opencolorio_does(name: str, tmp_
     suffix, text, outcome, rule = TABLES[name]
     path = tmp_path / f"lut{suffix}"
     path.write_text(text)
-    found = lint(path)
-    assert found.fate(opencolorio_reader())[0].outcome == outcome
-    assert found.clean == (outcome == READS)
-    assert not rule or rule in said(found)
+    report = lint(path)
+    assert report.fate(opencolorio_reader())[0].outcome == outcome
+    assert report.clean == (outcome == READS)
+    assert not rule or rule in findings_of(report)
     if name == "spi3d of any size":
         return  # OpenColorIO would ask for 12 PB
     try:
@@ -169,9 +169,9 @@ def test_what_is_said_of_a_3dl_is_what_opencolorio_does(name: str, tmp_path: Pat
     text, *outcomes = MESHES[name]
     path = tmp_path / "lut.3dl"
     path.write_text(text(), newline="")
-    found = lint(path)
-    assert [found.fate(each)[0].outcome for each in (opencolorio_reader(), FFMPEG)] == outcomes
-    assert found.clean == (outcomes == [READS, READS])
+    report = lint(path)
+    assert [report.fate(each)[0].outcome for each in (opencolorio_reader(), FFMPEG)] == outcomes
+    assert report.clean == (outcomes == [READS, READS])
     code = probe_colours()
     try:
         shown = through_opencolorio(path, code)
@@ -195,17 +195,17 @@ def test_a_word_that_opencolorio_reads_as_another_number_is_told(word: str, suff
     content, number = (SPI3D, "0.900000") if suffix == ".spi3d" else (CSP, "0.9")
     path = tmp_path / f"lut{suffix}"
     path.write_text(content.replace(number, word, 1))
-    found = lint(path)
-    assert not found.clean
+    report = lint(path)
+    assert not report.clean
     line = content[: content.index(number)].count("\n") + 1
     try:
         shown = through_opencolorio(path, np.array([[255, 0, 0]], np.uint8))[0, 0]
     except Refusal:
         assert WORDS[word] is None
-        assert found.fate(opencolorio_reader())[0].outcome == REFUSES
+        assert report.fate(opencolorio_reader())[0].outcome == REFUSES
         return
-    assert found.fate(opencolorio_reader())[0].outcome == WRONG
-    assert said(found)["table-numbers"].startswith(f"error: {line}: ")
+    assert report.fate(opencolorio_reader())[0].outcome == WRONG
+    assert findings_of(report)["table-numbers"].startswith(f"error: {line}: ")
     if WORDS[word] is not None:
         assert shown == pytest.approx(WORDS[word], abs=1e-6)
     else:
@@ -243,7 +243,7 @@ def test_what_lint_calls_clean_opencolorio_reads_as_the_number_that_stands_there
 def test_odd_words_of_a_csp_are_told_wherever_they_stand(old: str, new: str, tmp_path: Path) -> None:
     assert old in CSP
     (tmp_path / "lut.csp").write_text(CSP.replace(old, new, 1))
-    assert "surplus or malformed numbers" in said(lint(tmp_path / "lut.csp"))["table-numbers"]
+    assert "surplus or malformed numbers" in findings_of(lint(tmp_path / "lut.csp"))["table-numbers"]
 
 
 def test_words_in_the_metadata_of_a_csp_are_no_numbers(tmp_path: Path) -> None:
@@ -254,13 +254,13 @@ def test_words_in_the_metadata_of_a_csp_are_no_numbers(tmp_path: Path) -> None:
 
 def test_a_number_too_many_in_a_row_of_a_spi3d_is_told(tmp_path: Path) -> None:
     (tmp_path / "lut.spi3d").write_text(SPI3D.replace("0.900000", "0.9 0.1", 1))
-    assert "surplus or malformed numbers" in said(lint(tmp_path / "lut.spi3d"))["table-numbers"]
+    assert "surplus or malformed numbers" in findings_of(lint(tmp_path / "lut.spi3d"))["table-numbers"]
 
 
 def test_a_size_that_ends_in_a_letter_is_bounded_too(tmp_path: Path) -> None:
     """OpenColorIO would read 100000 from 100000x, and ask for 12 PB."""
     (tmp_path / "lut.spi3d").write_text(SPI3D.replace("2 2 2", "100000 100000 100000x"))
-    assert "too large" in said(lint(tmp_path / "lut.spi3d"))["loads"]
+    assert "too large" in findings_of(lint(tmp_path / "lut.spi3d"))["loads"]
 
 
 def test_a_mesh_line_with_a_word_in_it_is_told(tmp_path: Path) -> None:
@@ -275,7 +275,7 @@ def test_a_mesh_line_with_a_word_in_it_is_told(tmp_path: Path) -> None:
         ).max()
         > 0.01
     )
-    assert "surplus or malformed numbers" in said(lint(tmp_path / "lut.3dl"))["table-numbers"]
+    assert "surplus or malformed numbers" in findings_of(lint(tmp_path / "lut.3dl"))["table-numbers"]
 
 
 def node(content: str) -> str:
@@ -315,9 +315,9 @@ def test_a_value_of_a_clf_that_opencolorio_takes_and_nobody_means_is_told(name: 
     path = tmp_path / "lut.clf"
     path.write_text(ODD_CLF[name])
     through_opencolorio(path, probe_colours())  # OpenColorIO does not refuse it
-    found = lint(path)
-    assert found.fate(opencolorio_reader())[0].outcome == WRONG
-    assert "no finite decimal number of float32" in said(found)["clf-form"]
+    report = lint(path)
+    assert report.fate(opencolorio_reader())[0].outcome == WRONG
+    assert "no finite decimal number of float32" in findings_of(report)["clf-form"]
 
 
 def test_nan_of_a_1d_table_of_all_half_floats_is_meant(tmp_path: Path) -> None:
@@ -328,7 +328,7 @@ def test_nan_of_a_1d_table_of_all_half_floats_is_meant(tmp_path: Path) -> None:
     path.write_text(table)
     assert lint(path).clean
     path.write_text(table.replace("\n0.5\n", "\nnan\n", 1))
-    assert "nan" in said(lint(path))["clf-form"]
+    assert "nan" in findings_of(lint(path))["clf-form"]
 
 
 def test_infinity_as_the_bits_of_a_half_float_is_told(tmp_path: Path) -> None:
@@ -347,8 +347,8 @@ def test_words_and_names_of_a_clf_are_no_values(tmp_path: Path) -> None:
 def test_a_comma_in_a_clf_is_refused_by_python_alone(tmp_path: Path) -> None:
     path = tmp_path / "lut.clf"
     path.write_text(clf(values=ROWS.replace("0.800000", "0.800000,", 1)))
-    found = lint(path)
-    assert (found.fate(opencolorio_reader())[0].outcome, found.fate(CLF_IO)[0].outcome) == (READS, REFUSES)
+    report = lint(path)
+    assert (report.fate(opencolorio_reader())[0].outcome, report.fate(CLF_IO)[0].outcome) == (READS, REFUSES)
     through_opencolorio(path, probe_colours())
 
 
@@ -359,15 +359,15 @@ def test_a_comma_in_a_clf_is_refused_by_python_alone(tmp_path: Path) -> None:
 def test_a_role_that_names_a_missing_space_is_told(role: str, tmp_path: Path) -> None:
     text = (OURS / "config.ocio").read_text()
     line = next((line for line in text.splitlines() if line.startswith(f"  {role}: ")), "roles:")
-    found = changed(
+    report = changed(
         tmp_path, f"{line}\n", f"{line.partition(': ')[0]}: Gone\n" if line != "roles:" else f"roles:\n  {role}: Gone\n"
     )
-    assert not found.clean
-    assert f"The role '{role}' refers to" in said(found)["config-version"]
+    assert not report.clean
+    assert f"The role '{role}' refers to" in findings_of(report)["config-version"]
     with zipfile.ZipFile(tmp_path / "a.ocioz", "w") as archive:
         for name in ("config.ocio", "aged.clf"):
             archive.write(tmp_path / name, name)
-    assert f"The role '{role}' refers to" in said(lint(tmp_path / "a.ocioz"))["config-version"]
+    assert f"The role '{role}' refers to" in findings_of(lint(tmp_path / "a.ocioz"))["config-version"]
 
 
 @pytest.mark.parametrize("word", ["Aged display look", "src: aged.clf", "search_path: .", "name: Raw", "family: "])
@@ -376,18 +376,18 @@ def test_a_config_whose_names_are_not_utf8_is_told(word: str, tmp_path: Path) ->
     data = (tmp_path / "config.ocio").read_bytes()
     assert word.encode() in data
     (tmp_path / "config.ocio").write_bytes(data.replace(word.encode(), f"{word}é".encode("latin-1")))
-    found = lint(tmp_path / "config.ocio")
-    assert not found.clean
-    assert "not UTF-8" in said(found)["config-encoding"]
+    report = lint(tmp_path / "config.ocio")
+    assert not report.clean
+    assert "not UTF-8" in findings_of(report)["config-encoding"]
 
 
 def test_a_comment_that_is_not_utf8_is_a_note(tmp_path: Path) -> None:
     changed(tmp_path, "", "")
     data = (tmp_path / "config.ocio").read_bytes()
     (tmp_path / "config.ocio").write_bytes(b"# \xe9\n" + data)
-    found = lint(tmp_path / "config.ocio")
-    assert found.clean
-    assert said(found)["config-encoding"] == "note: 1: has comments that are not UTF-8"
+    report = lint(tmp_path / "config.ocio")
+    assert report.clean
+    assert findings_of(report)["config-encoding"] == "note: 1: has comments that are not UTF-8"
 
 
 def test_a_config_in_utf16_is_read_as_opencolorio_reads_it(tmp_path: Path) -> None:
@@ -410,9 +410,9 @@ def test_an_integer_of_5000_digits_is_told_in_every_format(tmp_path: Path) -> No
         "a.ocio": (OURS / "config.ocio").read_text().replace("version: 2.1", f"version: 2.{digits}"),
     }.items():
         (tmp_path / name).write_text(text)
-        found = lint(tmp_path / name)
-        assert not found.clean
-        assert all(len(each.what) < 500 for each in found.findings)
+        report = lint(tmp_path / name)
+        assert not report.clean
+        assert all(len(each.what) < 500 for each in report.findings)
 
 
 def test_a_clf_of_smpte_without_id_is_read_by_new_versions_alone(tmp_path: Path) -> None:
@@ -424,15 +424,15 @@ def test_a_clf_of_smpte_without_id_is_read_by_new_versions_alone(tmp_path: Path)
         assert opencolorio_reader() == OCIO_21
     else:
         assert opencolorio_reader() == OCIO_26
-    found = lint(path)
-    assert found.fate(OCIO_21)[0].outcome == REFUSES
-    assert found.fate(OCIO_26)[0].outcome == READS
+    report = lint(path)
+    assert report.fate(OCIO_21)[0].outcome == REFUSES
+    assert report.fate(OCIO_26)[0].outcome == READS
 
 
 def test_entities_are_not_expanded(tmp_path: Path) -> None:
     bomb = "".join(f'<!ENTITY a{n} "{f"&a{n - 1};" * 10 if n else "x"}">' for n in range(12))
     (tmp_path / "a.clf").write_text(f"<!DOCTYPE a [{bomb}]>{clf(values='&a11;')}")
-    assert "declares entities" in said(lint(tmp_path / "a.clf"))["clf-form"]
+    assert "declares entities" in findings_of(lint(tmp_path / "a.clf"))["clf-form"]
 
 
 def test_what_ociocheck_alone_refuses_is_told() -> None:
@@ -447,13 +447,15 @@ def test_metadata_that_never_end_are_told_and_never_given_to_opencolorio(
     content = CSP.replace("3D\n\n", "3D\n\n  BEGIN METADATA\nfrom a shop\n")
     for name in ("lut.csp", "lut.spi3d", "lut.3dl"):
         (tmp_path / name).write_text(content)
-        assert said(lint(tmp_path / name))["table-metadata"].endswith("4: opens its metadata and never closes them")
+        assert findings_of(lint(tmp_path / name))["table-metadata"].endswith(
+            "4: opens its metadata and never closes them"
+        )
     with pytest.raises(LutgenError, match=r"lut\.csp:4: opens its metadata and never closes them"):
         apply_lut(tmp_path / "lut.csp", np.zeros((1, 3)))
     (tmp_path / "lut.cube").write_text(content)
     monkeypatch.setattr(programs, "PROGRAMS", (OPENCOLORIO,))
     assert [each.outcome for each in lint(tmp_path / "lut.cube", ask_readers=True).trials] == [REFUSES]
-    found = changed(tmp_path, "aged.clf", "lut.csp")
-    assert "lut.csp opens its metadata and never closes them" in said(found)["config-parts"]
+    report = changed(tmp_path, "aged.clf", "lut.csp")
+    assert "lut.csp opens its metadata and never closes them" in findings_of(report)["config-parts"]
     (tmp_path / "lut.csp").write_text(content.replace("shop\n", "shop\nEND METADATA\n"))
     assert lint(tmp_path / "lut.csp").clean

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from lutgen.errors import LutgenError
 from lutgen.lint import lint
 from lutgen.lint.finding import ARGYLL, CHROMIUM, LCMS_8, LCMS_16, READS, Linted
-from tests.profile_cases import CASES, made, put
+from tests.profile_cases import CASES, profile_of, put
 from tests.quick import draws
 
 pytestmark = pytest.mark.numbers
@@ -25,11 +25,11 @@ def linted(folder: Path, data: bytes) -> Linted:
 def test_the_rules_say_what_becomes_of_a_profile(name: str, tmp_path: Path) -> None:
     """``make consumers`` runs the readers themselves."""
     case = CASES[name]
-    found = linted(tmp_path, case.data)
-    assert {reader: found.fate(reader)[0].outcome for reader in case.outcomes} == case.outcomes
-    assert found.fate(LCMS_16) == found.fate(LCMS_8)
-    assert {each.rule for each in found.findings} >= ({case.rule} if case.rule else set())
-    assert bool(found.findings) == bool(case.rule)
+    report = linted(tmp_path, case.data)
+    assert {reader: report.fate(reader)[0].outcome for reader in case.outcomes} == case.outcomes
+    assert report.fate(LCMS_16) == report.fate(LCMS_8)
+    assert {each.rule for each in report.findings} >= ({case.rule} if case.rule else set())
+    assert bool(report.findings) == bool(case.rule)
 
 
 # White
@@ -45,33 +45,33 @@ def test_the_rules_say_what_becomes_of_a_profile(name: str, tmp_path: Path) -> N
     ],
 )
 def test_white_that_littlecms_would_not_show_is_told(name: str, wrong: set[str], tmp_path: Path) -> None:
-    data = made(name, 18_000)
-    found = linted(tmp_path, data)
-    assert {reader for reader in found.readers if found.fate(reader)[0].outcome != READS} == wrong
-    (told,) = (each for each in found.findings if each.rule == "profile-white")
-    assert "180 168 150" in told.what
+    data = profile_of(name, 18_000)
+    report = linted(tmp_path, data)
+    assert {reader for reader in report.readers if report.fate(reader)[0].outcome != READS} == wrong
+    (finding,) = (each for each in report.findings if each.rule == "profile-white")
+    assert "180 168 150" in finding.what
 
 
 def test_profiles_of_common_spaces_are_clean(tmp_path: Path) -> None:
     import imagecodecs
 
     for space in ("srgb", "adobergb"):
-        found = linted(tmp_path, imagecodecs.cms_profile(space))
-        assert {each.rule for each in found.findings} <= {"profile-version", "profile-parts"}
+        report = linted(tmp_path, imagecodecs.cms_profile(space))
+        assert {each.rule for each in report.findings} <= {"profile-version", "profile-parts"}
 
 
 def test_a_link_is_told_to_be_none_for_viewers(tmp_path: Path) -> None:
-    found = linted(tmp_path, made("devicelink", 0))
-    assert found.kind == "link"
-    assert CHROMIUM not in found.readers
-    assert [each.rule for each in found.findings] == ["profile-table"]
+    report = linted(tmp_path, profile_of("devicelink", 0))
+    assert report.kind == "link"
+    assert CHROMIUM not in report.readers
+    assert [each.rule for each in report.findings] == ["profile-table"]
 
 
 def test_without_littlecms_white_is_said_to_be_unknown(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setitem(__import__("sys").modules, "imagecodecs", None)
-    found = linted(tmp_path, made("icc-matrix", 18_000))
-    assert "was not checked for its white" in found.findings[0].what
-    assert found.clean
+    report = linted(tmp_path, profile_of("icc-matrix", 18_000))
+    assert "was not checked for its white" in report.findings[0].what
+    assert report.clean
 
 
 def changes(size: int) -> st.SearchStrategy[list[tuple[int, bytes]]]:
@@ -89,22 +89,22 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_no_mutation_of_a_profile_brings_lint_down(
     folder: Path, name: str, edits: list[tuple[int, bytes]], end: int
 ) -> None:
-    data = made(name, 0)
+    data = profile_of(name, 0)
     for place, value in edits:
         data = put(data, place, value)
     for content in (data, data[:end]):
         try:
-            found = linted(folder, content)
+            report = linted(folder, content)
         except LutgenError as error:
             assert "\n" not in str(error)  # noqa: PT017 - either is right
             continue
-        assert all("\n" not in each.what for each in found.findings)
+        assert all("\n" not in each.what for each in report.findings)
 
 
 def test_a_gigabyte_is_not_read(tmp_path: Path) -> None:
     path = tmp_path / "large.icc"
-    path.write_bytes(made("icc-matrix", 0))
+    path.write_bytes(profile_of("icc-matrix", 0))
     with path.open("r+b") as file:
         file.truncate(1 << 30)  # sparse
-    found = lint(path)
-    assert "has 1024 MiB, more than any profile" in {each.what for each in found.findings}
+    report = lint(path)
+    assert "has 1024 MiB, more than any profile" in {each.what for each in report.findings}

@@ -53,15 +53,15 @@ def test_one_run_writes_picture_numbers_and_json_that_agree(run: Callable[..., D
     done = run("map", "a.png", *AGE, "-o", "m.png", "-o", "m.exr", "-o", "sub/m.tif", "--json", "m.json")
     assert (done.code, done.err) == (0, "")
     assert written(tmp_path) == {"m.png", "m.exr", "m.tif", "m.json"}
-    said: dict[str, Any] = json.loads((tmp_path / "m.json").read_text())
-    validator("map").validate(said)
+    content: dict[str, Any] = json.loads((tmp_path / "m.json").read_text())
+    validator("map").validate(content)
     tif = np.asarray(Image.open(tmp_path / "sub/m.tif"))
     assert tif.dtype == np.float32
-    assert said["delta_e"]["mean"] == pytest.approx(tif.mean(dtype=float), abs=1e-4)
-    assert said["delta_e"]["max"] == pytest.approx(tif.max(), abs=1e-4)
-    assert sum(said["histogram"]["pixels"]) == said["pixels"] == tif.size
+    assert content["delta_e"]["mean"] == pytest.approx(tif.mean(dtype=float), abs=1e-4)
+    assert content["delta_e"]["max"] == pytest.approx(tif.max(), abs=1e-4)
+    assert sum(content["histogram"]["pixels"]) == content["pixels"] == tif.size
     out = words(done.out)
-    mean, most = said["delta_e"]["mean"], said["delta_e"]["max"]
+    mean, most = content["delta_e"]["mean"], content["delta_e"]["max"]
     assert f"chroma-luma at 10 000 h changes pixels by ΔE2000 {mean:.1f} on average, {most:.1f} at most." in out
     assert "RECONSTRUCTED" in out
     assert "Written: m.png, m.exr, sub/m.tif" in out
@@ -143,11 +143,11 @@ def test_the_published_numbers_are_those_of_the_papers_table() -> None:
 def test_table_1_stands_beside_the_papers(run: Callable[..., Done], tmp_path: Path) -> None:
     done = run("table", "1", "a.png", "b.png", "--json", "t.json", "--csv", "t.csv")
     assert (done.code, done.err) == (0, "")
-    said = json.loads((tmp_path / "t.json").read_text())
-    validator("table").validate(said)
+    content = json.loads((tmp_path / "t.json").read_text())
+    validator("table").validate(content)
     first, _ = lifetime(["a.png", "b.png"], DisplayModel(read_measurements(default_display()))).images
-    assert len(said["rows"]) == 16
-    row = said["rows"][5]
+    assert len(content["rows"]) == 16
+    row = content["rows"][5]
     hours = first.curves["chroma-luma"].hours_until("mean", 3.0)
     assert (row["mode"], row["tolerance"], row["statistic"], row["paper"]) == ("chroma-luma", 3.0, "mean", 3700)
     assert row["hours"] == hours
@@ -165,9 +165,9 @@ def test_a_lifetime_that_is_never_reached_is_a_dash_and_null(run: Callable[..., 
     rows += [line for line in default_display().read_text().splitlines() if line.split(",")[0] in ("0", "500")]
     (tmp_path / "young.csv").write_text("\n".join(rows) + "\n")
     done = run("table", "1", "a.png", "--display", "young.csv", "--json", "t.json", "--csv", "t.csv")
-    said = json.loads((tmp_path / "t.json").read_text())
-    validator("table").validate(said)
-    assert {row["hours"] for row in said["rows"]} == {row["difference"] for row in said["rows"]} == {None}
+    content = json.loads((tmp_path / "t.json").read_text())
+    validator("table").validate(content)
+    assert {row["hours"] for row in content["rows"]} == {row["difference"] for row in content["rows"]} == {None}
     assert (tmp_path / "t.csv").read_text().splitlines()[1] == "a.png,chroma,3,max,,4500,"
     assert "–: not within 500 h." in words(done.out)
 

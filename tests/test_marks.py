@@ -38,8 +38,8 @@ def test_rare_tests_are_slow_and_name_what_is_run_instead(request: pytest.Fixtur
         assert mark.kwargs.keys() == {"instead"}, item.nodeid
         file, _, name = mark.kwargs["instead"].rpartition("::")
         text = (item.path.with_name(file) if file else item.path).read_text(encoding="utf-8")
-        found = re.search(rf"^def {name}\(", text, flags=re.MULTILINE)
-        assert found, f"{item.nodeid}: {mark.kwargs['instead']} is no test"
+        match = re.search(rf"^def {name}\(", text, flags=re.MULTILINE)
+        assert match, f"{item.nodeid}: {mark.kwargs['instead']} is no test"
         # A parametrised test may have rare cases: its other cases are the sample.
         assert substitute(item) not in never, f"{item.nodeid}: {mark.kwargs['instead']} is not run either"
 

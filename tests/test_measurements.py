@@ -427,9 +427,9 @@ def test_a_column_whose_name_is_nearly_known_is_refused(name: str, tmp_path: Pat
         read_measurements(file_with(tmp_path, plus(name, "1")))
 
 
-@pytest.mark.parametrize(("white", "said"), [("2500", "white has Y = 2500"), ("12", "white has Y = 12")])
-def test_a_white_that_its_primaries_cannot_add_up_to_is_refused(white: str, said: str, tmp_path: Path) -> None:
-    with pytest.raises(LutgenError, match=rf"hour 0: {said} and red, green and blue together 252.* mistyped\?"):
+@pytest.mark.parametrize(("white", "message"), [("2500", "white has Y = 2500"), ("12", "white has Y = 12")])
+def test_a_white_that_its_primaries_cannot_add_up_to_is_refused(white: str, message: str, tmp_path: Path) -> None:
+    with pytest.raises(LutgenError, match=rf"hour 0: {message} and red, green and blue together 252.* mistyped\?"):
         read_measurements(file_with(tmp_path, SMALL.replace("0.3290,250", f"0.3290,{white}", 1)))
 
 

@@ -26,9 +26,9 @@ def diagnosed(hidden: tuple[str, float, str], seed: int, baseline: str = "first-
 @pytest.mark.parametrize(("form", "size", "seed"), [("same", 0.6, 3), ("other", 1.0, 4)])
 def test_filters_that_move_are_named_with_their_way(form: str, size: float, seed: int) -> None:
     """The display is spectral, so its spectra differ slightly from the class's typical spectra."""
-    found = diagnosed(("meter-mismatch", size, form), seed)
-    assert found.verdict.effects == ("meter-mismatch",)
-    term = next(each for each in found.explanation.final.terms if each.effect.name == "meter-mismatch")
+    diagnosis = diagnosed(("meter-mismatch", size, form), seed)
+    assert diagnosis.verdict.effects == ("meter-mismatch",)
+    term = next(each for each in diagnosis.explanation.final.terms if each.effect.name == "meter-mismatch")
     assert term.values["shift"] == pytest.approx(size, rel=0.15)
 
 

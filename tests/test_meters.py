@@ -83,8 +83,8 @@ def test_light_scatters_by_a_share_of_it_and_together(name: str) -> None:
 
 def test_the_covariance_is_that_of_the_gaussian_meter() -> None:
     for light in (20.0, 300.0):
-        found = np.cov(_within("gaussian", light).T)
-        np.testing.assert_allclose(found, covariance(np.full((1, 3), light))[0], rtol=0.06)
+        sample_covariance = np.cov(_within("gaussian", light).T)
+        np.testing.assert_allclose(sample_covariance, covariance(np.full((1, 3), light))[0], rtol=0.06)
 
 
 def test_the_dark_offset_is_of_a_session() -> None:

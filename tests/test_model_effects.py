@@ -108,9 +108,9 @@ def test_effects_at_rest_leave_the_papers_model_as_it_is(
     plain = DisplayModel(readings, reference=reference, selection=selection)
     for hours in HOURS:
         expected = plain.at(mode, hours).code_to_xyz(colours)
-        found = replace(plain, effects=tuple(effects)).at(mode, hours).code_to_xyz(colours)
+        light = replace(plain, effects=tuple(effects)).at(mode, hours).code_to_xyz(colours)
         # A meter's exposure or a lens cap has no effect here. Only rounding errors remain.
-        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-11)
+        np.testing.assert_allclose(light, expected, rtol=0, atol=1e-11)
 
 
 @pytest.mark.parametrize("name", [name for name, each in catalogue().items() if each.stage == "instrument"])
@@ -148,8 +148,8 @@ def test_a_leak_is_what_it_is_when_written_out(
             law = np.interp(hours, LAW_HOURS, LAW_FACTORS) if mode == "chroma-luma" else 1.0
             white = np.array(twin.xyz((1.0, 1.0, 1.0)))
             expected = [law * (np.array(twin.xyz((r, g, b))) + leak * white) / (1 + leak[1]) for r, g, b in colours]
-            found = model.at(mode, hours).code_to_xyz(colours)
-            np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
+            light = model.at(mode, hours).code_to_xyz(colours)
+            np.testing.assert_allclose(light, expected, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("name", catalogue())
@@ -197,10 +197,10 @@ def test_a_fresh_model_ages_by_its_effects_alone(readings: Measurements, colours
         np.testing.assert_allclose(plain.at(mode, 12_345.0).code_to_code(colours), colours, rtol=0, atol=1e-12)
     decay = named("backlight-decay", {"loss": 0.9, "beta": 1.4})
     fading = a_model(readings, decay, baseline="first-hour", luminance=MEASURED)
-    left = np.exp(-0.9 * (12_345.0 / 18_000.0) ** 1.4)
+    share = np.exp(-0.9 * (12_345.0 / 18_000.0) ** 1.4)
     white = fading.at("chroma-luma", 12_345.0).code_to_xyz(WHITE)[0, 1]
-    assert white == pytest.approx(left, abs=1e-12)
-    assert fading.shown_tips(12_345.0)[0, 2] == pytest.approx(readings.tips()[1][0, 0, 2] * left, rel=1e-12)
+    assert white == pytest.approx(share, abs=1e-12)
+    assert fading.shown_tips(12_345.0)[0, 2] == pytest.approx(readings.tips()[1][0, 0, 2] * share, rel=1e-12)
     held = replace(fading, held=True).at("chroma-luma", 12_345.0)
     assert held.code_to_xyz(WHITE)[0, 1] == pytest.approx(1.0, abs=1e-12)
     with pytest.raises(LutgenError, match="outside the measured span"):
@@ -233,8 +233,8 @@ def test_latent_tips_are_what_the_effects_act_on(readings: Measurements) -> None
         np.testing.assert_allclose(model.shown_tips(hour), DisplayModel(readings).tips.at(hour), rtol=1e-12)
         plain = DisplayModel(readings, reference="absolute").at("chroma", hour)
         full = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
-        found = model.at("chroma", hour).code_to_xyz(full)
-        np.testing.assert_allclose(found, plain.code_to_xyz(full), rtol=0, atol=1e-12)
+        light = model.at("chroma", hour).code_to_xyz(full)
+        np.testing.assert_allclose(light, plain.code_to_xyz(full), rtol=0, atol=1e-12)
     black = model.at("chroma", 18_000.0).code_to_xyz(np.zeros((1, 3)))[0, 1]
     assert black == pytest.approx(0.01 / 1.01, rel=1e-9)
 
@@ -255,8 +255,8 @@ def test_conditions_change_what_depends_on_them_and_nothing_else(
 ) -> None:
     model, conditions = a_model(readings, named(name)), Conditions(**at)
     usual = model.at("chroma", 10_000.0).code_to_xyz(colours)
-    seen = replace(model, conditions=conditions).at("chroma", 10_000.0).code_to_xyz(colours)
-    assert np.abs(seen - usual).max() > 1e-4
+    light = replace(model, conditions=conditions).at("chroma", 10_000.0).code_to_xyz(colours)
+    assert np.abs(light - usual).max() > 1e-4
     plain = DisplayModel(readings)
     assert replace(plain, conditions=conditions).at("chroma", 10_000.0) == plain.at("chroma", 10_000.0)
     assert what_luts_carry(replace(plain, conditions=conditions))[1:] == [
@@ -366,7 +366,7 @@ def test_displays_with_effects_can_be_compared_hashed_and_sent_to_workers(
 def refined(readings: Measurements, *effects: AppliedEffect, **options: Any) -> DisplayModel:
     """A model as refine makes it, with every entry that a file can hold."""
     hours, xyY = readings.tips()
-    found = AppliedEffect(
+    applied = AppliedEffect(
         catalogue()["black-level"],
         {name: Estimate(value) for name, value in catalogue()["black-level"].rest().items()}
         | {"grown": Estimate(0.1 / 3, 1e-5, at_bound=False), "tint_z": Estimate(1.0, 0.25, at_bound=True)},
@@ -383,7 +383,7 @@ def refined(readings: Measurements, *effects: AppliedEffect, **options: Any) -> 
             "rms_sigma_after": np.float64(1.02),
         },
     }
-    return a_model(readings, found, *effects, **everything | options)
+    return a_model(readings, applied, *effects, **everything | options)
 
 
 def same(model: DisplayModel, other: DisplayModel) -> None:
@@ -577,11 +577,11 @@ def test_a_bad_model_file_is_one_sentence_and_exit_code_2(
     path = tmp_path / "bad.toml"
     path.write_text(text if text.startswith("schema") else f"schema = 1\n{text}\n", encoding="utf-8")
     code = exit_code(monkeypatch, "build", "--model", path, "-o", tmp_path / "out", "--hours", "0")
-    said = capsys.readouterr()
-    assert (code, said.out) == (2, "")
-    assert said.err.startswith(f"lutgen: error: {path}: ")
-    assert said.err.count("\n") == 1
-    assert says in said.err
+    output = capsys.readouterr()
+    assert (code, output.out) == (2, "")
+    assert output.err.startswith(f"lutgen: error: {path}: ")
+    assert output.err.count("\n") == 1
+    assert says in output.err
     assert not (tmp_path / "out").exists()
 
 
@@ -632,10 +632,10 @@ def test_conditions_that_are_not_allowed_are_one_sentence(
     for command in (("build", "-o", tmp_path / "out"), ("show",), ("apply", "x.png", "-o", tmp_path / "y.png")):
         more = ("--mode", "chroma", "--hours", "1") if command[0] == "apply" else ()
         assert exit_code(monkeypatch, *command, *more, "--at", text) == 2
-        said = capsys.readouterr()
-        assert says in said.err
-        assert said.err.startswith("lutgen: error: ")
-        assert said.err.count("\n") == 1
+        output = capsys.readouterr()
+        assert says in output.err
+        assert output.err.startswith("lutgen: error: ")
+        assert output.err.count("\n") == 1
 
 
 def test_conditions_of_the_command_line_come_over_those_of_the_file(readings: Measurements, tmp_path: Path) -> None:
@@ -874,10 +874,10 @@ def test_the_commands_take_a_model_with_effects(
     corner = ("--model", "my.toml", "--at", "u=0,v=0")
     options = ("--hours", "9000", "--mode", "chroma", "--jobs", "1")
     assert exit_code(monkeypatch, "build", *corner, *options, "-o", "built") == 0
-    said = capsys.readouterr().out
-    assert "Baked at: position u = 0, v = 0, room light 60 lx." in said
-    assert "edge-falloff depends on position, which a LUT cannot carry." in said
-    assert "meter-offset is left out" in said
+    output = capsys.readouterr().out
+    assert "Baked at: position u = 0, v = 0, room light 60 lx." in output
+    assert "edge-falloff depends on position, which a LUT cannot carry." in output
+    assert "meter-offset is left out" in output
     assert exit_code(monkeypatch, "build", "--model", "my.toml", *options, "-o", "centre") == 0
     capsys.readouterr()
     for folder in ("built", "centre"):
@@ -904,11 +904,11 @@ def test_show_tells_the_effects_and_their_errors(
     model = refined(readings, named("meter-offset"), baseline="first-hour", latent=None)
     save_model(model, tmp_path / "my.toml")
     assert exit_code(monkeypatch, "show", "--model", tmp_path / "my.toml", "--plot", tmp_path / "page.png") == 0
-    said = capsys.readouterr().out
-    assert "The model's effects (named):" in said
-    assert "black-level: grown 0.033333 ± 0.000010, tint_z 1.00 ± 0.25 (at its bound)" in said
-    assert "meter-offset: offset 0.01 cd/m²" in said
-    assert "meter-offset is left out" in said
+    output = capsys.readouterr().out
+    assert "The model's effects (named):" in output
+    assert "black-level: grown 0.033333 ± 0.000010, tint_z 1.00 ± 0.25 (at its bound)" in output
+    assert "meter-offset: offset 0.01 cd/m²" in output
+    assert "meter-offset is left out" in output
     assert exit_code(monkeypatch, "show", "--model", tmp_path / "my.toml", "--json") == 0
     content = json.loads(capsys.readouterr().out)["model"]
     assert content["verdict"] == "named"

@@ -28,22 +28,22 @@ LISTS = {
 
 def literals(source: str) -> list[tuple[str, ...]]:
     """Tuples, lists and sets that contain only strings."""
-    found = []
+    tuples = []
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.Tuple | ast.List | ast.Set):
             texts = [part.value for part in node.elts if isinstance(part, ast.Constant) and isinstance(part.value, str)]
             if texts and len(texts) == len(node.elts):
-                found.append(tuple(texts))
-    return found
+                tuples.append(tuple(texts))
+    return tuples
 
 
 @cache
 def literals_of_the_package() -> list[tuple[str, set[str]]]:
     """Every such literal in the package, with its module."""
     return [
-        (path.relative_to(PACKAGE).as_posix(), set(found))
+        (path.relative_to(PACKAGE).as_posix(), set(texts))
         for path in MODULES
-        for found in literals(path.read_text(encoding="utf-8"))
+        for texts in literals(path.read_text(encoding="utf-8"))
     ]
 
 
@@ -60,7 +60,7 @@ def test_there_are_lists() -> None:
 
 @pytest.mark.parametrize("name", [name for name, of in LISTS.items() if len(of) > 1])
 def test_no_other_module_repeats_the_list(name: str) -> None:
-    assert not [module for module, found in literals_of_the_package() if found == set(LISTS[name])]
+    assert not [module for module, texts in literals_of_the_package() if texts == set(LISTS[name])]
 
 
 @pytest.mark.parametrize("command", COMMANDS)

@@ -238,10 +238,10 @@ def test_a_misread_patch_of_one_session_is_the_measurements_fault(
     readings = replace(readings, xyz_cd_m2=readings.xyz_cd_m2 * random.normal(1.0, 0.002, readings.xyz_cd_m2.shape))
     sound = diagnose(readings, baseline="native").verdict
     assert sound.name == "consistent"
-    found = diagnose(with_light_of(readings, code, other), baseline="native").verdict
+    verdict = diagnose(with_light_of(readings, code, other), baseline="native").verdict
     (line, *_) = readings.lines[(readings.drive == code).all(axis=1)]
-    assert found.name == "measurement-problem"
-    assert says.format(line=int(line)) in found.sentence
+    assert verdict.name == "measurement-problem"
+    assert says.format(line=int(line)) in verdict.sentence
 
 
 def test_many_mixtures_outvote_the_ramps() -> None:
@@ -341,8 +341,8 @@ def model_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A refined native model in a file."""
     folder = tmp_path_factory.mktemp("model")
     data = write(session(Panel(leaking=0.4, fading=0.0), EVERYTHING, (0.0, 6000.0, 18_000.0)), folder / "panel.csv")
-    found = refine(read_measurements(data), ["black-level"], baseline="native", instrument="0.002,0.003")
-    save_model(found.model, folder / "native.toml")
+    refinement = refine(read_measurements(data), ["black-level"], baseline="native", instrument="0.002,0.003")
+    save_model(refinement.model, folder / "native.toml")
     return folder
 
 
@@ -388,10 +388,10 @@ AMONG = {
 
 def simulated(*hidden: tuple[str, float, str]) -> Measurements:
     hours = (0.0, 3000.0, 6000.0, 12_000.0, 18_000.0)
-    found: Measurements = read(
+    table: Measurements = read(
         csv_text(Campaign(design="colours", hours=hours, hidden=hidden, seed=2)), file="", sha256=""
     )
-    return found
+    return table
 
 
 @pytest.mark.parametrize("among", mostly_slow(AMONG, "effects near black"))
@@ -406,23 +406,23 @@ def test_what_was_there_from_the_first_day_is_no_misfit(among: str) -> None:
 @pytest.mark.slow
 def test_what_changes_still_is() -> None:
     readings = simulated(("eotf-drift", 0.12, "same"))
-    found = diagnose(readings, baseline="native").verdict
-    assert (found.name, found.effects) == ("named", ("eotf-drift",))
+    verdict = diagnose(readings, baseline="native").verdict
+    assert (verdict.name, verdict.effects) == ("named", ("eotf-drift",))
 
 
 def test_a_tip_read_once_is_never_left_out() -> None:
     """The fit cannot start without the tip, so the tip stays even as an outlier."""
-    found = fit(Problem.of(session(Panel(), EVERYTHING), baseline="native", instrument="0.004,0.01"))
-    residual = np.zeros_like(found.residual)
+    solution = fit(Problem.of(session(Panel(), EVERYTHING), baseline="native", instrument="0.004,0.01"))
+    residual = np.zeros_like(solution.residual)
     residual[EVERYTHING.index(TIPS[2])] = 100.0
-    vars(found)["residual"] = residual
-    assert wrong_rows(found) == ()
+    vars(solution)["residual"] = residual
+    assert wrong_rows(solution) == ()
 
 
 def test_levels_that_its_curves_run_through_are_no_white_and_primaries() -> None:
     readings = session(Panel(), [*TIPS, BLACK, *GREYS], hours=(0.0,))
-    said = compare(readings, baseline="native").sentence()
-    assert "nothing but white, primaries, and the levels that the display's own curves run through" in said
+    sentence = compare(readings, baseline="native").sentence()
+    assert "nothing but white, primaries, and the levels that the display's own curves run through" in sentence
     verdict = diagnose(readings, baseline="native").verdict
     assert (verdict.name, verdict.sentence) == ("consistent", AGREES)
     tips_alone = session(Panel(), TIPS, hours=(0.0,))
@@ -431,9 +431,10 @@ def test_levels_that_its_curves_run_through_are_no_white_and_primaries() -> None
 
 
 @pytest.mark.parametrize(
-    ("more", "said"), mostly_slow([(1.02, "at 18000 h it is 2.0% more than predicted from 0 h"), (1.0, "")], 1.02)
+    ("more", "sentence_part"),
+    mostly_slow([(1.02, "at 18000 h it is 2.0% more than predicted from 0 h"), (1.0, "")], 1.02),
 )
-def test_what_a_whole_session_has_more_is_said_beside_nothing_else(more: float, said: str) -> None:
+def test_what_a_whole_session_has_more_is_said_beside_nothing_else(more: float, sentence_part: str) -> None:
     """The comparison fails, since the usual gain of a session is 0.3 %. No effect is named for the difference."""
     codes = [*TIPS, *TIPS, BLACK, *GREYS, *RAMPS, *MIXTURES]
     readings = session(Panel(fading=0.0), codes)
@@ -442,8 +443,8 @@ def test_what_a_whole_session_has_more_is_said_beside_nothing_else(more: float, 
     moved = replace(readings, xyz_cd_m2=readings.xyz_cd_m2 * light[:, np.newaxis])
     verdict = diagnose(moved, baseline="native-first-hour", instrument="0.002,0.003").verdict
     assert verdict.name == "consistent"
-    if said:
-        assert said in verdict.sentence
+    if sentence_part:
+        assert sentence_part in verdict.sentence
     else:
         assert verdict.sentence == AGREES
 
@@ -467,9 +468,9 @@ def test_a_failure_that_mean_colour_differences_hide_is_placed() -> None:
     noise = np.random.default_rng(6).normal(size=(readings.hours.size, 1))
     light = readings.xyz_cd_m2 * (1.0 + 0.006 * noise)
     light[(readings.hours > 0) & ~readings.drive.any(axis=1)] += 0.02
-    found = compare(replace(readings, xyz_cd_m2=light), baseline="native", instrument="0.01,0.0005")
-    assert found.error.delta_e_mean <= found.floor.delta_e_mean
-    assert "the noise in few readings, or in dark ones: mean ΔE2000" in found.sentence()
+    comparison = compare(replace(readings, xyz_cd_m2=light), baseline="native", instrument="0.01,0.0005")
+    assert comparison.error.delta_e_mean <= comparison.floor.delta_e_mean
+    assert "the noise in few readings, or in dark ones: mean ΔE2000" in comparison.sentence()
 
 
 def test_noise_of_the_first_session_is_no_aging(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -489,10 +490,10 @@ def test_noise_of_the_first_session_is_no_aging(monkeypatch: pytest.MonkeyPatch)
 
 def test_curves_of_ramps_that_are_no_better_than_srgbs_are_not_taken() -> None:
     """The lowest rung stays unless a few mixtures clearly prefer another rung."""
-    found = Problem.of(simulated(), baseline="native").native
-    assert found is not None
-    assert found.source == "srgb"
-    assert "Curves are those of sRGB: mean ΔE2000 on mixtures: ramps 0." in " ".join(found.remarks)
+    own_model = Problem.of(simulated(), baseline="native").native
+    assert own_model is not None
+    assert own_model.source == "srgb"
+    assert "Curves are those of sRGB: mean ΔE2000 on mixtures: ramps 0." in " ".join(own_model.remarks)
 
 
 def test_compare_says_how_far_the_paper_is_from_the_first_session() -> None:
@@ -546,8 +547,8 @@ def test_what_curves_miss_of_mixtures_is_a_discrepancy() -> None:
     bright = bright_mixtures()
     assert Problem.of(bright, baseline="native").discrepancy
     # Fits predict later mixtures from the first session. The baked model has only the curves.
-    said = compare(bright_mixtures(("black-level", 0.01, "same")), baseline="native").sentence()
-    assert said.startswith("The model as it is baked, with curves alone, fails by")
+    sentence = compare(bright_mixtures(("black-level", 0.01, "same")), baseline="native").sentence()
+    assert sentence.startswith("The model as it is baked, with curves alone, fails by")
 
 
 @pytest.mark.slow
@@ -595,8 +596,8 @@ def greys_at_new_levels(uneven: float) -> Measurements:
 def test_what_a_curve_misses_between_its_levels_is_a_discrepancy() -> None:
     """A first session of greys alone tests its own curve: a curve through the other levels predicts each level."""
     even, uneven = greys_at_new_levels(0.0), greys_at_new_levels(0.02)
-    found = [Problem.of(readings, baseline="native").discrepancy for readings in (even, uneven)]
-    shares = [np.hypot(each.share, each.of_luminance) for each in found]
+    discrepancies = [Problem.of(readings, baseline="native").discrepancy for readings in (even, uneven)]
+    shares = [np.hypot(each.share, each.of_luminance) for each in discrepancies]
     assert shares[0] < 0.005
     assert shares[1] > 0.01
 
@@ -609,18 +610,18 @@ def test_a_diagnosis_takes_what_a_curve_misses_between_its_levels_for_no_aging()
 @pytest.mark.slow
 def test_a_change_smaller_than_what_curves_miss_is_named() -> None:
     """The first reading of a colour predicts its later readings, and holds the residual of the curves."""
-    found = diagnose(bright_mixtures(("eotf-drift", 0.01, "same")), baseline="native")
-    assert (found.verdict.name, found.verdict.effects) == ("named", ("eotf-drift",))
-    assert "matrix-switching" not in {family.name for family in found.explanation.first}
+    diagnosis = diagnose(bright_mixtures(("eotf-drift", 0.01, "same")), baseline="native")
+    assert (diagnosis.verdict.name, diagnosis.verdict.effects) == ("named", ("eotf-drift",))
+    assert "matrix-switching" not in {family.name for family in diagnosis.explanation.first}
 
 
 def test_errors_of_the_first_session_are_unknowns_of_known_size() -> None:
     """χ² equals the χ² of one large system with tips, shared errors and errors of the first session as unknowns."""
     problem = with_shared_errors(Problem.of(bright_mixtures(), baseline="native"))
     problem = replace(problem, rows=problem.rows[problem.is_knot[problem.hour_of]])
-    found, errors = fit(problem), problem.first_errors
+    solution, errors = fit(problem), problem.first_errors
     assert errors is not None
-    state = State((), found.tips, found.gains)
+    state = State((), solution.tips, solution.gains)
     linear = linearise(problem, state)
     columns, system = errors.columns.toarray(), System(problem, linear, state)
     tips = [np.zeros((3 * problem.rows.size, 12)) for _ in problem.blocks]
@@ -633,9 +634,9 @@ def test_errors_of_the_first_session_are_unknowns_of_known_size() -> None:
     free = np.concatenate(tips, axis=1)
     whole = np.block([[free, bound], [np.zeros((bound.shape[1], free.shape[1])), np.eye(bound.shape[1])]])
     right = np.concatenate([linear.residual.ravel(), np.zeros(bound.shape[1])])
-    left = right - whole @ np.linalg.lstsq(whole, right, rcond=1e-12)[0]
-    assert system.chi2 == pytest.approx(float(left @ left), rel=1e-9)
-    assert 0.8 < found.chi2 / found.freedom < 1.25
+    residual = right - whole @ np.linalg.lstsq(whole, right, rcond=1e-12)[0]
+    assert system.chi2 == pytest.approx(float(residual @ residual), rel=1e-9)
+    assert 0.8 < solution.chi2 / solution.freedom < 1.25
 
 
 def test_white_and_primaries_do_not_hang_on_the_last_digit_of_a_curve(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -674,8 +675,8 @@ def test_a_dark_offset_that_differs_from_session_to_session_is_no_leak_of_a_nati
     hours, place = np.unique(readings.hours, return_inverse=True)
     dark = np.random.default_rng(4).normal(0.0, 0.03, (hours.size, 3))[place.reshape(-1)]
     wandering = replace(readings, xyz_cd_m2=readings.xyz_cd_m2 + dark)
-    found = with_shared_errors(Problem.of(wandering, baseline="native"))
-    assert found.offset_cd_m2 > 5.0 * found.noise.offset_cd_m2
+    problem = with_shared_errors(Problem.of(wandering, baseline="native"))
+    assert problem.offset_cd_m2 > 5.0 * problem.noise.offset_cd_m2
     assert diagnose(wandering, baseline="native", without=AMONG[among]).verdict.name == "consistent"
 
 
@@ -738,8 +739,8 @@ def test_a_session_of_white_and_primaries_alone_is_no_sound_one() -> None:
 
 def test_of_an_effect_a_native_display_holds_what_was_there_at_first() -> None:
     """The sizes of an effect at hour 0 are then no unknowns."""
-    told = catalogue()["crosstalk"].since_first_session()
-    assert told.forms[0] == ("grown",)
-    assert not {"new", "onset"} & {name for form in told.forms for name in form}
-    assert told.rest()["onset"] == 0.0
+    sentence = catalogue()["crosstalk"].since_first_session()
+    assert sentence.forms[0] == ("grown",)
+    assert not {"new", "onset"} & {name for form in sentence.forms for name in form}
+    assert sentence.rest()["onset"] == 0.0
     assert catalogue()["edge-falloff"].since_first_session() is catalogue()["edge-falloff"]

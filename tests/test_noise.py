@@ -80,27 +80,27 @@ def sigma(noise: Noise, light: Array) -> float:
 def test_noise_is_recovered_from_replicates(relative: float, floor: float, correlation: float) -> None:
     exact = readings()
     noisy = [with_noise(exact, seed, relative=relative, floor=floor, correlation=correlation) for seed in range(40)]
-    found = [estimate_noise(each) for each in noisy]
+    estimates = [estimate_noise(each) for each in noisy]
 
     def sigma_of(light: Array) -> float:
         return float(np.exp(np.log((relative * light) ** 2 + floor**2).mean() / 2))
 
     # 32 contrasts of bright patches and 8 of black: one estimate scatters by 13 % and 25 %, the mean of 40 by a sixth.
-    assert np.mean([sigma(each, FRESH[0]) for each in found]) == pytest.approx(sigma_of(FRESH[0]), rel=0.08)
-    darkness = np.exp(np.mean([np.log(sigma(each, np.zeros(3))) for each in found]))
+    assert np.mean([sigma(each, FRESH[0]) for each in estimates]) == pytest.approx(sigma_of(FRESH[0]), rel=0.08)
+    darkness = np.exp(np.mean([np.log(sigma(each, np.zeros(3))) for each in estimates]))
     assert darkness == pytest.approx(sigma_of(np.zeros(3)), rel=0.2)
-    assert np.mean([each.correlation[0, 2] for each in found]) == pytest.approx(correlation, abs=0.08)
-    assert {each.source for each in found} == {"replicates"}
-    assert {each.contrasts for each in found} == {40}
+    assert np.mean([each.correlation[0, 2] for each in estimates]) == pytest.approx(correlation, abs=0.08)
+    assert {each.source for each in estimates} == {"replicates"}
+    assert {each.contrasts for each in estimates} == {40}
 
 
 def test_the_scatter_of_replicates_is_three_a_contrast_in_units_of_the_noise_they_tell() -> None:
-    found = [estimate_noise(with_noise(readings(), seed)) for seed in range(20)]
+    estimates = [estimate_noise(with_noise(readings(), seed)) for seed in range(20)]
     # Estimates from 32 contrasts of bright patches and 8 of black are uncertain: the noise adds this to the variance.
-    assert found[0].known_from == (34, 13)
+    assert estimates[0].known_from == (34, 13)
     bright, dark = 34 / 30, 13 / 9
     expected = (32 / bright + 8 / dark) / 40
-    assert np.mean([each.scatter / (3 * each.contrasts) for each in found]) == pytest.approx(expected, abs=0.02)
+    assert np.mean([each.scatter / (3 * each.contrasts) for each in estimates]) == pytest.approx(expected, abs=0.02)
 
 
 def of_detectors(xyz: Array, seed: int) -> Array:
@@ -114,13 +114,13 @@ def of_detectors(xyz: Array, seed: int) -> Array:
 def test_the_floor_has_correlations_of_its_own() -> None:
     exact = readings(hours=tuple(1000.0 * k for k in range(10)))
     light, dim = exact.xyz_cd_m2, np.tile([2.0, 2.1, 2.4], (120, 1))
-    found = [estimate_noise(replace(exact, xyz_cd_m2=of_detectors(light, seed))) for seed in range(24)]
-    assert np.mean([each.correlation[0, 1] for each in found]) > 0.95
-    assert np.mean([each.floor_correlation[0, 1] for each in found]) < 0.3
+    estimates = [estimate_noise(replace(exact, xyz_cd_m2=of_detectors(light, seed))) for seed in range(24)]
+    assert np.mean([each.correlation[0, 1] for each in estimates]) > 0.95
+    assert np.mean([each.floor_correlation[0, 1] for each in estimates]) < 0.3
     # A common correlation for both would give 0.01 cd/m².
-    assert np.exp(np.mean([np.log(each.floor_cd_m2) for each in found])) == pytest.approx(0.003, rel=0.2)
+    assert np.exp(np.mean([np.log(each.floor_cd_m2) for each in estimates])) == pytest.approx(0.003, rel=0.2)
     fresh = [of_detectors(dim, 99 + seed) - dim for seed in range(24)]
-    white = [np.einsum("nij,nj->ni", each.whitener(dim), off) for each, off in zip(found, fresh, strict=True)]
+    white = [np.einsum("nij,nj->ni", each.whitener(dim), off) for each, off in zip(estimates, fresh, strict=True)]
     assert np.mean(np.square(white)) == pytest.approx(1.0, abs=0.1)
 
 
@@ -128,13 +128,13 @@ def test_the_floor_has_correlations_of_its_own() -> None:
     "hours", mostly_slow([(HOURS[:1],), (HOURS,), (tuple(1000.0 * k for k in range(10)),)], HOURS[:1])
 )
 def test_fresh_readings_scatter_as_the_noise_says_however_few_replicates_told_it(hours: tuple[float, ...]) -> None:
-    exact, found = readings(hours=hours), []
+    exact, squares = readings(hours=hours), []
     for seed in range(40):
         noise = estimate_noise(with_noise(exact, seed))
         fresh = with_noise(exact, seed + 5000).xyz_cd_m2 - exact.xyz_cd_m2
         white = np.einsum("nij,nj->ni", noise.whitener(exact.xyz_cd_m2), fresh)
-        found.append((white**2).mean())
-    assert np.mean(found) == pytest.approx(1.0, abs=0.25 if len(hours) == 1 else 0.08)
+        squares.append((white**2).mean())
+    assert np.mean(squares) == pytest.approx(1.0, abs=0.25 if len(hours) == 1 else 0.08)
 
 
 def test_the_covariance_is_that_of_many_draws() -> None:
@@ -151,11 +151,11 @@ def test_the_covariance_is_that_of_many_draws() -> None:
 
 
 def test_without_dark_replicates_the_floor_stays_near_an_ordinary_one() -> None:
-    found = [estimate_noise(with_noise(readings(patches=TIPS), seed, floor=1e-5)) for seed in range(20)]
-    floors = np.array([each.floor_cd_m2 for each in found])
+    estimates = [estimate_noise(with_noise(readings(patches=TIPS), seed, floor=1e-5)) for seed in range(20)]
+    floors = np.array([each.floor_cd_m2 for each in estimates])
     assert (floors > FLOOR_CD_M2 / 4).all()
     assert (floors < FLOOR_CD_M2 * 4).all()
-    assert np.mean([each.relative for each in found]) == pytest.approx(0.002, rel=0.15)
+    assert np.mean([each.relative for each in estimates]) == pytest.approx(0.002, rel=0.15)
 
 
 @pytest.mark.slow
@@ -188,17 +188,17 @@ def test_a_few_whites_that_agree_do_not_make_the_assumed_noise_smaller() -> None
         assert "assumed, 0.20% and" in diagnose(several).verdict.remarks[0]
 
 
-@pytest.mark.parametrize(("metadata", "instrument", "said"), [
+@pytest.mark.parametrize(("metadata", "instrument", "figures"), [
     ({}, "0.004,0.01", (0.004, 0.01, 0.003)),
     ({"noise_relative": "0.001", "noise_floor_cd_m2": "0.0005", "session_gain": "0.01"}, None, (0.001, 0.0005, 0.01)),
     ({"noise_relative": "0.001", "noise_floor_cd_m2": "0.0005"}, "0.004,0.01", (0.004, 0.01, 0.003)),
     ({"session_gain": "0"}, "0.004,0.01", (0.004, 0.01, 0.0)),
 ])  # fmt: skip
 def test_stated_noise_is_taken_as_it_is(
-    metadata: dict[str, str], instrument: str | None, said: tuple[float, float, float]
+    metadata: dict[str, str], instrument: str | None, figures: tuple[float, float, float]
 ) -> None:
     noise = estimate_noise(with_noise(readings(), 3, metadata=metadata), instrument)
-    assert (noise.relative, noise.floor_cd_m2, noise.session) == said
+    assert (noise.relative, noise.floor_cd_m2, noise.session) == figures
     assert noise.source == "instrument"
 
 
@@ -285,10 +285,10 @@ def test_a_wrong_row_of_a_repeated_patch_is_left_out_and_is_no_heavy_tail(share:
     row = max(np.flatnonzero(is_second), key=lambda row: np.ptp(right.drive[row]))
     xyz: Array = right.xyz_cd_m2.copy()
     xyz[row] += share * (xyz[row, ::-1] - xyz[row])
-    found = diagnose(right.with_light(xyz))
-    assert found.verdict.name == "measurement-problem"
-    assert f"line {int(right.lines[row])} " in found.verdict.sentence
-    assert found.problem.weights is None
+    diagnosis = diagnose(right.with_light(xyz))
+    assert diagnosis.verdict.name == "measurement-problem"
+    assert f"line {int(right.lines[row])} " in diagnosis.verdict.sentence
+    assert diagnosis.problem.weights is None
 
 
 @pytest.mark.slow
@@ -330,19 +330,19 @@ def test_readings_of_several_sessions_of_one_hour_are_replicates_but_for_their_g
         gains = 1.0 + rng.normal(0.0, 0.02, exact.hours.size)[session, np.newaxis]
         offsets = rng.normal(0.0, 0.03, (3, 3))[session]
         shared = noisy.xyz_cd_m2 * gains + offsets
-        found = estimate_noise(replace(noisy, xyz_cd_m2=shared, session=tuple(map(str, session))))
-        assert (found.source, found.across_sessions) == ("replicates", True)
-        relative.append(found.relative)
-        floor.append(found.floor_cd_m2)
+        estimate = estimate_noise(replace(noisy, xyz_cd_m2=shared, session=tuple(map(str, session))))
+        assert (estimate.source, estimate.across_sessions) == ("replicates", True)
+        relative.append(estimate.relative)
+        floor.append(estimate.floor_cd_m2)
         # Ten contrasts an hour, minus two gains and two offsets.
-        assert found.contrasts in {23, 24}  # rounded down
+        assert estimate.contrasts in {23, 24}  # rounded down
     # Gains of 2 % and offsets of 0.03 cd/m² would be ten times the noise.
     assert np.mean(relative) == pytest.approx(0.002, rel=0.1)
     assert np.mean(floor) == pytest.approx(0.003, rel=0.5)
 
 
 def test_replicates_at_different_temperatures_do_not_count_their_drift_as_noise() -> None:
-    found, blind = [], []
+    by_temperature, blind = [], []
     for seed in range(12):
         exact = readings(repeats=6)
         rng = np.random.default_rng([seed, 1])
@@ -350,8 +350,8 @@ def test_replicates_at_different_temperatures_do_not_count_their_drift_as_noise(
         drifting = replace(exact, xyz_cd_m2=exact.xyz_cd_m2 * (1.0 - 0.005 * (temperature - 25.0))[:, np.newaxis])
         measured = with_noise(drifting, seed)
         blind.append(estimate_noise(measured).relative)
-        found.append(estimate_noise(replace(measured, conditions={"temperature_c": temperature})).relative)
-    assert np.mean(found) == pytest.approx(0.002, rel=0.08)
+        by_temperature.append(estimate_noise(replace(measured, conditions={"temperature_c": temperature})).relative)
+    assert np.mean(by_temperature) == pytest.approx(0.002, rel=0.08)
     assert np.mean(blind) > 0.004
 
 
@@ -412,15 +412,15 @@ def test_own_sizes_and_correlations_of_x_y_and_z_are_recovered() -> None:
     """Repeated whites of real sessions: Z scatters 1.74 times as much as Y, with correlations 0.98, 0.94, 0.87."""
     ratio = np.array([1.0, 1.0, 1.74])
     rho = np.array([[1.0, 0.98, 0.87], [0.98, 1.0, 0.94], [0.87, 0.94, 1.0]])
-    exact, found = readings(), []
+    exact, noises = readings(), []
     for seed in range(20):
         rng = np.random.default_rng([seed, 5])
         sigma = np.sqrt((0.002 * ratio * exact.xyz_cd_m2) ** 2 + 0.003**2)
         noise = sigma * (rng.standard_normal((exact.hours.size, 3)) @ np.linalg.cholesky(rho).T)
-        found.append(estimate_noise(replace(exact, xyz_cd_m2=exact.xyz_cd_m2 + noise)))
-    assert np.mean([each.ratio[2] for each in found]) == pytest.approx(1.74, rel=0.1)
-    assert np.mean([each.ratio[0] for each in found]) == pytest.approx(1.0, rel=0.06)
-    mean = np.mean([each.correlation for each in found], axis=0)
+        noises.append(estimate_noise(replace(exact, xyz_cd_m2=exact.xyz_cd_m2 + noise)))
+    assert np.mean([each.ratio[2] for each in noises]) == pytest.approx(1.74, rel=0.1)
+    assert np.mean([each.ratio[0] for each in noises]) == pytest.approx(1.0, rel=0.06)
+    mean = np.mean([each.correlation for each in noises], axis=0)
     np.testing.assert_allclose(mean[np.triu_indices(3, 1)], [0.98, 0.87, 0.94], atol=0.05)
 
 
@@ -441,16 +441,16 @@ def test_shot_noise_is_found_where_replicates_ask_for_it() -> None:
 def test_shot_noise_of_a_sensor_for_z_that_sees_less_light_is_larger() -> None:
     exact = readings(patches=(*TIPS, BLACK, *((g, g, g) for g in (0.1, 0.25, 0.5, 0.75))))
     sigma = np.sqrt(0.0004 * exact.xyz_cd_m2 * np.square((1.0, 1.0, 1.8)) + 0.001**2)
-    found, scatter = [], []
+    ratios, scatter = [], []
     for seed in range(20):
         rng = np.random.default_rng([seed, 8])
         noise = estimate_noise(
             replace(exact, xyz_cd_m2=exact.xyz_cd_m2 + sigma * rng.standard_normal(exact.xyz_cd_m2.shape))
         )
         fresh = sigma * rng.standard_normal(exact.xyz_cd_m2.shape)
-        found.append(noise.ratio[2])
+        ratios.append(noise.ratio[2])
         scatter.append((np.einsum("nij,nj->ni", noise.whitener(exact.xyz_cd_m2), fresh) ** 2).mean(axis=0))
-    assert np.median(found) == pytest.approx(1.8, rel=0.1)
+    assert np.median(ratios) == pytest.approx(1.8, rel=0.1)
     # The variance of X, of Y given X, and of Z given X and Y.
     np.testing.assert_allclose(np.mean(scatter, axis=0), 1.0, atol=0.15)
 
@@ -470,7 +470,7 @@ def test_heavy_tails_are_no_problem_of_the_measurement() -> None:
     exact = readings(hours=tuple(1000.0 * k for k in range(10)))
     wide = np.sqrt(3.0 / np.random.default_rng(5).chisquare(3.0, (exact.hours.size, 1))) / np.sqrt(3.0)
     light = exact.xyz_cd_m2
-    found = diagnose(exact.with_light(light + wide * (with_noise(exact, 5).xyz_cd_m2 - light)))
-    assert found.problem.weights is not None
+    diagnosis = diagnose(exact.with_light(light + wide * (with_noise(exact, 5).xyz_cd_m2 - light)))
+    assert diagnosis.problem.weights is not None
     # The display's black leaks 0.2 cd/m².
-    assert "black-level" in found.verdict.effects
+    assert "black-level" in diagnosis.verdict.effects

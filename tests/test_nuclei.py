@@ -99,44 +99,46 @@ def test_flat_discs_on_a_flat_ground_stand_out_by_what_their_colours_are_apart(
     labels = discs([(20, 20), (20, 60), (60, 40)], 8, 80)
     pixels = np.array([GROUND, INK, PALE, (200, 60, 60)], np.uint8)[labels]
     image, mask = save(tmp_path / "in.png", pixels), save(tmp_path / "m.png", labels)
-    found = nuclei(image, model, mask=mask, hours=HOURS)
-    assert found.nuclei.count == 3
+    analysis = nuclei(image, model, mask=mask, hours=HOURS)
+    assert analysis.nuclei.count == 3
     for mode in AGING_MODES:
         for place, hours in enumerate(HOURS):
             ground, *inks = lab_by_hand([GROUND, INK, PALE, (200, 60, 60)], mode, hours)
             expected = [apart_by_hand(ink, ground) for ink in inks]
-            np.testing.assert_allclose(found.contrasts[mode].aged[place], expected, rtol=0, atol=1e-9)
-    np.testing.assert_array_equal(found.contrasts["chroma"].unaged, found.contrasts["chroma"].aged[0])
+            np.testing.assert_allclose(analysis.contrasts[mode].aged[place], expected, rtol=0, atol=1e-9)
+    np.testing.assert_array_equal(analysis.contrasts["chroma"].unaged, analysis.contrasts["chroma"].aged[0])
 
 
 def test_means_are_over_pixels_in_lab(model: DisplayModel, tmp_path: Path) -> None:
     random = np.random.default_rng(1)
     labels = discs([(20, 20), (20, 60)], 8, 80)
     pixels = random.integers(30, 240, (80, 80, 3), dtype=np.uint8)
-    found = nuclei(
+    analysis = nuclei(
         save(tmp_path / "in.png", pixels), model, mask=save(tmp_path / "m.png", labels), hours=HOURS, modes=["chroma"]
     )
     for each in (1, 2):
         inside = pixels[labels == each]
-        around = pixels[found.rings.labels == each]
+        around = pixels[analysis.rings.labels == each]
         expected = apart_by_hand(
             lab_by_hand(inside, "chroma", 18_000.0).mean(axis=0), lab_by_hand(around, "chroma", 18_000.0).mean(axis=0)
         )
-        assert found.contrasts["chroma"].aged[2, each - 1] == pytest.approx(expected, abs=1e-9)
+        assert analysis.contrasts["chroma"].aged[2, each - 1] == pytest.approx(expected, abs=1e-9)
 
 
 def test_statistics_are_those_of_the_nuclei(model: DisplayModel, tmp_path: Path) -> None:
     labels = discs(grid(25, 100), 6, 100)
     pixels = np.array([GROUND, *np.linspace((40, 20, 80), (200, 150, 190), 16).astype(int)], np.uint8)[labels]
-    found = nuclei(save(tmp_path / "in.png", pixels), model, mask=save(tmp_path / "m.png", labels), hours=HOURS, loss=8)
-    for each in found.contrasts.values():
+    analysis = nuclei(
+        save(tmp_path / "in.png", pixels), model, mask=save(tmp_path / "m.png", labels), hours=HOURS, loss=8
+    )
+    for each in analysis.contrasts.values():
         for place in range(3):
             np.testing.assert_allclose(each.percentiles[place], np.percentile(each.aged[place], PERCENT))
             assert each.change[place] == pytest.approx(np.median(each.aged[place]) / np.median(each.unaged) - 1)
             assert each.lost[place] == np.mean(
                 [a < 0.92 * u for a, u in zip(each.aged[place], each.unaged, strict=True)]
             )
-    assert 0 < found.contrasts["chroma-luma"].lost[2] <= 1
+    assert 0 < analysis.contrasts["chroma-luma"].lost[2] <= 1
 
 
 def test_depth_of_storage_does_not_matter(model: DisplayModel, tmp_path: Path) -> None:
@@ -167,18 +169,18 @@ def test_intervals_are_as_wide_as_theory_says() -> None:
     random = np.random.default_rng(2)
     unaged = random.normal(20.0, 3.0, 2000)
     aged = np.stack([unaged, unaged * random.normal(0.9, 0.05, 2000)])
-    found = contrast_of(unaged, aged, 10.0)
-    assert found.intervals is not None
-    low, high = found.intervals[1, 0]
+    contrast = contrast_of(unaged, aged, 10.0)
+    assert contrast.intervals is not None
+    low, high = contrast.intervals[1, 0]
     # The standard error of a median is 1.2533 σ/√n.
     assert high - low == pytest.approx(2 * 1.96 * 1.2533 * aged[1].std() / 2000**0.5, rel=0.2)
-    low, high = found.intervals[1, 2]
+    low, high = contrast.intervals[1, 2]
     assert low < 0.5 < high
     assert high - low == pytest.approx(2 * 1.96 * 0.5 / 2000**0.5, rel=0.2)
     # The values are paired: the change has a much smaller uncertainty than either median.
-    low, high = found.intervals[1, 1]
+    low, high = contrast.intervals[1, 1]
     assert low < -0.1 < high
-    assert found.intervals[0, 1].tolist() == [0.0, 0.0]
+    assert contrast.intervals[0, 1].tolist() == [0.0, 0.0]
 
 
 def test_intervals_are_the_same_again_and_do_not_depend_on_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -204,11 +206,11 @@ def test_few_nuclei_have_no_interval_and_equal_colours_no_change() -> None:
 
 def test_rings_lie_around_their_nucleus_and_near_no_other(tmp_path: Path) -> None:
     labels = discs([(20, 20), (20, 40), (60, 30), (60, 60)], 8, 80)
-    seen = read_field(save(tmp_path / "in.png", np.array([GROUND, INK], np.uint8)[np.minimum(labels, 1)]))
-    given = read_mask(save(tmp_path / "m.png", labels), seen)
-    found, rings, ringless = rings_of(given, seen.visible)
-    assert (found.count, ringless) == (4, 0)
-    assert (rings.gap, rings.width) == (2, round(found.width / 3))
+    field = read_field(save(tmp_path / "in.png", np.array([GROUND, INK], np.uint8)[np.minimum(labels, 1)]))
+    mask = read_mask(save(tmp_path / "m.png", labels), field)
+    segments, rings, ringless = rings_of(mask, field.visible)
+    assert (segments.count, ringless) == (4, 0)
+    assert (rings.gap, rings.width) == (2, round(segments.width / 3))
     for y, x in np.argwhere(rings.labels > 0):
         nearest = [np.hypot(*(np.argwhere(labels == each) - (y, x)).T).min() for each in range(1, 5)]
         assert rings.gap < min(nearest) <= rings.gap + rings.width
@@ -220,9 +222,9 @@ def test_rings_lie_around_their_nucleus_and_near_no_other(tmp_path: Path) -> Non
 def test_what_is_dark_and_does_not_count_is_in_no_ring(tmp_path: Path) -> None:
     labels = discs([(20, 20), (60, 60)], 8, 80)
     labels[18:22, 33:35] = 3
-    seen = read_field(save(tmp_path / "in.png", np.array([GROUND, INK], np.uint8)[np.minimum(labels, 1)]))
-    found, rings, _ = rings_of(read_mask(save(tmp_path / "m.png", labels), seen, min_area=20), seen.visible)
-    assert (found.count, found.small) == (2, 1)
+    field = read_field(save(tmp_path / "in.png", np.array([GROUND, INK], np.uint8)[np.minimum(labels, 1)]))
+    segments, rings, _ = rings_of(read_mask(save(tmp_path / "m.png", labels), field, min_area=20), field.visible)
+    assert (segments.count, segments.small) == (2, 1)
     for y, x in np.argwhere(rings.labels > 0):
         speck, *counted = (np.hypot(*(np.argwhere(labels == each) - (y, x)).T).min() for each in (3, 1, 2))
         assert speck >= min(counted)
@@ -234,10 +236,10 @@ def test_a_nucleus_walled_in_by_others_is_left_out(tmp_path: Path) -> None:
     labels = np.zeros((60, 60), np.uint8)
     labels[10:50, 10:50] = 1
     labels[20:40, 20:40] = 2
-    seen = read_field(save(tmp_path / "in.png", np.array([GROUND, INK, PALE], np.uint8)[labels]))
-    found, rings, ringless = rings_of(read_mask(save(tmp_path / "m.png", labels), seen), seen.visible)
-    assert (found.count, ringless) == (1, 1)
-    assert set(np.unique(found.labels)) == {-1, 0, 1}
+    field = read_field(save(tmp_path / "in.png", np.array([GROUND, INK, PALE], np.uint8)[labels]))
+    segments, rings, ringless = rings_of(read_mask(save(tmp_path / "m.png", labels), field), field.visible)
+    assert (segments.count, ringless) == (1, 1)
+    assert set(np.unique(segments.labels)) == {-1, 0, 1}
     assert np.count_nonzero(rings.labels == 1) > LEAST_PIXELS
 
 
@@ -254,7 +256,7 @@ def test_outlines_are_edges() -> None:
 
 
 @pytest.mark.parametrize(
-    ("matrix", "stain", "said"),
+    ("matrix", "stain", "message"),
     [
         (rgb_from_hed, "auto", "(H&E, by its colours)"),
         (rgb_from_hdx, "auto", "(haematoxylin and DAB, by its colours)"),
@@ -262,33 +264,33 @@ def test_outlines_are_edges() -> None:
     ],
 )
 def test_painted_nuclei_are_found_where_they_were_painted(
-    matrix: Pixels, stain: str, said: str, tmp_path: Path
+    matrix: Pixels, stain: str, message: str, tmp_path: Path
 ) -> None:
     labels = discs(grid(25, 150), 7, 150)
-    seen = read_field(save(tmp_path / "in.png", painted(labels, matrix=matrix)))
-    found = segment(seen, stain=stain)
-    assert found.count == 36
-    assert said in found.found
-    both = np.count_nonzero((found.labels > 0) & (labels > 0))
-    assert 2 * both / (np.count_nonzero(found.labels > 0) + np.count_nonzero(labels)) > 0.95
+    field = read_field(save(tmp_path / "in.png", painted(labels, matrix=matrix)))
+    segments = segment(field, stain=stain)
+    assert segments.count == 36
+    assert message in segments.found
+    both = np.count_nonzero((segments.labels > 0) & (labels > 0))
+    assert 2 * both / (np.count_nonzero(segments.labels > 0) + np.count_nonzero(labels)) > 0.95
     # One to one: each painted disc matches exactly one label.
-    pairs = {(int(a), int(b)) for a, b in zip(labels[labels > 0], found.labels[labels > 0], strict=True) if b > 0}
+    pairs = {(int(a), int(b)) for a, b in zip(labels[labels > 0], segments.labels[labels > 0], strict=True) if b > 0}
     assert len(pairs) == 36
-    assert found.width == pytest.approx(14, abs=2)
+    assert segments.width == pytest.approx(14, abs=2)
 
 
 def test_touching_nuclei_are_parted(tmp_path: Path) -> None:
     places = [(y, x + shift) for y, x in grid(50, 200) for shift in (-7, 7)]
-    seen = read_field(save(tmp_path / "in.png", painted(discs(places, 8, 200))))
-    assert segment(seen).count == len(places)
+    field = read_field(save(tmp_path / "in.png", painted(discs(places, 8, 200))))
+    assert segment(field).count == len(places)
 
 
 def test_nuclei_are_found_where_the_ground_is_darker_than_the_threshold(tmp_path: Path) -> None:
     labels = discs(grid(25, 200), 7, 200)
     ground = np.where(np.arange(200) >= 175, 0.08, 0.0)
-    found = segment(read_field(save(tmp_path / "in.png", painted(labels, ground=ground))))
-    pairs = {(int(a), int(b)) for a, b in zip(labels[labels > 0], found.labels[labels > 0], strict=True) if b > 0}
-    assert found.count == len(pairs) == 64
+    segments = segment(read_field(save(tmp_path / "in.png", painted(labels, ground=ground))))
+    pairs = {(int(a), int(b)) for a, b in zip(labels[labels > 0], segments.labels[labels > 0], strict=True) if b > 0}
+    assert segments.count == len(pairs) == 64
 
 
 def test_specks_folds_and_lumens_are_no_nuclei(tmp_path: Path) -> None:
@@ -296,11 +298,11 @@ def test_specks_folds_and_lumens_are_no_nuclei(tmp_path: Path) -> None:
     labels[:, 100:] = 0
     labels[20:130, 110:140] = 99
     labels[10:13, 100:103] = 98
-    seen = read_field(save(tmp_path / "in.png", painted(labels)))
-    found = segment(seen)
-    assert found.count == 24
-    assert not (found.labels[:, 100:] > 0).any()
-    assert found.large >= 1
+    field = read_field(save(tmp_path / "in.png", painted(labels)))
+    segments = segment(field)
+    assert segments.count == 24
+    assert not (segments.labels[:, 100:] > 0).any()
+    assert segments.large >= 1
 
 
 @pytest.mark.slow
@@ -354,25 +356,25 @@ def test_width_is_that_of_most_of_the_area() -> None:
 
 
 def test_real_immunohistochemistry(model: DisplayModel, tmp_path: Path) -> None:
-    found = nuclei(save(tmp_path / "ihc.png", np.asarray(immunohistochemistry())), model, hours=HOURS)
-    assert 250 < found.nuclei.count < 400
-    assert "DAB" in found.nuclei.found
-    chroma, luma = (found.contrasts[mode] for mode in AGING_MODES)
+    analysis = nuclei(save(tmp_path / "ihc.png", np.asarray(immunohistochemistry())), model, hours=HOURS)
+    assert 250 < analysis.nuclei.count < 400
+    assert "DAB" in analysis.nuclei.found
+    chroma, luma = (analysis.contrasts[mode] for mode in AGING_MODES)
     assert chroma.median[0] == pytest.approx(9.0, abs=1.0)
     assert luma.change[2] == pytest.approx(-0.24, abs=0.05)
     assert luma.change[2] < chroma.change[2] < 0
     # Nuclei are bluer than DAB and stroma: haematoxylin transmits blue and absorbs red.
     pixels = np.asarray(immunohistochemistry()).astype(float)
     blueness = pixels[..., 2] - pixels[..., 0]
-    assert blueness[found.nuclei.labels > 0].mean() > blueness[found.rings.labels > 0].mean() + 15
+    assert blueness[analysis.nuclei.labels > 0].mean() > blueness[analysis.rings.labels > 0].mean() + 15
 
 
 @pytest.mark.parametrize(("name", "count", "unaged"), [("he_a", 1360, 22.5), ("he_b", 955, 30.1)])
 def test_real_haematoxylin_and_eosin(name: str, count: int, unaged: float, model: DisplayModel) -> None:
-    found = nuclei((real_data() / f"images/{name}.png"), model, hours=HOURS)
-    assert "H&E" in found.nuclei.found
-    assert found.nuclei.count == pytest.approx(count, rel=0.15)
-    chroma, luma = (found.contrasts[mode] for mode in AGING_MODES)
+    analysis = nuclei((real_data() / f"images/{name}.png"), model, hours=HOURS)
+    assert "H&E" in analysis.nuclei.found
+    assert analysis.nuclei.count == pytest.approx(count, rel=0.15)
+    chroma, luma = (analysis.contrasts[mode] for mode in AGING_MODES)
     assert chroma.median[0] == pytest.approx(unaged, abs=2.0)
     assert chroma.change[2] > 0
     assert luma.change[2] < -0.1
@@ -383,7 +385,7 @@ def test_real_haematoxylin_and_eosin(name: str, count: int, unaged: float, model
 
 def test_masks_of_every_kind_say_the_same(tmp_path: Path) -> None:
     labels = discs([(20, 20), (20, 60), (60, 40)], 8, 80)
-    seen = read_field(save(tmp_path / "in.png", np.array([GROUND, INK], np.uint8)[np.minimum(labels, 1)]))
+    field = read_field(save(tmp_path / "in.png", np.array([GROUND, INK], np.uint8)[np.minimum(labels, 1)]))
     white = np.where(labels > 0, 255, 0).astype(np.uint8)
     kinds = {
         "labels.png": labels,
@@ -395,18 +397,18 @@ def test_masks_of_every_kind_say_the_same(tmp_path: Path) -> None:
         "rgba.png": np.dstack([white] * 3 + [np.full((80, 80), 255, np.uint8)]),
     }
     for name, values in kinds.items():
-        found = read_mask(save(tmp_path / name, values), seen)
-        assert found.count == 3, name
-        np.testing.assert_array_equal(found.labels, labels)
-        assert name in found.found
+        mask = read_mask(save(tmp_path / name, values), field)
+        assert mask.count == 3, name
+        np.testing.assert_array_equal(mask.labels, labels)
+        assert name in mask.found
 
 
 def test_labels_part_what_touches(tmp_path: Path) -> None:
     labels = np.zeros((40, 40), np.uint8)
     labels[10:30, 10:20], labels[10:30, 20:30] = 7, 9
-    seen = read_field(save(tmp_path / "in.png", np.array([GROUND, INK], np.uint8)[np.minimum(labels, 1)]))
-    assert read_mask(save(tmp_path / "m.png", labels), seen).count == 2
-    assert read_mask(save(tmp_path / "w.png", np.minimum(labels, 1) * 255), seen).count == 1
+    field = read_field(save(tmp_path / "in.png", np.array([GROUND, INK], np.uint8)[np.minimum(labels, 1)]))
+    assert read_mask(save(tmp_path / "m.png", labels), field).count == 2
+    assert read_mask(save(tmp_path / "w.png", np.minimum(labels, 1) * 255), field).count == 1
 
 
 # Bad input ------------------------------------------------------------------------------------------------------------
@@ -518,17 +520,17 @@ def test_without_scikit_image_it_says_what_to_install_and_masks_still_work(
 
 
 @pytest.fixture(scope="module")
-def said(model: DisplayModel, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    folder = tmp_path_factory.mktemp("said")
+def document(model: DisplayModel, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+    folder = tmp_path_factory.mktemp("document")
     image = save(folder / "in.png", painted(discs(grid(25, 150), 7, 150)))
     content: dict[str, Any] = json.loads(json.dumps(nuclei(image, model, hours=HOURS).as_json(), allow_nan=False))
     return content
 
 
-def test_json_is_as_the_schema_says(said: dict[str, Any]) -> None:
-    validator("nuclei").validate(said)
-    assert (said["nuclei"], said["width"], said["loss_percent"]) == (36, 150, 10.0)
-    point = said["modes"]["chroma-luma"][2]
+def test_json_is_as_the_schema_says(document: dict[str, Any]) -> None:
+    validator("nuclei").validate(document)
+    assert (document["nuclei"], document["width"], document["loss_percent"]) == (36, 150, 10.0)
+    point = document["modes"]["chroma-luma"][2]
     assert point["hours"] == 18_000.0
     assert point["p5"] <= point["p25"] <= point["median"] <= point["p75"] <= point["p95"]
     low, high = point["change_interval"]
@@ -548,28 +550,28 @@ def test_json_is_as_the_schema_says(said: dict[str, Any]) -> None:
         (("loss_percent",), 100),
     ],
 )
-def test_the_schema_refuses_what_is_wrong(path: tuple[str | int, ...], value: object, said: dict[str, Any]) -> None:
+def test_the_schema_refuses_what_is_wrong(path: tuple[str | int, ...], value: object, document: dict[str, Any]) -> None:
     with pytest.raises(ValidationError):
-        validator("nuclei").validate(altered(said, path, value))
+        validator("nuclei").validate(altered(document, path, value))
 
 
 def test_csv_is_a_line_a_nucleus(model: DisplayModel, tmp_path: Path) -> None:
     labels = discs([(20, 20), (50, 60)], 8, 80)
     pixels = np.array([GROUND, INK, PALE], np.uint8)[labels]
-    found = nuclei(save(tmp_path / "in.png", pixels), model, mask=save(tmp_path / "m.png", labels), hours=HOURS)
-    rows = list(csv.DictReader(io.StringIO(found.as_csv())))
+    analysis = nuclei(save(tmp_path / "in.png", pixels), model, mask=save(tmp_path / "m.png", labels), hours=HOURS)
+    rows = list(csv.DictReader(io.StringIO(analysis.as_csv())))
     assert [(row["nucleus"], row["x"], row["y"]) for row in rows] == [("1", "20.0", "20.0"), ("2", "60.0", "50.0")]
     for each, row in enumerate(rows):
         assert int(row["pixels"]) == np.count_nonzero(labels == each + 1)
-        assert int(row["ring_pixels"]) == np.count_nonzero(found.rings.labels == each + 1)
-        assert float(row["unaged"]) == pytest.approx(found.contrasts["chroma"].unaged[each], abs=5e-5)
-        last = found.contrasts["chroma-luma"].aged[2, each]
+        assert int(row["ring_pixels"]) == np.count_nonzero(analysis.rings.labels == each + 1)
+        assert float(row["unaged"]) == pytest.approx(analysis.contrasts["chroma"].unaged[each], abs=5e-5)
+        last = analysis.contrasts["chroma-luma"].aged[2, each]
         assert float(row["chroma-luma_18000h"]) == pytest.approx(last, abs=5e-5)
 
 
 def test_progress_rises_to_the_whole(model: DisplayModel, tmp_path: Path) -> None:
     labels = discs([(20, 20)], 8, 40)
     image, mask = save(tmp_path / "in.png", np.array([GROUND, INK], np.uint8)[labels]), save(tmp_path / "m.png", labels)
-    seen: list[tuple[int, int]] = []
-    nuclei(image, model, mask=mask, hours=HOURS, progress=lambda done, total: seen.append((done, total)))
-    assert seen == [(done, 6) for done in range(1, 7)]
+    calls: list[tuple[int, int]] = []
+    nuclei(image, model, mask=mask, hours=HOURS, progress=lambda done, total: calls.append((done, total)))
+    assert calls == [(done, 6) for done in range(1, 7)]

@@ -53,7 +53,7 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureF
 
 
 @pytest.fixture(scope="module")
-def found(tmp_path_factory: pytest.TempPathFactory) -> Conspicuity:
+def analysis(tmp_path_factory: pytest.TempPathFactory) -> Conspicuity:
     file = tmp_path_factory.mktemp("found") / "slide.png"
     imsave(file, np.asarray(immunohistochemistry())[100:400], check_contrast=False)
     return nuclei(file, DisplayModel(read_measurements(default_display())), hours=range(0, 18_001, 3000))
@@ -119,11 +119,11 @@ def test_json_csv_and_pictures_say_the_same(run: Callable[..., Done], tmp_path: 
     done = run("a.png", "--hours", "0,18000", "--json", "n.json", "--csv", "n.csv", "--plots", "p")
     assert done.code == 0
     assert written(tmp_path) == {"n.json", "n.csv", "nuclei-a.png", "nuclei-a-outlines.png"}
-    said: dict[str, Any] = json.loads((tmp_path / "n.json").read_text())
+    content: dict[str, Any] = json.loads((tmp_path / "n.json").read_text())
     rows = [line.split(",") for line in (tmp_path / "n.csv").read_text().splitlines()]
-    assert len(rows) == said["nuclei"] + 1
+    assert len(rows) == content["nuclei"] + 1
     last = [float(row[rows[0].index("chroma_18000h")]) for row in rows[1:]]
-    assert np.median(last) == pytest.approx(said["modes"]["chroma"][1]["median"], abs=1e-4)
+    assert np.median(last) == pytest.approx(content["modes"]["chroma"][1]["median"], abs=1e-4)
     assert f"{np.median(last):.1f} in chroma" in words(done.out)
     assert imread(tmp_path / "p/nuclei-a.png").shape[1] == 1500
     assert imread(tmp_path / "p/nuclei-a-outlines.png").shape[:2] == (512, 512)
@@ -144,9 +144,9 @@ def test_labels_that_were_written_are_a_mask_with_the_same_nuclei(run: Callable[
 
 def test_json_to_standard_output_is_alone(run: Callable[..., Done]) -> None:
     done = run("a.png", "--mask", "m.png", "--hours", "0,9000", "--json", "-", "--plots", "p")
-    said = json.loads(done.out)
-    assert (done.code, said["schema"], said["nuclei"]) == (0, 1, 2)
-    assert said["modes"]["chroma"][0]["median_interval"] is None
+    content = json.loads(done.out)
+    assert (done.code, content["schema"], content["nuclei"]) == (0, 1, 2)
+    assert content["modes"]["chroma"][0]["median_interval"] is None
 
 
 @pytest.mark.parametrize("option", ["--json", "--csv", "--plots"])
@@ -194,17 +194,17 @@ def test_bad_input_is_named_and_nothing_is_written(
 
 
 @pytest.mark.slow
-def test_the_pictures_are_the_same_bytes_again(found: Conspicuity, tmp_path: Path) -> None:
-    first, second = ([path.read_bytes() for path in plot_nuclei(found, tmp_path / name)] for name in ("x", "y"))
+def test_the_pictures_are_the_same_bytes_again(analysis: Conspicuity, tmp_path: Path) -> None:
+    first, second = ([path.read_bytes() for path in plot_nuclei(analysis, tmp_path / name)] for name in ("x", "y"))
     assert first == second
 
 
-def test_the_plot_shows_the_median_and_the_bands(found: Conspicuity) -> None:
+def test_the_plot_shows_the_median_and_the_bands(analysis: Conspicuity) -> None:
     from matplotlib.figure import Figure
 
     axes = Figure().add_subplot()
-    draw_contrast(axes, found, "chroma-luma")
-    contrast = found.contrasts["chroma-luma"]
+    draw_contrast(axes, analysis, "chroma-luma")
+    contrast = analysis.contrasts["chroma-luma"]
     lines: dict[str, Any] = {str(line.get_label()): line for line in axes.lines}
     np.testing.assert_allclose(lines["median"].get_ydata(), contrast.median)
     assert lines["un-aged median"].get_ydata()[0] == pytest.approx(np.median(contrast.unaged))
@@ -213,28 +213,28 @@ def test_the_plot_shows_the_median_and_the_bands(found: Conspicuity) -> None:
     assert [each.max() for each in heights] == [contrast.percentiles[:, 4].max(), contrast.percentiles[:, 3].max()]
 
 
-def test_outlines_lie_on_the_edges_of_nuclei_and_rings_and_nowhere_else(found: Conspicuity) -> None:
-    made = outlined(found, (0, 300), (0, 512))
-    assert made.shape == (900, 1536, 3)
-    green = (made == NUCLEUS).all(axis=2)
-    large = found.nuclei.labels.repeat(3, axis=0).repeat(3, axis=1)
+def test_outlines_lie_on_the_edges_of_nuclei_and_rings_and_nowhere_else(analysis: Conspicuity) -> None:
+    picture = outlined(analysis, (0, 300), (0, 512))
+    assert picture.shape == (900, 1536, 3)
+    green = (picture == NUCLEUS).all(axis=2)
+    large = analysis.nuclei.labels.repeat(3, axis=0).repeat(3, axis=1)
     assert green.any()
     assert (large[green] > 0).all()
-    black = (made == RING).all(axis=2)
-    assert np.count_nonzero(black & (found.rings.labels.repeat(3, axis=0).repeat(3, axis=1) > 0)) > 1000
-    changed = (made != found.field.rgb().repeat(3, axis=0).repeat(3, axis=1)).any(axis=2)
+    black = (picture == RING).all(axis=2)
+    assert np.count_nonzero(black & (analysis.rings.labels.repeat(3, axis=0).repeat(3, axis=1) > 0)) > 1000
+    changed = (picture != analysis.field.rgb().repeat(3, axis=0).repeat(3, axis=1)).any(axis=2)
     assert not (changed & ~green & ~black).any()
 
 
-def test_the_page_shows_where_most_nuclei_are(found: Conspicuity) -> None:
-    (top, bottom), (left, right) = crowded(found)
+def test_the_page_shows_where_most_nuclei_are(analysis: Conspicuity) -> None:
+    (top, bottom), (left, right) = crowded(analysis)
     assert (bottom - top, right - left) == (DETAIL, DETAIL)
-    nuclear = found.nuclei.labels > 0
+    nuclear = analysis.nuclei.labels > 0
     inside = nuclear[top:bottom, left:right].mean()
     others = [nuclear[y : y + DETAIL, x : x + DETAIL].mean() for y in range(0, 150, 7) for x in range(0, 362, 7)]
     assert inside >= max(others) - 1e-6
 
 
-def test_the_headline_and_the_page_agree(found: Conspicuity) -> None:
-    first, *_ = nuclei_page(found)
-    assert first == Headline(headline(found))
+def test_the_headline_and_the_page_agree(analysis: Conspicuity) -> None:
+    first, *_ = nuclei_page(analysis)
+    assert first == Headline(headline(analysis))

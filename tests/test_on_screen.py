@@ -103,11 +103,11 @@ def test_a_picture_of_many_blocks_is_seamless_and_eight_bits_are_not_looked_up(
     imsave(tmp_path / "a.png", np.full((2 * CHUNK // wide, wide, 3), 180, np.uint8), check_contrast=False)
     plain = replace(model, effects=(AppliedEffect.of(catalogue()["edge-falloff"], {"new": 0.5}),))
     apply_to_image(tmp_path / "a.png", tmp_path / "b.png", plain.at("chroma", 0.0), on_screen=OnScreen())
-    seen = imread(tmp_path / "b.png")[..., 1].astype(int)
-    assert (np.diff(seen[:, wide // 2 :], axis=1) <= 0).all()
-    assert (np.diff(seen[len(seen) // 2 :], axis=0) <= 0).all()
-    assert seen[len(seen) // 2, wide // 2] == 180
-    assert (seen == seen[::-1, ::-1]).all()
+    levels = imread(tmp_path / "b.png")[..., 1].astype(int)
+    assert (np.diff(levels[:, wide // 2 :], axis=1) <= 0).all()
+    assert (np.diff(levels[len(levels) // 2 :], axis=0) <= 0).all()
+    assert levels[len(levels) // 2, wide // 2] == 180
+    assert (levels == levels[::-1, ::-1]).all()
 
 
 @pytest.mark.parametrize("orientation", range(1, 9))
@@ -165,8 +165,8 @@ def test_a_table_is_met_at_its_places_and_holds_beyond_the_outermost() -> None:
 def test_places_of_any_pattern_are_met_within_the_table_that_pixels_are_looked_up_in() -> None:
     places = np.array([[0.1, 0.12], [0.9, 0.1], [0.13, 0.9], [0.88, 0.85], [0.5, 0.5], [0.31, 0.72]])
     ratio = np.array([0.8, 0.85, 0.75, 0.9, 1.0, 0.96])
-    found = dimmed(MeasuredUniformity.of(session(places, ratio)), places)[:, 1]
-    assert found == pytest.approx(ratio, abs=0.05 / SIDE)
+    luminance = dimmed(MeasuredUniformity.of(session(places, ratio)), places)[:, 1]
+    assert luminance == pytest.approx(ratio, abs=0.05 / SIDE)
 
 
 def test_the_brightest_grey_is_taken_and_the_table_is_said() -> None:
@@ -206,14 +206,14 @@ def test_places_on_one_line_are_refused() -> None:
 
 def literal(code: Array, model: DisplayModel, screen: OnScreen, age: tuple[str, float] = AGE) -> Array:
     """ΔE2000 of each pixel between the un-aged and the aged display, both with the place of that single pixel."""
-    found = np.empty(code.shape[:2])
-    for row, column in np.ndindex(*found.shape):
+    delta_e = np.empty(code.shape[:2])
+    for row, column in np.ndindex(*delta_e.shape):
         u = screen.left + screen.width * (column + 0.5) / code.shape[1]
         v = screen.top + screen.height * (row + 0.5) / code.shape[0]
         there = seen_from(model, u, v)
         labs = [shown_lab(there.at(*each).code_to_xyz(code[row, column][None])) for each in (("stable", 0.0), age)]
-        found[row, column] = delta_e_2000(*labs)[0]
-    return found
+        delta_e[row, column] = delta_e_2000(*labs)[0]
+    return delta_e
 
 
 def test_a_map_and_its_statistics_are_those_of_each_pixel_at_its_place(
@@ -221,24 +221,30 @@ def test_a_map_and_its_statistics_are_those_of_each_pixel_at_its_place(
 ) -> None:
     file, code = picture
     wanted = literal(code, model, QUARTER)
-    found = difference_map(file, model, *AGE, floats=[tmp_path / "m.exr"], on_screen=QUARTER)
-    assert found.shown == pytest.approx(wanted, abs=1e-4)
-    assert (found.mean, found.largest) == pytest.approx((wanted.mean(), wanted.max()), abs=1e-4)
+    difference = difference_map(file, model, *AGE, floats=[tmp_path / "m.exr"], on_screen=QUARTER)
+    assert difference.shown == pytest.approx(wanted, abs=1e-4)
+    assert (difference.mean, difference.largest) == pytest.approx((wanted.mean(), wanted.max()), abs=1e-4)
     image = oiio().ImageInput.open(str(tmp_path / "m.exr"))
     assert image.read_image()[..., 0] == pytest.approx(wanted, abs=1e-4)
     image.close()
-    assert found.as_json()["on_screen"] == {"left": 0.5, "top": 0.0, "width": 0.5, "height": 0.25, "uniformity": None}
+    assert difference.as_json()["on_screen"] == {
+        "left": 0.5,
+        "top": 0.0,
+        "width": 0.5,
+        "height": 0.25,
+        "uniformity": None,
+    }
 
 
 def test_pixels_of_alpha_0_lie_on_no_screen(model: DisplayModel, tmp_path: Path) -> None:
     pixels = np.full((2, 3, 4), 200, np.uint8)
     pixels[0, 1:, 3] = 0
     Image.fromarray(pixels).save(tmp_path / "a.png")
-    found = difference_map(tmp_path / "a.png", model, *AGE, on_screen=OnScreen())
+    difference = difference_map(tmp_path / "a.png", model, *AGE, on_screen=OnScreen())
     wanted = literal(pixels[..., :3] / 255.0, model, OnScreen())
     wanted[0, 1:] = np.nan
-    assert found.shown == pytest.approx(wanted, abs=1e-4, nan_ok=True)
-    assert found.mean == pytest.approx(np.nanmean(wanted), abs=1e-4)
+    assert difference.shown == pytest.approx(wanted, abs=1e-4, nan_ok=True)
+    assert difference.mean == pytest.approx(np.nanmean(wanted), abs=1e-4)
 
 
 def test_the_picture_of_a_map_says_where_it_lies_and_the_table(model: DisplayModel, tmp_path: Path) -> None:
@@ -373,5 +379,5 @@ def test_json_says_where_the_picture_lies(files: Path, monkeypatch: pytest.Monke
     monkeypatch.chdir(files)
     words = "apply a.png --mode chroma --hours 9000 --uniformity table.csv --force --json -o j.png"
     done = here(*words.split(" "))
-    said = json.loads(done.stdout)["on_screen"]
-    assert (said["width"], said["uniformity"]["file"]) == (1.0, "table.csv")
+    content = json.loads(done.stdout)["on_screen"]
+    assert (content["width"], content["uniformity"]["file"]) == (1.0, "table.csv")

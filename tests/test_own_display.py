@@ -66,8 +66,8 @@ def error(model: DisplayModel, hours: float, **leaks: float) -> float:
     code = np.vstack([code, 0.2 * code, np.zeros((20, 3))])
     truth = shown(code, hours, **leaks)
     white = shown(np.ones((1, 3)), 0.0, **leaks)[0]
-    seen = model.at("chroma-luma", hours).code_to_xyz(code) * model.tips_before_effects.xyY[0, 0, 2]
-    return float(delta_e_2000(xyz_to_lab(seen, white), xyz_to_lab(truth, white)).mean())
+    light = model.at("chroma-luma", hours).code_to_xyz(code) * model.tips_before_effects.xyY[0, 0, 2]
+    return float(delta_e_2000(xyz_to_lab(light, white), xyz_to_lab(truth, white)).mean())
 
 
 def absolute(readings: Measurements, baseline: str) -> DisplayModel:
@@ -89,11 +89,11 @@ def test_the_rung_that_was_taken_is_what_native_means() -> None:
 
 def test_readings_of_the_first_session_are_foretold_by_models_that_had_not_seen_them() -> None:
     readings = campaign((0.0, LIFE))
-    found = compare(readings, baseline="native")
+    comparison = compare(readings, baseline="native")
     ladder = Problem.of(readings, baseline="native").native.ladder  # type: ignore[union-attr]
     assert ladder is not None
     sample = ladder.sample
-    foretold = mixtures_error(sample, found.predicted[readings.hours == 0] / sample.white)
+    foretold = mixtures_error(sample, comparison.predicted[readings.hours == 0] / sample.white)
     assert foretold == pytest.approx(ladder.error, rel=0.25)
     assert foretold > 1.2 * mixtures_error(sample, ladder(sample.drive))
 
@@ -185,8 +185,8 @@ def test_the_first_hour_foretells_all_by_the_displays_own_model() -> None:
     assert moved.error.delta_e_mean > 5 * still.error.delta_e_mean
     model = absolute(readings, "native-first-hour")
     np.testing.assert_allclose(model.tips.xyY[-1], model.tips.xyY[0])
-    found = refine(readings, ["backlight-decay"], baseline="native-first-hour")
-    assert found.after.error.delta_e_mean < 0.05 * moved.error.delta_e_mean
+    refinement = refine(readings, ["backlight-decay"], baseline="native-first-hour")
+    assert refinement.after.error.delta_e_mean < 0.05 * moved.error.delta_e_mean
 
 
 def test_the_discrepancy_is_what_was_put_in_beside_the_noise() -> None:
@@ -196,11 +196,11 @@ def test_the_discrepancy_is_what_was_put_in_beside_the_noise() -> None:
     truth = Discrepancy(0.008, 0.006, 0.05, np.full((3, 3), 0.7) + 0.3 * np.eye(3), WHITE)
     root = np.linalg.cholesky(noise.covariance(light) + truth.covariance(light))
     off = np.einsum("nij,nj->ni", root, rng.standard_normal(light.shape))
-    found = discrepancy_of(off, light, noise.covariance(light), WHITE, np.arange(len(off)))
-    assert found.share == pytest.approx(truth.share, rel=0.06)
-    assert found.of_luminance == pytest.approx(truth.of_luminance, rel=0.06)
-    assert found.floor_cd_m2 == pytest.approx(truth.floor_cd_m2, rel=0.06)
-    np.testing.assert_allclose(found.correlation, truth.correlation, atol=0.05)
+    discrepancy = discrepancy_of(off, light, noise.covariance(light), WHITE, np.arange(len(off)))
+    assert discrepancy.share == pytest.approx(truth.share, rel=0.06)
+    assert discrepancy.of_luminance == pytest.approx(truth.of_luminance, rel=0.06)
+    assert discrepancy.floor_cd_m2 == pytest.approx(truth.floor_cd_m2, rel=0.06)
+    np.testing.assert_allclose(discrepancy.correlation, truth.correlation, atol=0.05)
     none = discrepancy_of(np.zeros_like(off), light, noise.covariance(light), WHITE, np.arange(len(off)))
     assert max(none.share, none.of_luminance) < 1e-4
 
@@ -216,9 +216,9 @@ def test_one_session_is_a_display_at_hour_0() -> None:
 
 def test_one_session_is_refined() -> None:
     """An error from the first hour on is no aging: refine keeps the error and says so."""
-    found = refine(campaign((0.0,)), ["crosstalk"], baseline="native")
-    assert found.model.reference == "absolute"
-    assert found.after.error.delta_e_mean == pytest.approx(found.before.error.delta_e_mean, rel=0.05)
+    refinement = refine(campaign((0.0,)), ["crosstalk"], baseline="native")
+    assert refinement.model.reference == "absolute"
+    assert refinement.after.error.delta_e_mean == pytest.approx(refinement.before.error.delta_e_mean, rel=0.05)
 
 
 INPUT = np.linspace(0.0, 1.0, 256)
@@ -267,9 +267,9 @@ def test_a_model_shows_the_calibration_of_its_hour(baseline: str) -> None:
     code = np.random.default_rng(77).uniform(0.05, 1.0, (100, 3))
     for hours in (0.0, 6000.0, LIFE):
         truth = shown(sent(code, hours), hours if baseline == "native" else 0.0)
-        seen = model.at("chroma-luma", hours).code_to_xyz(code) * model.tips_before_effects.xyY[0, 0, 2]
+        light = model.at("chroma-luma", hours).code_to_xyz(code) * model.tips_before_effects.xyY[0, 0, 2]
         white = shown(sent(np.ones((1, 3)), 0.0), 0.0)[0]
-        assert delta_e_2000(xyz_to_lab(seen, white), xyz_to_lab(truth, white)).mean() < 0.2, hours
+        assert delta_e_2000(xyz_to_lab(light, white), xyz_to_lab(truth, white)).mean() < 0.2, hours
 
 
 def test_a_manifest_keeps_the_calibrations_that_a_model_goes_by(tmp_path: Path) -> None:
@@ -296,16 +296,16 @@ def test_the_same_calibration_at_all_sessions_changes_nothing() -> None:
 
 def test_a_change_of_the_calibration_is_said_with_its_ends() -> None:
     (known,) = absolute(recalibrated(), "native").known
-    (said,) = known.sentences()
-    assert "By hour 18000 another calibration was loaded: red lowered from 1.000 to 0.990" in said
-    assert "blue raised from 0.920 to 0.935" in said
+    (sentence,) = known.sentences()
+    assert "By hour 18000 another calibration was loaded: red lowered from 1.000 to 0.990" in sentence
+    assert "blue raised from 0.920 to 0.935" in sentence
 
 
 def test_a_code_value_beyond_the_first_days_full_drive_goes_on() -> None:
     (known,) = LoadedCalibrations.of(recalibrated(), measured_tips=False)
     scene = Scene(np.full((1, 1), LIFE), np.ones((1, 3)), np.ones((1, 3)), np.ones((1, 3)))
-    found = known.effect.function(np.ones((1, 3)), scene)
-    assert found == pytest.approx(np.array([[0.99, 1.0, 0.935 / 0.92]]), abs=1e-6)
+    drive = known.effect.function(np.ones((1, 3)), scene)
+    assert drive == pytest.approx(np.array([[0.99, 1.0, 0.935 / 0.92]]), abs=1e-6)
 
 
 def test_what_an_own_model_misses_at_a_colour_point_stays_there() -> None:
@@ -318,7 +318,7 @@ def test_what_an_own_model_misses_at_a_colour_point_stays_there() -> None:
     assert ladder is not None
     missed = xyz[red].mean(axis=0) / ladder.sample.white - ladder(np.array([[1.0, 0.0, 0.0]]))[0]
     assert missed[0] > 0.01
-    seen = anchored(problem, ())
+    prediction = anchored(problem, ())
     # The fit of red follows its reading, with little influence of the mixtures: twice the error, not ten times.
-    assert mixtures_error(ladder.sample, seen / ladder.sample.white) < 3.0 * ladder.error
-    np.testing.assert_allclose(seen[red], xyz[red], rtol=0.01)
+    assert mixtures_error(ladder.sample, prediction / ladder.sample.white) < 3.0 * ladder.error
+    np.testing.assert_allclose(prediction[red], xyz[red], rtol=0.01)

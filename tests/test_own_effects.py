@@ -142,12 +142,12 @@ def test_a_bad_file_is_refused_in_one_sentence(tmp_path: Path, source: str, sent
 
 @pytest.mark.parametrize("source", mostly_slow((source for source, _ in BAD), BAD[0][0], BAD[5][0]))
 def test_a_check_in_a_process_of_its_own_refuses_in_the_same_sentence(tmp_path: Path, source: str) -> None:
-    path, told = write(tmp_path, source), []
+    path, messages = write(tmp_path, source), []
     for read in (load_file, check_file):
         with pytest.raises(LutgenError) as caught:
             read(path)
-        told.append(str(caught.value))
-    assert told[0] == told[1]
+        messages.append(str(caught.value))
+    assert messages[0] == messages[1]
 
 
 @pytest.mark.parametrize(
@@ -314,11 +314,11 @@ def test_built_in_effects_keep_the_contract(name: str) -> None:
 
 def test_everything_in_chain_order(tmp_path: Path) -> None:
     path = write(tmp_path, GOOD)
-    found = everything([path, path], ["leak: xyz + k*white", "linear**(1 + d)"])
-    assert set(found) == {*catalogue(), "glue-glow", "leak", "linear-d"}
-    stages = [each.stage for each in found.values()]
+    effects = everything([path, path], ["leak: xyz + k*white", "linear**(1 + d)"])
+    assert set(effects) == {*catalogue(), "glue-glow", "leak", "linear-d"}
+    stages = [each.stage for each in effects.values()]
     assert stages.index("optics") > stages.index("transfer")
-    assert list(found).index("glue-glow") < list(found).index("leak")
+    assert list(effects).index("glue-glow") < list(effects).index("leak")
 
 
 @pytest.mark.parametrize(
@@ -386,12 +386,12 @@ def install(folder: Path, entry: str, source: str, name: str = "lutgen-glue") ->
 def test_installed_effects_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, entry: str) -> None:
     install(tmp_path, entry, GOOD)
     monkeypatch.syspath_prepend(tmp_path)
-    (found,) = installed()
-    assert (found.name, found.origin) == ("glue-glow", "lutgen-glue 1.2")
-    assert everything()["glue-glow"] == found
-    assert recall(found.name, "lutgen-glue 1.1") == found  # a later version is accepted
-    assert there_and_back(found) == found
-    assert check(found).passed
+    (own,) = installed()
+    assert (own.name, own.origin) == ("glue-glow", "lutgen-glue 1.2")
+    assert everything()["glue-glow"] == own
+    assert recall(own.name, "lutgen-glue 1.1") == own  # a later version is accepted
+    assert there_and_back(own) == own
+    assert check(own).passed
     refuse_unsound()
 
 

@@ -93,9 +93,9 @@ def test_the_rung_that_a_display_needs_is_taken(display: Callable[[Array], Array
 
 
 def test_a_display_with_one_curve_a_channel_needs_no_products() -> None:
-    found = {rung.name: rung.error for rung in own_model_of(gamma).rungs}
-    assert found[curves.SCALAR_NAME] < found[curves.SRGB_NAME] / 5
-    assert found[curves.PRODUCTS_NAME] > 0.8 * found[curves.SCALAR_NAME]
+    errors = {rung.name: rung.error for rung in own_model_of(gamma).rungs}
+    assert errors[curves.SCALAR_NAME] < errors[curves.SRGB_NAME] / 5
+    assert errors[curves.PRODUCTS_NAME] > 0.8 * errors[curves.SCALAR_NAME]
 
 
 def bumped(code: Array) -> Array:
@@ -222,8 +222,8 @@ def test_least_squares_keep_inequalities() -> None:
     rng = np.random.default_rng(4)
     at, wanted = rng.standard_normal((30, 4)), rng.standard_normal(30)
     rises = np.diff(np.eye(4), axis=0)
-    found = solve(at, wanted, np.zeros((1, 4)), rises)
-    assert (rises @ found >= -1e-9).all()
+    solution = solve(at, wanted, np.zeros((1, 4)), rises)
+    assert (rises @ solution >= -1e-9).all()
     best = np.inf
     for active in product((False, True), repeat=3):
         equal = rises[np.array(active)]
@@ -231,4 +231,4 @@ def test_least_squares_keep_inequalities() -> None:
         tried = free @ np.linalg.lstsq(at @ free, wanted, rcond=None)[0]
         if (rises @ tried >= -1e-9).all():
             best = min(best, float(((at @ tried - wanted) ** 2).sum()))
-    assert ((at @ found - wanted) ** 2).sum() == pytest.approx(best, rel=1e-6)
+    assert ((at @ solution - wanted) ** 2).sum() == pytest.approx(best, rel=1e-6)

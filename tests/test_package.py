@@ -90,8 +90,8 @@ def metadata(built: Built) -> Message:
 
 
 def working_copy(*patterns: str) -> set[str]:
-    found = {path.relative_to(ROOT).as_posix() for pattern in patterns for path in ROOT.glob(pattern)}
-    return {name for name in found if "__pycache__" not in name and Path(ROOT, name).is_file()}
+    files = {path.relative_to(ROOT).as_posix() for pattern in patterns for path in ROOT.glob(pattern)}
+    return {name for name in files if "__pycache__" not in name and Path(ROOT, name).is_file()}
 
 
 @pytest.mark.slow
@@ -166,9 +166,9 @@ print(json.dumps([lutgen.__file__, importlib.metadata.version("lutgen"), first_l
 
 
 def test_help_gives_every_command_its_whole_first_sentence(tmp_path: Path) -> None:
-    said = " ".join(run(sys.executable, "-m", "lutgen", "--help", cwd=tmp_path).partition("Simulate:")[2].split())
-    assert "Say what each program does with a LUT, profile or config, whoever made it; exit 1 when one" in said
-    assert "..." not in said
+    help_text = " ".join(run(sys.executable, "-m", "lutgen", "--help", cwd=tmp_path).partition("Simulate:")[2].split())
+    assert "Say what each program does with a LUT, profile or config, whoever made it; exit 1 when one" in help_text
+    assert "..." not in help_text
 
 
 def test_help_imports_nothing_slow(tmp_path: Path) -> None:

@@ -52,11 +52,11 @@ def planned(design: str, *pair: str) -> MeasurementPlan:
 def test_the_set_that_separates_two_effects_is_chosen(
     design: str, pair: tuple[str, str], sets: set[str], times: float
 ) -> None:
-    found = planned(design, *pair).separation
-    assert found is not None
-    assert found.name in sets
-    assert found.after > times * found.before + 20.0
-    assert f"To tell {pair[0]} from {pair[1]}: {found.name}." in planned(design, *pair).sentence
+    choice = planned(design, *pair).separation
+    assert choice is not None
+    assert choice.name in sets
+    assert choice.after > times * choice.before + 20.0
+    assert f"To tell {pair[0]} from {pair[1]}: {choice.name}." in planned(design, *pair).sentence
 
 
 def test_windows_lift_crosstalk_from_loading_and_more_greys_do_not() -> None:
@@ -79,8 +79,8 @@ def test_the_separation_that_is_promised_is_what_measuring_brings() -> None:
     effects = catalogue()
     base = fit(Problem.of(readings("greys"), instrument="0.002,0.003"))
     truth = fit(base.problem, (Term(effects["meter-offset"], effects["meter-offset"].rest() | {"offset": 0.02}),))
-    seen = replace(base.problem.readings, xyz_cd_m2=truth.predicted)
-    bare = fit(replace(base.problem, readings=seen))
+    readings_of_truth = replace(base.problem.readings, xyz_cd_m2=truth.predicted)
+    bare = fit(replace(base.problem, readings=readings_of_truth))
     simple = replace(effects["black-level"], forms=(("new",),), refined=1)
     promised = separation(truth, family(bare, simple).best, ("meter-offset", "black-level"))
     problem = with_patches(base.problem, promised.patches)
@@ -106,11 +106,11 @@ def test_the_separation_that_is_promised_is_what_measuring_brings() -> None:
     ("veiling-glare", "black in a white surround"),
 ], "edge-falloff", "ambient-reflection"))  # fmt: skip
 def test_an_effect_that_cannot_be_seen_is_opened_by_its_own_patches(name: str, chosen: str) -> None:
-    found = plan(readings("colours"), effect=name)
-    assert chosen in found.sentence
-    assert "Today it cannot be seen; with these patches from" in found.sentence
-    assert all(patch in found.patches for patch in POOL[chosen])
-    before, after = found.gains[chosen]
+    proposal = plan(readings("colours"), effect=name)
+    assert chosen in proposal.sentence
+    assert "Today it cannot be seen; with these patches from" in proposal.sentence
+    assert all(patch in proposal.patches for patch in POOL[chosen])
+    before, after = proposal.gains[chosen]
     assert before is None
     assert after is not None
     largest = max(abs(bound) for bound in catalogue()[name].parameters[visible_parameter(name)].bounds)
@@ -123,8 +123,8 @@ def visible_parameter(name: str) -> str:
 
 
 def test_general_coverage_opens_what_greys_cannot_show() -> None:
-    found = plan(readings("greys"))
-    opened = found.sentence.partition("They make visible: ")[2].rstrip(".").split(", ")
+    proposal = plan(readings("greys"))
+    opened = proposal.sentence.partition("They make visible: ")[2].rstrip(".").split(", ")
     blind = {each.effect for each in diagnose(readings("greys")).visibility if not each.visible}
     assert set(opened) <= blind
     assert {"edge-falloff", "warm-up", "temperature", "veiling-glare"} <= set(opened)
@@ -138,8 +138,8 @@ def test_every_plan_begins_with_what_a_session_needs(design: str) -> None:
 
 
 def test_a_plan_filled_in_is_read_back() -> None:
-    made = plan(readings("colours"))
-    lines = made.as_csv().splitlines()
+    proposal = plan(readings("colours"))
+    lines = proposal.as_csv().splitlines()
     head = next(k for k, line in enumerate(lines) if line.startswith("hour,"))
     columns, filled = lines[head].split(","), lines[: head + 1]
     rng = np.random.default_rng(1)
@@ -150,8 +150,8 @@ def test_a_plan_filled_in_is_read_back() -> None:
         cells |= {"hour": "0", **dict(zip("XYZ", (f"{value:.4f}" for value in light), strict=True))}
         filled.append(",".join(cells[name] for name in columns))
     back = read("\n".join(filled) + "\n", file="filled.csv", sha256="")
-    assert back.hours.size == len(made.patches)
-    for row, patch in zip(np.argsort(back.lines), made.patches, strict=True):
+    assert back.hours.size == len(proposal.patches)
+    for row, patch in zip(np.argsort(back.lines), proposal.patches, strict=True):
         assert tuple(back.drive[row]) == patch.code
         assert back.note[row] == patch.note
         for name, value in patch.conditions.items():
@@ -185,13 +185,13 @@ def ti1(text: str) -> tuple[dict[str, str], list[str], list[dict[str, str]]]:
 
 
 def test_a_ti1_is_cgats_with_codes_in_percent() -> None:
-    made = planned("greys", "crosstalk", "loading")
-    keywords, names, rows = ti1(made.as_ti1())
+    proposal = planned("greys", "crosstalk", "loading")
+    keywords, names, rows = ti1(proposal.as_ti1())
     assert keywords["COLOR_REP"] == "RGB"
     assert int(keywords["NUMBER_OF_FIELDS"]) == len(names) == 7
-    assert int(keywords["NUMBER_OF_SETS"]) == len(rows) == len(made.patches)
+    assert int(keywords["NUMBER_OF_SETS"]) == len(rows) == len(proposal.patches)
     assert [row["SAMPLE_ID"] for row in rows] == [str(k) for k in range(1, len(rows) + 1)]
-    for row, patch in zip(rows, made.patches, strict=True):
+    for row, patch in zip(rows, proposal.patches, strict=True):
         assert [float(row[f"RGB_{c}"]) for c in "RGB"] == pytest.approx(
             [100.0 * value for value in patch.code], abs=1e-4
         )

@@ -31,7 +31,7 @@ def warm_curve(campaign: Campaign) -> Any:
     readings = campaign.readings
     warmer = np.nan_to_num(readings.temperature_c - REFERENCE_C)[:, np.newaxis]
     drive = linear_to_code(code_to_linear(readings.drive) ** (1.0 + 0.005 * warmer))
-    return xyz_at_eye(campaign.made, replace(readings, drive=drive), (), seed=campaign.seed)
+    return xyz_at_eye(campaign.panel, replace(readings, drive=drive), (), seed=campaign.seed)
 
 
 def dimmed(campaign: Campaign) -> Any:
@@ -40,7 +40,7 @@ def dimmed(campaign: Campaign) -> Any:
     own = readings.drive.mean(axis=1)
     mean = readings.window * own + (1.0 - readings.window) * readings.surround
     factor = (1.0 + 0.3 * (1.0 - own) ** 2) / (1.0 + 0.3 * (1.0 - mean) ** 2)
-    return xyz_at_eye(campaign.made, readings, (), seed=campaign.seed) * factor[:, np.newaxis]
+    return xyz_at_eye(campaign.panel, readings, (), seed=campaign.seed) * factor[:, np.newaxis]
 
 
 def text(campaign: Campaign, xyz: Any, readings: Readings) -> str:
@@ -69,7 +69,7 @@ def test_without_its_column_no_campaign_has_it_for_a_candidate(name: str, tmp_pa
     campaign = Campaign(seed=971, design="colours", hours=(0.0, 9000.0, 18_000.0))
     file = tmp_path / "readings.csv"
     readings = campaign.readings
-    xyz = xyz_at_eye(campaign.made, readings, (), seed=campaign.seed)
+    xyz = xyz_at_eye(campaign.panel, readings, (), seed=campaign.seed)
     file.write_text(table(readings, xyz, header(campaign), conditions=False), encoding="utf-8")
     known = catalogue()
     some = {each: known[each] for each in (name, "black-level")}

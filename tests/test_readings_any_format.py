@@ -87,9 +87,9 @@ FORMS: dict[str, tuple[Callable[[Path], Path], int]] = {
 def test_readings_are_had_as_sessions_and_as_one_table(form: str, tmp_path: Path) -> None:
     write, count = FORMS[form]
     path = write(tmp_path)
-    found = read_campaign(path)
-    assert len(found.entries) == count
-    first = np.sort(found.entries[0].session.xyz_cd_m2, axis=0)  # the order of a CSV's rows has no meaning
+    campaign = read_campaign(path)
+    assert len(campaign.entries) == count
+    first = np.sort(campaign.entries[0].session.xyz_cd_m2, axis=0)  # the order of a CSV's rows has no meaning
     np.testing.assert_allclose(first, np.sort(WHITE_CD_M2 * light(), axis=0), rtol=1e-4, atol=1e-3)
     if form == "folder":
         with pytest.raises(LutgenError, match="dates, which are no operating hours"):

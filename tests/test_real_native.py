@@ -63,45 +63,45 @@ def test_the_null_pair_is_foretold_by_its_first_session() -> None:
 @pytest.mark.parametrize("baseline", ["native", "native-first-hour"])
 @pytest.mark.rare(instead="test_the_null_pair_is_foretold_by_its_first_session")
 def test_nothing_ages_within_a_day_but_a_sessions_gain(baseline: str) -> None:
-    found = diagnose(sessions(*NULL), baseline=baseline)
-    assert (found.verdict.name, found.verdict.effects) == ("consistent", ())
+    diagnosis = diagnose(sessions(*NULL), baseline=baseline)
+    assert (diagnosis.verdict.name, diagnosis.verdict.effects) == ("consistent", ())
 
 
 def test_the_calibration_of_2020_is_known_and_no_aging() -> None:
     """With white and primaries of 2020 the residuals are only those of the own model of 2017."""
     (known,) = compared(AGED, "native").problem.known
-    (said,) = known.sentences()
-    assert "blue raised from 0.916 to 0.936" in said
-    found = diagnose(sessions(*AGED), baseline="native")
-    assert (found.verdict.name, found.verdict.effects) == ("consistent", ())
-    assert found.after.error.delta_e_mean < 0.37
-    assert found.after.error.delta_e_mean < 1.2 * found.after.floor.delta_e_mean
+    (sentence,) = known.sentences()
+    assert "blue raised from 0.916 to 0.936" in sentence
+    diagnosis = diagnose(sessions(*AGED), baseline="native")
+    assert (diagnosis.verdict.name, diagnosis.verdict.effects) == ("consistent", ())
+    assert diagnosis.after.error.delta_e_mean < 0.37
+    assert diagnosis.after.error.delta_e_mean < 1.2 * diagnosis.after.floor.delta_e_mean
 
 
 @pytest.mark.rare(instead="test_the_calibration_of_2020_is_known_and_no_aging")
 def test_a_calibration_that_no_file_holds_is_a_changed_curve() -> None:
     readings = replace(sessions(*AGED), calibrations={})
-    found = diagnose(readings, baseline="native")
-    assert (found.verdict.name, found.verdict.effects) == ("one-of", ("recalibration", "eotf-drift"))
-    assert found.after.error.delta_e_mean < 0.75 * found.comparison.error.delta_e_mean
+    diagnosis = diagnose(readings, baseline="native")
+    assert (diagnosis.verdict.name, diagnosis.verdict.effects) == ("one-of", ("recalibration", "eotf-drift"))
+    assert diagnosis.after.error.delta_e_mean < 0.75 * diagnosis.comparison.error.delta_e_mean
 
 
 def test_black_blues_curve_and_the_recalibration_of_2020_bring_the_error_down() -> None:
     """The own model of 2017 has 413 readings, the null pair's model 825: with half of the 825 its error is 0.26."""
     course = Course.of(sessions(*AGED), baseline="native")
-    found = course.refinement(["black-level", "channel-gamma", "recalibration"])
-    assert found.improves
-    assert found.after.error.delta_e_mean < 0.31
-    assert found.after.error.delta_e_mean < 0.86 * found.before.error.delta_e_mean
+    refinement = course.refinement(["black-level", "channel-gamma", "recalibration"])
+    assert refinement.improves
+    assert refinement.after.error.delta_e_mean < 0.31
+    assert refinement.after.error.delta_e_mean < 0.86 * refinement.before.error.delta_e_mean
 
 
 @pytest.mark.rare(instead="test_black_blues_curve_and_the_recalibration_of_2020_bring_the_error_down")
 def test_what_the_cells_do_with_the_drive_brings_it_to_the_null_pairs() -> None:
     """Each session has its own curves, leaks between channels, and channels whose colour changes with the drive."""
     course = Course.of(sessions(*AGED), baseline="native")
-    found = course.refinement(["black-level", "recalibration", "channel-gamma", "primary-shift", "crosstalk"])
-    assert found.improves
-    assert found.after.error.delta_e_mean < 1.2 * compared(NULL, "native").error.delta_e_mean
+    refinement = course.refinement(["black-level", "recalibration", "channel-gamma", "primary-shift", "crosstalk"])
+    assert refinement.improves
+    assert refinement.after.error.delta_e_mean < 1.2 * compared(NULL, "native").error.delta_e_mean
 
 
 @pytest.mark.parametrize(
@@ -112,10 +112,10 @@ def test_the_light_source_has_worn_by_2020_and_the_error_falls_to_the_null_pairs
     later: str, named: tuple[str, ...]
 ) -> None:
     """In one of the sessions of 2020 the channels also get a little less drive than their calibration explains."""
-    found = diagnose(sessions(AGED[0], later), baseline="native-first-hour")
-    assert found.verdict.effects == named
-    assert found.comparison.error.delta_e_mean > 1.4
-    assert found.after.error.delta_e_mean < 1.2 * compared(NULL, "native-first-hour").error.delta_e_mean
+    diagnosis = diagnose(sessions(AGED[0], later), baseline="native-first-hour")
+    assert diagnosis.verdict.effects == named
+    assert diagnosis.comparison.error.delta_e_mean > 1.4
+    assert diagnosis.after.error.delta_e_mean < 1.2 * compared(NULL, "native-first-hour").error.delta_e_mean
 
 
 #: Largest permitted duration of a diagnosis in units, by the session's pattern: 825 readings and 175.

@@ -85,9 +85,9 @@ def some_and_all(test: str, *patterns: str) -> pytest.MarkDecorator:
     "U2718Q__1_2020-05-26_12-58",  # 0.58
 )
 def test_no_session_is_foretold_worse_than_by_srgb_curves(pattern: str) -> None:
-    found = files(pattern)
-    assert len(found) == (1 if pattern else 30)
-    for file in found:
+    paths = files(pattern)
+    assert len(paths) == (1 if pattern else 30)
+    for file in paths:
         model = own_model(file.stem)
         assert model.error <= model.rungs[0].error, file.name
 
@@ -109,19 +109,19 @@ def test_no_native_display_foretells_worse_than_the_papers(pattern: str) -> None
             ramps = None
         source, _ = best_source(sample, ramps, "ramps")
         if source == "readings":
-            found = held_out_of_all(sample)
+            prediction = held_out_of_all(sample)
         else:
-            found = added_up(sample, straight() if source == "srgb" or ramps is None else ramps, sample.drive)
-        assert mixtures_error(sample, found) <= own_model(file.stem).rungs[0].error, file.name
+            prediction = added_up(sample, straight() if source == "srgb" or ramps is None else ramps, sample.drive)
+        assert mixtures_error(sample, prediction) <= own_model(file.stem).rungs[0].error, file.name
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("pattern", ["K2418U__1_2019-04-01_15-18", ""])  # one session, and all 30
 def test_greys_and_ramps_alone_foretell_mixtures_about_as_well_as_srgb_curves(pattern: str) -> None:
     """Without mixtures nothing shows that sRGB's curves are better, as they are on three of 30 sessions."""
-    found = files(pattern)
+    paths = files(pattern)
     worse, worse_by_ramps = 0, 0
-    for file in found:
+    for file in paths:
         sample = sample_of(read_session(file))
         without_mixtures = first_day(sample.part(~sample.is_mixture))
         try:
@@ -132,8 +132,8 @@ def test_greys_and_ramps_alone_foretell_mixtures_about_as_well_as_srgb_curves(pa
         own, ramps, srgb = (mixtures_error(sample, shares) for shares in of_curves)
         assert own <= 1.15 * srgb, file.name
         worse, worse_by_ramps = worse + (own > srgb), worse_by_ramps + (ramps > srgb)
-    assert worse <= max(1, len(found) // 10)
-    assert worse_by_ramps > len(found) // 2
+    assert worse <= max(1, len(paths) // 10)
+    assert worse_by_ramps > len(paths) // 2
 
 
 def first_day(sample: Sample) -> Measurements:
@@ -155,9 +155,9 @@ def test_the_largest_session_of_the_table_takes_three_seconds_at_most() -> None:
 
 def test_levels_that_a_cable_clips_are_part_of_the_model() -> None:
     """Over HDMI the light of this display is constant from code 224 of 255 upwards. Without this the error is 0.27."""
-    found = own_model("LG_ULTRAWIDE_17-06-2022_D65_120_HDMI")
-    assert found.model.drive.way == WAYS[3]  # type: ignore[attr-defined]
-    assert found.error < 0.19
+    display = own_model("LG_ULTRAWIDE_17-06-2022_D65_120_HDMI")
+    assert display.model.drive.way == WAYS[3]  # type: ignore[attr-defined]
+    assert display.error < 0.19
 
 
 def test_a_session_whose_brightness_drifts_is_said_to_hold_no_model() -> None:

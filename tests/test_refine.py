@@ -62,28 +62,28 @@ def test_the_error_falls_with_every_step_down_to_the_floor() -> None:
 
 
 def test_the_sentence_and_the_json_say_how_far_it_fell() -> None:
-    told = both().as_json("mine.toml")
-    assert told["sentence"].startswith("With black-level, crosstalk the error falls from ")
-    assert f"to {both().after.ratio:.3g} × the noise" in told["sentence"]
-    assert [step["added"] for step in told["steps"]] == ["black-level", "crosstalk"]
-    rms = [told["before"]["rms_sigma"], *(step["error"]["rms_sigma"] for step in told["steps"])]
+    content = both().as_json("mine.toml")
+    assert content["sentence"].startswith("With black-level, crosstalk the error falls from ")
+    assert f"to {both().after.ratio:.3g} × the noise" in content["sentence"]
+    assert [step["added"] for step in content["steps"]] == ["black-level", "crosstalk"]
+    rms = [content["before"]["rms_sigma"], *(step["error"]["rms_sigma"] for step in content["steps"])]
     assert rms == sorted(rms, reverse=True)
-    assert told["steps"][-1]["error"] == told["after"]
-    assert (told["model"], told["verdict"], told["schema"]) == ("mine.toml", None, 2)
+    assert content["steps"][-1]["error"] == content["after"]
+    assert (content["model"], content["verdict"], content["schema"]) == ("mine.toml", None, 2)
     for name in ("black-level", "crosstalk"):
-        fitted = [each for each in told["parameters"][name].values() if each["free"]]
+        fitted = [each for each in content["parameters"][name].values() if each["free"]]
         assert fitted
         assert all(each["stderr"] is None or each["stderr"] > 0 for each in fitted)
 
 
 def test_an_error_that_falls_in_units_of_noise_alone_is_said_to_do_so() -> None:
-    made = both()
-    assert not made.sentence().endswith("Mean ΔE2000 does not fall.")
-    last = made.steps[-1]
+    refinement = both()
+    assert not refinement.sentence().endswith("Mean ΔE2000 does not fall.")
+    last = refinement.steps[-1]
     worse = replace(last.comparison, error=replace(last.comparison.error, delta_e_mean=99.0))
-    told = replace(made, steps=(*made.steps[:-1], replace(last, comparison=worse))).sentence()
-    assert "the error falls" in told
-    assert told.endswith("Mean ΔE2000 does not fall.")
+    sentence = replace(refinement, steps=(*refinement.steps[:-1], replace(last, comparison=worse))).sentence()
+    assert "the error falls" in sentence
+    assert sentence.endswith("Mean ΔE2000 does not fall.")
 
 
 def error(model: DisplayModel, hidden: Campaign, hours: float, code: Array) -> float:
@@ -108,39 +108,39 @@ def test_the_refined_model_is_the_true_display_on_colours_that_were_not_measured
 
 def test_a_saved_model_is_the_same_display(tmp_path: Path) -> None:
     (tmp_path / "hidden.csv").write_text(csv_text(campaign(*TWO)))
-    made = refine(lutgen.read_measurements(tmp_path / "hidden.csv"), ["black-level", "crosstalk"])
-    save_model(made.model, tmp_path / "mine.toml")
+    refinement = refine(lutgen.read_measurements(tmp_path / "hidden.csv"), ["black-level", "crosstalk"])
+    save_model(refinement.model, tmp_path / "mine.toml")
     loaded, code = load_model(tmp_path / "mine.toml"), np.random.default_rng(8).random((100, 3))
     for mode, hours in (("chroma", 0.0), ("chroma", 7000.0), ("chroma-luma", 18_000.0), ("stable", 6000.0)):
-        found = loaded.at(mode, hours).code_to_xyz(code)
-        np.testing.assert_array_equal(found, made.model.at(mode, hours).code_to_xyz(code))
-    by_name = {term.effect.name: term for term in made.final.terms}
+        light = loaded.at(mode, hours).code_to_xyz(code)
+        np.testing.assert_array_equal(light, refinement.model.at(mode, hours).code_to_xyz(code))
+    by_name = {term.effect.name: term for term in refinement.final.terms}
     assert {term.effect.name: term for term in terms_of(loaded)} == by_name
-    again = compare_problem(made.final.problem, terms_of(loaded))
-    assert again.error.rms_sigma == pytest.approx(made.after.error.rms_sigma, rel=1e-9)
-    assert loaded.effects == made.model.effects
+    again = compare_problem(refinement.final.problem, terms_of(loaded))
+    assert again.error.rms_sigma == pytest.approx(refinement.after.error.rms_sigma, rel=1e-9)
+    assert loaded.effects == refinement.model.effects
 
 
 def test_the_model_predicts_the_readings_that_it_was_fitted_to() -> None:
-    made, problem = both(), both().final.problem
-    absolute = replace(made.model, reference="absolute", luminance=luminance_law("measured"))
+    refinement, problem = both(), both().final.problem
+    absolute = replace(refinement.model, reference="absolute", luminance=luminance_law("measured"))
     white = absolute.tips_before_effects.xyY[0, 0, 2]
     for index, hours in enumerate(problem.hours):
         here = problem.hour_of == index
         code: Array = problem.readings.drive[problem.rows[here]]
         shown = absolute.at("chroma-luma", float(hours)).code_to_xyz(code)
         # In units of the whole display: relative luminances refer to white with its effects.
-        scale = float((shown * made.final.predicted[here]).sum() / (shown**2).sum())
-        np.testing.assert_allclose(shown * scale, made.final.predicted[here], rtol=1e-6, atol=1e-6 * white)
+        scale = float((shown * refinement.final.predicted[here]).sum() / (shown**2).sum())
+        np.testing.assert_allclose(shown * scale, refinement.final.predicted[here], rtol=1e-6, atol=1e-6 * white)
 
 
 @cache
 def _of_two_sessions() -> Course:
     random = np.random.default_rng(1)
     codes = [*native.TIPS, native.BLACK, *native.GREYS, *native.RAMPS, *native.MIXTURES]
-    seen = native.session(native.Panel(), codes)
-    light = seen.xyz_cd_m2 * (1.0 + 0.003 * random.standard_normal((seen.hours.size, 1)))
-    return Course.of(replace(seen, xyz_cd_m2=light), baseline="native-first-hour", instrument="0.003,0.003")
+    measurements = native.session(native.Panel(), codes)
+    light = measurements.xyz_cd_m2 * (1.0 + 0.003 * random.standard_normal((measurements.hours.size, 1)))
+    return Course.of(replace(measurements, xyz_cd_m2=light), baseline="native-first-hour", instrument="0.003,0.003")
 
 
 @pytest.mark.parametrize(
@@ -153,38 +153,38 @@ def _of_two_sessions() -> Course:
 )
 def test_of_two_sessions_the_colours_of_the_later_one_are_withheld(effect: str, *, right: bool) -> None:
     """Blue fades. Any other effect lowers its own error on one later session, but predicts no withheld colour."""
-    found = _of_two_sessions().refinement([effect])
-    assert found.after.ratio < found.before.ratio
-    assert (found.held_out_gain > 0.0) == right == found.improves
-    assert right or found.no_gain() == "Withheld readings are predicted no better"
+    refinement = _of_two_sessions().refinement([effect])
+    assert refinement.after.ratio < refinement.before.ratio
+    assert (refinement.held_out_gain > 0.0) == right == refinement.improves
+    assert right or refinement.no_gain() == "Withheld readings are predicted no better"
 
 
 @pytest.mark.slow
 def test_auto_adds_what_a_diagnosis_finds() -> None:
     hidden = readings(("crosstalk", 0.03, "same"))
-    found, made = diagnose(hidden), refine(hidden, auto=True)
-    by_name = refine(hidden, found.verdict.effects)
-    assert [step.effect for step in made.steps] == list(found.verdict.effects) == ["crosstalk"]
-    assert made.diagnosis is not None
-    assert made.diagnosis.verdict == found.verdict
-    assert made.model.verdict == made.as_json()["verdict"] == "named"
-    assert made.final.chi2 == pytest.approx(by_name.final.chi2, rel=1e-4)
-    assert made.after.error.rms_sigma == pytest.approx(found.after.error.rms_sigma, rel=1e-9)
+    diagnosis, refinement = diagnose(hidden), refine(hidden, auto=True)
+    by_name = refine(hidden, diagnosis.verdict.effects)
+    assert [step.effect for step in refinement.steps] == list(diagnosis.verdict.effects) == ["crosstalk"]
+    assert refinement.diagnosis is not None
+    assert refinement.diagnosis.verdict == diagnosis.verdict
+    assert refinement.model.verdict == refinement.as_json()["verdict"] == "named"
+    assert refinement.final.chi2 == pytest.approx(by_name.final.chi2, rel=1e-4)
+    assert refinement.after.error.rms_sigma == pytest.approx(diagnosis.after.error.rms_sigma, rel=1e-9)
 
 
 def test_auto_adds_nothing_to_a_healthy_display() -> None:
-    made = refine(readings(), auto=True)
-    assert made.steps == ()
-    assert made.sentence() == "Nothing was added: the model stays as it was."
-    assert not made.improves
-    assert made.to_save.fit["kept"] == "by hand: no effect was added"
-    assert made.model.verdict == "consistent"
-    assert made.model.effects == ()
+    refinement = refine(readings(), auto=True)
+    assert refinement.steps == ()
+    assert refinement.sentence() == "Nothing was added: the model stays as it was."
+    assert not refinement.improves
+    assert refinement.to_save.fit["kept"] == "by hand: no effect was added"
+    assert refinement.model.verdict == "consistent"
+    assert refinement.model.effects == ()
     # White and primaries stay as read. A fit would move them, and far if no effect explains the residuals.
-    assert made.model.latent is not None
-    problem = made.final.problem
-    np.testing.assert_array_equal(made.model.latent.xyz_cd_m2, problem.measured_tips[problem.is_knot])
-    assert np.abs(made.final.tips[problem.is_knot] - made.model.latent.xyz_cd_m2).max() > 1e-4
+    assert refinement.model.latent is not None
+    problem = refinement.final.problem
+    np.testing.assert_array_equal(refinement.model.latent.xyz_cd_m2, problem.measured_tips[problem.is_knot])
+    assert np.abs(refinement.final.tips[problem.is_knot] - refinement.model.latent.xyz_cd_m2).max() > 1e-4
 
 
 @pytest.mark.slow
@@ -198,35 +198,35 @@ def test_auto_goes_on_from_what_a_model_has() -> None:
 
 
 def test_what_luts_cannot_carry_is_said() -> None:
-    made = refine(readings(("edge-falloff", 0.2, "same"), design="full"), ["edge-falloff"])
-    told = " ".join(made.carried())
-    assert "edge-falloff" in told
-    assert "centre" in told
+    refinement = refine(readings(("edge-falloff", 0.2, "same"), design="full"), ["edge-falloff"])
+    sentences = " ".join(refinement.carried())
+    assert "edge-falloff" in sentences
+    assert "centre" in sentences
     assert both().carried() == []
     assert refine(readings(("meter-offset", 0.05, "same")), ["meter-offset"]).model.baked == ()
 
 
 def test_tips_that_effects_hide_are_solved_again() -> None:
-    made = refine(readings(("black-level", 0.0016, "same")), ["black-level"])
-    assert made.model.latent is not None
-    shown = made.model.shown_tips(18_000.0)
-    measured = DisplayModel(made.model.measurements).tips.at(18_000.0)
+    refinement = refine(readings(("black-level", 0.0016, "same")), ["black-level"])
+    assert refinement.model.latent is not None
+    shown = refinement.model.shown_tips(18_000.0)
+    measured = DisplayModel(refinement.model.measurements).tips.at(18_000.0)
     np.testing.assert_allclose(shown[:, 2], measured[:, 2], rtol=0.002)
-    assert (made.model.latent.xyz_cd_m2[:, 3, 1] < made.model.measurements.tips()[1][:, 3, 2]).all()
+    assert (refinement.model.latent.xyz_cd_m2[:, 3, 1] < refinement.model.measurements.tips()[1][:, 3, 2]).all()
 
 
 def test_white_and_primaries_stay_as_they_were_read_where_more_than_noise_is_left() -> None:
     """No named effect describes the curves of this display. The fit would move the tips to compensate."""
     codes = [*native.TIPS, native.BLACK, *native.GREYS, *native.RAMPS, *native.MIXTURES]
-    made = refine(native.session(native.Panel(), codes), ["crosstalk"])
-    assert not made.after.agrees
-    problem = made.final.problem
+    refinement = refine(native.session(native.Panel(), codes), ["crosstalk"])
+    assert not refinement.after.agrees
+    problem = refinement.final.problem
     here = problem.is_tip_anchor
     white = problem.measured_tips[0, 0, 1]
-    shown = made.model.shown_tips(18_000.0)
-    np.testing.assert_allclose(shown, made.model.measurements.tips()[1][-1], rtol=0.005, atol=0.002)
-    assert np.abs(made.final.predicted[here] - problem.xyz[here]).max() > 0.02 * white
-    np.testing.assert_allclose(made.after.predicted[here], problem.xyz[here], rtol=0.005, atol=0.002 * white)
+    shown = refinement.model.shown_tips(18_000.0)
+    np.testing.assert_allclose(shown, refinement.model.measurements.tips()[1][-1], rtol=0.005, atol=0.002)
+    assert np.abs(refinement.final.predicted[here] - problem.xyz[here]).max() > 0.02 * white
+    np.testing.assert_allclose(refinement.after.predicted[here], problem.xyz[here], rtol=0.005, atol=0.002 * white)
 
 
 def tips_only() -> Measurements:
@@ -267,11 +267,13 @@ def test_a_fresh_display_is_refined_from_hour_0() -> None:
         baseline="first-hour",
         hidden=(("channel-decay", 0.3, "same"),),
     )
-    made = refine(read(csv_text(hidden), file="oled.csv", sha256="2" * 64), ["channel-decay"], baseline="first-hour")
-    assert made.before.ratio > 5.0
+    refinement = refine(
+        read(csv_text(hidden), file="oled.csv", sha256="2" * 64), ["channel-decay"], baseline="first-hour"
+    )
+    assert refinement.before.ratio > 5.0
     # The gains of three sessions alone change the error over its floor by a quarter, so χ² is the sharper test.
-    assert made.final.chi2 / made.final.freedom == pytest.approx(1.0, abs=0.12)
-    assert made.after.ratio == pytest.approx(1.0, abs=0.5)
+    assert refinement.final.chi2 / refinement.final.freedom == pytest.approx(1.0, abs=0.12)
+    assert refinement.after.ratio == pytest.approx(1.0, abs=0.5)
     code = np.random.default_rng(8).random((200, 3))
-    assert error(made.model, hidden, 18_000.0, code) < 0.3
-    assert made.model.baseline == "first-hour"
+    assert error(refinement.model, hidden, 18_000.0, code) < 0.3
+    assert refinement.model.baseline == "first-hour"

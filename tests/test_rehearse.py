@@ -63,13 +63,13 @@ def rehearsed(name: str, design: str = "colours") -> Rehearsal:
     ("quantization", "colours", "Put into these readings at "),
 ])  # fmt: skip
 def test_what_is_put_in_is_found_again_in_its_size(name: str, design: str, told: str) -> None:
-    found = rehearsed(name, design)
-    assert found.recovered, found.sentence
-    assert told in found.sentence
-    assert found.sentence.startswith("Put into these readings")
-    assert found.sentence.endswith(".")
-    assert found.absorbed is not None
-    assert 0.0 <= found.absorbed < 1.0
+    rehearsal = rehearsed(name, design)
+    assert rehearsal.recovered, rehearsal.sentence
+    assert told in rehearsal.sentence
+    assert rehearsal.sentence.startswith("Put into these readings")
+    assert rehearsal.sentence.endswith(".")
+    assert rehearsal.absorbed is not None
+    assert 0.0 <= rehearsal.absorbed < 1.0
 
 
 @pytest.mark.parametrize(("name", "design", "told"), [
@@ -81,16 +81,16 @@ def test_what_is_put_in_is_found_again_in_its_size(name: str, design: str, told:
     ("matrix-switching", "colours", "It shows too little in these readings"),
 ])  # fmt: skip
 def test_what_cannot_be_seen_is_not_rehearsed_and_the_sentence_says_why(name: str, design: str, told: str) -> None:
-    found = rehearsed(name, design)
-    assert not found.recovered
-    assert told in found.sentence
-    assert "Put into these readings" not in found.sentence
+    rehearsal = rehearsed(name, design)
+    assert not rehearsal.recovered
+    assert told in rehearsal.sentence
+    assert "Put into these readings" not in rehearsal.sentence
 
 
 def test_an_effect_that_changes_nothing_is_like_nothing() -> None:
-    found = rehearsed("corner")
-    assert (found.absorbed, found.smallest_detectable, found.likeness) == (None, None, [])
-    assert json.loads(json.dumps(found.as_json()))["absorbed"] is None
+    rehearsal = rehearsed("corner")
+    assert (rehearsal.absorbed, rehearsal.smallest_detectable, rehearsal.likeness) == (None, None, [])
+    assert json.loads(json.dumps(rehearsal.as_json()))["absorbed"] is None
 
 
 def test_what_takes_everything_alike_is_absorbed_and_its_leftover_is_like_nothing() -> None:
@@ -100,33 +100,35 @@ def test_what_takes_everything_alike_is_absorbed_and_its_leftover_is_like_nothin
 
 @pytest.mark.parametrize("name", mostly_slow(["leak", "dark"], "dark"))
 def test_an_effect_is_most_like_its_twin_in_the_catalogue_whatever_its_sign(name: str) -> None:
-    found = rehearsed(name)
-    (first, cosine), *others = found.likeness
+    rehearsal = rehearsed(name)
+    (first, cosine), *others = rehearsal.likeness
     assert first == "black-level"
     assert cosine == pytest.approx(1.0, abs=1e-6)
-    assert [share for _, share in found.likeness] == sorted((share for _, share in found.likeness), reverse=True)
+    assert [share for _, share in rehearsal.likeness] == sorted(
+        (share for _, share in rehearsal.likeness), reverse=True
+    )
     assert all(0.0 <= share < 0.99 for _, share in others)
     names = {each.name for each in BUILT_IN if each.baseline == "colour-points"}
-    assert {each for each, _ in found.likeness} == names
+    assert {each for each, _ in rehearsal.likeness} == names
 
 
 @pytest.mark.slow
 def test_only_effects_of_the_same_baseline_are_likened_and_all_from_hour_0() -> None:
-    found = rehearse(catalogue()["channel-decay"], readings("colours", "first-hour"), BUILT_IN)
-    assert {each for each, _ in found.likeness} == set(catalogue()) - {"channel-decay"}
-    assert dict(found.likeness)["phosphor-wear"] > 0.8
-    assert found.smallest_detectable is not None
-    assert found.parameter in catalogue()["channel-decay"].forms[0]
+    rehearsal = rehearse(catalogue()["channel-decay"], readings("colours", "first-hour"), BUILT_IN)
+    assert {each for each, _ in rehearsal.likeness} == set(catalogue()) - {"channel-decay"}
+    assert dict(rehearsal.likeness)["phosphor-wear"] > 0.8
+    assert rehearsal.smallest_detectable is not None
+    assert rehearsal.parameter in catalogue()["channel-decay"].forms[0]
 
 
 def test_the_size_that_is_said_to_be_smallest_is_that_of_the_visibility_table() -> None:
-    found = rehearsed("crosstalk")
-    assert found.recovered, found.sentence
-    assert "it is found again: 0.0" in found.sentence
-    assert (found.parameter, found.unit) == ("new", "1")
-    put = float(found.sentence.partition(" at ")[2].partition(",")[0])
-    assert found.smallest_detectable is not None
-    assert put == pytest.approx(3.0 * found.smallest_detectable, rel=0.01)
+    rehearsal = rehearsed("crosstalk")
+    assert rehearsal.recovered, rehearsal.sentence
+    assert "it is found again: 0.0" in rehearsal.sentence
+    assert (rehearsal.parameter, rehearsal.unit) == ("new", "1")
+    put = float(rehearsal.sentence.partition(" at ")[2].partition(",")[0])
+    assert rehearsal.smallest_detectable is not None
+    assert put == pytest.approx(3.0 * rehearsal.smallest_detectable, rel=0.01)
 
 
 @pytest.mark.slow
@@ -143,8 +145,8 @@ def test_the_rehearsal_is_the_same_twice_and_short(design: str, seconds: float) 
 
 
 def test_json_has_every_field_in_plain_values() -> None:
-    found = rehearsed("leak")
-    told = json.loads(json.dumps(found.as_json()))
-    assert set(told) == set(Rehearsal.__dataclass_fields__)
-    assert told["likeness"][0] == ["black-level", pytest.approx(1.0)]
-    assert told["recovered"] is True
+    rehearsal = rehearsed("leak")
+    content = json.loads(json.dumps(rehearsal.as_json()))
+    assert set(content) == set(Rehearsal.__dataclass_fields__)
+    assert content["likeness"][0] == ["black-level", pytest.approx(1.0)]
+    assert content["recovered"] is True

@@ -77,7 +77,9 @@ class Read(HTMLParser):
 
     def all(self, tag: str, **attributes: str) -> list[dict[str, str]]:
         wanted = {name.replace("_", "-"): value for name, value in attributes.items()}
-        return [found for name, found in self.elements if name == tag and wanted.items() <= found.items()]
+        return [
+            attributes for name, attributes in self.elements if name == tag and wanted.items() <= attributes.items()
+        ]
 
 
 @pytest.fixture
@@ -107,8 +109,8 @@ def pixels(address: str) -> np.ndarray[Any, np.dtype[np.uint8]]:
 
 
 def data_in(text: str) -> dict[str, Any]:
-    (found,) = re.findall(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
-    content: dict[str, Any] = json.loads(found)
+    (data_text,) = re.findall(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
+    content: dict[str, Any] = json.loads(data_text)
     return content
 
 
@@ -128,11 +130,11 @@ def test_the_page_begins_with_the_finding_and_has_its_sections(run: Callable[...
         assert hours is not None
         assert f"after {round(hours):,} h".replace(",", " ") in page.text.partition("Display:")[0]
     assert "This display is reconstructed, not measured." in page.text
-    assert [found["id"] for found in page.all("section")] == ["viewer", "lifetimes", "frames", "provenance"]
+    assert [section["id"] for section in page.all("section")] == ["viewer", "lifetimes", "frames", "provenance"]
     assert read_measurements(default_display()).sha256 in page.text
-    assert all(found.get("alt") for found in page.all("img"))
-    assert len({found["id"] for _, found in page.elements if "id" in found}) == len(
-        [found for _, found in page.elements if "id" in found]
+    assert all(image.get("alt") for image in page.all("img"))
+    assert len({attributes["id"] for _, attributes in page.elements if "id" in attributes}) == len(
+        [attributes for _, attributes in page.elements if "id" in attributes]
     )
 
 
@@ -157,8 +159,10 @@ def test_the_page_fetches_nothing_and_names_no_folder(run: Callable[..., Done], 
     text = (tmp_path / "r.html").read_text()
     assert str(tmp_path) not in text
     page = Read(text)
-    assert not [found for _, found in page.elements if not found.get("src", "data:").startswith("data:")]
-    assert not [found for _, found in page.elements if not found.get("href", "data:").startswith(("data:", "#"))]
+    assert not [attributes for _, attributes in page.elements if not attributes.get("src", "data:").startswith("data:")]
+    assert not [
+        attributes for _, attributes in page.elements if not attributes.get("href", "data:").startswith(("data:", "#"))
+    ]
     assert not re.findall(r"https?://|url\(|@import|\bfetch\(|XMLHttpRequest|import\(", text)
     (policy,) = page.all("meta", http_equiv="Content-Security-Policy")
     assert policy["content"].startswith("default-src 'none'")
@@ -168,8 +172,8 @@ def test_the_table_of_contents_names_every_section_and_leads_there(run: Callable
     assert run("--hours", "18000", "--format", "clf", "-o", "aged", command="build").code == 0
     run("a.png", "-o", "r.html", "--build", "aged", *HOURS)
     page = Read((tmp_path / "r.html").read_text())
-    links = [found["href"].removeprefix("#") for found in page.all("a")]
-    assert links == [found["id"] for found in page.all("section")]
+    links = [link["href"].removeprefix("#") for link in page.all("a")]
+    assert links == [section["id"] for section in page.all("section")]
     assert "How true the LUTs are" in page.text.partition("No script runs here")[0]
 
 
@@ -217,22 +221,22 @@ def test_tables_hold_the_colours_of_the_model_and_their_difference(run: Callable
             table, display, unaged = unpacked(text), MODEL.at(mode, hours), MODEL.at("stable", 0)
             for red, green, blue in ((0, 0, 0), (16, 16, 16), (16, 0, 3), (5, 11, 2)):
                 code = axis[[red, green, blue]][None]
-                found = table[blue, green, red] / (WHITE, WHITE, WHITE, 65535)
+                colour = table[blue, green, red] / (WHITE, WHITE, WHITE, 65535)
                 # Beside the clip a table contains values slightly above white.
-                assert np.minimum(found[:3], 1.0) == pytest.approx(display.code_to_code(code)[0], abs=1e-5)
+                assert np.minimum(colour[:3], 1.0) == pytest.approx(display.code_to_code(code)[0], abs=1e-5)
                 (difference,) = differences(code.__getitem__, 1, unaged, [display])
-                assert 100 * found[3] == pytest.approx(difference[0], abs=0.01)
+                assert 100 * colour[3] == pytest.approx(difference[0], abs=0.01)
 
 
 def test_how_far_the_slider_is_from_the_model_is_measured_and_told(run: Callable[..., Done], tmp_path: Path) -> None:
-    told = []
+    rows = []
     for hours in ("0,18000", "0..18000:6000"):
         assert run("a.png", "-o", "r.html", "--force", "--hours", hours).code == 0
         text = Read((tmp_path / "r.html").read_text()).text
-        (found,) = re.findall(r"ΔE2000 ([\d.]+) from the model in mean, ([\d.]+) at 95 % and ([\d.]+) at most", text)
-        told.append([float(each) for each in found])
-        assert told[-1] == sorted(told[-1])
-    assert told[1][0] < told[0][0], "more tables, less error"
+        (figures,) = re.findall(r"ΔE2000 ([\d.]+) from the model in mean, ([\d.]+) at 95 % and ([\d.]+) at most", text)
+        rows.append([float(each) for each in figures])
+        assert rows[-1] == sorted(rows[-1])
+    assert rows[1][0] < rows[0][0], "more tables, less error"
     # A literal twin for the first table and the blend: half way between both tables.
     run("a.png", "-o", "r.html", "--force", "--hours", "0,18000")
     data = data_in((tmp_path / "r.html").read_text())
@@ -243,8 +247,8 @@ def test_how_far_the_slider_is_from_the_model_is_measured_and_told(run: Callable
         for hour, table in ((0, first), (18_000, last), (9000, (first + last) / 2)):
             drawn = Lut("code", table).apply(code)
             away.append(delta_e(drawn, MODEL.at(mode, hour).code_to_code(code)))
-    assert told[0][0] == pytest.approx(np.mean(away), abs=0.006)
-    assert told[0][2] == pytest.approx(np.max(away), abs=0.06)
+    assert rows[0][0] == pytest.approx(np.mean(away), abs=0.006)
+    assert rows[0][2] == pytest.approx(np.max(away), abs=0.06)
 
 
 def test_stills_are_what_apply_writes_and_maps_are_on_one_scale(run: Callable[..., Done], tmp_path: Path) -> None:
@@ -263,8 +267,8 @@ def test_stills_are_what_apply_writes_and_maps_are_on_one_scale(run: Callable[..
         level = np.minimum(difference / data["map_reach"] * STEPS, STEPS - 1).astype(int)
         assert (pixels(shown["src"]) == map_colours()[level]).all()
     for identifier in ("unaged", "source"):
-        (found,) = page.all("img", id=identifier)
-        assert (pixels(found["src"]) == tissue()).all()
+        (image,) = page.all("img", id=identifier)
+        assert (pixels(image["src"]) == tissue()).all()
 
 
 def test_only_the_pages_own_scripts_may_run(run: Callable[..., Done], tmp_path: Path) -> None:
@@ -291,7 +295,7 @@ def test_a_hostile_file_name_is_only_text(run: Callable[..., Done], tmp_path: Pa
     assert "<img src=x" not in text
     page = Read(text)
     assert HOSTILE in page.text
-    assert not [found for _, found in page.elements if "onerror" in found]
+    assert not [attributes for _, attributes in page.elements if "onerror" in attributes]
 
 
 def test_a_build_adds_its_certificates_and_says_when_it_is_of_another_display(
@@ -423,10 +427,10 @@ def test_png_is_read_back_by_others() -> None:
 
 @pytest.mark.parametrize("last", [0.4, 1.0, 7.3, 26.0, 100.0, 18_000.0, 61_320.0])
 def test_ticks_are_round_few_and_within(last: float) -> None:
-    found = ticks(last)
-    assert found[0] == 0
-    assert found[-1] <= last
-    assert 3 <= len(found) <= 8
+    labels = ticks(last)
+    assert labels[0] == 0
+    assert labels[-1] <= last
+    assert 3 <= len(labels) <= 8
 
 
 def test_usual_hours_are_measured_times_with_the_ends() -> None:
@@ -449,7 +453,7 @@ def test_a_table_escapes_its_cells() -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (("none.png", "-o", "r.html"), "none.png: there is no such image"),
         (("a.png", "-o", "r.pdf"), "r.pdf: give a name that ends in .html or .htm"),
@@ -466,13 +470,13 @@ def test_a_table_escapes_its_cells() -> None:
     ],
 )
 def test_bad_input_is_named_and_nothing_is_written(
-    run: Callable[..., Done], tmp_path: Path, arguments: tuple[str, ...], said: str
+    run: Callable[..., Done], tmp_path: Path, arguments: tuple[str, ...], message: str
 ) -> None:
     (tmp_path / "there.html").write_text("mine")
     (tmp_path / "folder.html").mkdir()
     done = run(*arguments)
     assert done.code == 2
-    assert said in done.err
+    assert message in done.err
     assert (tmp_path / "there.html").read_text() == "mine"
     assert not (tmp_path / "r.html").exists()
 

@@ -92,8 +92,8 @@ def check_numbers(page: Page, folder: Path, mode: str, hours: float) -> None:
 
 
 def place(page: Page, selector: str) -> dict[str, float]:
-    found: dict[str, float] = page.ask(f"document.querySelector({selector!r}).getBoundingClientRect().toJSON()")
-    return found
+    rectangle: dict[str, float] = page.ask(f"document.querySelector({selector!r}).getBoundingClientRect().toJSON()")
+    return rectangle
 
 
 def drawn(page: Page) -> Any:
@@ -194,8 +194,8 @@ def test_the_page_asks_the_network_for_nothing_and_has_no_complaint(fresh: Page)
 def test_what_is_printed_has_the_last_hours_and_no_controls(fresh: Page) -> None:
     fresh.call("Emulation.setEmulatedMedia", media="print")
     try:
-        seen = "[...document.querySelectorAll('#frames figure img')].filter(each => each.offsetHeight).length"
-        assert fresh.ask(seen) == 1 + 2 * 2
+        script = "[...document.querySelectorAll('#frames figure img')].filter(each => each.offsetHeight).length"
+        assert fresh.ask(script) == 1 + 2 * 2
         assert fresh.ask("document.getElementById('viewer').offsetHeight") == 0
     finally:
         fresh.call("Emulation.setEmulatedMedia", media="")

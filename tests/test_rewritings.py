@@ -53,11 +53,11 @@ def _text(*, order: bool = True, positions: bool = True) -> str:
     return table(truth, truth.xyz_cd_m2 * noise, order=order)
 
 
-def _readings(given: Table) -> list[tuple[float, ...]]:
+def _readings(table: Table) -> list[tuple[float, ...]]:
     """The values that a reader must find in any form of the file: one tuple for each reading, sorted."""
-    hours = given.numbers("hour") - float(given.metadata.get("start_hour", "0"))
-    known = [given.numbers(name) for name in (*BLANK,)]
-    values = np.column_stack([hours, given.drive, np.round(given.xyz, 7), *known])
+    hours = table.numbers("hour") - float(table.metadata.get("start_hour", "0"))
+    known = [table.numbers(name) for name in (*BLANK,)]
+    values = np.column_stack([hours, table.drive, np.round(table.xyz, 7), *known])
     return sorted(map(tuple, values.tolist()))
 
 
@@ -138,9 +138,9 @@ def test_renamed_sessions_hold_the_same_rows() -> None:
 
 
 def test_minutes_that_change_are_neither_blanked_nor_filled() -> None:
-    given = parsed(_text())
-    minutes = ["5" if row % 3 == 0 else "60" if row % 3 == 1 else "" for row in range(len(given))]
-    text = given.having(warmup_min=minutes).text()
+    table = parsed(_text())
+    minutes = ["5" if row % 3 == 0 else "60" if row % 3 == 1 else "" for row in range(len(table))]
+    text = table.having(warmup_min=minutes).text()
     for name in ("cells that hold what a blank means blank, and columns that never change", "optional columns filled"):
         rewrite = next(function for each, function in NOTHING_LOST.items() if each.startswith(name))
         assert list(parsed(rewrite(text)).columns["warmup_min"]) == minutes
@@ -153,8 +153,8 @@ def test_columns_at_rest_go_and_others_stay() -> None:
 
 
 def test_a_dark_reading_below_zero_has_no_chromaticity() -> None:
-    given = parsed(_text())
-    dark = given.having(Z=["-0.001", *given.columns["Z"][1:]]).text()
+    table = parsed(_text())
+    dark = table.having(Z=["-0.001", *table.columns["Z"][1:]]).text()
     with pytest.raises(CannotRewrite, match="row 1 "):
         NOTHING_LOST["light as x,y,Y"](dark)
 
@@ -194,9 +194,9 @@ def test_sessions_keep_half_of_the_mixtures_and_not_the_same() -> None:
 def test_averaging_leaves_one_reading_of_each_patch_but_the_colour_points() -> None:
     before, after = _apply("every replicate averaged away but the colour points'")
 
-    def greys(given: Table) -> tuple[int, NDArray[np.float64]]:
-        grey = (given.drive == 0.5).all(axis=1)
-        return int(grey.sum()), given.xyz[grey].mean(axis=0)
+    def greys(table: Table) -> tuple[int, NDArray[np.float64]]:
+        grey = (table.drive == 0.5).all(axis=1)
+        return int(grey.sum()), table.xyz[grey].mean(axis=0)
 
     assert greys(after)[0] == greys(before)[0] / 2
     np.testing.assert_allclose(greys(after)[1], greys(before)[1], rtol=1e-7)

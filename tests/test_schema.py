@@ -36,8 +36,8 @@ SETS = ("leak", "healthy", "tips only", "one hour")
 
 
 def readings(name: str, text: str = "") -> Measurements:
-    found: Measurements = read(text or text_of(name), file=f"{name}.csv", sha256="0" * 64)
-    return found
+    table: Measurements = read(text or text_of(name), file=f"{name}.csv", sha256="0" * 64)
+    return table
 
 
 def once() -> Measurements:
@@ -45,8 +45,8 @@ def once() -> Measurements:
 
 
 def of(command: Callable[[Measurements], Any], name: str) -> dict[str, Any]:
-    found: dict[str, Any] = command(readings(name)).as_json()
-    return found
+    document: dict[str, Any] = command(readings(name)).as_json()
+    return document
 
 
 #: Output of the commands for several data sets, by command and data set.

@@ -99,9 +99,9 @@ def asked(folder: Path, ask: Callable[[dict[str, Any]], Reply]) -> list[Scored]:
 
 def test_a_diagnosis_that_knows_all_meets_every_gate(sets: Path) -> None:
     scored = asked(sets, oracle)
-    found = results(scored)
-    assert len(found) > 10
-    assert all(one.met and not one.clearly_missed for one in found)
+    figures = results(scored)
+    assert len(figures) > 10
+    assert all(one.met and not one.clearly_missed for one in figures)
     assert "**no**" not in table(scored)
     assert failures(scored).count("\n") == 1
 
@@ -144,14 +144,14 @@ def test_what_counts_as_honest(answer: dict[str, Any], reply: Reply, *, right: b
 
 
 def test_a_reply_is_read_from_the_json_of_diagnose() -> None:
-    said = {
+    document = {
         "verdict": "one-of",
         "effects": ["loading"],
         "rivals": [["crosstalk", "loading"], ["warm-up", "temperature"]],
         "visibility": [{"effect": "edge-falloff", "visible": False}, {"effect": "loading", "visible": True}],
         "sentence": "Line 118 (hour 2500) does not fit.",
     }
-    reply = Reply.of(said, seconds=2.0)
+    reply = Reply.of(document, seconds=2.0)
     assert reply.answered == {"crosstalk", "loading"}
     assert reply.unseen == ("edge-falloff",)
     assert names_the_place(reply, {"lines": [118]})

@@ -89,21 +89,21 @@ def test_what_cannot_be_absorbed_is_what_least_squares_leaves() -> None:
         moved = base.problem.predict((), base.problem.panel(()), tips) - base.predicted
         columns.append(np.einsum("nij,nj->ni", base.problem.whitener, moved).ravel())
     matrix = np.array(columns).T
-    kept = raw - matrix @ np.linalg.lstsq(matrix, raw, rcond=None)[0]
-    assert np.linalg.norm(left) == pytest.approx(np.linalg.norm(kept), rel=1e-6)
+    rest = raw - matrix @ np.linalg.lstsq(matrix, raw, rcond=None)[0]
+    assert np.linalg.norm(left) == pytest.approx(np.linalg.norm(rest), rel=1e-6)
     assert np.linalg.norm(left) < np.linalg.norm(raw)
 
 
 def test_simple_forms_are_always_tried_and_refined_ones_where_they_are_worth_it() -> None:
     null, grown = campaign(), campaign(black_level=(0.002, "other"))
     effect = catalogue()["black-level"]
-    plain, found = family(null, effect), family(grown, effect)
-    assert plain.simple.form == found.simple.form == effect.forms[0]
+    plain, curved = family(null, effect), family(grown, effect)
+    assert plain.simple.form == curved.simple.form == effect.forms[0]
     assert not plain.simple.refined
-    assert plain.tried < found.tried <= len(effect.forms)
+    assert plain.tried < curved.tried <= len(effect.forms)
     assert not plain.best.refined
-    assert found.best.refined
-    assert found.best.form in effect.forms[effect.refined :]
+    assert curved.best.refined
+    assert curved.best.form in effect.forms[effect.refined :]
 
 
 def test_the_best_form_is_that_of_the_least_bic_and_every_form_is_charged_for_its_parameters() -> None:
@@ -130,38 +130,38 @@ def test_contenders_are_those_below_the_limit_best_first() -> None:
     base = campaign("greys", crosstalk=(0.0015, "same"))
     effects = [each for each in catalogue().values() if each.baseline == "colour-points"]
     limit = min(bic(each.best) for each in families(base, effects)) + STRONG
-    found = contenders(base, effects, limit)
-    assert {each.name for each in found} >= {"crosstalk", "loading"}
-    assert [bic(each.best) for each in found] == sorted(bic(each.best) for each in found)
-    assert all(bic(each.best) < limit for each in found)
+    candidates = contenders(base, effects, limit)
+    assert {each.name for each in candidates} >= {"crosstalk", "loading"}
+    assert [bic(each.best) for each in candidates] == sorted(bic(each.best) for each in candidates)
+    assert all(bic(each.best) < limit for each in candidates)
     assert not contenders(base, effects, -np.inf)
 
 
 def test_grids_are_tried_one_by_one_and_charged_as_a_parameter() -> None:
     base = campaign(quantization=(1.0 / 255.0, "same"))
-    found = family(base, catalogue()["quantization"])
-    assert found.best.form == ("bits",)
-    assert found.best.term.values["bits"] == 8.0
-    assert found.best.fit.parameters == 0
-    assert bic(found.best) == pytest.approx(found.best.fit.chi2 + np.log(3 * base.problem.rows.size))
+    forms = family(base, catalogue()["quantization"])
+    assert forms.best.form == ("bits",)
+    assert forms.best.term.values["bits"] == 8.0
+    assert forms.best.fit.parameters == 0
+    assert bic(forms.best) == pytest.approx(forms.best.fit.chi2 + np.log(3 * base.problem.rows.size))
     by_hand = {
         bits: fit(base.problem, (Term.at_rest(catalogue()["quantization"], ("bits",), bits=bits),)).chi2
         for bits in (7.0, 8.0, 9.0)
     }
     assert min(by_hand, key=lambda bits: by_hand[bits]) == 8.0
-    assert found.best.fit.chi2 == pytest.approx(by_hand[8.0])
+    assert forms.best.fit.chi2 == pytest.approx(by_hand[8.0])
 
 
 @pytest.mark.parametrize(("form", "steps"), mostly_slow([("same", 201), ("other", 173)], "same"))
 def test_any_number_of_steps_behind_any_table_is_found(form: str, steps: int) -> None:
     base = campaign(quantization=(1.0 / steps, form))
-    found = family(base, catalogue()["quantization"]).best
-    assert round(2.0 ** found.term.values["bits"] - 1.0) == steps
+    candidate = family(base, catalogue()["quantization"]).best
+    assert round(2.0 ** candidate.term.values["bits"] - 1.0) == steps
     if form == "other":  # a panel of gamma 2.2, with 0.4 of a step added before truncation
-        assert found.term.values["panel_gamma"] == pytest.approx(2.2, abs=0.003)
-        assert found.term.values["added"] == 0.4
-    assert found.fit.chi2 < 1.1 * found.fit.freedom < 0.9 * base.chi2
-    assert found.settings > 1e6
+        assert candidate.term.values["panel_gamma"] == pytest.approx(2.2, abs=0.003)
+        assert candidate.term.values["added"] == 0.4
+    assert candidate.fit.chi2 < 1.1 * candidate.fit.freedom < 0.9 * base.chi2
+    assert candidate.settings > 1e6
 
 
 def behind_a_table(code: Array) -> Array:
@@ -205,8 +205,8 @@ def test_a_rounding_is_proposed_beside_another_effect_though_its_simplest_formul
     base = campaign("full", 3, **hidden)
     beside = family(base, catalogue()["black-level"]).best.fit
     limit = beside.bic - STRONG
-    found = {each.name: each.best for each in families(beside, [catalogue()["quantization"]], limit=limit)}
-    assert bic(found["quantization"]) < limit
+    best = {each.name: each.best for each in families(beside, [catalogue()["quantization"]], limit=limit)}
+    assert bic(best["quantization"]) < limit
     simplest = fit(beside.problem, (*beside.terms, Term.at_rest(catalogue()["quantization"], ("bits",), bits=11.0)))
     assert simplest.chi2 > beside.chi2 - 6.0
 
@@ -229,26 +229,26 @@ def test_what_is_smooth_proposes_no_rounding(hidden: dict[str, tuple[float, str]
 
 def test_a_soft_border_between_colour_points_is_found() -> None:
     base = campaign(matrix_switching=(0.01, "other"))  # the harmonic mean of the channels, not the smallest channel
-    found = family(base, catalogue()["matrix-switching"]).best
-    assert found.form == ("softness",)
-    assert found.term.values["softness"] == pytest.approx(1.0, abs=0.1)
-    assert found.fit.chi2 < 1.1 * found.fit.freedom < 0.9 * base.chi2
+    candidate = family(base, catalogue()["matrix-switching"]).best
+    assert candidate.form == ("softness",)
+    assert candidate.term.values["softness"] == pytest.approx(1.0, abs=0.1)
+    assert candidate.fit.chi2 < 1.1 * candidate.fit.freedom < 0.9 * base.chi2
 
 
 def test_an_hour_between_sessions_is_found_among_the_gaps() -> None:
     base = campaign(recalibration=(0.05, "same"))
-    found = family(base, catalogue()["recalibration"]).simple
+    candidate = family(base, catalogue()["recalibration"]).simple
     hour = catalogue()["recalibration"].forms[0][-1]
     gaps = (np.array(HOURS[1:]) + np.array(HOURS[:-1])) / 2
-    gridded = [name for name in found.form if catalogue()["recalibration"].parameters[name].grid]
+    gridded = [name for name in candidate.form if catalogue()["recalibration"].parameters[name].grid]
     assert len(gridded) == 1, hour
-    assert found.term.values[gridded[0]] in gaps
+    assert candidate.term.values[gridded[0]] in gaps
     by_hand = []
     for gap in gaps:
-        term = Term.at_rest(catalogue()["recalibration"], found.form, **{gridded[0]: float(gap)})
+        term = Term.at_rest(catalogue()["recalibration"], candidate.form, **{gridded[0]: float(gap)})
         by_hand.append(fit(base.problem, (term,)).chi2)
-    assert found.term.values[gridded[0]] == gaps[int(np.argmin(by_hand))]
-    assert found.fit.chi2 == pytest.approx(min(by_hand), rel=1e-3)
+    assert candidate.term.values[gridded[0]] == gaps[int(np.argmin(by_hand))]
+    assert candidate.fit.chi2 == pytest.approx(min(by_hand), rel=1e-3)
 
 
 def test_what_happens_between_sessions_needs_two_of_them() -> None:
@@ -260,10 +260,10 @@ def test_what_happens_between_sessions_needs_two_of_them() -> None:
 def test_a_shape_far_from_its_typical_value_is_found() -> None:
     text = csv_text(Campaign(design="full", hours=HOURS, seed=3, hidden=(("warm-up", 0.1, "same"),)))
     base = fit(Problem.of(read(text, file="cold.csv", sha256="")))
-    found = family(base, catalogue()["warm-up"]).best
+    candidate = family(base, catalogue()["warm-up"]).best
     for start in (3.0, 20.0, 100.0):
-        alone = fit(base.problem, (Term.at_rest(catalogue()["warm-up"], found.form, minutes=start),))
-        assert found.fit.chi2 <= alone.chi2 + 0.1
+        alone = fit(base.problem, (Term.at_rest(catalogue()["warm-up"], candidate.form, minutes=start),))
+        assert candidate.fit.chi2 <= alone.chi2 + 0.1
 
 
 def test_an_effect_that_begins_beyond_a_threshold_is_found() -> None:
@@ -280,10 +280,10 @@ def test_another_selection_costs_more_than_its_luck() -> None:
     penalty, gains = [], []
     for seed in range(60):
         base = healthy(seed)
-        found = family(base, catalogue()["matrix-switching"]).best
-        assert (found.form, found.fit.parameters) == ((), 0)
-        assert bic(found) == pytest.approx(found.fit.chi2 + switching_penalty(base.problem))
-        gains.append(found.gain)
+        candidate = family(base, catalogue()["matrix-switching"]).best
+        assert (candidate.form, candidate.fit.parameters) == ((), 0)
+        assert bic(candidate) == pytest.approx(candidate.fit.chi2 + switching_penalty(base.problem))
+        gains.append(candidate.gain)
         penalty.append(switching_penalty(base.problem))
     assert max(gains) < min(penalty)
     assert np.std(gains) < np.sqrt(12.0 * len(HOURS))

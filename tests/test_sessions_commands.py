@@ -48,10 +48,10 @@ def test_sessions_are_explained_without_a_campaign_file_too(run: Callable[..., D
     done = run("sessions", "explain", first, dimmed, "--json", "-")
     validator("explain").validate(json.loads(done.out))
     assert "brightness" in json.loads(done.out)["sessions"][-1]["causes"]
-    for files, said in (((first,), "one session"), ((first, first), "the same bytes"), ((first, "x.ti3"), "x.ti3")):
+    for files, message in (((first,), "one session"), ((first, first), "the same bytes"), ((first, "x.ti3"), "x.ti3")):
         done = run("sessions", "explain", *files)
         assert (done.code, done.out) == (2, "")
-        assert said in done.err
+        assert message in done.err
 
 
 @pytest.mark.slow
@@ -95,8 +95,8 @@ def test_a_limit_of_two_sets_that_no_session_tells_is_said_once(run: Callable[..
     sessions = "".join(f'[[sessions]]\nfile = "{year}.ti3"\ndate = {year}-15\n' for year in ("2021-01", "2024-12"))
     Path("two.toml").write_text(f"schema = 1\n{sessions}")
     done = run("trend", "two.toml", "--limits", "tg18-primary", "--limits", "acr-diagnostic")
-    (told,) = [line for line in done.lines if line.startswith("No session tells: ")]
-    assert told.count("non-uniformity<=30%") == 1
+    (sentence,) = [line for line in done.lines if line.startswith("No session tells: ")]
+    assert sentence.count("non-uniformity<=30%") == 1
 
 
 @pytest.mark.slow
@@ -108,7 +108,7 @@ def test_trend_writes_the_same_every_time(run: Callable[..., Done]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (("sessions", "explain", "none.toml"), "cannot read the readings"),
         (("sessions", "explain", CAMPAIGN, "--reference", "x"), "names 0 of its sessions"),
@@ -123,12 +123,12 @@ def test_trend_writes_the_same_every_time(run: Callable[..., Done]) -> None:
     ],
 )
 def test_bad_input_ends_with_2_and_leaves_nothing(
-    run: Callable[..., Done], arguments: tuple[str, ...], said: str
+    run: Callable[..., Done], arguments: tuple[str, ...], message: str
 ) -> None:
     Path("there.json").write_text("{}")
     done = run(*arguments)
     assert done.code == 2
-    assert said in done.err
+    assert message in done.err
     assert "Traceback" not in done.err
     assert sorted(path.name for path in Path().iterdir()) == ["there.json"]
 

@@ -39,15 +39,15 @@ def written(folder: Path, data: bytes) -> Path:
 def test_the_readings_of_a_profile_are_those_of_its_ti3(tag: str, tmp_path: Path) -> None:
     path = written(tmp_path, profile((b"cprt", icc.text("none")), (tag.encode(), icc.text(TEXT))))
     (tmp_path / "session.ti3").write_text(TEXT)
-    found, meant = read_session(path), read_session(tmp_path / "session.ti3")
-    np.testing.assert_array_equal(found.drive, meant.drive)
-    np.testing.assert_array_equal(found.xyz, meant.xyz)
-    np.testing.assert_array_equal(found.lines, meant.lines)
-    assert found.calibration is not None
-    assert (found.form, found.created, found.metadata) == (meant.form, meant.created, meant.metadata)
-    assert found.file == str(path)
-    assert found.sha256 != meant.sha256
-    assert f"tag {tag}" in found.remarks[0]
+    session, meant = read_session(path), read_session(tmp_path / "session.ti3")
+    np.testing.assert_array_equal(session.drive, meant.drive)
+    np.testing.assert_array_equal(session.xyz, meant.xyz)
+    np.testing.assert_array_equal(session.lines, meant.lines)
+    assert session.calibration is not None
+    assert (session.form, session.created, session.metadata) == (meant.form, meant.created, meant.metadata)
+    assert session.file == str(path)
+    assert session.sha256 != meant.sha256
+    assert f"tag {tag}" in session.remarks[0]
 
 
 def test_the_standards_tag_comes_first_and_one_without_readings_is_passed_over(tmp_path: Path) -> None:
@@ -86,9 +86,9 @@ BAD: dict[str, tuple[bytes, str]] = {
 
 @pytest.mark.parametrize("name", BAD)
 def test_a_profile_that_cannot_be_read_is_refused_with_a_sentence(name: str, tmp_path: Path) -> None:
-    data, said = BAD[name]
+    data, message = BAD[name]
     path = written(tmp_path, data)
-    with pytest.raises(LutgenError, match=said) as refused:
+    with pytest.raises(LutgenError, match=message) as refused:
         read_session(path)
     assert str(path) in str(refused.value)
     assert "\n" not in str(refused.value)

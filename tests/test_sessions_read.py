@@ -335,19 +335,19 @@ BAD: dict[str, tuple[str | bytes, str]] = {
 
 @pytest.mark.parametrize("name", BAD)
 def test_bad_files_are_refused_with_a_sentence(tmp_path: Path, name: str) -> None:
-    content, said = BAD[name]
-    with pytest.raises(LutgenError, match=said) as refused:
+    content, message = BAD[name]
+    with pytest.raises(LutgenError, match=message) as refused:
         read(tmp_path, content)
     assert str(tmp_path) in str(refused.value)
 
 
 def test_what_is_no_file_is_refused(tmp_path: Path) -> None:
-    for path, said in (
+    for path, message in (
         (tmp_path, "is a folder"),
         (tmp_path / "none.ti3", "cannot read"),
         (tmp_path / "a\0b", "cannot read"),
     ):
-        with pytest.raises(LutgenError, match=said):
+        with pytest.raises(LutgenError, match=message):
             read_session(path)
     with (tmp_path / "huge.ti3").open("wb") as file:
         file.truncate(10**12)  # sparse
@@ -505,8 +505,8 @@ def real_files() -> list[Path]:
 def stated_white_cd_m2(file: Path) -> float:
     """Y of white in the file's own text: Argyll's keyword, or a table's row of white (in the middle of the screen)."""
     text = file.read_text(encoding="utf-8", errors="replace")
-    if said := re.search(r'LUMINANCE_XYZ_CDM2 "\S+ (\S+)', text):
-        return float(said[1])
+    if match := re.search(r'LUMINANCE_XYZ_CDM2 "\S+ (\S+)', text):
+        return float(match[1])
     rows = [*csv.DictReader(text.splitlines())]
     if "level_index" in rows[0]:
         return next(float(row["Y"]) for row in rows if (row["row"], row["col"], row["level_index"]) == ("1", "1", "0"))

@@ -37,9 +37,9 @@ def test_what_a_loss_of_drive_does_is_known_as_the_slopes_of_curves_are() -> Non
     xyz = still.xyz_cd_m2 + slope * (lost - predict(exact, start_state(exact, ())))
     xyz *= 1.0 + 0.002 * random.standard_normal(xyz.shape)
     problem = with_shared_errors(Problem.of(replace(still, xyz_cd_m2=xyz), baseline="native"), ())
-    found = fit(problem, [Term.at_rest(effect, ("grown",), grown=0.04)])
-    beside = with_drive_errors(found)
-    assert found.chi2 > 1.5 * found.freedom
+    solution = fit(problem, [Term.at_rest(effect, ("grown",), grown=0.04)])
+    beside = with_drive_errors(solution)
+    assert solution.chi2 > 1.5 * solution.freedom
     assert beside.chi2 < 1.2 * beside.freedom
     # Without the effect there are no errors of drive, and other effects have none.
     assert with_drive_errors(fit(problem)).problem.drive_errors is None

@@ -83,10 +83,10 @@ def test_a_zero_that_differs_between_sessions_is_no_leak(zeros: tuple[float, ...
         offset = zero * WHITE / WHITE[1]
         rows += [(hour, code, xyz + offset, ",") for code, xyz in zip(CODES, light(CODES), strict=True)]
         rows += [(hour, np.zeros(3), offset, ",lens cap")] * (3 if capped else 0)
-    found = diagnosed(table(rows, ",note"))
-    assert found.verdict.effects == ()
-    assert found.verdict.name == "consistent", found.verdict.sentence
-    is_told = any("Black differs between sessions by" in remark for remark in found.verdict.remarks)
+    diagnosis = diagnosed(table(rows, ",note"))
+    assert diagnosis.verdict.effects == ()
+    assert diagnosis.verdict.name == "consistent", diagnosis.verdict.sentence
+    is_told = any("Black differs between sessions by" in remark for remark in diagnosis.verdict.remarks)
     assert is_told is not capped
 
 
@@ -139,9 +139,9 @@ def test_a_leak_shows_beside_a_reflection_that_is_a_hundred_times_stronger() -> 
 
 
 def test_a_shroud_blocks_the_light_that_the_column_of_the_room_states() -> None:
-    found, dark = (diagnosed(in_a_lit_room(lux)) for lux in (600.0, 0.0))
-    assert found.verdict.sentence == dark.verdict.sentence
-    remarks = found.problem.readings.remarks
+    diagnosis, dark = (diagnosed(in_a_lit_room(lux)) for lux in (600.0, 0.0))
+    assert diagnosis.verdict.sentence == dark.verdict.sentence
+    remarks = diagnosis.problem.readings.remarks
     assert any("A shroud blocked the room's light at lines" in remark for remark in remarks)
     assert not dark.problem.readings.remarks
 
@@ -161,16 +161,18 @@ def at_temperatures(rest: float, others: tuple[float, ...], gamma: float) -> Dia
 @pytest.mark.parametrize(("rest", "others"), [(25.0, (15.0, 20.0, 32.0, 38.0)), (22.0, (15.0, 20.0, 32.0, 38.0))])
 def test_light_and_curve_may_both_depend_on_the_temperature(rest: float, others: tuple[float, ...]) -> None:
     """White shows the light's change alone, since the curve leaves white; 20 °C and 22 °C are two temperatures."""
-    found = at_temperatures(rest, others, 0.004)
-    verdict = found.verdict
+    diagnosis = at_temperatures(rest, others, 0.004)
+    verdict = diagnosis.verdict
     assert (verdict.name, set(verdict.effects)) == ("several", {"temperature", "temperature-gamma"}), verdict.sentence
 
 
 @pytest.mark.parametrize(("rest", "others"), [(25.0, (29.0, 30.0, 31.0, 32.0)), (23.0, (20.0, 26.0, 32.0))])
 def test_set_temperatures_a_few_kelvins_apart_are_no_replicates(rest: float, others: tuple[float, ...]) -> None:
-    found = at_temperatures(rest, others, 0.0)
-    assert (found.verdict.name, found.verdict.effects) == ("named", ("temperature",)), found.verdict.sentence
-    assert found.problem.noise.relative < 0.0015
+    diagnosis = at_temperatures(rest, others, 0.0)
+    assert (diagnosis.verdict.name, diagnosis.verdict.effects) == ("named", ("temperature",)), (
+        diagnosis.verdict.sentence
+    )
+    assert diagnosis.problem.noise.relative < 0.0015
 
 
 @pytest.mark.parametrize("baseline", ["colour-points", "native"])

@@ -129,8 +129,8 @@ def test_a_class_is_found_by_its_own_name() -> None:
 def test_where_no_class_is_stated_primaries_name_a_narrow_light_and_leave_a_broad_one_to_the_usual() -> None:
     for name in CLASSES:
         primaries = lights()[name].primaries @ CMFS
-        found = SpectralDisplay.of(UNSTATED, np.vstack([primaries.sum(axis=0), primaries])).display_class
-        assert found == (DEFAULT_CLASS if name in BROAD else name)
+        display_class = SpectralDisplay.of(UNSTATED, np.vstack([primaries.sum(axis=0), primaries])).display_class
+        assert display_class == (DEFAULT_CLASS if name in BROAD else name)
     assert SpectralDisplay.of(UNSTATED, TIPS).display_class == DEFAULT_CLASS
 
 
@@ -274,6 +274,6 @@ def test_the_default_displays_own_yellowing_is_found_in_its_tips() -> None:
         aged = through("yellowing", aged[0], np.repeat(hours[-1:, None], 4, axis=0), light, depth=depth)
         return np.asarray(uv(aged)[:2] - uv(last)[:2]).ravel()
 
-    found = least_squares(missed, [0.1, 0.1, 0.05], bounds=([0, 0, -0.3], [2, 3, 3]))
+    solution = least_squares(missed, [0.1, 0.1, 0.05], bounds=([0, 0, -0.3], [2, 3, 3]))
     unaged = np.abs(uv(fresh)[0] - uv(last)[0]).max()
-    assert np.abs(found.fun).max() < 0.15 * unaged
+    assert np.abs(solution.fun).max() < 0.15 * unaged

@@ -179,11 +179,11 @@ def test_no_option_takes_them(
 
 
 def test_no_other_pattern_of_numbers_is_left() -> None:
-    found = subprocess.run(
+    lines = subprocess.run(
         ["grep", "-rnE", r"\[eE\]\[[-+]{2}\]\?", "lutgen", "--include=*.py"],
         cwd=Path(__file__).parents[1],
         capture_output=True,
         text=True,
         check=False,
     ).stdout.splitlines()
-    assert [line.split(":")[0] for line in found] == ["lutgen/cells.py"]
+    assert [line.split(":")[0] for line in lines] == ["lutgen/cells.py"]

@@ -35,10 +35,10 @@ ANSWERS = tuple(
 )
 def test_an_absurd_time_is_named_and_the_rest_analysed_as_without_it(seconds: float) -> None:
     absurd = (replace(ANSWERS[0], seconds=seconds), *ANSWERS[1:])
-    found, without = analyse_answers(absurd), analyse_answers(ANSWERS[1:])
-    assert found.table2 == without.table2
-    assert found.samples == without.samples
-    (named,) = set(found.remarks) - set(without.remarks)
+    analysis, without = analyse_answers(absurd), analyse_answers(ANSWERS[1:])
+    assert analysis.table2 == without.table2
+    assert analysis.samples == without.samples
+    (named,) = set(analysis.remarks) - set(without.remarks)
     assert named.startswith("Left out: Dr A, session 1, image 1 (case-1): ")
 
 

@@ -58,8 +58,8 @@ def answer(
 ) -> Answer:
     position = int("".join(filter(str.isdigit, image)) or 1)
     category = more.pop("category", "2+" if positive else "0")
-    made = Answer(reader, session, position, image, condition, 40.0, 9, category, positive)
-    return replace(made, **more)
+    row = Answer(reader, session, position, image, condition, 40.0, 9, category, positive)
+    return replace(row, **more)
 
 
 # The paper ------------------------------------------------------------------------------------------------------------
@@ -71,10 +71,10 @@ def test_table_3_of_the_paper_comes_out_to_all_printed_digits() -> None:
 
 
 def test_table_4_of_the_paper_comes_out_to_all_printed_digits() -> None:
-    found = {(test.greater, test.less): test.p for test in paper().table4}
-    assert list(found) == [("none", "chroma"), ("none", "chroma-luma"), ("chroma", "chroma-luma")]
-    assert [f"{found['none', 'chroma']:.4f}", f"{found['none', 'chroma-luma']:.4f}"] == ["0.0656", "0.0418"]
-    assert f"{found['chroma', 'chroma-luma']:.3f}" == "0.413"
+    p_values = {(test.greater, test.less): test.p for test in paper().table4}
+    assert list(p_values) == [("none", "chroma"), ("none", "chroma-luma"), ("chroma", "chroma-luma")]
+    assert [f"{p_values['none', 'chroma']:.4f}", f"{p_values['none', 'chroma-luma']:.4f}"] == ["0.0656", "0.0418"]
+    assert f"{p_values['chroma', 'chroma-luma']:.3f}" == "0.413"
 
 
 def test_table_4_s_equal_variances_pass_the_f_test_as_the_paper_says() -> None:
@@ -101,8 +101,8 @@ def test_table_2_of_the_paper_is_written_as_it_was_read() -> None:
 def test_table_2_s_p_values_are_those_printed_within_the_rounding_of_its_figures(
     measure: str, second: str, printed: float, digits: int, *, whole: bool
 ) -> None:
-    found = {(test.measure, test.first, test.second): test.p for test in paper().table2.tests}
-    p = found[measure, "none", second]
+    p_values = {(test.measure, test.first, test.second): test.p for test in paper().table2.tests}
+    p = p_values[measure, "none", second]
     assert p == pytest.approx(printed, rel=0.3)
     if whole:
         assert round(p, digits) == printed
@@ -129,11 +129,11 @@ def test_only_two_sided_pooled_tests_of_normal_intervals_give_the_paper_s_p_valu
 
 
 def test_the_paper_s_own_findings_beyond_it_hang_on_the_choice_of_test() -> None:
-    found = paper()
-    (said,) = (sentence for sentence in found.limits if "depends on the choice of test" in sentence)
-    assert "none against chroma-luma: p = 0.0418" in said
-    assert "0.065 by Fisher's exact test one-tailed and 0.11 two-tailed" in said
-    surviving = [(test.measure, test.second) for test in found.holm if test.p_holm < 0.05]
+    analysis = paper()
+    (limit,) = (sentence for sentence in analysis.limits if "depends on the choice of test" in sentence)
+    assert "none against chroma-luma: p = 0.0418" in limit
+    assert "0.065 by Fisher's exact test one-tailed and 0.11 two-tailed" in limit
+    surviving = [(test.measure, test.second) for test in analysis.holm if test.p_holm < 0.05]
     assert surviving == [("ease", "chroma"), ("ease", "chroma-luma")]
 
 
@@ -206,8 +206,8 @@ def test_newcombe_s_intervals_are_those_published(
 
 def test_fisher_and_odds_are_those_of_r_s_tea_tasting_example() -> None:
     guessed, missed = AgreementCounts("milk", 3, 1), AgreementCounts("tea", 1, 3)
-    (found,) = further_agreement((guessed, missed))
-    assert (found.fisher_one_tailed, found.fisher) == pytest.approx((0.2429, 0.4857), abs=5e-5)
+    (agreement,) = further_agreement((guessed, missed))
+    assert (agreement.fisher_one_tailed, agreement.fisher) == pytest.approx((0.2429, 0.4857), abs=5e-5)
     odds, ends = odds_ratio(missed, guessed)
     assert odds == pytest.approx(6.408309, abs=1e-4)
     # R prints 0.2117329 and 621.9337505, within the tolerance of its root. At the ends exactly 2.5 % lie beyond 3 of 4.
@@ -215,7 +215,7 @@ def test_fisher_and_odds_are_those_of_r_s_tea_tasting_example() -> None:
     for end, tail in zip(ends, (range(3, 5), range(4)), strict=True):
         weight = [comb(4, k) ** 2 * end**k for k in range(5)]
         assert sum(weight[k] for k in tail) / sum(weight) == pytest.approx(0.025, rel=1e-6)
-    assert found.odds_ratio == pytest.approx(1 / 6.408309, abs=1e-5)
+    assert agreement.odds_ratio == pytest.approx(1 / 6.408309, abs=1e-5)
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -226,8 +226,8 @@ def test_kappa_and_its_error_are_statsmodels_s(seed: int) -> None:
 
 
 def test_kappa_is_none_where_all_gave_one_answer() -> None:
-    found = pairs([answer("i1", "none"), answer("i1", "none", session=2)])
-    assert [isnan(row.kappa) for row in kappas(["none"], found)] == [True, True]
+    tables = pairs([answer("i1", "none"), answer("i1", "none", session=2)])
+    assert [isnan(row.kappa) for row in kappas(["none"], tables)] == [True, True]
 
 
 def test_holm_is_statsmodels_s() -> None:
@@ -251,11 +251,11 @@ def test_means_once_more_are_scipy_s() -> None:
     random = np.random.default_rng(3)
     values = [np.round(random.normal(mean, sd, 30)) for mean, sd in ((9, 1), (8, 2))]
     first, second = (sample_of("ease", name, list(each)) for name, each in zip("ab", values, strict=True))
-    (found,) = further_means((first, second))
-    assert found.welch_p == pytest.approx(stats.ttest_ind(*values, equal_var=False).pvalue)
+    (means,) = further_means((first, second))
+    assert means.welch_p == pytest.approx(stats.ttest_ind(*values, equal_var=False).pvalue)
     interval = stats.ttest_ind(values[1], values[0], equal_var=False).confidence_interval(0.95)
-    assert found.difference_ci95 == pytest.approx(tuple(interval))
-    assert found.rank_p == pytest.approx(stats.mannwhitneyu(*values).pvalue)
+    assert means.difference_ci95 == pytest.approx(tuple(interval))
+    assert means.rank_p == pytest.approx(stats.mannwhitneyu(*values).pvalue)
     few = [[3.1, 4.2, 5.9, 2.0], [7.0, 6.5, 9.4, 8.8]]
     (of_few,) = further_means([sample_of("time", name, each) for name, each in zip("ab", few, strict=True)])
     # By hand: of the 70 ways to share 8 ranks, 2 put one whole sample above the other.
@@ -272,11 +272,11 @@ def test_the_paper_s_design_pairs_session_1_with_session_2() -> None:
         answer("i1", "none", session=2, positive=False), answer("i2", "none", session=2),
         answer("i3", "none", session=2),
     ]  # fmt: skip
-    found = pairs(answers)
-    assert [(pair.answer.image, pair.answer.session, pair.reference.session) for pair in found] == [
+    tables = pairs(answers)
+    assert [(pair.answer.image, pair.answer.session, pair.reference.session) for pair in tables] == [
         ("i1", 1, 2), ("i2", 1, 2), ("i3", 1, 2),
     ]  # fmt: skip
-    assert counts(["none", "chroma"], found) == (AgreementCounts("none", 0, 1), AgreementCounts("chroma", 1, 1))
+    assert counts(["none", "chroma"], tables) == (AgreementCounts("none", 0, 1), AgreementCounts("chroma", 1, 1))
 
 
 @pytest.mark.parametrize(
@@ -305,8 +305,8 @@ def test_the_paper_s_design_pairs_session_1_with_session_2() -> None:
 def test_references_are_chosen_by_the_rule(
     answers: list[tuple[str, str, int]], expected: list[tuple[str, int, int]]
 ) -> None:
-    found = pairs([answer(image, condition, session=session) for image, condition, session in answers])
-    assert [(pair.answer.condition, pair.answer.session, pair.reference.session) for pair in found] == expected
+    tables = pairs([answer(image, condition, session=session) for image, condition, session in answers])
+    assert [(pair.answer.condition, pair.answer.session, pair.reference.session) for pair in tables] == expected
 
 
 def test_readers_are_only_held_against_themselves() -> None:
@@ -342,14 +342,14 @@ def test_mcnemar_is_statsmodels_s_on_images_read_under_both_conditions() -> None
         ]
     order = condition_order(answers)
     assert order == ("none", "chroma@5000", "chroma@18000")
-    found = pairs(answers)
-    (tested,) = further_agreement(counts(order, found), found)
+    tables = pairs(answers)
+    (tested,) = further_agreement(counts(order, tables), tables)
     assert tested.mcnemar is not None
     assert tested.mcnemar.pairs == 40
     only = [[0, tested.mcnemar.first_only], [tested.mcnemar.second_only, 0]]
     assert tested.mcnemar.p == pytest.approx(float(mcnemar(only, exact=True).pvalue))
-    sides = {pair.answer.image: {} for pair in found}  # type: dict[str, dict[str, bool]]
-    for pair in found:
+    sides = {pair.answer.image: {} for pair in tables}  # type: dict[str, dict[str, bool]]
+    for pair in tables:
         sides[pair.answer.image][pair.answer.condition] = pair.agreed
     assert tested.mcnemar.first_only == sum(each["chroma@5000"] and not each["chroma@18000"] for each in sides.values())
 
@@ -369,37 +369,37 @@ def test_mcnemar_is_statsmodels_s_on_images_read_under_both_conditions() -> None
     ids=["one answer", "never un-aged", "three answers", "never the same", "all agree"],
 )
 def test_poor_data_give_dashes_and_sentences_not_errors(answers: list[Answer]) -> None:
-    found = analyse_answers(answers)
-    assert all("not fitted" in model.notes[0] for model in found.mixed if not model.effects)
-    assert found.limits
-    assert not re.search(r"\d{3} percentage points|\b1 pairs", " ".join(found.limits))
-    assert all(isnan(test.t) == isnan(test.p) for test in found.table2.tests)
+    analysis = analyse_answers(answers)
+    assert all("not fitted" in model.notes[0] for model in analysis.mixed if not model.effects)
+    assert analysis.limits
+    assert not re.search(r"\d{3} percentage points|\b1 pairs", " ".join(analysis.limits))
+    assert all(isnan(test.t) == isnan(test.p) for test in analysis.table2.tests)
 
 
 def test_an_analysis_of_answers_says_what_its_design_cannot_show() -> None:
     paper_like = [answer(f"i{n}", ("none", "chroma")[n % 2], positive=n % 3 > 0) for n in range(20)]
     paper_like += [answer(f"i{n}", "none", session=2, positive=n % 4 > 0) for n in range(20)]
-    said = " ".join(analyse_answers(paper_like).limits)
+    sentences = " ".join(analyse_answers(paper_like).limits)
     for part in ("One reader", "read under one condition", "always read after", "not with the truth"):
-        assert part in said
+        assert part in sentences
     several = [replace(each, reader=name) for name in "AB" for each in paper_like]
     crossed = [answer(f"i{n}", name, session=s) for n in range(4) for s, name in ((1, "none"), (2, "chroma"))]
     crossed += [answer(f"i{n}", name, session=s) for n in range(4, 8) for s, name in ((2, "none"), (1, "chroma"))]
-    said = " ".join(analyse_answers(several).limits)
+    sentences = " ".join(analyse_answers(several).limits)
     for part in ("2 readers", "each image was read under one condition"):
-        assert part in said
+        assert part in sentences
     moved_on = {"none": "chroma", "chroma": "none"}
     square = [replace(each, reader="B", condition=moved_on[each.condition]) for each in paper_like[:20]]
-    said = " ".join(analyse_answers([*paper_like, *square]).limits)
-    assert "each reader read an image under one condition, and other readers read the image under other" in said
-    assert "each image was read" not in said
-    said = " ".join(analyse_answers(crossed).limits)
-    assert "the same images under several conditions" in said
-    assert "always read" not in said
+    sentences = " ".join(analyse_answers([*paper_like, *square]).limits)
+    assert "each reader read an image under one condition, and other readers read the image under other" in sentences
+    assert "each image was read" not in sentences
+    sentences = " ".join(analyse_answers(crossed).limits)
+    assert "the same images under several conditions" in sentences
+    assert "always read" not in sentences
 
 
 @pytest.mark.parametrize(
-    ("counts_", "said"),
+    ("counts_", "message"),
     [
         ((20, 0), "With 20 pairs a condition, a fall of agreement from 100% by less than about 20 percentage points"),
         ((27, 12), "With 39 pairs a condition, a fall of agreement from 69% by less than about 28 percentage points"),
@@ -408,17 +408,17 @@ def test_an_analysis_of_answers_says_what_its_design_cannot_show() -> None:
         ((0, 9), ""),
     ],
 )
-def test_the_smallest_fall_that_is_found_is_that_of_simulated_studies(counts_: tuple[int, int], said: str) -> None:
+def test_the_smallest_fall_that_is_found_is_that_of_simulated_studies(counts_: tuple[int, int], message: str) -> None:
     rows = [AgreementCounts("none", *counts_), AgreementCounts("chroma", *counts_)]
     sentences = [each for each in analyse_figures(rows, ()).limits if "pairs a condition" in each]
-    assert [each.startswith(said) for each in sentences] == [True] * bool(said)
-    if found := re.search(r"about (\d+) perc", said):
+    assert [each.startswith(message) for each in sentences] == [True] * bool(message)
+    if match := re.search(r"about (\d+) perc", message):
         n, share = sum(counts_), counts_[0] / sum(counts_)
         random = np.random.default_rng(1)
-        first, second = (random.binomial(n, chance, 20_000) for chance in (share, share - int(found[1]) / 100))
+        first, second = (random.binomial(n, chance, 20_000) for chance in (share, share - int(match[1]) / 100))
         error = np.sqrt((first * (n - first) + second * (n - second)) / n / (2 * n - 2) * 2 / n)
-        seen = (first - second) / n > np.maximum(stats.t.isf(0.05, 2 * n - 2) * error, 0)
-        assert np.mean(seen) == pytest.approx(0.8, abs=0.03)
+        rejections = (first - second) / n > np.maximum(stats.t.isf(0.05, 2 * n - 2) * error, 0)
+        assert np.mean(rejections) == pytest.approx(0.8, abs=0.03)
 
 
 # Tables that users bring ----------------------------------------------------------------------------------------------
@@ -435,7 +435,7 @@ HEAD = "reader,session,position,image,condition,seconds,ease,category,positive\n
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("", "no rows"),
         (HEAD, "no rows"),
@@ -456,17 +456,17 @@ HEAD = "reader,session,position,image,condition,seconds,ease,category,positive\n
         (f'{HEAD}A,1,1,"i1,none,40,9,0,0\n', "line 2: is no CSV"),
     ],
 )
-def test_bad_answers_are_refused_by_line_and_column(text: str, said: str, tmp_path: Path) -> None:
+def test_bad_answers_are_refused_by_line_and_column(text: str, message: str, tmp_path: Path) -> None:
     file = tmp_path / "a.csv"
     file.write_text(text, encoding="utf-8")
     with pytest.raises(LutgenError) as refused:
         read_answer_table(file)
-    assert said in str(refused.value)
+    assert message in str(refused.value)
     assert str(refused.value).startswith(str(file))
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("condition,agreed,disagreed\nnone,27,-1\n", "line 2, column disagreed: '-1' is no whole number"),
         ("condition,agreed,disagreed\nnone,0,0\n", "nothing was compared"),
@@ -475,16 +475,16 @@ def test_bad_answers_are_refused_by_line_and_column(text: str, said: str, tmp_pa
         ("condition,agreed,disagreed\nnone,10000,10001\n", "column disagreed: '10001' is no whole number in 0..10000"),
     ],
 )
-def test_bad_counts_are_refused(text: str, said: str, tmp_path: Path) -> None:
+def test_bad_counts_are_refused(text: str, message: str, tmp_path: Path) -> None:
     file = tmp_path / "c.csv"
     file.write_text(text, encoding="utf-8")
     with pytest.raises(LutgenError) as refused:
         read_counts(file)
-    assert said in str(refused.value)
+    assert message in str(refused.value)
 
 
 @pytest.mark.parametrize(
-    ("rows", "said"),
+    ("rows", "message"),
     [
         ("none,speed,39,41.0,5.4", "line 2, column measure: unknown measure 'speed'. Pick one of: time, ease."),
         ("none,time,1,41.0,5.4", "column n: '1' is no whole number in 2.."),
@@ -493,22 +493,22 @@ def test_bad_counts_are_refused(text: str, said: str, tmp_path: Path) -> None:
         ("none,time,39,41,5\nnone,time,39,41,5", "line 3, column condition: 'none' appears twice for time."),
     ],
 )
-def test_bad_summaries_are_refused(rows: str, said: str, tmp_path: Path) -> None:
+def test_bad_summaries_are_refused(rows: str, message: str, tmp_path: Path) -> None:
     file = tmp_path / "s.csv"
     file.write_text(f"condition,measure,n,mean,ci95\n{rows}\n", encoding="utf-8")
     with pytest.raises(LutgenError) as refused:
         read_summary(file)
-    assert said in str(refused.value)
+    assert message in str(refused.value)
 
 
 def test_files_that_are_none_are_refused(tmp_path: Path) -> None:
     (tmp_path / "b.csv").write_bytes(b"\xff\xfe\x00")
-    for path, said in (
+    for path, message in (
         (tmp_path / "none.csv", "cannot read"),
         (tmp_path, "cannot read"),
         (tmp_path / "b.csv", "UTF-8"),
     ):
-        with pytest.raises(LutgenError, match=said):
+        with pytest.raises(LutgenError, match=message):
             read_counts(path)
 
 

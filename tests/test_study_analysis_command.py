@@ -144,7 +144,7 @@ def analyses() -> dict[str, Analysis]:
 
 
 @pytest.fixture(scope="module")
-def found() -> dict[str, Analysis]:
+def examples() -> dict[str, Analysis]:
     return analyses()
 
 
@@ -156,8 +156,10 @@ def strict(analysis: Analysis, capsys: pytest.CaptureFixture[str]) -> Any:
 
 
 @pytest.mark.parametrize("name", ["figures", "counts", "paper", "readers", "one condition", "one answer"])
-def test_json_is_as_its_schema_says(name: str, found: dict[str, Analysis], capsys: pytest.CaptureFixture[str]) -> None:
-    content = strict(found[name], capsys)
+def test_json_is_as_its_schema_says(
+    name: str, examples: dict[str, Analysis], capsys: pytest.CaptureFixture[str]
+) -> None:
+    content = strict(examples[name], capsys)
     validator("study-analyse").validate(content)
     assert {"schema", "table2", "table3", "table4", "beyond", "limits"} <= content.keys()
 
@@ -175,9 +177,9 @@ def test_json_is_as_its_schema_says(name: str, found: dict[str, Analysis], capsy
     ],
 )
 def test_the_schema_refuses_what_is_wrong(
-    path: tuple[str | int, ...], value: object, found: dict[str, Analysis], capsys: pytest.CaptureFixture[str]
+    path: tuple[str | int, ...], value: object, examples: dict[str, Analysis], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    content = strict(found["paper"], capsys)
+    content = strict(examples["paper"], capsys)
     with pytest.raises(ValidationError):
         validator("study-analyse").validate(altered(content, path, value))
 
@@ -230,7 +232,7 @@ def test_simulated_answers_are_those_of_the_library_and_of_the_seed(run: Callabl
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (["analyse"], "give one of: the folder STUDY"),
         (["analyse", "planned", "--counts", COUNTS], "give one of"),
@@ -251,11 +253,11 @@ def test_simulated_answers_are_those_of_the_library_and_of_the_seed(run: Callabl
     ],
 )
 def test_bad_input_ends_with_2_and_a_sentence_and_writes_nothing(
-    arguments: list[str], said: str, run: Callable[..., Done], tmp_path: Path
+    arguments: list[str], message: str, run: Callable[..., Done], tmp_path: Path
 ) -> None:
     done = run(*arguments)
     assert (done.code, done.out) == (2, "")
-    assert said in words(done.err)
+    assert message in words(done.err)
     assert "Traceback" not in done.err
     assert [path.name for path in tmp_path.rglob("*") if path.is_file()] == ["protocol.json"]
 
@@ -263,13 +265,13 @@ def test_bad_input_ends_with_2_and_a_sentence_and_writes_nothing(
 # Pictures and figures -------------------------------------------------------------------------------------------------
 
 
-def test_the_title_of_the_picture_says_the_finding(found: dict[str, Analysis]) -> None:
-    assert title(found["figures"]) == "chroma-luma against none: time +10.2 s, ease −1.3, agreement −19.2 points"
-    assert title(found["counts"]) == "chroma-luma against none: agreement −19.2 points"
-    assert title(found["one condition"]) == "none alone: nothing to compare with"
-    time = changes(found["figures"], "time")
+def test_the_title_of_the_picture_says_the_finding(examples: dict[str, Analysis]) -> None:
+    assert title(examples["figures"]) == "chroma-luma against none: time +10.2 s, ease −1.3, agreement −19.2 points"
+    assert title(examples["counts"]) == "chroma-luma against none: agreement −19.2 points"
+    assert title(examples["one condition"]) == "none alone: nothing to compare with"
+    time = changes(examples["figures"], "time")
     assert time["chroma"] == pytest.approx((9.1, 0.054), abs=5e-4)
-    assert "agreement −2" not in title(found["figures"])
+    assert "agreement −2" not in title(examples["figures"])
 
 
 @pytest.mark.parametrize("conditions", [3, 4, 6])
@@ -302,8 +304,8 @@ def test_one_answer_has_a_dash_for_its_interval(run: Callable[..., Done], tmp_pa
 
 
 def test_what_is_not_significant_is_said_in_the_title() -> None:
-    found = analyse_figures(read_counts(COUNTS)[1][1:], ())
-    assert title(found) == "chroma-luma against chroma: agreement −2.5 points (not significant)"
+    analysis = analyse_figures(read_counts(COUNTS)[1][1:], ())
+    assert title(analysis) == "chroma-luma against chroma: agreement −2.5 points (not significant)"
 
 
 def test_answers_of_one_height_lie_side_by_side() -> None:

@@ -58,8 +58,8 @@ def test_balanced_crossed_groups_give_the_analysis_of_variance() -> None:
     whole, rows, columns = table.mean(), table.mean(axis=1), table.mean(axis=0)
     of_rows = images * ((rows - whole) ** 2).sum() / (readers - 1)
     of_columns = readers * ((columns - whole) ** 2).sum() / (images - 1)
-    left = table - rows[:, np.newaxis] - columns[np.newaxis, :] + whole
-    rest = (left**2).sum() / ((readers - 1) * (images - 1))
+    residual = table - rows[:, np.newaxis] - columns[np.newaxis, :] + whole
+    rest = (residual**2).sum() / ((readers - 1) * (images - 1))
     labels = {"readers": [f"r{place // images}" for place in range(150)],
               "images": [f"i{place % images}" for place in range(150)]}  # fmt: skip
     fit = fit_crossed(table.ravel(), np.ones((150, 1)), labels)
@@ -74,16 +74,16 @@ def test_agreement_of_one_reader_is_a_logistic_regression_whose_estimates_are_od
     from statsmodels.genmod.families import Binomial
     from statsmodels.genmod.generalized_linear_model import GLM
 
-    given = answers(3)
-    model = models(given)["agreement"]
-    found = {row.condition: row for row in analyse_answers(given).table3}
-    odds = {name: row.agreed / row.disagreed for name, row in found.items()}
+    readings = answers(3)
+    model = models(readings)["agreement"]
+    rows = {row.condition: row for row in analyse_answers(readings).table3}
+    odds = {name: row.agreed / row.disagreed for name, row in rows.items()}
     for effect in model.effects:
         assert effect.estimate == pytest.approx(odds[effect.condition] / odds["none"], rel=1e-6)
     # With one pair per image there are no clusters: the model's own errors are near the errors of the clusters.
-    shown = pairs(given)
+    shown = pairs(readings)
     under = [pair.answer.condition for pair in shown]
-    fixed = np.column_stack([np.ones(len(shown)), *([each == name for each in under] for name in list(found)[1:])])
+    fixed = np.column_stack([np.ones(len(shown)), *([each == name for each in under] for name in list(rows)[1:])])
     plain = GLM([float(pair.agreed) for pair in shown], fixed, family=Binomial()).fit()
     widths = [np.log(effect.ci95[1] / effect.ci95[0]) / 2 / 1.96 for effect in model.effects]
     assert widths == pytest.approx(list(plain.bse[1:]), rel=1e-3)
@@ -138,12 +138,12 @@ def test_conditions_that_are_sessions_cannot_be_told_apart() -> None:
 
 def test_readers_who_read_one_condition_each_cannot_be_told_from_it() -> None:
     kept = {1: "none", 2: "chroma"}
-    given = tuple(
+    readings = tuple(
         answer
         for answer in answers(2, readers=2)
         if answer.session == 2 or answer.condition == kept[int(answer.reader.split()[-1])]
     )
-    assert models(given)["agreement"].notes == (
+    assert models(readings)["agreement"].notes == (
         "not fitted: the effects of conditions and of readers cannot be separated",
     )
 
@@ -165,9 +165,9 @@ def test_a_fit_that_does_not_converge_or_warns_says_so(monkeypatch: pytest.Monke
             warnings.warn("Gradient optimization failed.\nTry again", ConvergenceWarning, stacklevel=1)
         return Stuck()
 
-    _, errors, said = mixed._fitted(stuck, "bse_fe")
+    _, errors, warning = mixed._fitted(stuck, "bse_fe")
     assert errors.tolist() == [1.0]
-    assert said == ("statsmodels: Gradient optimization failed", "the fit did not converge: do not rely on it")
+    assert warning == ("statsmodels: Gradient optimization failed", "the fit did not converge: do not rely on it")
 
     def impossible(*_: object) -> None:
         raise np.linalg.LinAlgError("singular matrix")
@@ -177,13 +177,13 @@ def test_a_fit_that_does_not_converge_or_warns_says_so(monkeypatch: pytest.Monke
 
 
 def test_without_statsmodels_the_rest_is_found_and_what_is_missing_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    given = answers(2)
-    whole = analyse_answers(given)
+    readings = answers(2)
+    whole = analyse_answers(readings)
     monkeypatch.setattr(analysis, "available", lambda: False)
-    found = analyse_answers(given)
-    assert found.mixed == ()
-    assert found.remarks == ("Mixed models are left out: statsmodels is not installed. Install lutgen[study].",)
-    assert (found.table2, found.kappas, found.holm) == (whole.table2, whole.kappas, whole.holm)
+    result = analyse_answers(readings)
+    assert result.mixed == ()
+    assert result.remarks == ("Mixed models are left out: statsmodels is not installed. Install lutgen[study].",)
+    assert (result.table2, result.kappas, result.holm) == (whole.table2, whole.kappas, whole.holm)
 
 
 # Degrees of freedom ---------------------------------------------------------------------------------------------------
@@ -209,14 +209,14 @@ def test_readers_under_conditions_leave_those_of_their_interaction() -> None:
     fit = fit_crossed(table.ravel(), fixed, groups)
     assert fit.freedom[1:] == pytest.approx([6.0, 6.0], rel=1e-3)
     means = table.mean(axis=2)
-    left = means - means.mean(axis=1, keepdims=True) - means.mean(axis=0) + means.mean()
-    error = (2.0 * (left**2).sum() / 6.0 / readers) ** 0.5
+    residual = means - means.mean(axis=1, keepdims=True) - means.mean(axis=0) + means.mean()
+    error = (2.0 * (residual**2).sum() / 6.0 / readers) ** 0.5
     assert fit.errors[1:] == pytest.approx([error, error], rel=1e-3)
 
 
 def test_readers_who_react_in_ways_of_their_own_make_intervals_wide() -> None:
-    given = study_level.study(3, 4, 0.3, 10)
-    model = models(given)["time"]
+    readings = study_level.study(3, 4, 0.3, 10)
+    model = models(readings)["time"]
     assert model.sd["readers_by_condition"] == pytest.approx(0.3, rel=0.6)
     alike = models(study_level.study(3, 4, 0.0, 10))["time"]
     assert alike.sd["readers_by_condition"] < 0.1
@@ -227,7 +227,7 @@ def test_readers_who_react_in_ways_of_their_own_make_intervals_wide() -> None:
 @pytest.mark.slow
 def test_conditions_that_readers_take_each_in_their_own_way_are_no_finding() -> None:
     """A model without readers under conditions reports an effect of a condition in many such studies."""
-    found = np.array([study_level.ways_apart(study_level.study(seed, 5, 0.3, 8)) for seed in range(30)]) < 0.05
-    by_model, by_plain = found.sum(axis=0)
+    significant = np.array([study_level.ways_apart(study_level.study(seed, 5, 0.3, 8)) for seed in range(30)]) < 0.05
+    by_model, by_plain = significant.sum(axis=0)
     assert by_model <= binom.ppf(0.99, 30, 0.05)
     assert by_plain > binom.ppf(0.9999, 30, 0.05)

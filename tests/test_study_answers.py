@@ -17,7 +17,7 @@ from lutgen.study.answer_file import AnswerFile, NotSavedError, read_entries
 from lutgen.study.answers import read_answers, reader_name, take_place
 from lutgen.study.protocol import read_protocol, write_protocol
 from lutgen.study.reading import begin_reading
-from tests.studies import Clock, make_study, read_on, said
+from tests.studies import Clock, decision, make_study, read_on
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -112,8 +112,8 @@ def test_answers_are_read_back_as_given_without_practice(read: Path) -> None:
         (trial.image, trial.condition) for trial in protocol.session(1, 1)
     ]
     for answer in answers:
-        given = said(answer.position)
-        assert (answer.category, answer.ease, answer.seconds) == (given.category, given.ease, given.seconds)
+        pressed = decision(answer.position)
+        assert (answer.category, answer.ease, answer.seconds) == (pressed.category, pressed.ease, pressed.seconds)
         assert answer.positive == (answer.category in {"2+", "3+"})
         assert (answer.reader, answer.session) == ("Dr A", 1)
 
@@ -142,7 +142,7 @@ def edited(read: Path, tmp_path: Path, statement: str) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("statement", "said"),
+    ("statement", "message"),
     [
         (
             "UPDATE log SET content = replace(content, '\"ease\":2', '\"ease\":9')",
@@ -175,8 +175,8 @@ def edited(read: Path, tmp_path: Path, statement: str) -> Path:
         ),
     ],
 )
-def test_an_edit_by_hand_is_found_and_the_row_named(read: Path, tmp_path: Path, statement: str, said: str) -> None:
-    with pytest.raises(LutgenError, match=f"reader-1.sqlite: .*{said}"):
+def test_an_edit_by_hand_is_found_and_the_row_named(read: Path, tmp_path: Path, statement: str, message: str) -> None:
+    with pytest.raises(LutgenError, match=f"reader-1.sqlite: .*{message}"):
         read_answers(edited(read, tmp_path, statement))
 
 

@@ -238,10 +238,10 @@ def test_what_is_stored_of_a_whole_session_is_what_was_pressed(whole: tuple[Path
     # The bounds are narrow enough for a meaningful test.
     assert np.median(highest - lowest) < 1.0
     log = read_entries(study / "answers/reader-1.sqlite", read_protocol(study).sha256)
-    said = [entry.content for entry in log if entry.kind == "answered"]
+    contents = [entry.content for entry in log if entry.kind == "answered"]
     # Most records are element timings. A decision within milliseconds may precede the browser's record of the paint.
-    assert sum(each["paint"] == "element-timing" for each in said) > 60
-    assert [each["position"] for each in said if each["showings"] != 1] == [KILLED_AT]
+    assert sum(each["paint"] == "element-timing" for each in contents) > 60
+    assert [each["position"] for each in contents if each["showings"] != 1] == [KILLED_AT]
     # An answer is on disk before the next image is shown.
     for before, after in pairwise(entry for entry in log if entry.kind in {"shown", "answered", "practised"}):
         assert (before.kind == "shown") != (after.kind == "shown") or before.content["position"] == KILLED_AT
@@ -259,19 +259,19 @@ def test_the_analysis_of_that_session_and_a_second_recovers_the_effect_that_the_
             decision = Decision(category, ease_given, seconds, seconds, 0, 0.0, "animation-frame")
             reading.show(task)
             reading.answer(task.number, decision, practice=task.practice)
-    found = analyse_answers(read_answers(study), conditions=list(DIFFERENCES)).as_json()
+    analysis = analyse_answers(read_answers(study), conditions=list(DIFFERENCES)).as_json()
     every = reading.protocol.trials
     to_nuclei = {(trial.image, trial.condition): DIFFERENCES[trial.condition] for trial in every}
     expected = analyse_answers(simulate(every, to_nuclei, SIMULATED), conditions=list(DIFFERENCES))
     # All diagnoses and ratings of ease are those of the simulated reader. Table 3 follows from them.
-    assert found["table3"] == expected.as_json()["table3"]
+    assert analysis["table3"] == expected.as_json()["table3"]
     # Ease and agreement as the docstring of the reader states; time by its ratio, since the test sets the pace.
-    tests = {(row["measure"], row["second"]): row for row in found["table2"]["tests"] if row["first"] == "none"}
+    tests = {(row["measure"], row["second"]): row for row in analysis["table2"]["tests"] if row["first"] == "none"}
     for condition, ease in (("chroma@18000", -1.1), ("chroma-luma@18000", -1.3)):
         row = tests["ease", condition]
         assert abs(row["difference"] - ease) < SURE * abs(row["difference"] / row["t"])
     assert tests["ease", "chroma-luma@18000"]["p"] < 1e-4
-    for row, share in zip(found["table3"], (0.692, 0.525, 0.5), strict=True):
+    for row, share in zip(analysis["table3"], (0.692, 0.525, 0.5), strict=True):
         assert abs(row["percent"] / 100 - share) < SURE * (share * (1 - share) / 40) ** 0.5
     log_times = {name: np.log([each.seconds for each in answers_under(study, name)]) for name in DIFFERENCES}
     for condition, difference in DIFFERENCES.items():
@@ -354,11 +354,11 @@ def test_the_clock_stops_at_the_choice_that_is_confirmed_and_the_first_is_kept(p
         press(page, "4", "5", "Enter")
         wait_for_image(page, "2 of 4")
         (row,) = rows(reading, "answered")
-    said = row.content
-    assert (said["category"], said["ease"]) == ("0", 5)
-    assert said["seconds"] - said["first_choice_seconds"] >= 0.3
-    assert said["first_choice_seconds"] >= 0.1
-    assert said["seconds"] < 0.1 + 0.3 + 0.3  # the last wait is after the decision
+    content = row.content
+    assert (content["category"], content["ease"]) == ("0", 5)
+    assert content["seconds"] - content["first_choice_seconds"] >= 0.3
+    assert content["first_choice_seconds"] >= 0.1
+    assert content["seconds"] < 0.1 + 0.3 + 0.3  # the last wait is after the decision
 
 
 def test_paused_time_does_not_count_and_the_image_is_hidden(page: Page, tmp_path: Path) -> None:
@@ -390,11 +390,11 @@ def test_paused_time_does_not_count_and_the_image_is_hidden(page: Page, tmp_path
         (row,) = rows(reading, "answered")
         assert [entry.content["said"]["why"] for entry in rows(reading, "paused")] == ["asked", "asked", "hidden"]
         assert len(rows(reading, "continued")) == 3
-    said = row.content
-    assert (said["pauses"], said["category"], said["ease"]) == (3, "3+", 10)
-    assert said["paused_seconds"] >= paused
-    assert said["seconds"] + said["paused_seconds"] <= whole + 0.3  # driver and page start at different moments
-    assert said["seconds"] <= whole - paused + 0.3
+    content = row.content
+    assert (content["pauses"], content["category"], content["ease"]) == (3, "3+", 10)
+    assert content["paused_seconds"] >= paused
+    assert content["seconds"] + content["paused_seconds"] <= whole + 0.3  # driver and page start at different moments
+    assert content["seconds"] <= whole - paused + 0.3
 
 
 def test_keys_that_are_held_down_or_come_too_early_do_nothing(page: Page, tmp_path: Path) -> None:

@@ -76,12 +76,12 @@ def pixels(path: Path) -> Any:
 
 def chunks(data: bytes) -> list[bytes]:
     """The types of a PNG's chunks, read without lutgen's encoder."""
-    found, place = [], 8
+    parts, place = [], 8
     while place < len(data):
         length = int.from_bytes(data[place : place + 4], "big")
-        found.append(data[place + 4 : place + 8])
+        parts.append(data[place + 4 : place + 8])
         place += 12 + length
-    return found
+    return parts
 
 
 def files(folder: Path) -> dict[str, bytes]:
@@ -98,12 +98,12 @@ def test_a_study_is_planned_whole(run: Callable[..., Done], tmp_path: Path) -> N
     imsave(tmp_path / "try.tif", tile(50), check_contrast=False)
     done = run("in", *SMALL, "--readers", "3", "--practice", "try.tif", "-o", "study", "--title", "Ours")
     assert (done.code, done.err) == (0, "")
-    said = words(done.out)
-    assert said.startswith("study: 6 images, 3 readers, 2 sessions, 19 pictures rendered.")
-    assert "Session 1: 6 images under none, chroma@18000, chroma-luma@18000." in said
-    assert "Session 2: 6 images under none, from 24 days after a reader's session 1 on." in said
-    assert "Read by nobody: 1 image given (s" in said
-    assert "Practice, un-aged and not analysed: try." in said
+    plan_text = words(done.out)
+    assert plan_text.startswith("study: 6 images, 3 readers, 2 sessions, 19 pictures rendered.")
+    assert "Session 1: 6 images under none, chroma@18000, chroma-luma@18000." in plan_text
+    assert "Session 2: 6 images under none, from 24 days after a reader's session 1 on." in plan_text
+    assert "Read by nobody: 1 image given (s" in plan_text
+    assert "Practice, un-aged and not analysed: try." in plan_text
     protocol = read_protocol(tmp_path / "study")
     assert (protocol.title, protocol.readers, protocol.sessions, protocol.washout_days) == ("Ours", 3, 2, 24.0)
     assert [(each.name, each.width, each.height) for each in protocol.practice] == [("try", 24, 24)]
@@ -157,10 +157,10 @@ def test_pictures_hold_pixels_only_and_their_names_hint_at_nothing(run: Callable
 
 def test_neither_time_nor_size_nor_the_order_of_writing_tells_a_condition(planned: Path) -> None:
     protocol = read_protocol(planned / "study")
-    kept = [(planned / "study" / each.file).stat() for each in protocol.renders]
-    assert len({each.st_mtime_ns for each in kept}) == 1
-    assert len({each.st_size for each in kept}) == 1
-    by_change = sorted(zip(protocol.renders, kept, strict=True), key=lambda each: each[1].st_ctime_ns)
+    states = [(planned / "study" / each.file).stat() for each in protocol.renders]
+    assert len({each.st_mtime_ns for each in states}) == 1
+    assert len({each.st_size for each in states}) == 1
+    by_change = sorted(zip(protocol.renders, states, strict=True), key=lambda each: each[1].st_ctime_ns)
     assert [each.file for each, _ in by_change] == sorted(each.file for each in protocol.renders)
 
 
@@ -302,8 +302,8 @@ def test_names_are_stems_where_these_tell_images_apart(tmp_path: Path) -> None:
     for place, name in enumerate(("a.png", "a.tif", "b.png", ".hidden.png", "more/c.png")):
         imsave(tmp_path / name, tile(place), check_contrast=False)
     (tmp_path / "notes.txt").write_text("not an image")
-    found = find_images([tmp_path])
-    assert [each.name for each in look_at(found, lambda _done: None)] == ["a.png", "a.tif", "b", "c"]
+    images = find_images([tmp_path])
+    assert [each.name for each in look_at(images, lambda _done: None)] == ["a.png", "a.tif", "b", "c"]
     imsave(tmp_path / "more/a.png", tile(9), check_contrast=False)
     with pytest.raises(LutgenError, match=r"both would be called a\.png in the study"):
         look_at(find_images([tmp_path]), lambda _done: None)
@@ -400,9 +400,9 @@ def test_an_empty_folder_may_become_the_study_and_a_file_not(run: Callable[..., 
 
 
 def test_what_a_killed_run_left_is_removed_by_the_next(run: Callable[..., Done], tmp_path: Path) -> None:
-    left = tmp_path / f".study{PARTIAL}"
-    (left / "new" / IMAGES).mkdir(parents=True)
-    (left / "new" / IMAGES / "half.png").write_bytes(b"half")
+    folder = tmp_path / f".study{PARTIAL}"
+    (folder / "new" / IMAGES).mkdir(parents=True)
+    (folder / "new" / IMAGES / "half.png").write_bytes(b"half")
     assert run(*PLAIN, "-o", "study").code == 0
     assert {path.name for path in tmp_path.iterdir()} == {"in", "study"}
     assert "images/half.png" not in files(tmp_path / "study")

@@ -71,21 +71,21 @@ def test_the_standard_deviations_give_the_papers_p_values(
 
 def test_the_test_on_agreement_rejects_what_table_4_rejects() -> None:
     # One-tailed p: 0.0656, 0.0418, 0.413.
-    for (first, second), found in zip(PAIRS, (False, True, False), strict=True):
+    for (first, second), rejection in zip(PAIRS, (False, True, False), strict=True):
         counts = np.array([AGREED[first]]), np.array([AGREED[second]])
-        assert bool(REJECTS["t"](*counts, (ANSWERS[first], ANSWERS[second]))[0]) is found
+        assert bool(REJECTS["t"](*counts, (ANSWERS[first], ANSWERS[second]))[0]) is rejection
 
 
 def test_power_at_what_the_paper_saw_is_told_honestly() -> None:
-    seen = {(each.measure, each.test, each.between): each for each in study_power(40).seen}
-    agreement = seen["agreement", ONE_TAILED, ("none", "chroma")]
+    power = {(each.measure, each.test, each.between): each for each in study_power(40).seen}
+    agreement = power["agreement", ONE_TAILED, ("none", "chroma")]
     assert agreement.paper < 0.5
     assert agreement.needed is not None
     assert agreement.needed > 100
-    assert seen["ease", TWO_SIDED, ("none", "chroma-luma")].paper > 0.99
-    assert seen["time", TWO_SIDED, ("chroma", "chroma-luma")].needed is None
+    assert power["ease", TWO_SIDED, ("none", "chroma-luma")].paper > 0.99
+    assert power["time", TWO_SIDED, ("chroma", "chroma-luma")].needed is None
     # A result at p = 0.05 exactly has a power of about a half. Time none–chroma has p = 0.054.
-    assert seen["time", TWO_SIDED, ("none", "chroma")].paper == pytest.approx(0.49, abs=0.02)
+    assert power["time", TWO_SIDED, ("none", "chroma")].paper == pytest.approx(0.49, abs=0.02)
 
 
 # Against other implementations ----------------------------------------------------------------------------------------
@@ -111,8 +111,8 @@ def test_power_of_t_is_what_simulated_studies_find(
     first = rng.normal(0.0, sd, (STUDIES, answers[0]))
     second = rng.normal(abs(difference), sd, (STUDIES, answers[1]))
     side = "two-sided" if tails == 2 else "greater"
-    found = (stats.ttest_ind(second, first, axis=1, alternative=side).pvalue < 0.05).mean()
-    assert t_power(difference, sd, answers, tails=tails) == pytest.approx(found, abs=AWAY)
+    share = (stats.ttest_ind(second, first, axis=1, alternative=side).pvalue < 0.05).mean()
+    assert t_power(difference, sd, answers, tails=tails) == pytest.approx(share, abs=AWAY)
 
 
 @pytest.mark.parametrize(
@@ -123,8 +123,8 @@ def test_power_on_agreement_is_what_simulated_studies_find(
 ) -> None:
     rng = np.random.default_rng(18)
     agreed = [rng.random((STUDIES, of)) < share for share, of in zip(shares, answers, strict=True)]
-    found = (t_p(*agreed) < 0.05).mean()
-    assert agreement_power(shares, answers, test="t") == pytest.approx(found, abs=AWAY)
+    t_share = (t_p(*agreed) < 0.05).mean()
+    assert agreement_power(shares, answers, test="t") == pytest.approx(t_share, abs=AWAY)
     tables = np.stack([each.sum(axis=1) for each in agreed], axis=1)
     different, counts = np.unique(tables, axis=0, return_counts=True)
     p = [fisher_p(int(a), int(b), answers) for a, b in different]
@@ -160,8 +160,10 @@ def test_what_is_not_summed_does_not_matter() -> None:
     shares, answers = (0.7, 0.55), (300, 280)
     chances = [stats.binom.pmf(np.arange(of + 1), of, share) for share, of in zip(shares, answers, strict=True)]
     for test, rejects in REJECTS.items():
-        found = rejects(np.arange(301)[:, np.newaxis], np.arange(281)[np.newaxis, :], answers)
-        assert agreement_power(shares, answers, test=test) == pytest.approx(chances[0] @ found @ chances[1], abs=1e-12)
+        rejections = rejects(np.arange(301)[:, np.newaxis], np.arange(281)[np.newaxis, :], answers)
+        assert agreement_power(shares, answers, test=test) == pytest.approx(
+            chances[0] @ rejections @ chances[1], abs=1e-12
+        )
 
 
 # Numbers derived from power -------------------------------------------------------------------------------------------
@@ -169,11 +171,11 @@ def test_what_is_not_summed_does_not_matter() -> None:
 
 @pytest.mark.parametrize("answers", [10, 40, 250])
 def test_the_smallest_difference_has_just_the_power_that_was_asked_for(answers: int) -> None:
-    found = study_power(answers).detectable
-    assert [(each.measure, each.test) for each in found] == [
+    differences = study_power(answers).detectable
+    assert [(each.measure, each.test) for each in differences] == [
         (name, test) for name, both in TESTS.items() for test in both
     ]
-    for each in found:
+    for each in differences:
         base = each.base or 0.0
         if each.smallest is None:
             assert power_of(each.test, (base, 0.0), each.sd, (answers, answers)) < TARGET

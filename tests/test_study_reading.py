@@ -15,7 +15,7 @@ from lutgen.study.answer_file import AnswerRow, read_entries
 from lutgen.study.answers import read_answers, study_status
 from lutgen.study.protocol import read_protocol
 from lutgen.study.reading import PastError, begin_reading
-from tests.studies import Clock, make_study, read_on, said
+from tests.studies import Clock, decision, make_study, read_on
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -52,12 +52,12 @@ def test_practice_comes_first_then_the_images_in_the_protocols_order(study: Path
     protocol = read_protocol(study)
     with begin(study, 1, Clock()) as reading:
         files = [task.file for task in [*reading.practice, *reading.images]]
-        seen = []
+        order = []
         while (task := reading.task()) is not None:
-            seen.append(task.file)
-            assert task.practice == (len(seen) == 1)
+            order.append(task.file)
+            assert task.practice == (len(order) == 1)
             read_on(reading, 1)
-    assert seen == files
+    assert order == files
     assert files == [protocol.render("try-1", "none").file] + [
         protocol.render(trial.image, trial.condition).file for trial in protocol.session(1, 1)
     ]
@@ -179,10 +179,11 @@ def test_the_same_answer_again_changes_nothing_and_another_is_refused(study: Pat
     with begin(study, 1, Clock()) as reading:
         prepared(reading)
         before = entries(study)
-        reading.answer(1, said(1))
-        reading.answer(1, said(1), practice=True)
+        reading.answer(1, decision(1))
+        reading.answer(1, decision(1), practice=True)
         assert entries(study) == before
-        for other in (replace(said(1), ease=9), replace(said(1), seconds=1.0), replace(said(1), category="0")):
+        first = decision(1)
+        for other in (replace(first, ease=9), replace(first, seconds=1.0), replace(first, category="0")):
             with pytest.raises(PastError, match="image 1 was answered already, and otherwise"):
                 reading.answer(1, other)
         assert entries(study) == before
@@ -193,12 +194,12 @@ def test_no_image_is_left_out(study: Path, number: int) -> None:
     with begin(study, 1, Clock()) as reading:
         prepared(reading)
         with pytest.raises(PastError, match=f"image {number} is not the one"):
-            reading.answer(number, said(number))
+            reading.answer(number, decision(number))
 
 
 def test_an_image_that_was_not_shown_has_no_answer(study: Path) -> None:
     with begin(study, 1, Clock()) as reading, pytest.raises(PastError, match="not the one to be read now"):
-        reading.answer(1, said(1), practice=True)
+        reading.answer(1, decision(1), practice=True)
 
 
 @pytest.mark.parametrize(
@@ -217,7 +218,7 @@ def test_an_answer_outside_the_protocol_is_refused(study: Path, change: dict[str
     with begin(study, 1, Clock()) as reading:
         prepared(reading)
         with pytest.raises(LutgenError, match=error):
-            reading.answer(2, replace(said(2), **change))
+            reading.answer(2, replace(decision(2), **change))
         assert reading.read == 1
 
 

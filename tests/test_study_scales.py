@@ -18,13 +18,13 @@ pytestmark = pytest.mark.numbers
 
 
 def test_the_papers_diagnoses_are_given_by_their_own_digits() -> None:
-    found = [(each.name, each.key, each.positive) for each in categories_of(PAPER_NEGATIVE, PAPER_POSITIVE)]
-    assert found == [("0", "0", False), ("1+", "1", False), ("2+", "2", True), ("3+", "3", True)]
+    categories = [(each.name, each.key, each.positive) for each in categories_of(PAPER_NEGATIVE, PAPER_POSITIVE)]
+    assert categories == [("0", "0", False), ("1+", "1", False), ("2+", "2", True), ("3+", "3", True)]
 
 
 def test_other_diagnoses_are_numbered() -> None:
-    found = categories_of("benign, atypical", "in situ,invasive")
-    assert [(each.name, each.key) for each in found] == [
+    categories = categories_of("benign, atypical", "in situ,invasive")
+    assert [(each.name, each.key) for each in categories] == [
         ("benign", "1"), ("atypical", "2"), ("in situ", "3"), ("invasive", "4"),
     ]  # fmt: skip
 
@@ -40,7 +40,7 @@ def test_the_commands_defaults_are_the_papers() -> None:
 
 
 @pytest.mark.parametrize(
-    ("negative", "positive", "said"),
+    ("negative", "positive", "message"),
     [
         ("", "1", "diagnosis ''"),
         ("0,,1", "2", "diagnosis ''"),
@@ -50,8 +50,8 @@ def test_the_commands_defaults_are_the_papers() -> None:
         ("0,1,2,3,4", "5,6,7,8,9", "10 diagnoses, and 9 keys"),
     ],
 )
-def test_diagnoses_that_cannot_be_asked_for_are_refused(negative: str, positive: str, said: str) -> None:
-    with pytest.raises(LutgenError, match=said):
+def test_diagnoses_that_cannot_be_asked_for_are_refused(negative: str, positive: str, message: str) -> None:
+    with pytest.raises(LutgenError, match=message):
         categories_of(negative, positive)
 
 

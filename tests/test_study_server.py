@@ -22,7 +22,7 @@ from lutgen.study.reading import begin_reading
 from lutgen.study.server import LEASE, Conversation, serving
 from tests.command import Done, in_process
 from tests.schemas import validator
-from tests.studies import Clock, make_study, read_on, said
+from tests.studies import Clock, decision, make_study, read_on
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -99,7 +99,7 @@ def served(study: Path) -> Iterator[Desk]:
 
 
 def answer(number: int, *, practice: bool = False, **change: Any) -> dict[str, Any]:
-    return {"number": number, "practice": practice, **vars(said(number)), **change}
+    return {"number": number, "practice": practice, **vars(decision(number)), **change}
 
 
 def test_only_the_loopback_address_is_served(served: Desk) -> None:
@@ -259,17 +259,17 @@ def test_nothing_that_tells_leaves_the_server(study: Path) -> None:
         for path in ("", "page.js", "page.css", "image.js", "screen.js", "colours.png"):
             served.request("GET", served.path + path)
         served.ask("claim")
-        while not (given := served.ask("next")[1])["done"]:
-            served.picture(given["picture"])
-            served.ask("answer", **answer(given["number"], practice=given["practice"]))
+        while not (task := served.ask("next")[1])["done"]:
+            served.picture(task["picture"])
+            served.ask("answer", **answer(task["number"], practice=task["practice"]))
         served.ask("leave")
-        told = b"\n".join(served.replies)
+        replies = b"\n".join(served.replies)
     protocol = served.reading.protocol
     names = [protocol.title, "Professor", *(image.name for image in protocol.images + protocol.practice)]
     names += [condition.name for condition in protocol.conditions if condition.name != "none"]
     names += [render.file.split("/")[1] for render in protocol.renders] + [image.sha256 for image in protocol.images]
-    assert [name for name in names if name.encode() in told] == []
-    assert len(told) > 10_000
+    assert [name for name in names if name.encode() in replies] == []
+    assert len(replies) > 10_000
     assert len(read_answers(study)) == 8
 
 
@@ -311,8 +311,8 @@ def test_an_answer_whose_reply_was_lost_is_not_doubled_and_another_is_refused(se
     assert served.ask("answer", **answer(1))[0] == 200
     status, content = served.ask("answer", **answer(1, ease=9))
     assert (status, content["why"]) == (409, "past")
-    (kept,) = read_answers(served.reading.study)
-    assert kept.ease == said(1).ease
+    (row,) = read_answers(served.reading.study)
+    assert row.ease == decision(1).ease
 
 
 def test_on_a_full_disk_an_answer_is_refused_until_there_is_room(served: Desk) -> None:
@@ -388,8 +388,8 @@ def test_a_server_that_is_killed_between_answers_loses_none(study: Path) -> None
             client = Client(address)
             assert client.ask("claim")[1]["read"] == read
             for _ in range(2):
-                given = client.ask("next")[1]
-                assert client.ask("answer", **answer(given["number"], practice=given["practice"]))[0] == 200
+                task = client.ask("next")[1]
+                assert client.ask("answer", **answer(task["number"], practice=task["practice"]))[0] == 200
             client.ask("next")
             os.kill(process.pid, signal.SIGKILL)
     assert [each.position for each in read_answers(study)] == [1, 2, 3]

@@ -107,10 +107,10 @@ def test_answers_do_not_depend_on_the_order_and_are_the_same_again() -> None:
 
 def test_answers_are_on_the_study_s_scale_and_in_its_categories() -> None:
     reader = SimulatedReader(ease=(0, 4), categories=(Category("benign", "b", positive=False),))
-    given = simulate(paper_trials(1), {}, reader)
-    assert {answer.ease for answer in given} <= set(range(5))
-    assert max(answer.ease for answer in given) == 4
-    assert {(answer.category, answer.positive) for answer in given} == {("benign", False)}
+    answers = simulate(paper_trials(1), {}, reader)
+    assert {answer.ease for answer in answers} <= set(range(5))
+    assert max(answer.ease for answer in answers) == 4
+    assert {(answer.category, answer.positive) for answer in answers} == {("benign", False)}
 
 
 def test_the_paper_s_design_is_that_of_its_section_2_3() -> None:
@@ -129,8 +129,8 @@ def test_a_reader_not_disturbed_reads_as_un_aged_and_one_who_sees_nothing_guesse
     reader = SimulatedReader()
     assert reader.disturbance(0.0) == 0
     assert reader.disturbance(1e6) == 1
-    kept = reader.readings(1e6, np.zeros(50_000), np.random.default_rng(1)).kept
-    assert np.mean(kept) == pytest.approx(0.5, abs=0.01)
+    answers = reader.readings(1e6, np.zeros(50_000), np.random.default_rng(1)).kept
+    assert np.mean(answers) == pytest.approx(0.5, abs=0.01)
 
 
 @pytest.mark.parametrize("difference", [-0.1, float("nan"), float("inf")])
@@ -153,8 +153,8 @@ def null_studies(seed: int, *, readers: int = 1, crossed: bool = False) -> dict[
     reader = SimulatedReader()
     first = reader.readings(0.0, np.broadcast_to(reread, (STUDIES, 3, readers, 40)), random)
     again = reader.readings(0.0, reread, random)
-    found = {"time": first.seconds, "ease": first.ease, "agreement": (first.kept == again.kept).astype(float)}
-    return {what: values.reshape(STUDIES, 3, -1) for what, values in found.items()}
+    measures = {"time": first.seconds, "ease": first.ease, "agreement": (first.kept == again.kept).astype(float)}
+    return {what: values.reshape(STUDIES, 3, -1) for what, values in measures.items()}
 
 
 def reports(values: Array, *, one_tailed: bool) -> list[int]:
@@ -167,8 +167,8 @@ def reports(values: Array, *, one_tailed: bool) -> list[int]:
 
 @pytest.mark.parametrize("what", ["time", "ease", "agreement"])
 def test_in_the_paper_s_design_its_tests_find_nothing_where_nothing_is(what: str) -> None:
-    found = null_studies(1)[what]
-    for number in reports(found, one_tailed=what == "agreement"):
+    studies = null_studies(1)[what]
+    for number in reports(studies, one_tailed=what == "agreement"):
         assert LEAST <= number <= MOST
 
 
@@ -187,15 +187,15 @@ def test_the_f_test_beside_table_4_is_no_test_of_agreement() -> None:
 
 def test_several_readers_of_the_same_images_make_the_paper_s_test_of_time_find_what_is_not_there() -> None:
     """Three readers share each image and its difficulty: about 14 % of studies report a difference in time."""
-    found = null_studies(1, readers=3)
-    assert min(reports(found["time"], one_tailed=False)) > 2 * 0.05 * STUDIES
+    studies = null_studies(1, readers=3)
+    assert min(reports(studies["time"], one_tailed=False)) > 2 * 0.05 * STUDIES
 
 
 def test_the_same_images_under_every_condition_make_the_paper_s_tests_miss_more() -> None:
     """Differences between images cancel, but an unpaired test ignores the pairs: about 1 % of studies report time."""
-    found = null_studies(1, crossed=True)
-    assert max(reports(found["time"], one_tailed=False)) < LEAST
-    assert max(reports(found["agreement"], one_tailed=True)) < LEAST
+    studies = null_studies(1, crossed=True)
+    assert max(reports(studies["time"], one_tailed=False)) < LEAST
+    assert max(reports(studies["agreement"], one_tailed=True)) < LEAST
 
 
 @pytest.mark.slow
@@ -212,9 +212,9 @@ def test_the_mixed_model_holds_its_level_where_the_paper_s_test_does_not() -> No
             for reader in (1, 2, 3)
             for trial in paper_trials(seed, per_condition=12)
         ]
-        given = simulate(trials, {}, SimulatedReader(seed=seed, pace=0.0))
-        test = table_2(samples(CONDITIONS, given)).tests[0]
-        model = mixed_models(CONDITIONS, given, pairs(given))[0]
+        answers = simulate(trials, {}, SimulatedReader(seed=seed, pace=0.0))
+        test = table_2(samples(CONDITIONS, answers)).tests[0]
+        model = mixed_models(CONDITIONS, answers, pairs(answers))[0]
         assert (test.measure, test.second) == (model.measure, model.effects[0].condition) == ("time", "chroma")
         by_t_test += test.p < 0.05
         by_model += model.effects[0].p < 0.05
@@ -254,23 +254,23 @@ def test_the_power_of_the_paper_s_design_is_high_for_ease_and_low_for_agreement(
         first = reader.readings(PAPER_DIFFERENCES[name], images, random)
         again = reader.readings(0.0, images, random)
         read[name] = {"time": first.seconds, "ease": first.ease, "agreement": (first.kept == again.kept).astype(float)}
-    found = {
+    counts = {
         what: reports(np.stack([each[what] for each in read.values()], axis=1), one_tailed=what == "agreement")[0]
         for what in read["none"]
     }
-    power = {what: number / STUDIES for what, number in found.items()}
+    power = {what: number / STUDIES for what, number in counts.items()}
     assert power["ease"] > 0.99
     assert 0.5 < power["time"] < 0.8
     assert 0.4 < power["agreement"] < 0.7
 
 
 def test_a_whole_study_with_planted_effects_is_analysed_as_planted() -> None:
-    found = analyse_answers(study(11))
-    means = {(mean.measure, mean.condition): mean.mean for mean in found.table2.means}
+    analysis = analyse_answers(study(11))
+    means = {(mean.measure, mean.condition): mean.mean for mean in analysis.table2.means}
     assert means["ease", "none"] > means["ease", "chroma"]
     assert means["time", "none"] < means["time", "chroma-luma"]
-    assert [row.agreed + row.disagreed for row in found.table3] == [40, 40, 40]
-    assert next(test for test in found.holm if (test.measure, test.second) == ("ease", "chroma-luma")).p_holm < 1e-4
+    assert [row.agreed + row.disagreed for row in analysis.table3] == [40, 40, 40]
+    assert next(test for test in analysis.holm if (test.measure, test.second) == ("ease", "chroma-luma")).p_holm < 1e-4
 
 
 # ΔE at nuclei ---------------------------------------------------------------------------------------------------------
@@ -287,8 +287,8 @@ def test_the_difference_is_that_of_the_pixels_of_nuclei(tmp_path: Path) -> None:
             check_contrast=False,
         )
     expected = float(delta_e_2000(*(linear_to_lab(code_to_linear(np.array(ink) / 255)) for ink in (before, after))))
-    found = nuclear_difference(tmp_path / "unaged.png", {"chroma": tmp_path / "aged.png"})
-    assert found["chroma"] == pytest.approx(expected, rel=1e-6)
+    difference = nuclear_difference(tmp_path / "unaged.png", {"chroma": tmp_path / "aged.png"})
+    assert difference["chroma"] == pytest.approx(expected, rel=1e-6)
     imsave(tmp_path / "small.png", np.zeros((8, 8, 3), np.uint8) + np.arange(8, dtype=np.uint8)[:, None, None],
            check_contrast=False)  # fmt: skip
     with pytest.raises(LutgenError, match="another size"):
@@ -309,8 +309,8 @@ def test_a_study_is_measured_image_by_image(tmp_path: Path) -> None:
     never = replace(protocol, renders=tuple(each for each in protocol.renders if each.condition != "none"))
     with pytest.raises(LutgenError, match="case-002: is not shown un-aged"):
         measured_differences(tmp_path, never)
-    seen: list[tuple[int, int]] = []
-    found = measured_differences(tmp_path, protocol, lambda done, total: seen.append((done, total)))
-    assert set(found) == {("case-002", "chroma@18000"), ("case-004", "chroma@18000")}
-    assert min(found.values()) > 3
-    assert seen == [(1, 4), (2, 4), (3, 4), (4, 4)]
+    calls: list[tuple[int, int]] = []
+    differences = measured_differences(tmp_path, protocol, lambda done, total: calls.append((done, total)))
+    assert set(differences) == {("case-002", "chroma@18000"), ("case-004", "chroma@18000")}
+    assert min(differences.values()) > 3
+    assert calls == [(1, 4), (2, 4), (3, 4), (4, 4)]

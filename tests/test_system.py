@@ -32,8 +32,8 @@ def test_a_step_is_the_least_of_the_damped_squares_within_its_bounds(box: str, d
         rng = np.random.default_rng([seed, 21])
         # Columns of very different sizes, like the columns of parameters.
         A, z = rng.standard_normal((9, 4)) * (1.0, 30.0, 0.2, 5.0), rng.standard_normal(9)
-        found = bounded(A, z, low, high, damping)
-        step = found.parameters
+        change = bounded(A, z, low, high, damping)
+        step = change.parameters
         assert (step >= low).all()
         assert (step <= high).all()
         # Marquardt's damping weighs each unknown by the sum of its column's squares.
@@ -42,7 +42,7 @@ def test_a_step_is_the_least_of_the_damped_squares_within_its_bounds(box: str, d
         np.testing.assert_allclose(slope[inside], 0.0, atol=1e-6)
         assert (slope[(step == low) & (low < high)] > -1e-6).all()
         assert (slope[(step == high) & (low < high)] < 1e-6).all()
-        assert found.chi2 == pytest.approx(((z - A @ step) ** 2).sum())
+        assert change.chi2 == pytest.approx(((z - A @ step) ** 2).sum())
 
 
 def test_unknowns_that_only_trade_off_stay_small() -> None:

@@ -64,16 +64,16 @@ def faded(tmp_path_factory: pytest.TempPathFactory) -> Trend:
 @pytest.mark.parametrize("life_days", mostly_slow([3000.0, 6000.0], 3000.0))
 def test_the_time_of_a_limit_is_that_of_the_known_decay(life_days: float, faded: Trend, tmp_path: Path) -> None:
     if life_days == 3000.0:
-        found = faded.passings[0]
+        passing = faded.passings[0]
     else:
-        (found,) = trend(fading(tmp_path, life_days), [parse_limit("white>=55%")]).passings
+        (passing,) = trend(fading(tmp_path, life_days), [parse_limit("white>=55%")]).passings
     truth = -life_days * np.log(0.55)
-    assert found.status == "ahead"
-    assert found.extrapolated
-    assert found.time == pytest.approx(truth, rel=0.12)
-    assert found.low is not None
-    assert found.low <= truth
-    assert found.high is None or found.high >= truth
+    assert passing.status == "ahead"
+    assert passing.extrapolated
+    assert passing.time == pytest.approx(truth, rel=0.12)
+    assert passing.low is not None
+    assert passing.low <= truth
+    assert passing.high is None or passing.high >= truth
 
 
 @pytest.mark.parametrize(("name", "truth"), [
@@ -84,10 +84,10 @@ def test_the_time_of_a_limit_is_that_of_the_known_decay(life_days: float, faded:
 def test_the_law_that_made_a_history_has_the_largest_weight(name: str, truth: object) -> None:
     assert callable(truth)
     time = np.linspace(0.0, 1.0, 12)
-    found = decay_of(time, truth(time), np.full(12, 0.01), time, draws=300, seed=[1])
-    assert next(iter(found.weights)) == name
-    assert sum(found.weights.values()) == pytest.approx(1.0)
-    np.testing.assert_allclose(np.median(found.curves, axis=0), truth(time), atol=0.02)
+    decay = decay_of(time, truth(time), np.full(12, 0.01), time, draws=300, seed=[1])
+    assert next(iter(decay.weights)) == name
+    assert sum(decay.weights.values()) == pytest.approx(1.0)
+    np.testing.assert_allclose(np.median(decay.curves, axis=0), truth(time), atol=0.02)
 
 
 def test_weights_are_the_integrals_that_they_stand_for() -> None:
@@ -108,15 +108,15 @@ def test_weights_are_the_integrals_that_they_stand_for() -> None:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr("lutgen.history.decay.LAWS", tuple(laws))
         patch.setattr("lutgen.history.decay._SCATTER", (np.geomspace(0.999, 1.001, 3), 1.0, 0.4))
-        found = decay_of(time, figures, np.full(5, sigma), time, draws=10, seed=[1]).weights
-    assert found["linear"] / found["constant"] == pytest.approx(two / one, rel=0.02)
+        weights = decay_of(time, figures, np.full(5, sigma), time, draws=10, seed=[1]).weights
+    assert weights["linear"] / weights["constant"] == pytest.approx(two / one, rel=0.02)
 
 
 def test_light_that_falls_by_a_quarter_is_not_constant_in_few_sessions() -> None:
     time = np.array([0.0, 0.4, 1.0])
-    found = decay_of(time, np.array([200.0, 181.0, 154.0]), np.array([2.0, 1.8, 1.5]), time, draws=50, seed=[1])
-    assert next(iter(found.weights)) != "constant"
-    assert found.weights["constant"] < 0.05
+    decay = decay_of(time, np.array([200.0, 181.0, 154.0]), np.array([2.0, 1.8, 1.5]), time, draws=50, seed=[1])
+    assert next(iter(decay.weights)) != "constant"
+    assert decay.weights["constant"] < 0.05
 
 
 @pytest.mark.parametrize("name", trend_coverage.truths(np.random.default_rng(0)))
@@ -136,8 +136,8 @@ def test_an_interval_is_the_shortest_that_holds_its_share() -> None:
 
 
 def test_three_sessions_promise_no_time(tmp_path: Path) -> None:
-    found = trend(fading(tmp_path, 3000.0, days=[0, 500, 1000]), [parse_limit("white>=55%")])
-    assert found.passings[0].status == "cannot-tell"
+    course = trend(fading(tmp_path, 3000.0, days=[0, 500, 1000]), [parse_limit("white>=55%")])
+    assert course.passings[0].status == "cannot-tell"
     assert (FEWEST, ENOUGH) == (4, 8)
 
 
@@ -167,14 +167,14 @@ def test_greys_are_held_against_the_grayscale_function(gamma: float | None, conf
     light = luminance_of(ends[0] + code * (ends[1] - ends[0])) if gamma is None else 0.5 + 299.5 * code**gamma
     rows = "\n".join(f"{c:.8f},{c:.8f},{c:.8f},{y:.6f},{y:.6f},{y:.6f}" for c, y in zip(code, light, strict=True))
     (tmp_path / "greys.csv").write_text(f"# drive: 0..1\nR,G,B,X_cdm2,Y_cdm2,Z_cdm2\n{rows}\n")
-    found = contrast_response(read_session(tmp_path / "greys.csv"))
-    assert found is not None
-    assert (found.worst < 0.02) == conforms
+    response = contrast_response(read_session(tmp_path / "greys.csv"))
+    assert response is not None
+    assert (response.worst < 0.02) == conforms
     if not conforms:
-        assert found.worst > 0.2
+        assert response.worst > 0.2
     lit = contrast_response(read_session(tmp_path / "greys.csv"), ambient_cd_m2=1.0)
     assert lit is not None
-    assert lit.worst != found.worst
+    assert lit.worst != response.worst
 
 
 def test_a_limit_passed_is_passed_at_the_session_that_shows_it(faded: Trend) -> None:
@@ -187,16 +187,16 @@ def test_a_limit_passed_is_passed_at_the_session_that_shows_it(faded: Trend) -> 
 def one_of_three_used(folder: Path) -> Trend:
     """Return the trend of a dim display whose settings changed twice: only the reference is used."""
     states = [State(brightness=size) for size in (1.0, 0.5, 3.0)]
-    found = trend(read_campaign(write(folder, life(states), [0, 30, 700])), [parse_limit("white>=400"), *LIMITS])
-    assert found.kept.tolist() == [True, False, False]
-    return found
+    course = trend(read_campaign(write(folder, life(states), [0, 30, 700])), [parse_limit("white>=400"), *LIMITS])
+    assert course.kept.tolist() == [True, False, False]
+    return course
 
 
 def test_a_headline_says_which_sessions_it_is_based_on(tmp_path: Path) -> None:
-    found = one_of_three_used(tmp_path)
+    course = one_of_three_used(tmp_path)
     # The session of day 700, which is left out, keeps the limit.
-    assert found.history.values["white"][2] > 400
-    assert "white was below its 400 cd/m² limit in the only session used, day 0" in trend_headline(found)
+    assert course.history.values["white"][2] > 400
+    assert "white was below its 400 cd/m² limit in the only session used, day 0" in trend_headline(course)
     campaign = fading(tmp_path, 3000.0, days=[0, 400, 800, 1200], brightness=3.0)
     bright = trend(campaign, [parse_limit("white>=80%"), parse_limit("white>=400")])
     assert bright.kept.tolist() == [True, True, True, False]
@@ -211,20 +211,20 @@ def brightened(folder: Path, sizes: list[float], limits: list[str]) -> Trend:
     return trend(campaign, [parse_limit(each) for each in limits], all_sessions=True)
 
 
-def when_of(found: Trend) -> list[str]:
+def when_of(course: Trend) -> list[str]:
     """Return the last column of the table of limits."""
-    (table,) = (each for each in trend_page(found) if isinstance(each, Table) and "when" in each.headings)
+    (table,) = (each for each in trend_page(course) if isinstance(each, Table) and "when" in each.headings)
     return [row[-1] for row in table.rows]
 
 
 def test_a_limit_that_the_last_session_keeps_is_not_passed_now(tmp_path: Path) -> None:
     white = history(read_campaign(write(tmp_path, life([State()]), [0]))).values["white"][0]
     limit = f"white>={0.8 * white:.4g}"
-    found = brightened(tmp_path, [0.5, 0.9, 1.0], [limit, "contrast>=10"])
+    course = brightened(tmp_path, [0.5, 0.9, 1.0], [limit, "contrast>=10"])
     now = f"{white:.0f} cd/m²"
-    assert (found.passings[0].status, found.passings[0].low, found.passings[0].time) == ("returned", 0.0, 0.0)
-    assert f"white was below its {limit[7:]} cd/m² limit at day 0 and is above it now, {now}" in trend_headline(found)
-    assert when_of(found)[0] == f"below at day 0, above it now, {now}"
+    assert (course.passings[0].status, course.passings[0].low, course.passings[0].time) == ("returned", 0.0, 0.0)
+    assert f"white was below its {limit[7:]} cd/m² limit at day 0 and is above it now, {now}" in trend_headline(course)
+    assert when_of(course)[0] == f"below at day 0, above it now, {now}"
     often = brightened(tmp_path, [0.5, 1.0, 0.5, 1.0], [limit])
     assert (often.passings[0].status, often.passings[0].low, often.passings[0].time) == ("returned", 0.0, 730.0)
     last = f"{often.history.values['white'][-1]:.0f} cd/m²"
@@ -249,13 +249,13 @@ def test_the_reference_is_the_session_from_which_most_differ_by_nothing_but_age(
     """A display that was dimmed in its first session: the other sessions agree."""
     states = [State(brightness=0.2), *(State(aged=np.full(3, share)) for share in (1.0, 0.97, 0.94))]
     campaign = read_campaign(write(tmp_path, life(states), [0, 1, 400, 800]))
-    found = trend(campaign, [parse_limit("white>=99%"), parse_limit("white-shift<=0.01")])
-    assert (found.reference, found.kept.tolist()) == (1, [False, True, True, True])
+    course = trend(campaign, [parse_limit("white>=99%"), parse_limit("white-shift<=0.01")])
+    assert (course.reference, course.kept.tolist()) == (1, [False, True, True, True])
     # A share, and a shift of colour, begin at the first session used.
-    assert found.passings[0].bound == pytest.approx(0.99 * found.history.values["white"][1])
-    assert found.history.values["white-shift"][1] == 0
-    assert any(str(each).startswith("Compared with 1.txt: --reference FILE") for each in trend_page(found))
-    assert trend_as_json(found)["reference"].endswith("1.txt")
+    assert course.passings[0].bound == pytest.approx(0.99 * course.history.values["white"][1])
+    assert course.history.values["white-shift"][1] == 0
+    assert any(str(each).startswith("Compared with 1.txt: --reference FILE") for each in trend_page(course))
+    assert trend_as_json(course)["reference"].endswith("1.txt")
     chosen = trend(campaign, LIMITS, reference="0.txt")
     assert (chosen.reference, chosen.kept.tolist()) == (0, [True, False, False, False])
 
@@ -271,8 +271,8 @@ def test_a_headline_without_two_sessions_begins_with_that(tmp_path: Path) -> Non
 
 
 def test_a_real_session_that_was_dimmed_is_no_reference() -> None:
-    found = trend(read_campaign(*sorted((real_data() / "real" / "jamesits").glob("ThinkPad_X61*"))), [])
-    assert found.kept.tolist() == [False, True, True, True]
+    course = trend(read_campaign(*sorted((real_data() / "real" / "jamesits").glob("ThinkPad_X61*"))), [])
+    assert course.kept.tolist() == [False, True, True, True]
 
 
 @pytest.fixture
@@ -284,9 +284,9 @@ def panels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[Trend],
     def kept(*_: object, **__: object) -> Iterator[tuple[Figure, float, float]]:
         yield figure, 0.03, 0.93
 
-    def drawn(found: Trend) -> dict[str, Axes]:
+    def drawn(course: Trend) -> dict[str, Axes]:
         monkeypatch.setattr("lutgen.report.trend_plot.picture", kept)
-        plot_trend(found, tmp_path / "trend.png")
+        plot_trend(course, tmp_path / "trend.png")
         figure.canvas.draw()
         return {each.get_title(loc="left"): each for each in figure.axes}
 
@@ -296,22 +296,22 @@ def panels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[Trend],
 def test_a_picture_has_no_negative_axes_and_no_left_out_curves(
     tmp_path: Path, panels: Callable[[Trend], dict[str, Axes]]
 ) -> None:
-    found = panels(one_of_three_used(tmp_path))
-    response = found.pop("contrast response of greys against DICOM's")
-    assert all(each.get_ylim()[0] >= 0 for each in found.values())
+    course = panels(one_of_three_used(tmp_path))
+    response = course.pop("contrast response of greys against DICOM's")
+    assert all(each.get_ylim()[0] >= 0 for each in course.values())
     assert [each.get_label() for each in response.lines] == ["0 days"]
     legend = response.get_legend()
     assert legend is not None
     assert [each.get_text() for each in legend.get_texts()] == ["±20 %", "±10 %", "0 days"]
-    gsdf = found[QUANTITIES["gsdf"]]
+    gsdf = course[QUANTITIES["gsdf"]]
     assert all(each.get_text().endswith(" %") for each in gsdf.get_yticklabels())
 
 
 def test_the_label_of_a_limit_covers_no_session(tmp_path: Path, panels: Callable[[Trend], dict[str, Axes]]) -> None:
-    seen = fading(tmp_path, 3000.0)
+    course = fading(tmp_path, 3000.0)
     # The line lies closely below the first session.
-    white = history(seen).values["white"][0]
-    axes = panels(trend(seen, [parse_limit(f"white>={0.98 * white:.4g}")]))[QUANTITIES["white"]]
+    white = history(course).values["white"][0]
+    axes = panels(trend(course, [parse_limit(f"white>={0.98 * white:.4g}")]))[QUANTITIES["white"]]
     (label,) = (each for each in axes.texts if each.get_text().startswith("white>="))
     box = label.get_window_extent()
     places = axes.transData.transform(np.vstack([np.asarray(line.get_xydata()) for line in axes.lines[:4]]))
@@ -319,19 +319,19 @@ def test_the_label_of_a_limit_covers_no_session(tmp_path: Path, panels: Callable
 
 
 def test_too_few_sessions_promise_nothing(tmp_path: Path) -> None:
-    found = trend(fading(tmp_path, 3000.0, days=[0, 250]), [parse_limit("white>=50%")])
-    assert found.passings[0].status == "cannot-tell"
-    assert trend_headline(found).endswith("when one will be cannot be told from these sessions.")
+    course = trend(fading(tmp_path, 3000.0, days=[0, 250]), [parse_limit("white>=50%")])
+    assert course.passings[0].status == "cannot-tell"
+    assert trend_headline(course).endswith("when one will be cannot be told from these sessions.")
 
 
 def test_fewer_sessions_than_a_time_needs_are_dots_without_laws(
     tmp_path: Path, panels: Callable[[Trend], dict[str, Axes]]
 ) -> None:
-    found = trend(fading(tmp_path, 3000.0, days=[0, 250, 500]), [])
-    assert not any("likeliest law" in each.headings for each in trend_page(found) if isinstance(each, Table))
-    assert "3 sessions: a time cannot be told from fewer than 4." in [*trend_page(found)]
-    assert {course["law"] for course in trend_as_json(found)["courses"].values()} == {None}
-    white = panels(found)[QUANTITIES["white"]]
+    limits = trend(fading(tmp_path, 3000.0, days=[0, 250, 500]), [])
+    assert not any("likeliest law" in each.headings for each in trend_page(limits) if isinstance(each, Table))
+    assert "3 sessions: a time cannot be told from fewer than 4." in [*trend_page(limits)]
+    assert {course["law"] for course in trend_as_json(limits)["courses"].values()} == {None}
+    white = panels(limits)[QUANTITIES["white"]]
     assert not white.collections
     # Dots and crosses.
     assert {line.get_linestyle() for line in white.lines} == {"None"}
@@ -341,8 +341,8 @@ def test_two_sessions_of_one_day_are_one_curve_of_contrast_response(
     tmp_path: Path, panels: Callable[[Trend], dict[str, Axes]]
 ) -> None:
     texts = life([State(brightness=0.3), State(), State()])
-    found = panels(trend(read_campaign(write(tmp_path, texts, [0, 30, 30])), []))
-    response = found["contrast response of greys against DICOM's"]
+    course = panels(trend(read_campaign(write(tmp_path, texts, [0, 30, 30])), []))
+    response = course["contrast response of greys against DICOM's"]
     assert [each.get_label() for each in response.lines] == ["30 days"]
 
 
@@ -353,13 +353,15 @@ def named(names: list[str], *, display: str) -> Trend:
     ]
     campaign = SimpleNamespace(display=display, file="a.ti3 and b.ti3", entries=sessions)
     places = tuple(range(len(names)))
-    seen = SimpleNamespace(campaign=campaign, places=places, time=np.arange(float(len(names))), unit="days", values={})
-    used = SimpleNamespace(history=seen, kept=np.array([False, *(True for _ in names[1:])]), left_out={0: None})
+    history = SimpleNamespace(
+        campaign=campaign, places=places, time=np.arange(float(len(names))), unit="days", values={}
+    )
+    used = SimpleNamespace(history=history, kept=np.array([False, *(True for _ in names[1:])]), left_out={0: None})
     return cast("Trend", SimpleNamespace(**vars(used), passings=(), why={0: "brightness"}))
 
 
 @pytest.mark.parametrize(
-    ("names", "display", "said"),
+    ("names", "display", "message"),
     [
         (["A", "B", "B"], "A", "B: "),
         (["A", "A", "B"], "A", "A and B: "),
@@ -368,8 +370,8 @@ def named(names: list[str], *, display: str) -> Trend:
         (["", "", ""], "", "a.ti3 and b.ti3: "),
     ],
 )
-def test_a_headline_names_the_display_of_the_sessions_used(names: list[str], display: str, said: str) -> None:
-    assert trend_headline(named(names, display=display)).startswith(said)
+def test_a_headline_names_the_display_of_the_sessions_used(names: list[str], display: str, message: str) -> None:
+    assert trend_headline(named(names, display=display)).startswith(message)
 
 
 def test_files_that_name_different_displays_are_said_so(tmp_path: Path) -> None:
@@ -386,9 +388,9 @@ def test_files_that_name_different_displays_are_said_so(tmp_path: Path) -> None:
 
 
 def test_one_session_that_is_left_has_no_table_of_laws(tmp_path: Path) -> None:
-    found = trend(read_campaign(write(tmp_path, life([State(), State(brightness=0.5)]), [0, 30])), [])
-    assert int(found.kept.sum()) == 1
-    parts = [*trend_page(found)]
+    course = trend(read_campaign(write(tmp_path, life([State(), State(brightness=0.5)]), [0, 30])), [])
+    assert int(course.kept.sum()) == 1
+    parts = [*trend_page(course)]
     assert "1 session: a time cannot be told from fewer than 4." in parts
     assert not any("likeliest law" in each.headings for each in parts if isinstance(each, Table))
 
@@ -396,9 +398,9 @@ def test_one_session_that_is_left_has_no_table_of_laws(tmp_path: Path) -> None:
 def test_a_session_of_another_setting_is_left_out_unless_asked_for(tmp_path: Path) -> None:
     campaign = fading(tmp_path, 6000.0, brightness=1.5)
     limit = [parse_limit("white>=10")]
-    found = trend(campaign, limit)
-    assert found.why == {5: "brightness"}
-    assert found.kept.tolist() == [True] * 5 + [False]
+    course = trend(campaign, limit)
+    assert course.why == {5: "brightness"}
+    assert course.kept.tolist() == [True] * 5 + [False]
     assert trend(campaign, limit, all_sessions=True).kept.all()
 
 
@@ -419,12 +421,12 @@ def test_limits_are_read_as_they_are_written() -> None:
     assert parse_limit("gsdf<=10%") == Limit("gsdf", 0.1, "user", above=False)
     assert parse_limit("non-uniformity<=30%").text == "non-uniformity<=30%"
     assert {*LIMIT_SETS} == {*SETS}
-    for text, said in (
+    for text, message in (
         ("white", "write a quantity"),
         ("red>=3", "Pick one of: white"),
         ("white>=0", "no number"),
     ):
-        with pytest.raises(LutgenError, match=said):
+        with pytest.raises(LutgenError, match=message):
             parse_limit(text)
     with pytest.raises(LutgenError, match="Pick one of"):
         limits_of("none")

@@ -35,7 +35,7 @@ class Case:
     verdict: str
     effects: tuple[str, ...] = ()
     hidden: tuple[tuple[str, str, float], ...] = ()
-    said: str = ""
+    sentence: str = ""
     campaign: tuple[tuple[str, Any], ...] = ()
     baseline: str = "colour-points"
 
@@ -50,13 +50,13 @@ class Case:
 FULL = (("design", "full"),)
 
 CASES = {
-    "a healthy display": Case("consistent", said="Nothing is above the noise"),
+    "a healthy display": Case("consistent", sentence="Nothing is above the noise"),
     "a healthy display, read in every way": Case("consistent", campaign=FULL),
     "a display that ages as tips absorb": Case("consistent", campaign=(("ageing", 2.0),)),
     "a leak where only tips were read": Case(
         "consistent",
         hidden=(("crosstalk", "same", 5.0),),
-        said="Nothing was compared",
+        sentence="Nothing was compared",
         campaign=(("design", "tips"),),
     ),
     "cross-coupled channels": Case("named", ("crosstalk",), (("crosstalk", "same", 4.0),), "crosstalk is missing"),
@@ -103,7 +103,7 @@ CASES = {
 
 
 @cache
-def diagnosis(name: str) -> Diagnosis:
+def diagnosed(name: str) -> Diagnosis:
     return diagnose(CASES[name].measured(), baseline=CASES[name].baseline)
 
 
@@ -118,33 +118,33 @@ QUICK = (
 
 @pytest.mark.parametrize("name", mostly_slow(CASES, *QUICK))
 def test_the_verdict_is_what_the_evidence_allows(name: str) -> None:
-    case, verdict = CASES[name], diagnosis(name).verdict
+    case, verdict = CASES[name], diagnosed(name).verdict
     assert verdict.name == case.verdict, verdict.sentence
     assert tuple(sorted(verdict.effects)) == case.effects
-    assert case.said in verdict.sentence
+    assert case.sentence in verdict.sentence
     assert verdict.sentence.endswith(".")
 
 
 def test_a_verdict_brings_the_error_to_the_floor() -> None:
-    found = diagnosis("cross-coupled channels")
-    assert found.comparison.ratio > 1.05
-    final = found.explanation.final
+    diagnosis = diagnosed("cross-coupled channels")
+    assert diagnosis.comparison.ratio > 1.05
+    final = diagnosis.explanation.final
     assert final.chi2 / final.freedom == pytest.approx(1.0, abs=0.06)
     # The noise floor is a mean over draws. A single campaign scatters around the mean.
-    assert found.after.ratio == pytest.approx(1.0, abs=0.12)
-    assert found.ranking[0].effect == "crosstalk"
-    assert found.ranking[0].delta_bic > 6.0
-    assert found.ranking[0].explained == pytest.approx(1.0, abs=0.15)
+    assert diagnosis.after.ratio == pytest.approx(1.0, abs=0.12)
+    assert diagnosis.ranking[0].effect == "crosstalk"
+    assert diagnosis.ranking[0].delta_bic > 6.0
+    assert diagnosis.ranking[0].explained == pytest.approx(1.0, abs=0.15)
 
 
 def test_the_ranking_holds_every_effect_of_the_baseline_best_first() -> None:
-    found = diagnosis("cross-coupled channels")
-    gains = [each.delta_bic for each in found.ranking]
+    diagnosis = diagnosed("cross-coupled channels")
+    gains = [each.delta_bic for each in diagnosis.ranking]
     assert gains == sorted(gains, reverse=True)
-    assert "backlight-decay" not in {each.effect for each in found.ranking}
-    assert {"crosstalk", "loading", "eotf-drift"} <= {each.effect for each in found.ranking}
-    assert all(each.held_out_rms_sigma is not None for each in found.ranking[:8])
-    estimate = found.ranking[0].parameters["new"]
+    assert "backlight-decay" not in {each.effect for each in diagnosis.ranking}
+    assert {"crosstalk", "loading", "eotf-drift"} <= {each.effect for each in diagnosis.ranking}
+    assert all(each.held_out_rms_sigma is not None for each in diagnosis.ranking[:8])
+    estimate = diagnosis.ranking[0].parameters["new"]
     assert estimate["unit"] == "1"
     assert abs(estimate["value"]) > 3.0 * estimate["stderr"]
 
@@ -154,21 +154,21 @@ def test_every_verdict_is_tried() -> None:
 
 
 def test_what_leaves_no_trace_is_listed_as_not_seen() -> None:
-    found = diagnosis("a leak where only tips were read")
-    blind = {each.effect for each in found.visibility if not each.visible}
+    diagnosis = diagnosed("a leak where only tips were read")
+    blind = {each.effect for each in diagnosis.visibility if not each.visible}
     assert blind >= {"black-level", "crosstalk", "edge-falloff"}
     assert any(
-        "These data could not have seen: " in remark and "crosstalk" in remark for remark in found.verdict.remarks
+        "These data could not have seen: " in remark and "crosstalk" in remark for remark in diagnosis.verdict.remarks
     )
-    assert not any("crosstalk" in remark for remark in diagnosis("a healthy display").verdict.remarks)
+    assert not any("crosstalk" in remark for remark in diagnosed("a healthy display").verdict.remarks)
 
 
 def test_effects_that_cannot_be_told_apart_come_with_what_separates_them() -> None:
-    found = diagnosis("a constant light on greys")
-    pairs = {frozenset(each.separates): each for each in found.measure_next}
-    assert len(pairs) == len(found.verdict.effects) - 1
+    diagnosis = diagnosed("a constant light on greys")
+    pairs = {frozenset(each.separates): each for each in diagnosis.measure_next}
+    assert len(pairs) == len(diagnosis.verdict.effects) - 1
     for pair, each in pairs.items():
-        assert pair < set(found.verdict.effects)
+        assert pair < set(diagnosis.verdict.effects)
         assert each.patches
         assert each.after > each.before
     offset = next(each for pair, each in pairs.items() if "meter-offset" in pair)
@@ -177,7 +177,7 @@ def test_effects_that_cannot_be_told_apart_come_with_what_separates_them() -> No
 
 @pytest.mark.slow
 def test_several_effects_share_the_excess() -> None:
-    verdict = diagnosis("two faults").verdict
+    verdict = diagnosed("two faults").verdict
     assert set(verdict.shares) == {"black-level", "crosstalk"}
     assert all(share > 0.2 for share in verdict.shares.values())
     assert sum(verdict.shares.values()) == pytest.approx(1.0, abs=0.1)
@@ -201,16 +201,16 @@ FAULTS = {fault.__name__: fault for fault in broken.FAULTS}
 @pytest.mark.parametrize("seed", mostly_slow([3, 4], 3))
 def test_a_wrong_measurement_is_no_physical_effect(fault: str, instrument: str | None, seed: int) -> None:
     table = FAULTS[fault](Campaign(design="colours", seed=seed), np.random.default_rng(seed))
-    found = diagnose(read(table.text, file="broken.csv", sha256=""), instrument=instrument)
-    assert found.verdict.name == "measurement-problem", found.verdict.sentence
-    assert not found.verdict.effects
+    diagnosis = diagnose(read(table.text, file="broken.csv", sha256=""), instrument=instrument)
+    assert diagnosis.verdict.name == "measurement-problem", diagnosis.verdict.sentence
+    assert not diagnosis.verdict.effects
     for line in table.lines if fault == "mistyped" else ():
-        assert f"line {line} " in found.verdict.sentence
-        assert found.as_json()["left_out"] == [line]
+        assert f"line {line} " in diagnosis.verdict.sentence
+        assert diagnosis.as_json()["left_out"] == [line]
     for hour in table.hours:
-        assert f"{hour:g} h" in found.verdict.sentence
+        assert f"{hour:g} h" in diagnosis.verdict.sentence
     if fault == "scattered":
-        assert "scatter" in found.verdict.sentence
+        assert "scatter" in diagnosis.verdict.sentence
 
 
 def test_copies_of_a_reading_are_no_replicates() -> None:
@@ -220,9 +220,9 @@ def test_copies_of_a_reading_are_no_replicates() -> None:
         for code in np.unique(readings.drive, axis=0):
             same = (readings.hours == hour) & (readings.drive == code).all(axis=1)
             xyz[same] = xyz[same][0]
-    found = diagnose(replace(readings, xyz_cd_m2=xyz))
-    assert found.verdict.name == "measurement-problem"
-    assert "copies" in found.verdict.sentence
+    diagnosis = diagnose(replace(readings, xyz_cd_m2=xyz))
+    assert diagnosis.verdict.name == "measurement-problem"
+    assert "copies" in diagnosis.verdict.sentence
 
 
 @pytest.mark.slow
@@ -230,9 +230,9 @@ def test_a_wrong_row_does_not_hide_the_effect_beside_it() -> None:
     readings = CASES["cross-coupled channels"].measured()
     xyz = readings.xyz_cd_m2.copy()
     xyz[30] *= (1.0, 1.3, 1.0)
-    found = diagnose(replace(readings, xyz_cd_m2=xyz))
-    assert found.verdict.effects == ("crosstalk",)
-    assert any(f"line {int(readings.lines[30])}" in remark for remark in found.verdict.remarks)
+    diagnosis = diagnose(replace(readings, xyz_cd_m2=xyz))
+    assert diagnosis.verdict.effects == ("crosstalk",)
+    assert any(f"line {int(readings.lines[30])}" in remark for remark in diagnosis.verdict.remarks)
 
 
 SAME_TWICE = "test_a_diagnosis_is_the_same_twice_to_the_last_digit"
@@ -245,7 +245,7 @@ SAME_TWICE = "test_a_diagnosis_is_the_same_twice_to_the_last_digit"
 ])  # fmt: skip
 def test_a_diagnosis_is_the_same_twice_to_the_last_digit(name: str) -> None:
     again = diagnose(CASES[name].measured(), baseline=CASES[name].baseline)
-    assert json.dumps(again.as_json()) == json.dumps(diagnosis(name).as_json())
+    assert json.dumps(again.as_json()) == json.dumps(diagnosed(name).as_json())
 
 
 def test_an_unknown_effect_to_leave_out_is_refused() -> None:
@@ -263,11 +263,11 @@ MIMICKED = (
 @pytest.mark.parametrize("case", MIMICKED, ids=lambda case: case.hidden[0][0])
 def test_what_the_catalogue_lacks_is_not_named_after_two_that_mimic_it(case: Case) -> None:
     """Free forms and pairs of effects can imitate a missing effect: such a fit must not name these effects."""
-    found = diagnose(case.measured(), without=[case.hidden[0][0]])
-    assert found.verdict.name == case.verdict, found.verdict.sentence
-    assert case.said in found.verdict.sentence
-    base = found.explanation.base
-    for family in found.explanation.first:
+    diagnosis = diagnose(case.measured(), without=[case.hidden[0][0]])
+    assert diagnosis.verdict.name == case.verdict, diagnosis.verdict.sentence
+    assert case.sentence in diagnosis.verdict.sentence
+    base = diagnosis.explanation.base
+    for family in diagnosis.explanation.first:
         if len(family.best.form) > 3:
             formulas = [form.gain for form in forms_of(base, family.effect) if len(form.form) <= 3]
             assert max(formulas) > 0.5 * family.best.gain, family.name
@@ -281,6 +281,8 @@ def test_a_luminance_that_the_file_calls_held_and_that_falls_is_taken_as_free() 
         campaign=(("display", "OLED"), ("held", True)),
         baseline="first-hour",
     )
-    found = diagnose(case.measured(), baseline="first-hour")
-    assert "backlight-decay" in {*found.verdict.effects, *sum(found.verdict.rivals, ())}, found.verdict.sentence
-    assert any("Luminance is taken as free" in remark for remark in found.verdict.remarks)
+    diagnosis = diagnose(case.measured(), baseline="first-hour")
+    assert "backlight-decay" in {*diagnosis.verdict.effects, *sum(diagnosis.verdict.rivals, ())}, (
+        diagnosis.verdict.sentence
+    )
+    assert any("Luminance is taken as free" in remark for remark in diagnosis.verdict.remarks)

@@ -109,9 +109,9 @@ def drawn(page: Page, picture: NDArray[np.uint8], script: str, *tables: NDArray[
     from base64 import b64decode
 
     opaque = np.dstack([picture, np.full(picture.shape[:2], 255, np.uint8)])
-    given = "".join(handed_over(f"table{number}", each) for number, each in enumerate(tables))
+    scripts = "".join(handed_over(f"table{number}", each) for number, each in enumerate(tables))
     text = page.ask(
-        f"""(() => {{ {handed_over("picture", opaque)} {given}
+        f"""(() => {{ {handed_over("picture", opaque)} {scripts}
             viewer.show(new ImageData(picture, {picture.shape[1]}));
             viewer.cuts = [0, 1];
             {script}

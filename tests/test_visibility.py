@@ -72,26 +72,26 @@ NINE_OF_TEN = "test_an_effect_of_the_smallest_detectable_size_is_found_in_nine_o
 def test_an_effect_of_the_smallest_detectable_size_is_found_in_nine_of_ten_campaigns(
     faint: tuple[tuple[str, str], ...], low: float, high: float, luck: float
 ) -> None:
-    found, smaller = {}, {}
+    detected, smaller = {}, {}
     for name, design in faint:
-        effect, said = catalogue()[name], seen(name, design)
-        assert said.visible
-        assert said.smallest_detectable is not None
-        size = said.smallest_detectable * (1.0 if effect.parameters[said.parameter].value >= 0 else -1.0)
-        found[name] = detections(effect, said.parameter, size, design, 40)
-        smaller[name] = detections(effect, said.parameter, size / 3.0, design, 20)
-    assert low <= sum(found.values()) / (40 * len(faint)) <= high, found
-    assert min(found.values()) >= 26, found
+        effect, entry = catalogue()[name], seen(name, design)
+        assert entry.visible
+        assert entry.smallest_detectable is not None
+        size = entry.smallest_detectable * (1.0 if effect.parameters[entry.parameter].value >= 0 else -1.0)
+        detected[name] = detections(effect, entry.parameter, size, design, 40)
+        smaller[name] = detections(effect, entry.parameter, size / 3.0, design, 20)
+    assert low <= sum(detected.values()) / (40 * len(faint)) <= high, detected
+    assert min(detected.values()) >= 26, detected
     assert sum(smaller.values()) / (20 * len(faint)) < luck, smaller
 
 
 def test_an_effect_whose_shortest_form_frees_more_must_be_larger() -> None:
     """``recalibration`` has no form of one parameter: a search pays for its date too."""
     base, effect = healthy("colours"), catalogue()["recalibration"]
-    said = seen(effect)
-    assert said.smallest_detectable is not None
+    entry = seen(effect)
+    assert entry.smallest_detectable is not None
     assert threshold(base) < threshold(base, 2) < threshold(base, 3)
-    _, left = base.score.switched(Term.at_rest(effect, (), hour=9000.0, **{said.parameter: said.smallest_detectable}))
+    _, left = base.score.switched(Term.at_rest(effect, (), hour=9000.0, **{entry.parameter: entry.smallest_detectable}))
     assert left == pytest.approx(threshold(base, 2), rel=0.02)
 
 
@@ -117,19 +117,19 @@ def test_the_size_is_that_of_the_independent_simulator(name: str, form: str, par
     # The simulator's floor has the same correlation as its other noise.
     noise = replace(problem.noise, floor_correlation=problem.noise.correlation)
     base = fit(replace(problem, noise=noise))
-    said = visibility(base, [effect])[0].smallest_detectable
-    assert said is not None
-    shown = strength(replace(campaign, hidden=((name, said, form),)))
+    size = visibility(base, [effect])[0].smallest_detectable
+    assert size is not None
+    shown = strength(replace(campaign, hidden=((name, size, form),)))
     assert shown == pytest.approx(threshold(base), rel=0.07)
 
 
 @pytest.mark.parametrize("formula", ["xyz*(1+k*tau); k=0.01[-0.5,0.5]", "xyz*exp(-k*tau**2); k=0.1[-1,1]"])
 def test_a_gain_of_everything_is_absorbed_by_the_tips_and_seen_from_hour_0(formula: str) -> None:
     effect = parse(f"all: {formula}")
-    said = seen(effect)
-    assert said.absorbed == pytest.approx(1.0, abs=1e-9)
-    assert said.smallest_detectable is None or said.smallest_detectable > 100.0
-    assert not said.visible
+    entry = seen(effect)
+    assert entry.absorbed == pytest.approx(1.0, abs=1e-9)
+    assert entry.smallest_detectable is None or entry.smallest_detectable > 100.0
+    assert not entry.visible
     fresh = seen(effect, baseline="first-hour")
     assert fresh.visible
     assert fresh.smallest_detectable is not None
@@ -146,9 +146,9 @@ def test_absorbed_is_a_share(design: str) -> None:
 
 @pytest.mark.parametrize("name", [name for name, each in catalogue().items() if each.needs])
 def test_without_its_columns_an_effect_cannot_be_seen(name: str) -> None:
-    said = seen(name)
-    assert not said.visible
-    assert said.smallest_detectable is None
+    entry = seen(name)
+    assert not entry.visible
+    assert entry.smallest_detectable is None
     assert seen(name, "full").visible
 
 
@@ -186,14 +186,14 @@ def test_more_noise_hides_larger_effects() -> None:
 
 
 def test_an_effect_without_a_size_is_visible_at_its_mildest_setting() -> None:
-    said = seen("quantization")
+    entry = seen("quantization")
     base, effect = healthy("colours"), catalogue()["quantization"]
-    assert (said.parameter, said.unit) == ("bits", "bit")
-    assert said.smallest_detectable is not None
+    assert (entry.parameter, entry.unit) == ("bits", "bit")
+    assert entry.smallest_detectable is not None
     for bits in range(4, 13):
         light = predict(
             base.problem, State((Term(effect, effect.rest() | {"bits": float(bits)}),), base.tips, base.gains)
         )
         exact = replace(base.problem.readings, xyz_cd_m2=light)
-        left = fit(replace(base.problem, readings=exact)).chi2 ** 0.5
-        assert (left >= threshold(base)) == (bits <= said.smallest_detectable)
+        distance = fit(replace(base.problem, readings=exact)).chi2 ** 0.5
+        assert (distance >= threshold(base)) == (bits <= entry.smallest_detectable)

@@ -156,8 +156,8 @@ def fit(colours: Colours) -> Drift:
         lifetimes = Curve(model_of(Drift(*(values * start))), colours).lifetimes(FITTED)
         return np.asarray(np.log(np.array(lifetimes) / wanted))
 
-    found = least_squares(missed, np.ones(3), bounds=(0.3, 3.0), diff_step=1e-3, xtol=1e-5)
-    return Drift(*(float(value) for value in found.x * start))
+    solution = least_squares(missed, np.ones(3), bounds=(0.3, 3.0), diff_step=1e-3, xtol=1e-5)
+    return Drift(*(float(value) for value in solution.x * start))
 
 
 def rounded(drift: Drift) -> Drift:
@@ -185,9 +185,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     colours = Colours.of(slide())
     if options.fit:
-        found = fit(colours)
-        same = rounded(found) == Drift()
-        print(f"{found}\nrounded: {rounded(found)}, {'as' if same else 'NOT as'} reconstruct_ccfl.py has it")
+        solution = fit(colours)
+        same = rounded(solution) == Drift()
+        print(f"{solution}\nrounded: {rounded(solution)}, {'as' if same else 'NOT as'} reconstruct_ccfl.py has it")
         return 0 if same else 1
     print("hours until Max 3, mean 3, Max 5, mean 5, and how far from the paper's")
     print(report("CMU-1-Small-Region (the chroma row is fitted)", colours))

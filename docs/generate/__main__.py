@@ -19,8 +19,10 @@ def pages() -> dict[str, str]:
 
 def generated() -> set[str]:
     """Return the paths below docs/reference of the existing generated pages."""
-    found = (path for path in REFERENCE.rglob("*.md") if path.read_text(encoding="utf-8").endswith(f"{MADE}\n"))
-    return {path.relative_to(REFERENCE).as_posix() for path in found}
+    generated_pages = (
+        path for path in REFERENCE.rglob("*.md") if path.read_text(encoding="utf-8").endswith(f"{MADE}\n")
+    )
+    return {path.relative_to(REFERENCE).as_posix() for path in generated_pages}
 
 
 def main() -> int:

@@ -13,16 +13,16 @@ WIDTH = 100
 
 def pages() -> dict[str, str]:
     """Return path below docs/reference → text."""
-    found = commands()
+    named = commands()
     names = table(
         ("command", "what it does"),
         [
             (f"[`{name}`](#{anchor(f'lutgen {name}')})", command.get_short_help_str(limit=1000))
-            for name, command in found.items()
+            for name, command in named.items()
         ],
     )
     sections = [
-        f"## lutgen {name}\n\n```text\n{help_text(command, f'lutgen {name}')}\n```" for name, command in found.items()
+        f"## lutgen {name}\n\n```text\n{help_text(command, f'lutgen {name}')}\n```" for name, command in named.items()
     ]
     intro = (
         "Each command as its `--help` tells it. Exit codes of all commands: 0 done, 1 a check failed, 2 bad input. "
@@ -33,14 +33,14 @@ def pages() -> dict[str, str]:
 
 def commands(here: Group = group, before: str = "") -> dict[str, Command]:
     """Return every command by its words, such as "study plan"; a group is followed by its commands."""
-    found: dict[str, Command] = {}
+    named: dict[str, Command] = {}
     for name in here.list_commands(Context(here)):
         command = here.get_command(Context(here), name)
         if isinstance(command, Group):
-            found |= commands(command, f"{before}{name} ")
+            named |= commands(command, f"{before}{name} ")
         elif command is not None:
-            found[f"{before}{name}"] = command
-    return found
+            named[f"{before}{name}"] = command
+    return named
 
 
 def help_text(command: Command, words: str) -> str:

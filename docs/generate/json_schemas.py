@@ -37,12 +37,12 @@ def _about(name: str, schema: dict[str, Any], helps: dict[str, str]) -> str:
 def _schemas() -> dict[str, tuple[str, dict[str, Any]]]:
     """Return title → the path of the schema's file from the repository's root, and the schema."""
     home = Path(lutgen.__file__).parent
-    found = {}
+    schemas = {}
     for path in sorted(home.rglob("*.json")):
         content = json.loads(path.read_text(encoding="utf-8"))
         if str(content.get("$id", "")).startswith("urn:lutgen:schema:"):
-            found[content["title"].removesuffix(" --json")] = path.relative_to(home.parent).as_posix(), content
-    return dict(sorted(found.items()))
+            schemas[content["title"].removesuffix(" --json")] = path.relative_to(home.parent).as_posix(), content
+    return dict(sorted(schemas.items()))
 
 
 def _section(name: str, file: str, schema: dict[str, Any]) -> str:

@@ -37,13 +37,13 @@ def on_files(files: Any, config: Any) -> Any:
 
 def pictures_outside(docs: Path) -> set[Path]:
     """Return the pictures outside docs/ that pages show."""
-    found = set()
+    paths = set()
     for page in docs.rglob("*.md"):
         for mark, _, target in _LINK.findall(page.read_text(encoding="utf-8")):
             path = (page.parent / target).resolve()
             if mark and not path.is_relative_to(docs):
-                found.add(path)
-    return found
+                paths.add(path)
+    return paths
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:  # noqa: ARG001 - mkdocs' signature

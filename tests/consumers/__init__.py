@@ -175,10 +175,10 @@ def program(name: str, package: str) -> str:
     """Return the path of a program of the system; the ``bin`` folder of the Python environment is excluded."""
     own = Path(sys.prefix, "bin").resolve()
     folders = [folder for folder in os.get_exec_path() if Path(folder).resolve() != own]
-    found = shutil.which(name, path=os.pathsep.join(folders))
-    if found is None:
+    path = shutil.which(name, path=os.pathsep.join(folders))
+    if path is None:
         raise Unavailable(f"{name} is not on PATH; Debian has it in the package {package}")
-    return found
+    return path
 
 
 def module(name: str, distribution: str) -> Any:

@@ -53,8 +53,8 @@ def converted(tool: str, *options: str | Path, code: Array) -> Array:
     """Return the output of a program that converts numbers; shape (n, 3)."""
     lines = "".join(" ".join(f"{value:.6f}" for value in row) + "\n" for row in code)
     done = subprocess.run([tool, *options], input=lines, capture_output=True, text=True, check=True, timeout=TIMEOUT)
-    found = [line.split("-> ")[-1].partition("[")[0].split() for line in done.stdout.splitlines()]
-    return np.array([row for row in found if len(row) == 3 and row[0].lstrip("-")[0].isdigit()], dtype=float)
+    rows = [line.split("-> ")[-1].partition("[")[0].split() for line in done.stdout.splitlines()]
+    return np.array([row for row in rows if len(row) == 3 and row[0].lstrip("-")[0].isdigit()], dtype=float)
 
 
 def beyond(what: str, shown: Array, meant: Array, limit: float) -> Iterator[str]:
@@ -65,10 +65,10 @@ def beyond(what: str, shown: Array, meant: Array, limit: float) -> Iterator[str]
         yield f"{what}: {error:.2g} off, and {limit:g} is allowed"
 
 
-def unlike(name: str, outcome: str, said: str) -> Iterator[str]:
+def unlike(name: str, outcome: str, statement: str) -> Iterator[str]:
     """Yield a line if the outcome of a case differs from lint's statement."""
-    if outcome != said:
-        yield f"{name}: {outcome}, and lint says: {said}"
+    if outcome != statement:
+        yield f"{name}: {outcome}, and lint says: {statement}"
 
 
 def cubes(program: Program) -> Claim:
@@ -82,9 +82,9 @@ def cubes(program: Program) -> Claim:
         return trial.version
 
     def differences(_folder: Path) -> Iterator[str]:
-        for name, found in tried().items():
-            if (trial := _trial(found, reader)) in found.disagreements():
-                yield from unlike(name, trial.outcome, found.fate(reader)[0].outcome)
+        for name, report in tried().items():
+            if (trial := _trial(report, reader)) in report.disagreements():
+                yield from unlike(name, trial.outcome, report.fate(reader)[0].outcome)
 
     return Claim(
         reader, version, f"reads {len(GOOD) + len(BAD)} forms of .cube, and mutations, as lint says", differences
@@ -94,17 +94,17 @@ def cubes(program: Program) -> Claim:
 @cache
 def tried() -> dict[str, Linted]:
     """Return each form of ``.cube``, and those of 60 mutations that lint calls clean; all readers get these files."""
-    found = {}
+    reports = {}
     with tempfile.TemporaryDirectory(prefix="cubes-") as folder:
         path = Path(folder, "lut.cube")
         for name, data in [*GOOD.items(), *((name, data) for name, (_, data) in BAD.items())]:
             path.write_bytes(data)
-            found[name] = lint(path, ask_readers=True)
+            reports[name] = lint(path, ask_readers=True)
         for seed in range(60):
             path.write_bytes(mutation(seed))
             if lint(path).clean:
-                found[f"mutation {seed}"] = lint(path, ask_readers=True)
-    return found
+                reports[f"mutation {seed}"] = lint(path, ask_readers=True)
+    return reports
 
 
 def mutation(seed: int) -> bytes:
@@ -118,5 +118,5 @@ def mutation(seed: int) -> bytes:
     return bytes(data)
 
 
-def _trial(found: Linted, reader: str) -> Trial:
-    return next(trial for trial in found.trials if trial.reader == reader)
+def _trial(report: Linted, reader: str) -> Trial:
+    return next(trial for trial in report.trials if trial.reader == reader)

@@ -29,8 +29,8 @@ def tool(name: str = "cctiff") -> str:
 @cache
 def version() -> str:
     # The program has no version option. It prints the version with its help text and exits with an error.
-    said = first_line(run("sh", "-c", '"$0" "-?" 2>&1 || true', tool()))
-    return said.rpartition(", V")[2]
+    line = first_line(run("sh", "-c", '"$0" "-?" 2>&1 || true', tool()))
+    return line.rpartition(", V")[2]
 
 
 def cctiff(job: Job, *profiles: str | Path) -> Picture:
@@ -58,10 +58,10 @@ def faulty_profiles(folder: Path) -> Iterator[str]:
             input=b"0.2 0.4 0.6\n", cwd=folder, capture_output=True, check=False, timeout=TIMEOUT,
         )  # fmt: skip
         answers = re.search(rb"-> \w+ -> [\d.]+ ", done.stdout)
-        said = case.outcomes[ARGYLL]
+        statement = case.outcomes[ARGYLL]
         # The program answers with numbers; this claim does not check whether they are right.
-        if bool(answers) == (said == REFUSES):
-            yield from unlike(name, "answers" if answers else REFUSES, said)
+        if bool(answers) == (statement == REFUSES):
+            yield from unlike(name, "answers" if answers else REFUSES, statement)
 
 
 def adapted(xyz: Array) -> Array:
@@ -75,30 +75,30 @@ def adapted(xyz: Array) -> Array:
 def numbers(folder: Path) -> Iterator[str]:
     code, xicclu = colours(), tool("xicclu")
     to_xyz = ("-ff", "-ir", "-px")
-    found = converted(xicclu, *to_xyz, profile_in(folder, "icc-v2"), code=code)
-    yield from beyond("XYZ of icc-v2", found, adapted(linear_to_xyz(aged().code_to_linear(code))), 5e-4)
+    answers = converted(xicclu, *to_xyz, profile_in(folder, "icc-v2"), code=code)
+    yield from beyond("XYZ of icc-v2", answers, adapted(linear_to_xyz(aged().code_to_linear(code))), 5e-4)
     (lut,) = format_named("icc-matrix").bake(Sampler(), aged(), 33)
     assert isinstance(lut, MatrixLut)
-    found = converted(xicclu, *to_xyz, profile_in(folder, "icc-matrix"), code=code)
-    yield from beyond("XYZ of icc-matrix", found, adapted(linear_to_xyz(code_to_linear(code) @ lut.matrix.T)), 5e-4)
+    answers = converted(xicclu, *to_xyz, profile_in(folder, "icc-matrix"), code=code)
+    yield from beyond("XYZ of icc-matrix", answers, adapted(linear_to_xyz(code_to_linear(code) @ lut.matrix.T)), 5e-4)
     # A table that is clipped at the gamut's edge has a kink between its points.
-    found = converted(xicclu, "-ff", profile_in(folder, "devicelink"), code=code)
-    yield from beyond("code values of devicelink", found, aged().code_to_code(code), 4e-3)
+    answers = converted(xicclu, "-ff", profile_in(folder, "devicelink"), code=code)
+    yield from beyond("code values of devicelink", answers, aged().code_to_code(code), 4e-3)
 
 
 def tags(folder: Path) -> Iterator[str]:
     for name in ("icc-v2", "icc-matrix", "devicelink"):
-        said = run(tool("iccdump"), "-v3", profile_in(folder, name))
-        if said.count("tag ") < 5 or "rror" in said or "lutgen: invented" not in said.replace("\n", ""):
-            yield f"{name}: {said[-200:]!r}"
+        dump = run(tool("iccdump"), "-v3", profile_in(folder, name))
+        if dump.count("tag ") < 5 or "rror" in dump or "lutgen: invented" not in dump.replace("\n", ""):
+            yield f"{name}: {dump[-200:]!r}"
 
 
 def own_profile(folder: Path) -> Iterator[str]:
     text = ti3().replace("CTI3", 'CTI3\nDEVICE_CLASS "DISPLAY"\nCOLOR_REP "RGB_XYZ"', 1)
     (folder / "display.ti3").write_text(text)
     run(tool("colprof"), "-as", "-ql", "display", cwd=folder)
-    (made,) = {*folder.glob("display.ic*")}
-    session = read_session(made)
+    (profile_path,) = {*folder.glob("display.ic*")}
+    session = read_session(profile_path)
     yield from beyond("code values", session.drive, DRIVE, 1e-6)
     yield from beyond("cd/m²", session.xyz_cd_m2, WHITE_CD_M2 * light(), 1e-4)
 

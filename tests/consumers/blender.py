@@ -56,9 +56,9 @@ def call(source: Path, config: Path, variables: tuple[tuple[str, str], ...] = ()
     flags = ("--background", "--factory-startup", "-noaudio", "--python-exit-code", "3", "--python", script, "--")
     wishes = (AGED_VIEW, "None", results[0], UNAGED_VIEW, LOOK, results[1])
     env = {"OCIO": str(config), **dict(variables)}
-    said = run(tool(), *flags, source, SOURCE, *wishes, env=env)
-    if f"Using {config}" not in said:
-        raise RuntimeError(f"Blender did not take {config}:\n{said}")
+    output = run(tool(), *flags, source, SOURCE, *wishes, env=env)
+    if f"Using {config}" not in output:
+        raise RuntimeError(f"Blender did not take {config}:\n{output}")
     return results
 
 
@@ -92,9 +92,9 @@ def pixels(folder: Path) -> Iterator[str]:
 def own_config(_folder: Path) -> Iterator[str]:
     if not OWN_CONFIG.is_file():
         raise Unavailable(f"{OWN_CONFIG} is missing; Debian has it in the package blender-data")
-    found = lint(OWN_CONFIG, ask_readers=True)
-    for finding in found.findings:
-        if finding.rule != "config-roles" or finding.level(found.readers) != "note":
+    report = lint(OWN_CONFIG, ask_readers=True)
+    for finding in report.findings:
+        if finding.rule != "config-roles" or finding.level(report.readers) != "note":
             yield f"{finding.rule}: {finding.what}"
 
 

@@ -15,7 +15,7 @@ from tests.browser import CHROMIUM as BROWSER
 from tests.browser import browser
 from tests.consumers import Claim, Consumer, Job, Picture, Unavailable, module, run
 from tests.consumers._claims import aged, beyond, profile, unlike
-from tests.profile_cases import CASES, PIXELS, Case, made
+from tests.profile_cases import CASES, PIXELS, Case, profile_of
 
 
 @cache
@@ -23,8 +23,8 @@ def version() -> str:
     if BROWSER is None:
         raise Unavailable("chromium is not on PATH; Debian has it in the package chromium")
     # Debian's script first prints warnings about the machine's settings.
-    found = re.search(r"Chrom\w* ([\d.]+)", run(BROWSER, "--version"))
-    return found[1] if found else "of no version"
+    match = re.search(r"Chrom\w* ([\d.]+)", run(BROWSER, "--version"))
+    return match[1] if match else "of no version"
 
 
 def shown(folder: Path, pictures: Sequence[tuple[NDArray[np.uint8], bytes]]) -> list[NDArray[np.uint8]]:
@@ -57,7 +57,7 @@ def picture(job: Job) -> Picture:
 def on_an_aged_display(case: Case) -> bytes:
     """Put the fault into the profile of an aged display, so that an ignored profile is visible."""
     whole, data = case.whole, case.data
-    profile_of_it = bytearray(made(case.form, 18_000))
+    profile_of_it = bytearray(profile_of(case.form, 18_000))
     for place in range(min(len(data), len(whole))):
         if data[place] != whole[place]:
             profile_of_it[place] = data[place]
@@ -76,9 +76,9 @@ def aged_colours(folder: Path) -> Iterator[str]:
     pixels = np.random.default_rng(22).integers(0, 256, (64, 64, 3), dtype=np.uint8)
     pixels[:8] = 255
     limits = {"icc": 1.5, "icc-matrix": 3.0, "icc-v2": 6.0}
-    seen = shown(folder, [(pixels, profile(name)) for name in limits])
+    colours = shown(folder, [(pixels, profile(name)) for name in limits])
     meant = aged().code_to_code(pixels / 255) * 255
-    for (name, limit), picture in zip(limits.items(), seen, strict=True):
+    for (name, limit), picture in zip(limits.items(), colours, strict=True):
         if not (error := np.quantile(np.abs(picture - meant), 0.99)) < limit:
             yield f"{name}: 99 % of the values within {error:.1f} codes, and {limit:g} are allowed"
         yield from beyond(f"white of {name}", picture[0, :1].astype(float), meant[0, :1], 2.0)

@@ -57,7 +57,7 @@ def faulty_halds(folder: Path) -> Iterator[str]:
     pixels = np.random.default_rng(51).integers(0, 256, (8, 8, 3), dtype=np.uint8)
     write_image(folder / "in.png", pixels)
     result = folder / "out.png"
-    for name, (data, said, _) in HALDS.items():
+    for name, (data, statement, _) in HALDS.items():
         (folder / "table.png").write_bytes(data())
         result.unlink(missing_ok=True)
         command = [tool(), "-nostdin", "-loglevel", "quiet", "-i", "in.png", "-i", "table.png"]
@@ -65,28 +65,28 @@ def faulty_halds(folder: Path) -> Iterator[str]:
         done = subprocess.run(command, cwd=folder, check=False, capture_output=True, timeout=TIMEOUT)
         if done.returncode:
             # Later versions of ffmpeg refuse some files that earlier versions show wrongly.
-            if said == READS:
-                yield from unlike(name, REFUSES, said)
-        elif said == REFUSES:
-            yield from unlike(name, "shows something", said)
+            if statement == READS:
+                yield from unlike(name, REFUSES, statement)
+        elif statement == REFUSES:
+            yield from unlike(name, "shows something", statement)
         # The file "ours" shows an aged display; excess rows do not change the first rows.
         elif name not in {"ours", "rows more"}:
             right = np.abs(read_image(result).astype(int) - pixels * [1, 0.8, 1]).max() <= 2
-            yield from unlike(name, READS if right else WRONG, said)
+            yield from unlike(name, READS if right else WRONG, statement)
 
 
 def meshes(folder: Path) -> Iterator[str]:
     path, code = folder / "lut.3dl", probe_colours()
-    for name, (text, _, said) in MESHES.items():
+    for name, (text, _, statement) in MESHES.items():
         path.write_text(text(), newline="")
         try:
             shown = FFMPEG_LUT3D.apply(path, code)
         except Refusal:
-            yield from unlike(name, REFUSES, said)
+            yield from unlike(name, REFUSES, statement)
         else:
             # ffmpeg divides by 4096.
             right = np.abs(shown - code / 255 * [1, GREEN, BLUE]).max() < 5e-4
-            yield from unlike(name, READS if right else WRONG, said)
+            yield from unlike(name, READS if right else WRONG, statement)
 
 
 CLAIMS = [

@@ -19,8 +19,8 @@ def browser() -> str:
 
 @cache
 def version() -> str:
-    found = re.search(r"Firefox ([\d.]+)", run(browser(), "--version"))
-    return found[1] if found else "of no version"
+    match = re.search(r"Firefox ([\d.]+)", run(browser(), "--version"))
+    return match[1] if match else "of no version"
 
 
 def picture(job: Job) -> Picture:

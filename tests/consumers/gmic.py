@@ -22,10 +22,10 @@ def tool() -> str:
 
 @cache
 def version() -> str:
-    found = re.search(r"Version ([\d.]+)", run(tool(), "-version"))
-    if found is None:
+    match = re.search(r"Version ([\d.]+)", run(tool(), "-version"))
+    if match is None:
         raise Unavailable("gmic does not tell its version")
-    return found[1].rstrip(".")
+    return match[1].rstrip(".")
 
 
 def identity(folder: Path) -> Iterator[str]:

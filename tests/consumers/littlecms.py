@@ -14,7 +14,7 @@ from lutgen.lint.finding import LCMS_8, READS, REFUSES, WRONG
 from tests.consumers import Claim, Consumer, Job, Picture, first_line, module, program, read_image, run, write_image
 from tests.consumers._claims import INTENTS, aged, beyond, colours, converted, profile_in, unlike
 from tests.consumers._gallery import RESAMPLED
-from tests.profile_cases import CASES, PIXELS, made
+from tests.profile_cases import CASES, PIXELS, profile_of
 
 #: Rendering intents by their numbers.
 PERCEPTUAL, RELATIVE, ABSOLUTE = 0, 1, 3
@@ -27,8 +27,8 @@ def tool(name: str = "tificc") -> str:
 @cache
 def version() -> str:
     # The program has no version option. It prints the version with its help text and exits with an error.
-    said = first_line(run("sh", "-c", '"$0" -h 2>&1 || true', tool()))
-    return said.rpartition("LittleCMS ")[2].rstrip("]")
+    line = first_line(run("sh", "-c", '"$0" -h 2>&1 || true', tool()))
+    return line.rpartition("LittleCMS ")[2].rstrip("]")
 
 
 def tificc(job: Job, *options: str) -> Picture:
@@ -136,7 +136,7 @@ def whites(folder: Path) -> Iterator[str]:
 def whites_that_are_lost(folder: Path) -> Iterator[str]:
     """Check that, at 8 bit and by default, a table's white becomes white, and a matrix's white does not."""
     for name, lost in (("icc", True), ("devicelink", True), ("icc-matrix", False)):
-        (folder / "display.icc").write_bytes(made(name, 18_000))
+        (folder / "display.icc").write_bytes(profile_of(name, 18_000))
         path = folder / "display.icc"
         options = (f"-l{path}",) if name == "devicelink" else (f"-i{path}", "-o*sRGB")
         shown = white(folder, 8, f"-t{RELATIVE}", *options)
@@ -148,8 +148,8 @@ def numbers(folder: Path) -> Iterator[str]:
     code, path = colours(), profile_in(folder, "icc")
     for intent in INTENTS:
         options = (f"-t{intent}", "-c0", "-n", "-i", path, "-o", "*sRGB")
-        found = np.clip(converted(tool("transicc"), *options, code=code * 255), 0, 255)
-        yield from beyond(f"intent {intent}", found, aged().code_to_code(code) * 255, 0.7)
+        answers = np.clip(converted(tool("transicc"), *options, code=code * 255), 0, 255)
+        yield from beyond(f"intent {intent}", answers, aged().code_to_code(code) * 255, 0.7)
 
 
 CLAIMS = [

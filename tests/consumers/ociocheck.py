@@ -29,12 +29,12 @@ def configs(folder: Path) -> Iterator[str]:
     shutil.copyfile(OURS / "aged.clf", folder / "aged.clf")
     text = (OURS / "config.ocio").read_text(encoding="utf-8")
     path = folder / "config.ocio"
-    for name, (old, new, said) in CONFIGS.items():
+    for name, (old, new, statement) in CONFIGS.items():
         path.write_text(text.replace(old, new), encoding="utf-8")
-        found: Linted = lint(path, ask_readers=True)
-        for trial in found.trials:
-            yield from unlike(name, trial.outcome, said)
-        if found.disagreements():
+        report: Linted = lint(path, ask_readers=True)
+        for trial in report.trials:
+            yield from unlike(name, trial.outcome, statement)
+        if report.disagreements():
             yield f"{name}: the rules say otherwise of its OpenColorIO"
 
 

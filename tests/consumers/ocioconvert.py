@@ -16,8 +16,8 @@ def tool() -> str:
 def version() -> str:
     # The program has no version option; it prints the version beside the error that the picture does not exist.
     help_text = run("sh", "-c", '"$0" -v --lut none none none || true', tool())
-    found = re.search(r"OCIO Version: (\S+)", help_text)
-    return found[1] if found else "?"
+    match = re.search(r"OCIO Version: (\S+)", help_text)
+    return match[1] if match else "?"
 
 
 def call(job: Job, *before: str | Path, after: tuple[str, ...] = ()) -> Picture:

@@ -57,11 +57,11 @@ def tables(folder: Path) -> Iterator[str]:
                 yield f"{name} of {size} points: refused: {done.stderr.strip()[-200:]}"
                 continue
             points, numbers = json.loads(done.stdout)
-            found = np.array(numbers).reshape(-1, 4)[:, :3]
+            rgb = np.array(numbers).reshape(-1, 4)[:, :3]
             if points != size:
                 yield f"{name} of {size} points: read as one of {points}"
             else:
-                yield from beyond(f"{name} of {size} points", found, table_of(lut).reshape(-1, 3), limit)
+                yield from beyond(f"{name} of {size} points", rgb, table_of(lut).reshape(-1, 3), limit)
 
 
 CLAIMS = [

@@ -65,13 +65,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         command = "python -m tests.generators " + shlex.join(sys.argv[1:] if arguments is None else arguments)
         birth = f"lutgen {lutgen.__version__}, seed {options.seed}. Made by `{command}`; do not edit."
         RESULTS.write_text(f"# Hidden effects of all generators, found or not\n\n{birth}\n\n{text}\n", encoding="utf-8")
-    missed = not all(found.met for name in SOURCES for found in _results(answers, name))
+    missed = not all(each.met for name in SOURCES for each in _results(answers, name))
     return 1 if missed or (options.generator and left_out) else 0
 
 
 def _results(answers: Sequence[Answered], generator: str) -> Iterable[Result]:
     those = [one for one in answers if one.question.generator == generator]
-    return [found for figure in FIGURES if (found := result(figure, those)) is not None]
+    return [figure_result for figure in FIGURES if (figure_result := result(figure, those)) is not None]
 
 
 def _answers(asked: Sequence[Question], workers: int, minutes: float) -> list[Answered]:

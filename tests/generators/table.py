@@ -140,8 +140,8 @@ def at_rest(
             rest &= ~(warmer > KELVINS)
         else:
             known = np.nan_to_num(values, nan=BLANK.get(name, -1.0))
-            found, counts = np.unique(known[points], return_counts=True)
-            rest &= known == found[np.argmax(counts)]
+            levels, counts = np.unique(known[points], return_counts=True)
+            rest &= known == levels[np.argmax(counts)]
     return rest
 
 

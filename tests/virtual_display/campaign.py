@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tests.virtual_display import designs
-from tests.virtual_display.display import Display, Hidden, made, xyz_at_eye
+from tests.virtual_display.display import Display, Hidden, display_of, xyz_at_eye
 from tests.virtual_display.instrument import NOISE
 from tests.virtual_display.physics import find
 from tests.virtual_display.readings import Readings, at_rest
@@ -69,16 +69,16 @@ class Campaign:
         return replace(planned, ambient_lx=planned.ambient_lx + self.room_lx)
 
     @property
-    def made(self) -> Display:
+    def panel(self) -> Display:
         """Return the display."""
         ageing = self.ageing if self.baseline == "colour-points" else 0.0
-        return made(self.display, seed=self.seed, ageing=ageing, held=self.held)
+        return display_of(self.display, seed=self.seed, ageing=ageing, held=self.held)
 
 
 def noise_free(campaign: Campaign, hidden: Hidden | None = None) -> Array:
     """Return XYZ in cd/m² of the campaign's readings, without noise; ``hidden`` replaces the hidden effects."""
     effects = campaign.hidden if hidden is None else hidden
-    return xyz_at_eye(campaign.made, campaign.readings, effects, seed=campaign.seed)
+    return xyz_at_eye(campaign.panel, campaign.readings, effects, seed=campaign.seed)
 
 
 def truth(campaign: Campaign, code: Array, hours: float) -> Array:
@@ -87,7 +87,7 @@ def truth(campaign: Campaign, code: Array, hours: float) -> Array:
     The conditions are: centre, warm, dark room, full screen, no instrument.
     """
     shown = tuple(item for item in campaign.hidden if find(item[0], item[2]).stage != "instrument")
-    return xyz_at_eye(campaign.made, at_rest(code, hours), shown, seed=campaign.seed)
+    return xyz_at_eye(campaign.panel, at_rest(code, hours), shown, seed=campaign.seed)
 
 
 def measured(campaign: Campaign, *, scatter: float = 1.0) -> Array:
@@ -106,7 +106,7 @@ def csv_text(campaign: Campaign) -> str:
 def header(campaign: Campaign) -> dict[str, str]:
     """Return the ``# key: value`` lines."""
     noise = NOISE[campaign.noise]
-    given = {
+    entries = {
         "source": "SIMULATED, not measured: tests/virtual_display of lutgen",
         "display": f"simulated {campaign.display}",
         "instrument": (
@@ -115,7 +115,7 @@ def header(campaign: Campaign) -> dict[str, str]:
         "session_gain": f"{noise.session:g}",
         "luminance": "held" if campaign.held else "free",
     }
-    return given | dict(campaign.metadata)
+    return entries | dict(campaign.metadata)
 
 
 def table(readings: Readings, xyz: Array, lines: dict[str, str], *, conditions: bool) -> str:

@@ -65,7 +65,7 @@ def _luminance(primaries: Array) -> Array:
     return spectrum_to_xyz(primaries.sum(axis=-2))[..., 1, np.newaxis, np.newaxis]
 
 
-def made(name: str, *, seed: int, ageing: float, held: bool) -> Display:
+def display_of(name: str, *, seed: int, ageing: float, held: bool) -> Display:
     """Build the display of class ``name`` with this seed; ``ageing`` scales the rate of aging, 0 is no aging.
 
     White has 220..380 cd/m² and lies within 0.003 of D65 in x and y.

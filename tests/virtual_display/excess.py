@@ -37,13 +37,13 @@ def excess_removed(diagnosis: Diagnosis, campaign: Campaign) -> float:
     return 1.0 - after / before if before > np.sqrt(2.0 * expected) else float("nan")
 
 
-def _misfit(found: Fit, real: Array) -> float:
+def _misfit(solution: Fit, real: Array) -> float:
     """Return Σ of squared whitened differences to the noise-free readings (n, 3), with the best gain for every hour."""
-    said, true = whiten(found.problem, found.predicted), whiten(found.problem, real)
+    predicted, true = whiten(solution.problem, solution.predicted), whiten(solution.problem, real)
     total = 0.0
-    for hour in range(found.problem.hours.size):
-        here = found.problem.hour_of == hour
-        mine, other = said[here].ravel(), true[here].ravel()
-        left = mine - other * (mine @ other) / (other @ other)
-        total += float(left @ left)
+    for hour in range(solution.problem.hours.size):
+        here = solution.problem.hour_of == hour
+        mine, other = predicted[here].ravel(), true[here].ravel()
+        residual = mine - other * (mine @ other) / (other @ other)
+        total += float(residual @ residual)
     return total

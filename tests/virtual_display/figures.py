@@ -229,6 +229,6 @@ def failures(scored: Sequence[Scored]) -> str:
             answer = one.answer
             forms = ", ".join(form for _, _, form in answer["campaign"]["hidden"])
             cells = [answer["noise"], answer["kind"], _truth(answer), forms, str(answer.get("multiple", ""))]
-            said = f"error: {one.reply.sentence}" if one.reply.verdict == "error" else one.reply.short
-            lines.append("| " + " | ".join([*cells, said]) + " |")
+            answer_text = f"error: {one.reply.sentence}" if one.reply.verdict == "error" else one.reply.short
+            lines.append("| " + " | ".join([*cells, answer_text]) + " |")
     return "\n".join(lines)

@@ -41,14 +41,14 @@ class Reply:
     baked: float = float("nan")
 
     @classmethod
-    def of(cls, said: dict[str, Any], *, seconds: float) -> Reply:
+    def of(cls, document: dict[str, Any], *, seconds: float) -> Reply:
         """Read the JSON of ``diagnose``."""
         return cls(
-            verdict=said["verdict"],
-            effects=tuple(sorted(said["effects"])),
-            rivals=tuple(tuple(group) for group in said.get("rivals", ())),
-            unseen=tuple(row["effect"] for row in said.get("visibility", ()) if not row["visible"]),
-            sentence=said.get("sentence", ""),
+            verdict=document["verdict"],
+            effects=tuple(sorted(document["effects"])),
+            rivals=tuple(tuple(group) for group in document.get("rivals", ())),
+            unseen=tuple(row["effect"] for row in document.get("visibility", ()) if not row["visible"]),
+            sentence=document.get("sentence", ""),
             seconds=seconds,
         )
 

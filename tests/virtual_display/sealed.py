@@ -83,10 +83,10 @@ def make(folder: Path, *, seed: int, counts: Mapping[str, int], noise: str, desi
 
 def campaign_of(answer: Mapping[str, Any]) -> Campaign:
     """Return the campaign that an answer describes."""
-    given = dict(answer["campaign"])
+    settings = dict(answer["campaign"])
     for name in ("hidden", "metadata"):
-        given[name] = tuple(tuple(item) for item in given[name])
-    return Campaign(**given | {"hours": tuple(given["hours"])})
+        settings[name] = tuple(tuple(item) for item in settings[name])
+    return Campaign(**settings | {"hours": tuple(settings["hours"])})
 
 
 def _sealed(campaign: Campaign, honest: list[dict[str, Any]], **more: Any) -> Sealed:

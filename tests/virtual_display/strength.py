@@ -121,14 +121,14 @@ def sized(campaign: Campaign, name: str, form: str, target: float) -> Sized:
         return Sized(high, most, reached=False)
     least = _strength_of(campaign, effect, low)
     for _ in range(40):
-        size, found = _between(campaign, effect, (low, least), (high, most), target)
-        if abs(found / target - 1.0) < TOLERANCE:
+        size, multiple = _between(campaign, effect, (low, least), (high, most), target)
+        if abs(multiple / target - 1.0) < TOLERANCE:
             break
-        if found < target:
-            low, least = size, found
+        if multiple < target:
+            low, least = size, multiple
         else:
-            high, most = size, found
-    return Sized(size, found, reached=True)
+            high, most = size, multiple
+    return Sized(size, multiple, reached=True)
 
 
 def _between(
@@ -152,5 +152,5 @@ def _whole_bits(campaign: Campaign, effect: Effect, target: float) -> Sized:
     """Return the finest quantization of whole bits that reaches the target."""
     options = [(size, _strength_of(campaign, effect, size)) for size in (1.0 / (2**bits - 1) for bits in BITS)]
     reaching = [option for option in options if option[1] >= target]
-    size, found = min(reaching or options, key=lambda option: option[1] if reaching else -option[1])
-    return Sized(size, found, reached=bool(reaching))
+    size, multiple = min(reaching or options, key=lambda option: option[1] if reaching else -option[1])
+    return Sized(size, multiple, reached=bool(reaching))

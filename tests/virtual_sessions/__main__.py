@@ -31,16 +31,16 @@ OUTCOMES = ("alone", "among rivals", "unclear", "wrong")
 
 def outcome(cause: str, size: float, seed: int) -> str:
     """Return one of ``OUTCOMES`` for one simulated pair."""
-    made = case(cause, size, seed)
+    sessions = case(cause, size, seed)
     with TemporaryDirectory() as folder:
-        path = write(Path(folder), [made.before, made.after], [0, made.days])
-        (found,) = explain(read_campaign(path), reference="0.txt").verdicts
-    return judged(found, made.label)
+        path = write(Path(folder), [sessions.before, sessions.after], [0, sessions.days])
+        (verdict,) = explain(read_campaign(path), reference="0.txt").verdicts
+    return judged(verdict, sessions.label)
 
 
-def judged(found: SessionVerdict, label: str) -> str:
+def judged(verdict: SessionVerdict, label: str) -> str:
     """Compare a verdict with the simulated cause."""
-    names = found.names if found.kind != "same" else ("same",)
+    names = verdict.names if verdict.kind != "same" else ("same",)
     if not names:
         return "unclear"
     if label not in names:

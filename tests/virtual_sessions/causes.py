@@ -50,14 +50,14 @@ def case(cause: str, size: float, seed: int) -> Case:
     The light of a session repeats within 0.5 %, the readings of an instrument within 0.05 to 0.3 %.
     """
     rng = np.random.default_rng([seed, *cause.encode(), int(1000 * size)])
-    made = panel(rng)
+    display = panel(rng)
     noise, floor = rng.uniform(0.0005, 0.003), rng.uniform(0.001, 0.008)
     code = chart(steps=int(rng.integers(8, 18)))
     usual = State(brightness=float(np.exp(rng.normal(0.0, 0.005))))
-    state = _state(cause, size, made, rng)
+    state = _state(cause, size, display, rng)
     again = replace(state, brightness=state.brightness * float(np.exp(rng.normal(0.0, 0.005))))
-    other = panel(rng) if cause == "another-display" else _mixed(made, size) if cause == "gamut-mode" else made
-    one = read(made, usual, code, rng, noise=noise, floor=floor)
+    other = panel(rng) if cause == "another-display" else _mixed(display, size) if cause == "gamut-mode" else display
+    one = read(display, usual, code, rng, noise=noise, floor=floor)
     two = read(other, again, code, rng, noise=noise, floor=floor)
     days = int(rng.integers(200, 2000)) if cause in {"aging", "another-display"} or rng.random() < 0.5 else 0
     if cause == "tables":
@@ -70,7 +70,7 @@ def case(cause: str, size: float, seed: int) -> Case:
     return Case(texts[0], texts[1], days, LABELS.get(cause, cause))
 
 
-def _state(cause: str, size: float, made: Panel, rng: np.random.Generator) -> State:
+def _state(cause: str, size: float, display: Panel, rng: np.random.Generator) -> State:
     room = np.array([(0.95, 1.0, 1.09), (1.1, 1.0, 0.36), (0.99, 1.0, 0.64)][int(rng.integers(3))])
     gains = 1.0 - size * rng.permutation([0.0, 0.5, 1.0])
     fallen = 1.0 - size * np.array([0.85, 0.9, 1.15]) * rng.uniform(0.95, 1.05, 3)
@@ -81,7 +81,7 @@ def _state(cause: str, size: float, made: Panel, rng: np.random.Generator) -> St
         "tables": State(gains=gains),
         "curve": State(curve=size),
         "ambient": State(ambient=size * room),
-        "instrument": State(matrix=_correction(size, made, rng)),
+        "instrument": State(matrix=_correction(size, display, rng)),
         "hdr": State(hdr=size),
         "dynamic": State(dynamic=size),
         "signal-range": State(clip=size),
@@ -91,19 +91,21 @@ def _state(cause: str, size: float, made: Panel, rng: np.random.Generator) -> St
     return states.get(cause, State())
 
 
-def _mixed(made: Panel, size: float) -> Panel:
+def _mixed(display: Panel, size: float) -> Panel:
     """Return a panel whose preset mixes each primary from all three; white does not change.
 
     An sRGB preset on a panel of wider gamut mixes the primaries in this way.
     """
     share = size * np.array([[0.0, 0.7, 0.3], [0.5, 0.0, 0.2], [0.05, 0.3, 0.0]])
-    return replace(made, channels=(np.eye(3) + share - np.diag(share.sum(axis=0))).astype(float) @ made.channels)
+    return replace(display, channels=(np.eye(3) + share - np.diag(share.sum(axis=0))).astype(float) @ display.channels)
 
 
-def _correction(size: float, made: Panel, rng: np.random.Generator) -> Array:
+def _correction(size: float, display: Panel, rng: np.random.Generator) -> Array:
     """Return a correction for another kind of backlight: all primaries move towards white, or away from it."""
-    whole = made.channels.sum(axis=0)
+    whole = display.channels.sum(axis=0)
     sign = 1.0 if rng.random() < 0.5 else -1.0
-    share = made.channels[:, 1] / made.channels[:, 1].sum()
-    moved = made.channels + sign * size * (share[:, np.newaxis] * whole - made.channels) * rng.uniform(0.6, 1.4, (3, 1))
-    return np.asarray(moved.T @ np.linalg.inv(made.channels.T) * rng.uniform(0.97, 1.03))
+    share = display.channels[:, 1] / display.channels[:, 1].sum()
+    moved = display.channels + sign * size * (share[:, np.newaxis] * whole - display.channels) * rng.uniform(
+        0.6, 1.4, (3, 1)
+    )
+    return np.asarray(moved.T @ np.linalg.inv(display.channels.T) * rng.uniform(0.97, 1.03))

@@ -70,29 +70,31 @@ def chart(steps: int = 9, mixed: int = 4) -> Array:
     return np.array(rows)
 
 
-def light(made: Panel, state: State, code: Array) -> Array:
+def light(display: Panel, state: State, code: Array) -> Array:
     """Return XYZ in cd/m² of the screen's light, (n, 3)."""
     signal = (np.minimum(code / state.clip, 1.0) * state.gains) ** state.curve
-    linear = signal**made.gamma
+    linear = signal**display.gamma
     if state.hdr:
         # A tone curve that raises mid-tones and rolls off, a mapping into a wider gamut, and a limit of power.
         linear = (1.0 - state.hdr) * linear + state.hdr * linear**0.7
         mix = np.full((3, 3), 0.06 * state.hdr) + np.eye(3) * (1.0 - 0.18 * state.hdr)
         linear = linear @ mix
         linear = linear * (1.0 - 0.25 * state.hdr * linear.mean(axis=1, keepdims=True))
-    emitted = linear @ (made.channels * state.aged[:, np.newaxis] * state.yellowed)
-    luminance = float((made.channels[:, 1] * state.aged).sum() / made.channels[:, 1].sum())
-    xyz = emitted + made.leak * luminance
+    emitted = linear @ (display.channels * state.aged[:, np.newaxis] * state.yellowed)
+    luminance = float((display.channels[:, 1] * state.aged).sum() / display.channels[:, 1].sum())
+    xyz = emitted + display.leak * luminance
     if state.dynamic:
         content = linear.mean(axis=1, keepdims=True)
         xyz = xyz * (1.0 - state.dynamic + state.dynamic * content**0.3)
-    return np.asarray(made.white_cd_m2 * state.brightness * xyz)
+    return np.asarray(display.white_cd_m2 * state.brightness * xyz)
 
 
-def read(made: Panel, state: State, code: Array, rng: np.random.Generator, *, noise: float, floor: float) -> Array:
+def read(display: Panel, state: State, code: Array, rng: np.random.Generator, *, noise: float, floor: float) -> Array:
     """Return XYZ as an instrument reports it, in the order of the chart, (n, 3)."""
     order = np.linspace(0.0, 1.0, len(code))
-    xyz = light(made, state, code) * (1.0 + state.drift * (1.0 - np.exp(-3.0 * order)))[:, np.newaxis] + state.ambient
+    xyz = (
+        light(display, state, code) * (1.0 + state.drift * (1.0 - np.exp(-3.0 * order)))[:, np.newaxis] + state.ambient
+    )
     xyz = xyz @ state.matrix.T
     xyz = xyz * (1.0 + rng.normal(0.0, noise, (len(code), 1))) * (1.0 + rng.normal(0.0, 0.3 * noise, xyz.shape))
     return np.maximum(xyz + rng.normal(0.0, floor, xyz.shape), 0.0)

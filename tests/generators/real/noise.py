@@ -81,8 +81,8 @@ def _typical() -> tuple[Array, Array]:
     """Return the covariances of a typical session: the mean shape of all sessions, with their median size."""
     typical = []
     for which in (0, 1):
-        found = [_differences(name)[which] for name in BASES]
-        every = np.array([part.T @ part / (2.0 * len(part)) for part in found if len(part)])
+        differences = [_differences(name)[which] for name in BASES]
+        every = np.array([part.T @ part / (2.0 * len(part)) for part in differences if len(part)])
         size = np.trace(every, axis1=1, axis2=2)
         shape = np.mean(every[size > 0] / size[size > 0, None, None], axis=0)
         typical.append(np.asarray(shape * np.median(size)))

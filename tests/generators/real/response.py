@@ -130,10 +130,10 @@ def spectra(name: str) -> Array:
     The method is non-negative least squares on the second differences and the tristimulus values.
     """
     curvature = np.diff(np.eye(len(WAVELENGTHS)), 2, axis=0)
-    found = []
+    curves = []
     for channel in range(3):
         xyz = display(name).primaries[:, channel]
         strict = 1e3 / xyz.sum() * observer().T  # 1000 times the weight of smoothness: XYZ is measured
         system = np.vstack([strict, curvature / xyz.sum() * observer().sum()])
-        found.append(nnls(system, np.concatenate([1e3 * xyz / xyz.sum(), np.zeros(len(curvature))]))[0])
-    return np.column_stack(found)
+        curves.append(nnls(system, np.concatenate([1e3 * xyz / xyz.sum(), np.zeros(len(curvature))]))[0])
+    return np.column_stack(curves)

@@ -87,10 +87,10 @@ def folder() -> Path:
 @cache
 def session(name: str) -> Session:
     """Return a session of BASES; raise MissingSessionsError if no file or several files have this name."""
-    found = [path for kind in ("jamesits/*.ti3", "ickc/*.csv") for path in folder().glob(kind) if _is(path, name)]
-    if len(found) != 1:
-        raise MissingSessionsError(f"{name}: {len(found)} sessions have this name; pick one of {', '.join(BASES)}.")
-    return _read_ti3(found[0], name) if found[0].suffix == ".ti3" else _read_csv(found[0], name)
+    paths = [path for kind in ("jamesits/*.ti3", "ickc/*.csv") for path in folder().glob(kind) if _is(path, name)]
+    if len(paths) != 1:
+        raise MissingSessionsError(f"{name}: {len(paths)} sessions have this name; pick one of {', '.join(BASES)}.")
+    return _read_ti3(paths[0], name) if paths[0].suffix == ".ti3" else _read_csv(paths[0], name)
 
 
 def uniformity() -> Array:

@@ -183,8 +183,8 @@ _NUMBER = re.compile(r"([+-]?\d+)(\.\d*)?([eE][+-]?\d+)?")
 
 
 def _longer(cell: str) -> str:
-    found = _NUMBER.fullmatch(cell)
-    return cell if found is None else f"{found[1]}{found[2] or '.'}000{found[3] or ''}"
+    match = _NUMBER.fullmatch(cell)
+    return cell if match is None else f"{match[1]}{match[2] or '.'}000{match[3] or ''}"
 
 
 @rewriting(NOTHING_LOST)

@@ -32,9 +32,9 @@ def rewriting(registry: dict[str, Rewriting]) -> Callable[[OfTable], Rewriting]:
     def enter(rewrite: OfTable) -> Rewriting:
         @wraps(rewrite)
         def of_text(text: str) -> str:
-            given = parsed(text)
-            rewritten = rewrite(given).text()
-            if rewritten == given.text():
+            table = parsed(text)
+            rewritten = rewrite(table).text()
+            if rewritten == table.text():
                 raise CannotRewrite("the file is written so already")
             return rewritten
 

@@ -126,12 +126,12 @@ def irregular_hours(table: Table) -> Table:
     if len(sessions) < 5:
         raise CannotRewrite("fewer than five sessions: two of them cannot go")
     gone = {int(each) for each in random.choice(np.arange(1, len(sessions) - 1), 2, replace=False)}
-    left = [rows for i, rows in enumerate(sessions) if i not in gone]
-    halved = int(random.integers(1, len(left) - 1))
+    remaining = [rows for i, rows in enumerate(sessions) if i not in gone]
+    halved = int(random.integers(1, len(remaining) - 1))
     point, same = is_colour_point(table.drive), _replicates(table)
-    patches = [rows for rows in same if not point[rows[0]] and np.isin(rows, left[halved]).all()]
+    patches = [rows for rows in same if not point[rows[0]] and np.isin(rows, remaining[halved]).all()]
     out = {row for i in random.permutation(len(patches))[: len(patches) // 2] for row in patches[i].tolist()}
-    return table.rows(row for rows in left for row in rows.tolist() if row not in out)
+    return table.rows(row for rows in remaining for row in rows.tolist() if row not in out)
 
 
 @rewriting(SOMETHING_LOST)

@@ -46,7 +46,7 @@ ROUNDING = 0.01
 
 
 @dataclass(frozen=True)
-class Said:
+class Outcome:
     """The answer of lutgen to one file, with the shares of the effects, and the RMS error in σ after adding them."""
 
     reply: Reply
@@ -58,7 +58,7 @@ class Said:
         """Return the verdict and all names that it gives."""
         return self.reply.verdict, self.reply.answered
 
-    def agrees(self, other: Said) -> bool:
+    def agrees(self, other: Outcome) -> bool:
         """Return whether verdict, names, shares and error are equal within rounding."""
         return (
             self.verdict == other.verdict
@@ -80,7 +80,7 @@ class Rewritten:
     lossless: bool
     verdict: bool = True
     figures: bool = True
-    said: str = ""
+    answer: str = ""
     cannot: str = ""
 
 
@@ -90,13 +90,13 @@ class Answered:
 
     question: Question
     multiples: tuple[float, ...]
-    said: Said
+    outcome: Outcome
     rewritten: tuple[Rewritten, ...] = ()
 
     @property
     def reply(self) -> Reply:
         """Return the answer of lutgen."""
-        return self.said.reply
+        return self.outcome.reply
 
     @property
     def large_enough(self) -> bool:
@@ -105,19 +105,21 @@ class Answered:
         Some designs and displays cannot show that much. An effect of typical size must at least be detectable.
         """
         if self.question.typical:
-            return all(found > 1.0 for found in self.multiples)
+            return all(multiple > 1.0 for multiple in self.multiples)
         asked = self.question.sizes
-        return all(found > ENOUGH * size for found, size in zip(self.multiples, asked, strict=bool(self.multiples)))
+        return all(
+            multiple > ENOUGH * size for multiple, size in zip(self.multiples, asked, strict=bool(self.multiples))
+        )
 
 
 def ask(question: Question) -> Answered:
     """Make the campaign and let lutgen diagnose it; if the question says so, also diagnose each rewriting."""
     hidden, multiples = _hidden(question)
     truth = _campaign(question, hidden)
-    said = put(question, _text(question, truth))
-    if question.sort != "rewritten" or said.reply.verdict in ("traceback", "refused"):
-        return Answered(question, multiples, said)
-    return Answered(question, multiples, said, tuple(_rewritings(question, truth, said)))
+    original = put(question, _text(question, truth))
+    if question.sort != "rewritten" or original.reply.verdict in ("traceback", "refused"):
+        return Answered(question, multiples, original)
+    return Answered(question, multiples, original, tuple(_rewritings(question, truth, original)))
 
 
 def _campaign(question: Question, hidden: dict[str, float]) -> Truth:
@@ -136,12 +138,12 @@ def _hidden(question: Question) -> tuple[dict[str, float], tuple[float, ...]]:
             shown(partial(_alone, question, name), size, baseline=question.baseline, discrepancy=discrepancy)
             for name, size in asked
         )
-    found = [
+    solved = [
         sized(partial(_alone, question, name), target, baseline=question.baseline, discrepancy=discrepancy)
         for name, target in zip(question.effects, question.sizes, strict=True)
     ]
-    sizes = {name: each.size for name, each in zip(question.effects, found, strict=True)}
-    return sizes, tuple(each.multiple for each in found)
+    sizes = {name: each.size for name, each in zip(question.effects, solved, strict=True)}
+    return sizes, tuple(each.multiple for each in solved)
 
 
 def _alone(question: Question, name: str, size: float) -> Truth:
@@ -157,7 +159,7 @@ def _written(question: Question, truth: Truth, xyz: Array) -> str:
     return table(stated, xyz, order=question.order)
 
 
-def put(question: Question, text: str) -> Said:
+def put(question: Question, text: str) -> Outcome:
     """Diagnose one file. If lutgen refuses the file, the verdict is ``refused``; if lutgen crashes, ``traceback``."""
     from lutgen.criticism.diagnose import diagnose
     from lutgen.readings import read_measurements
@@ -168,27 +170,27 @@ def put(question: Question, text: str) -> Said:
         path.write_bytes(text.encode())
         try:
             readings = read_measurements(path)
-            found = diagnose(readings, baseline=question.baseline, without=question.without)
+            diagnosis = diagnose(readings, baseline=question.baseline, without=question.without)
             seconds = time.perf_counter() - start
-            reply = Reply.of(found.as_json(), seconds=seconds)
-            after = found.after.error.rms_sigma if question.sort == "rewritten" else 0.0
-            return Said(reply, dict(found.verdict.shares), after)
+            reply = Reply.of(diagnosis.as_json(), seconds=seconds)
+            after = diagnosis.after.error.rms_sigma if question.sort == "rewritten" else 0.0
+            return Outcome(reply, dict(diagnosis.verdict.shares), after)
         except LutgenError as refusal:
-            return Said(Reply("refused", sentence=str(refusal).replace(folder, "")))
+            return Outcome(Reply("refused", sentence=str(refusal).replace(folder, "")))
         except FAULTS as fault:
-            return Said(Reply("traceback", sentence=f"{type(fault).__name__}: {fault}"))
+            return Outcome(Reply("traceback", sentence=f"{type(fault).__name__}: {fault}"))
 
 
-def _rewritings(question: Question, truth: Truth, said: Said) -> Iterator[Rewritten]:
+def _rewritings(question: Question, truth: Truth, original: Outcome) -> Iterator[Rewritten]:
     text = _text(question, truth)
     for name, rewrite in NOTHING_LOST.items():
-        yield _compared(question, said, name, partial(rewrite, text), lossless=True)
+        yield _compared(question, original, name, partial(rewrite, text), lossless=True)
     if question.effects and not clear(question):
         return
     for name, rewrite in SOMETHING_LOST.items():
-        yield _compared(question, said, name, partial(rewrite, text), lossless=False)
+        yield _compared(question, original, name, partial(rewrite, text), lossless=False)
     for name, read_more in OF_TRUTH.items():
-        yield _compared(question, said, name, partial(_read_more, question, truth, read_more), lossless=False)
+        yield _compared(question, original, name, partial(_read_more, question, truth, read_more), lossless=False)
 
 
 def clear(question: Question) -> bool:
@@ -206,7 +208,9 @@ def _read_more(question: Question, truth: Truth, read_more: Callable[[Truth, int
     return _written(question, longer, xyz)
 
 
-def _compared(question: Question, said: Said, name: str, write: Callable[[], str], *, lossless: bool) -> Rewritten:
+def _compared(
+    question: Question, original: Outcome, name: str, write: Callable[[], str], *, lossless: bool
+) -> Rewritten:
     try:
         text = write()
     except CannotRewrite as why:
@@ -214,4 +218,4 @@ def _compared(question: Question, said: Said, name: str, write: Callable[[], str
     again = put(question, text)
     words = again.reply.short if again.verdict[0] not in ("refused", "traceback") else f"{again.verdict[0]}: "
     words += again.reply.sentence if words.endswith(": ") else ""
-    return Rewritten(name, lossless, again.verdict == said.verdict, again.agrees(said), words)
+    return Rewritten(name, lossless, again.verdict == original.verdict, again.agrees(original), words)

@@ -121,8 +121,8 @@ def _verdict(*verdicts: str) -> Callable[[Answered], Sequence[bool]]:
     """Return a function that makes one trial of each diagnosis, including those of rewritings."""
 
     def trials(one: Answered) -> Sequence[bool]:
-        tried = [each.said for each in one.rewritten if not each.cannot]
-        return [one.reply.verdict in verdicts, *(said.partition(":")[0] in verdicts for said in tried)]
+        tried = [each.answer for each in one.rewritten if not each.cannot]
+        return [one.reply.verdict in verdicts, *(answer.partition(":")[0] in verdicts for answer in tried)]
 
     return trials
 
@@ -171,8 +171,8 @@ class Result:
     @property
     def interval(self) -> tuple[float, float]:
         """Return Wilson's 95 % interval."""
-        found = binomtest(self.hits, self.n).proportion_ci(method="wilson")
-        return float(found.low), float(found.high)
+        share = binomtest(self.hits, self.n).proportion_ci(method="wilson")
+        return float(share.low), float(share.high)
 
     @property
     def met(self) -> bool:

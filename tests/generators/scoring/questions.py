@@ -120,7 +120,7 @@ class Wanted:
 def questions(source: Source, wanted: Wanted) -> list[Question]:
     """Return all questions about one generator."""
     source = replace(source, only="" if wanted.only in SORTS else wanted.only)
-    found: list[Question] = []
+    rows: list[Question] = []
     for sort, draw in SORTS.items():
         random = np.random.default_rng([wanted.seed, crc32(source.name.encode()), crc32(sort.encode())])
         meters = wanted.meters if sort == "healthy" else [GOOD if GOOD in wanted.meters else wanted.meters[0]]
@@ -128,8 +128,8 @@ def questions(source: Source, wanted: Wanted) -> list[Question]:
             drawn = draw(source, number, random)
             if drawn is None:
                 continue
-            found += [_finished(drawn, source, wanted, meter) for meter in meters]
-    return [one for one in found if wanted.only in ("", one.sort, *one.effects)]
+            rows += [_finished(drawn, source, wanted, meter) for meter in meters]
+    return [one for one in rows if wanted.only in ("", one.sort, *one.effects)]
 
 
 def _finished(drawn: Question, source: Source, wanted: Wanted, meter: str) -> Question:
@@ -139,8 +139,8 @@ def _finished(drawn: Question, source: Source, wanted: Wanted, meter: str) -> Qu
 
 
 def _drawn(source: Source, sort: str, number: int, random: np.random.Generator, **more: object) -> Question:
-    given = {"habits": (_start(source, sort) + number) % HABITS, **more}
-    return Question(source.name, sort, number, int(random.integers(1 << 31)), **given)  # type: ignore[arg-type]
+    settings = {"habits": (_start(source, sort) + number) % HABITS, **more}
+    return Question(source.name, sort, number, int(random.integers(1 << 31)), **settings)  # type: ignore[arg-type]
 
 
 def _between(bounds: tuple[float, float], random: np.random.Generator) -> float:

@@ -58,13 +58,13 @@ def figures(answers: Sequence[Answered]) -> str:
     names = _generators(answers)
     lines = [_row("figure", *names, "gate", "goal", "met?"), "|---" * (len(names) + 4) + "|"]
     for figure in FIGURES:
-        found = _by_generator(figure, answers)
-        if any(found.values()):
+        results = _by_generator(figure, answers)
+        if any(results.values()):
             sign = "≤" if figure.at_most else "≥"
             limits = ["" if limit is None else f"{sign} {limit:g}" for limit in (figure.gate, figure.goal)]
-            met = all(one.met for one in found.values() if one)
+            met = all(one.met for one in results.values() if one)
             judged = "" if figure.gate is None else "yes" if met else "**no**"
-            lines.append(_row(figure.title, *map(_cell, found.values()), *limits, judged))
+            lines.append(_row(figure.title, *map(_cell, results.values()), *limits, judged))
     return "\n".join(lines)
 
 
@@ -96,11 +96,11 @@ def disagreements(answers: Sequence[Answered]) -> str:
     """
     lines = []
     for figure in FIGURES:
-        found = {name: one for name, one in _by_generator(figure, answers).items() if one}
-        low = max((one.interval[0] for one in found.values()), default=0.0)
-        high = min((one.interval[1] for one in found.values()), default=1.0)
+        results = {name: one for name, one in _by_generator(figure, answers).items() if one}
+        low = max((one.interval[0] for one in results.values()), default=0.0)
+        high = min((one.interval[1] for one in results.values()), default=1.0)
         if low > high:
-            shares = ", ".join(f"{name} {one.value:.2f} (n = {one.n})" for name, one in found.items())
+            shares = ", ".join(f"{name} {one.value:.2f} (n = {one.n})" for name, one in results.items())
             lines.append(f"- {figure.title}: {shares}")
     truths: dict[tuple[str, str], dict[str, list[bool]]] = defaultdict(lambda: defaultdict(list))
     for one in answers:
@@ -146,27 +146,27 @@ def rewritings(answers: Sequence[Answered]) -> str:
                 cannot[each.name] += 1
                 continue
             kept = each.figures if each.lossless else each.verdict
-            rows[each.name].append((one, kept, each.said))
+            rows[each.name].append((one, kept, each.answer))
     lines = [_row("rewriting", "tried", "not allowed", "changed", "such as"), "|---" * 5 + "|"]
     for name in dict.fromkeys([*rows, *cannot]):
-        changed = [(one, said) for one, kept, said in rows[name] if not kept]
+        changed = [(one, answer) for one, kept, answer in rows[name] if not kept]
         example = ""
         if changed:
-            one, said = changed[0]
+            one, answer = changed[0]
             before = one.reply.short
-            example = f"{one.question.truth}: {before} → {said if said != before else 'the same, other figures'}"
+            example = f"{one.question.truth}: {before} → {answer if answer != before else 'the same, other figures'}"
         lines.append(_row(name, str(len(rows[name])), str(cannot[name]), str(len(changed)), example[:160]))
     return "\n".join(lines) if len(lines) > 2 else "None was tried."
 
 
 def faults(answers: Sequence[Answered]) -> str:
     """Return the refusals and crashes of lutgen, with one campaign for each message."""
-    found: dict[str, list[Answered]] = defaultdict(list)
+    campaigns: dict[str, list[Answered]] = defaultdict(list)
     for one in answers:
         if one.reply.verdict in ("refused", "traceback"):
-            found[f"{one.reply.verdict}: {one.reply.sentence}"].append(one)
+            campaigns[f"{one.reply.verdict}: {one.reply.sentence}"].append(one)
     lines = [_row("what", "campaigns", "first"), "|---" * 3 + "|"]
-    for sentence, those in sorted(found.items()):
+    for sentence, those in sorted(campaigns.items()):
         asked = those[0].question
         first = f"{asked.generator}, {asked.sort} {asked.number}, seed {asked.seed}, {asked.truth}"
         lines.append(_row(sentence[:200], str(len(those)), first))

@@ -60,13 +60,13 @@ def sized(
     best = Sized(size, 0.0)
     for _ in range(STEPS):
         changed = hiding(size).xyz_cd_m2 - healthy.xyz_cd_m2
-        found = Sized(size, _left(healthy, changed, whitener, baseline) / DETECTABLE)
-        if abs(np.log(max(found.multiple, 1e-12) / target)) <= abs(np.log(max(best.multiple, 1e-12) / target)):
-            best = found
-        if abs(found.multiple / target - 1.0) < TOLERANCE or (found.multiple < target and size >= MOST):
+        solution = Sized(size, _left(healthy, changed, whitener, baseline) / DETECTABLE)
+        if abs(np.log(max(solution.multiple, 1e-12) / target)) <= abs(np.log(max(best.multiple, 1e-12) / target)):
+            best = solution
+        if abs(solution.multiple / target - 1.0) < TOLERANCE or (solution.multiple < target and size >= MOST):
             break
-        low, high = (size, high) if found.multiple < target else (low, size)
-        size = size * target / max(found.multiple, 1e-9)
+        low, high = (size, high) if solution.multiple < target else (low, size)
+        size = size * target / max(solution.multiple, 1e-9)
         if not low < size < high:
             size = min(MOST, np.sqrt(max(low, 1e-6) * high)) if low < 0.9 * MOST else MOST
     return best

@@ -117,17 +117,17 @@ def _few() -> Iterator[Reading]:
 def readings(design: str, rng: np.random.Generator) -> list[Reading]:
     """Return the readings of one hour in the order of reading."""
     if design == "few":
-        found = list(_few())
+        schedule = list(_few())
     elif design in {"full", "grey", "colour"}:
-        found = list(_colour_points(3))
-        found += [Reading(_grey(level), place=0.3) for level in (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)]
+        schedule = list(_colour_points(3))
+        schedule += [Reading(_grey(level), place=0.3) for level in (0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)]
         if design != "grey":
-            found += _colours(rng)
+            schedule += _colours(rng)
         if design == "full":
-            found += _circumstances()
+            schedule += _circumstances()
     else:
         raise ValueError(f"design {design!r} is none. Pick one of: full, grey, colour, few.")
-    return sorted(found, key=lambda reading: reading.place)
+    return sorted(schedule, key=lambda reading: reading.place)
 
 
 def plan(hours: NDArray[np.float64], one_hour: Sequence[Reading], *, sessions: int = 1) -> Plan:

@@ -34,8 +34,8 @@ def observer() -> NDArray[np.float64]:
 @cache
 def lamp(name: str) -> NDArray[np.float64]:
     """Return the spectrum of a room lamp by its CIE name (FL2, FL11, LED-B3 ...), scaled to Y = 1."""
-    found = colour.SDS_ILLUMINANTS[name]
-    spectrum = _on_grid(found.wavelengths, found.values)
+    table = colour.SDS_ILLUMINANTS[name]
+    spectrum = _on_grid(table.wavelengths, table.values)
     return unit(spectrum)
 
 
