@@ -64,6 +64,11 @@ class ColourPoints:
     #: Whether black was read.
     has_black: bool
 
+    @property
+    def excess(self) -> float:
+        """Luminance of ``extra`` over that of the sum of the channels."""
+        return float(self.extra[1] / self.channels[:, 1].sum())
+
     def xyz(self) -> Array:
         """Return XYZ, as read, of red, green, blue, white and black, (5, 3)."""
         return _points(self.channels, self.extra, self.leak)
@@ -195,7 +200,7 @@ def covariance(before: ColourPoints, after: Array, *, noise: float, loose: float
 def _by_content(before: ColourPoints, after: Array) -> float:
     """Return the share by which white differs from the sum of the primaries; 0 unless it differs in both sessions."""
     light = after[:4, 1] - after[4, 1]
-    off = abs(float(light[3] / light[:3].sum()) - 1.0), abs(float(before.extra[1] / before.channels[:, 1].sum()))
+    off = abs(float(light[3] / light[:3].sum()) - 1.0), abs(before.excess)
     return max(off) if min(off) >= BY_CONTENT else 0.0
 
 

@@ -117,7 +117,7 @@ def _penalty(entry: CampaignEntry) -> float:
     points = colour_points(entry.session)
     if points is None:
         return np.inf
-    off = abs(float(points.extra[1] / points.channels[:, 1].sum()))
+    off = abs(points.excess)
     return (10.0 if drift_by_repeats(steadiness(entry.session)).ran_away else 0.0) + (off if off >= BY_CONTENT else 0.0)
 
 
@@ -168,13 +168,11 @@ def _session(pair: SessionPair, verdict: SessionVerdict) -> dict[str, Any]:
 def _figures(pair: SessionPair) -> dict[str, Any] | None:
     if pair.seen is None:
         return None
-    before, after = pair.seen
-    ratio = after.channels[:, 1] / before.channels[:, 1]
     return {
-        "light": dict(zip(CHANNELS, ratio.tolist(), strict=True)),
+        "light": dict(zip(CHANNELS, pair.light_ratio.tolist(), strict=True)),
         "calibration": dict(zip(CHANNELS, pair.calibration_gain.tolist(), strict=True)),
-        "shift_uv": dict(zip((*CHANNELS, "white"), (pair.shift**2).sum(axis=1) ** 0.5, strict=True)),
-        "black": [float(each.leak[1]) if each.has_black else None for each in (before, after)],
+        "shift_uv": dict(zip((*CHANNELS, "white"), pair.shift.tolist(), strict=True)),
+        "black": [float(each.leak[1]) if each.has_black else None for each in pair.seen],
         "additivity": list(pair.additivity),
         "curve_lightness": pair.bend,
         "drift": [each.change for each in pair.drifts],

@@ -32,9 +32,11 @@ FACTS = ("blue", "colour", "curve", "sum", "contrast")
 #: Smallest changes that count as a moved fact: Δu'v', ΔL*, a share, and a factor.
 COLOUR_MOVED, CURVE_MOVED, SUM_MOVED, CONTRAST_MOVED = 0.012, 3.0, 0.04, 1.8
 
-#: Change of a curve at equal drive, in ΔL*, that is too large for noise and few levels; and a change as large as by
-#: HDR.
-BENT, STRONGLY_BENT = 2.5, 6.0
+#: Change of a curve at equal drive, in ΔL*, that is too large for noise and few levels.
+BENT = 2.5
+
+#: Change of all light, as a natural logarithm, that is too large for a wrong correction.
+LEAP = 0.15
 
 #: Change of a channel's light, as a share, that a repeated calibration may cause.
 RECALIBRATED = 0.04
@@ -117,14 +119,16 @@ class SessionPair:
 
     @cached_property
     def shift(self) -> Array:
-        """Change of u', v' of red, green, blue and white, minus black, (4, 2). Raises LutgenError without ``seen``."""
-        one, other = _both(self)
-        return np.asarray(_uv(other) - _uv(one))
+        """Δu'v' of red, green, blue and white, minus black, (4,). Raises LutgenError without ``seen``."""
+        one, other = (
+            xyz_to_uv(np.vstack([each.channels, each.channels.sum(axis=0) + each.extra])) for each in _both(self)
+        )
+        return np.asarray(np.linalg.norm(other - one, axis=1))
 
     @cached_property
     def additivity(self) -> tuple[float, float]:
         """Luminance of white over that of the sum of the primaries, both minus black: before and after."""
-        one, other = (1.0 + float(each.extra[1] / each.channels[:, 1].sum()) for each in _both(self))
+        one, other = (1.0 + each.excess for each in _both(self))
         return one, other
 
     @cached_property
@@ -141,7 +145,7 @@ class SessionPair:
         """The moved facts, of ``FACTS``; none if white and primaries were not read in both sessions."""
         if self.seen is None:
             return frozenset()
-        red, green, blue, _ = np.hypot(*self.shift.T)
+        red, green, blue, _ = self.shift
         before, after = self.additivity
         ratio = np.log(self.contrast[1] / self.contrast[0]) if self.contrast else 0.0
         moved = {
@@ -161,22 +165,25 @@ class SessionPair:
             return f"the transfer curve moved by ΔL* {self.bend:+.1f}"
         if fact == "contrast" and self.contrast:
             return "contrast went from {:.0f} to {:.0f}".format(*self.contrast)
-        red, green, blue, _ = np.hypot(*self.shift.T)
+        red, green, blue, _ = self.shift
         which, moved = ("blue", blue) if fact == "blue" else ("a primary", max(red, green))
         return f"{which} moved by Δu'v' {moved:.3f}"
 
     @cached_property
+    def light_ratio(self) -> Array:
+        """Each channel's light over the reference's light, (3,). Raises LutgenError without ``seen``."""
+        one, other = _both(self)
+        return np.asarray(other.channels[:, 1] / one.channels[:, 1])
+
+    @property
     def light_change(self) -> Array | None:
-        """Natural logarithm of each channel's light over the reference's light, (3,); None without ``seen``."""
-        if self.seen is None:
-            return None
-        before, after = self.seen
-        return np.asarray(np.log(after.channels[:, 1] / before.channels[:, 1]))
+        """Natural logarithm of ``light_ratio``, (3,); None without ``seen``."""
+        return None if self.seen is None else np.log(self.light_ratio)
 
     @cached_property
     def largest_shift(self) -> float:
         """Largest Δu'v' of a primary. Raises LutgenError without ``seen``."""
-        return float(np.hypot(*self.shift[:3].T).max())
+        return float(self.shift[:3].max())
 
     @property
     def named_alike(self) -> bool:
@@ -188,11 +195,6 @@ class SessionPair:
     def bent(self) -> bool:
         """Whether the display's own curves moved; without known calibrations, whether the measured curves moved."""
         return self.bend is not None and abs(self.bend) >= BENT
-
-    @property
-    def strongly_bent(self) -> bool:
-        """Whether these curves moved as much as by HDR."""
-        return self.bend is not None and abs(self.bend) >= STRONGLY_BENT
 
     @cached_property
     def clipping_difference(self) -> str:
@@ -246,7 +248,7 @@ class SessionPair:
     def other_instrument(self) -> str:
         """Clause on another instrument or another setting of the instrument, from the records; "" without a change."""
         one, other = self.before.instrument, self.after.instrument
-        if one.lower() not in UNKNOWN and other.lower() not in UNKNOWN and one != other:
+        if _differ(one, other):
             return f"the instrument is {other!r}, it was {one!r}"
         for key in _SETTINGS:
             values = [each.metadata.get(key, "") for each in self.sessions]
@@ -255,12 +257,15 @@ class SessionPair:
         return ""
 
     @property
+    def same_instrument(self) -> bool:
+        """Whether the records name one instrument for both sessions."""
+        return bool(self.before.instrument) and self.before.instrument == self.after.instrument
+
+    @property
     def other_display(self) -> str:
         """Clause on another display, from the records; "" without a change."""
         one, other = (each.display for each in self.sessions)
-        if one.lower() not in UNKNOWN and other.lower() not in UNKNOWN and one != other:
-            return f"the file names {other!r}, the reference {one!r}"
-        return ""
+        return f"the file names {other!r}, the reference {one!r}" if _differ(one, other) else ""
 
     @property
     def other_settings(self) -> str:
@@ -273,6 +278,11 @@ class SessionPair:
         """Change of the room's light in lux, from the campaign; None if the campaign lacks it for a session."""
         one, other = (each.conditions.get("ambient_lx") for each in (self.before, self.after))
         return None if one is None or other is None else other - one
+
+
+def _differ(one: str, other: str) -> bool:
+    """Whether two recorded names are known and differ."""
+    return one != other and one.lower() not in UNKNOWN and other.lower() not in UNKNOWN
 
 
 def _curves(session: Session) -> dict[str, Transfer]:
@@ -292,10 +302,6 @@ def _both(pair: SessionPair) -> tuple[ColourPoints, ColourPoints]:
     if pair.seen is None:
         raise LutgenError(f"{pair.after.session.file}: white and primaries in cd/m² were not read in both sessions.")
     return pair.seen
-
-
-def _uv(colours: ColourPoints) -> Array:
-    return xyz_to_uv(np.vstack([colours.channels, colours.channels.sum(axis=0) + colours.extra]))
 
 
 def line_shift(before: Session, after: Session) -> float | None:

@@ -23,6 +23,8 @@ class Ramp:
     drive: Array
     #: XYZ in the session's unit, (n, 3).
     xyz: Array
+    #: Rows of each level in the session, n arrays.
+    rows: tuple[NDArray[np.int64], ...]
 
 
 def mean_xyz(session: Session, kind: str) -> Array | None:
@@ -56,10 +58,11 @@ def ramp(session: Session, kind: str) -> Ramp:
     order = np.argsort(drive, kind="stable")
     drive, xyz = drive[order], session.xyz[rows[order]]
     if not drive.size:
-        return Ramp(drive, xyz)
+        return Ramp(drive, xyz, ())
     starts = np.flatnonzero(np.concatenate([[True], np.diff(drive) > _SAME]))
-    counts = np.diff(np.append(starts, drive.size))
-    return Ramp(np.add.reduceat(drive, starts) / counts, np.add.reduceat(xyz, starts) / counts[:, np.newaxis])
+    levels = tuple(np.split(rows[order], starts[1:]))
+    counts = np.array([level.size for level in levels])
+    return Ramp(np.add.reduceat(drive, starts) / counts, np.add.reduceat(xyz, starts) / counts[:, np.newaxis], levels)
 
 
 def repeats(session: Session) -> list[NDArray[np.int64]]:

@@ -28,6 +28,8 @@ BRIGHTER = 1.5
 #: Fewest levels of a ramp, and fewest readings of a patch, with which a misread reading can be identified.
 FEWEST_LEVELS, FEWEST_REPEATS = 6, 3
 
+_NO_ROWS = np.empty(0, dtype=np.int64)
+
 
 def misread(session: Session) -> NDArray[np.int64]:
     """Return rows of misread readings: at most one level of a ramp, black, and one reading of each repeated patch."""
@@ -55,42 +57,33 @@ def left_out(session: Session) -> tuple[Session, tuple[str, ...]]:
 def _off_its_ramp(session: Session, kind: str) -> NDArray[np.int64]:
     """Return the rows of the only level that is far from the line between its neighbours, in L*; empty without one."""
     levels = ramp(session, kind)
-    none = np.empty(0, dtype=np.int64)
-    if levels.drive.size < FEWEST_LEVELS:
-        return none
     light = levels.xyz[:, 1] - black_xyz(session)[1]
-    if light[-1] <= 0:
-        return none
+    if light.size < FEWEST_LEVELS or light[-1] <= 0:
+        return _NO_ROWS
     level = lightness(light / light[-1])
     off = _from_neighbours(levels.drive, level)
     worst = int(np.argmax(np.abs(off))) + 1
     others = np.abs(_from_neighbours(np.delete(levels.drive, worst), np.delete(level, worst)))
-    if abs(off[worst - 1]) < max(FAR, CLEARLY * float(others.max())):
-        return none
-    rows = session.rows("grey") if kind == "grey" else session.rows(kind)
-    return np.asarray(rows[np.abs(session.drive[rows].max(axis=1) - levels.drive[worst]) <= 1e-4])
+    return levels.rows[worst] if abs(off[worst - 1]) >= max(FAR, CLEARLY * float(others.max())) else _NO_ROWS
 
 
 def _off_the_end(session: Session, kind: str) -> NDArray[np.int64]:
     """Return the rows of full drive if it is much darker than the level below it, or of quite another colour."""
     levels = ramp(session, kind)
-    none = np.empty(0, dtype=np.int64)
     if levels.drive.size < FEWEST_LEVELS:
-        return none
+        return _NO_ROWS
     level = lightness(levels.xyz[:, 1] / max(float(levels.xyz[:-1, 1].max()), 1e-9))
     falls = -np.diff(level)
     shift = float(np.hypot(*(xyz_to_uv(levels.xyz[-1]) - xyz_to_uv(levels.xyz[-2]))))
-    if falls[-1] < max(FAR, CLEARLY * float(falls[:-1].max())) and shift < OTHER_COLOUR:
-        return none
-    rows = session.rows("grey", "white") if kind == "grey" else session.rows(kind)
-    return np.asarray(rows[session.drive[rows].max(axis=1) > levels.drive[-2] + 1e-4])
+    darker = falls[-1] >= max(FAR, CLEARLY * float(falls[:-1].max()))
+    return levels.rows[-1] if darker or shift >= OTHER_COLOUR else _NO_ROWS
 
 
 def _above_dark_greys(session: Session) -> NDArray[np.int64]:
     """Return the rows of black if it is much brighter than the two darkest greys."""
     levels, black = ramp(session, "grey"), black_xyz(session)[1]
     if levels.drive.size < FEWEST_LEVELS or black <= BRIGHTER * float(levels.xyz[:2, 1].max()):
-        return np.empty(0, dtype=np.int64)
+        return _NO_ROWS
     return session.rows("black")
 
 
@@ -105,13 +98,12 @@ def _off_its_repeats(session: Session, rows: NDArray[np.int64]) -> NDArray[np.in
 
     L* is relative to the session's brightest reading.
     """
-    none = np.empty(0, dtype=np.int64)
     if rows.size < FEWEST_REPEATS or session.xyz[:, 1].max() <= 0:
-        return none
+        return _NO_ROWS
     level = lightness(session.xyz[rows, 1] / session.xyz[:, 1].max())
     off = np.abs(level - np.median(level))
     worst = int(np.argmax(off))
-    return rows[[worst]] if off[worst] >= max(FAR, CLEARLY * float(np.delete(off, worst).max())) else none
+    return rows[[worst]] if off[worst] >= max(FAR, CLEARLY * float(np.delete(off, worst).max())) else _NO_ROWS
 
 
 def steadiness(session: Session) -> Steadiness | None:
@@ -123,7 +115,8 @@ def steadiness(session: Session) -> Steadiness | None:
 #: Fewest shared patches of two sessions for a drift from their ratio.
 FEWEST_SHARED = 40
 
-#: If the colours explain this share of the variance of the order, the patches were read sorted by code.
+#: If the colours explain this share of the variance of the order, the patches were read sorted by code: a drift then
+#: does not show.
 SORTED = 0.5
 
 #: Patches below this share of the brightest patch are left out: their ratio is mostly noise of the meter.
@@ -143,10 +136,11 @@ def drift_by_order(session: Session, other: Session) -> SessionDrift | None:
     level = there[kept] / there.max()
     order = np.argsort(np.argsort(session.order))[mine[kept]] / max(len(session.drive) - 1, 1)
     colour = np.column_stack([np.ones(len(drive)), drive, drive**2, np.log(level), level])
-    if _is_sorted(colour, order):
+    by_colour = colour @ np.linalg.lstsq(colour, order, rcond=None)[0]
+    if np.var(order - by_colour) < (1.0 - SORTED) * np.var(order):
         return None
     ratio = np.log(here[kept] / there[kept])
-    change, error = _trend(colour, order, ratio)
+    change, error = _slope(colour, order, ratio)
     return None if abs(change) < CLEAR * error else SessionDrift(float(np.expm1(change)), "order")
 
 
@@ -161,13 +155,7 @@ def shared(one: Session, other: Session) -> tuple[NDArray[np.int64], NDArray[np.
     return pairs[:, 0], pairs[:, 1]
 
 
-def _is_sorted(colour: Array, order: Array) -> bool:
-    """Whether the order of reading follows the colours, as in a list sorted by code; a drift then does not show."""
-    coefficients = np.linalg.lstsq(colour, order, rcond=None)[0]
-    return bool(np.var(order - colour @ coefficients) < (1.0 - SORTED) * np.var(order))
-
-
-def _trend(colour: Array, order: Array, ratio: Array) -> tuple[float, float]:
+def _slope(colour: Array, order: Array, ratio: Array) -> tuple[float, float]:
     """Return the slope of a ratio over the order (0 to 1), fitted together with the colours, and its standard error."""
     design = np.column_stack([order, colour])
     coefficients, _, rank, _ = np.linalg.lstsq(design, ratio, rcond=None)

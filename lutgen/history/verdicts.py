@@ -92,11 +92,6 @@ def without(verdict: SessionVerdict, name: str, why: str) -> SessionVerdict:
     return _verdict("one-of" if len(others) > 1 else "named", others, (*verdict.evidence, why), sure)
 
 
-def only(verdict: SessionVerdict, name: str, why: str) -> SessionVerdict:
-    """Return the verdict with the single cause ``name``; ``why`` is the evidence for that cause."""
-    return _verdict("named", (name,), (*verdict.evidence, why))
-
-
 def pronounce(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVerdict:
     """Return the verdict on a pair: from proofs, or from ``hypotheses`` (best first), or from signs."""
     verdict = _proven(pair) or (_weighed(pair, hypotheses) if hypotheses else _by_signs(pair))
@@ -252,18 +247,17 @@ def _facts(pair: SessionPair) -> tuple[str, ...]:
     if pair.seen is None:
         return ()
     before, after = pair.seen
-    ratio = after.channels[:, 1] / before.channels[:, 1]
-    size = np.hypot(*pair.shift.T)
-    listed = ", ".join(f"{name} {value:.3f}" for name, value in zip((*CHANNELS, "white"), size, strict=True))
-    facts = [f"light at full drive ×{ratio[0]:.3f} red, ×{ratio[1]:.3f} green, ×{ratio[2]:.3f} blue", f"Δu'v' {listed}"]
+    light = ", ".join(f"×{ratio:.3f} {name}" for name, ratio in zip(CHANNELS, pair.light_ratio, strict=True))
+    moved = ", ".join(f"{name} {value:.3f}" for name, value in zip((*CHANNELS, "white"), pair.shift, strict=True))
+    facts = [f"light at full drive {light}", f"Δu'v' {moved}"]
     if before.has_black and after.has_black:
         facts.append(f"black {before.leak[1]:.3g} → {after.leak[1]:.3g} cd/m²")
     if pair.bend is not None:
         whose = "the display's own curves" if pair.curves_known else "curves"
         facts.append(f"{whose} within ΔL* {abs(pair.bend):.1f} above L* {DARKEST:g}")
     if pair.curves_of_files:
-        moved = f"curves moved by ΔL* {pair.bend_with_calibration:+.1f}"
-        facts.append(f"with the calibrations in the files, which differ, {moved}")
+        change = f"{pair.bend_with_calibration:+.1f}"
+        facts.append(f"with the calibrations in the files, which differ, curves moved by ΔL* {change}")
     if abs(pair.additivity[1] - pair.additivity[0]) >= SUM_REPORTED:
         facts.append(f"white over red + green + blue {pair.additivity[0]:.3f} → {pair.additivity[1]:.3f}")
     if pair.curves_known and np.abs(pair.calibration_gain - 1.0).max() >= 0.002:
@@ -306,7 +300,8 @@ def in_succession(pairs: Sequence[SessionPair], verdicts: Sequence[SessionVerdic
     if enough and _is_steady([pairs[place] for place in steady + calm]):
         why = f"light was lost steadily over {len(steady) + len(calm) + 1} sessions, which no changed setting does"
         for place in steady:
-            revised[place] = only(revised[place], _with_course("steady", revised[place])[0], why)
+            each = revised[place]
+            revised[place] = _verdict("named", _with_course("steady", each)[:1], (*each.evidence, why))
     return tuple(revised)
 
 

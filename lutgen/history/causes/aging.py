@@ -61,8 +61,8 @@ def _sound(values: Values, pair: SessionPair) -> bool:
 
 def _dimmed_for_one_meter(pair: SessionPair) -> bool:
     """Whether the files name one instrument, and all channels have clearly lost light."""
-    same = bool(pair.before.instrument) and pair.before.instrument == pair.after.instrument
-    return same and pair.light_change is not None and bool((pair.light_change < -_LEAST_LOSS).all())
+    change = pair.light_change
+    return pair.same_instrument and change is not None and bool((change < -_LEAST_LOSS).all())
 
 
 def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
@@ -76,7 +76,7 @@ def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
         change = float(values["gauge"][0])
         lost = change < 0 if pair.days is None or pair.days > 0 else change > 0
         return "gauge" if lost and _long(pair) else ""
-    red, green, blue = np.hypot(*pair.shift[:3].T)
+    red, green, blue, _ = pair.shift
     # A matrix that moves only blue makes the same change as years of aging. So does a matrix that dims all channels of
     # a display, if one instrument read both sessions.
     alone = len(names) == 1 and not pair.other_instrument and ("blue" in pair.moved or _dimmed_for_one_meter(pair))

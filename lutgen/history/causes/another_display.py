@@ -1,13 +1,10 @@
 """A session of another display in the campaign: its primaries differ, including red and green."""
 
 from lutgen.history.causes import Cause, Values
-from lutgen.history.pair import SessionPair
+from lutgen.history.pair import LEAP, SessionPair
 
 #: Smallest ΔL* between native curves that suggests two panels.
 _BEND = 2.0
-
-#: Change of all light, as a natural logarithm, that is too large for a wrong correction.
-_LEAP = 0.15
 
 
 def _colour(pair: SessionPair) -> str:
@@ -28,7 +25,7 @@ def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
     changed = next((name for name in ("matrix", "gamut") if name in values), "")
     if changed and (_sign(pair) or (len(names) > 1 and not pair.named_alike)):
         return changed
-    leapt = abs(float(values["step"][0])) >= _LEAP if "step" in values and len(names) == 1 else False
+    leapt = abs(float(values["step"][0])) >= LEAP if "step" in values and len(names) == 1 else False
     return "step" if leapt and not pair.other_instrument and not pair.named_alike else ""
 
 

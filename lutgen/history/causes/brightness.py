@@ -6,10 +6,7 @@ A lamp that is dimmed to a small part of its light is colder, which changes its 
 import numpy as np
 
 from lutgen.history.causes import Cause, Values
-from lutgen.history.pair import COLOUR_MOVED, SessionPair
-
-#: Change of all light, as a natural logarithm, that is too large for a wrong correction.
-_LEAP = 0.15
+from lutgen.history.pair import COLOUR_MOVED, LEAP, SessionPair
 
 #: Smallest change of all light, as a natural logarithm, with which a lamp's own colour changes.
 _FAR = np.log(2.0)
@@ -27,7 +24,7 @@ def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
     if pair.other_instrument or len(names) > 1:
         return ""
     if "step" in values:
-        return "step" if abs(float(values["step"][0])) >= _LEAP else ""
+        return "step" if abs(float(values["step"][0])) >= LEAP else ""
     return "gauge" if "gauge" in values else ""
 
 

@@ -13,8 +13,8 @@ _TWO_MOVE_ALONE, _STANDS_STILL = 0.003, 0.2
 
 
 def _sound(_values: Values, pair: SessionPair) -> bool:
-    *primaries, white = np.hypot(*pair.shift.T)
-    _, second, largest = np.sort(primaries)
+    *primaries, white = pair.shift
+    _, second, largest = sorted(primaries)
     moved = bool({"blue", "colour"} & pair.moved) and second >= _TWO_MOVE
     alone = second >= _TWO_MOVE_ALONE and white <= _STANDS_STILL * largest
     return bool((moved or alone) and "sum" not in pair.moved)

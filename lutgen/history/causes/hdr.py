@@ -6,6 +6,9 @@ from lutgen.history.pair import SessionPair
 #: Change of white over the sum of the primaries that proves HDR without a second moved fact.
 _NOT_ADDITIVE = 0.06
 
+#: Change of a curve at equal drive, in ΔL*, as large as by HDR.
+_STRONGLY_BENT = 6.0
+
 
 def _proof(pair: SessionPair) -> str:
     """Return a sentence if additivity changed much or with another fact, or curve and contrast both changed; or ""."""
@@ -30,5 +33,5 @@ CAUSE = Cause(
     proof=_proof,
     rank=4,
     alone=False,
-    bends=lambda pair: pair.strongly_bent and not pair.recalibrated,
+    bends=lambda pair: abs(pair.bend or 0.0) >= _STRONGLY_BENT and not pair.recalibrated,
 )

@@ -13,8 +13,7 @@ _COLOUR = 0.04
 def _prior(pair: SessionPair) -> float:
     if pair.other_instrument:
         return 2.0
-    same = pair.before.instrument and pair.before.instrument == pair.after.instrument
-    return -1.0 if same else 0.0
+    return -1.0 if pair.same_instrument else 0.0
 
 
 def _proof(pair: SessionPair) -> str:
