@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from lutgen.colorimetry import Array
-from lutgen.history.patches import CHANNELS, mean_xyz, tip
+from lutgen.history.patches import CHANNELS, mean_xyz, tips
 from lutgen.readings.session import Session
 
 #: The order of the colour points, including black.
@@ -85,16 +85,15 @@ class ColourPoints:
 
 def colour_points(session: Session, *, black_too: bool = True) -> ColourPoints | None:
     """Return the colour points of a session; None if white or a primary was not read, or has no light."""
-    tips = [tip(session, name) for name in CHANNELS]
+    read = tips(session)
     white, black = mean_xyz(session, "white"), mean_xyz(session, "black") if black_too else None
-    read = [each for each in (*tips, white) if each is not None]
-    if len(read) < 4:
+    if white is None or len(read) < 3:
         return None
     leak = np.zeros(3) if black is None else np.asarray(black, dtype=np.float64)
-    channels = np.vstack(read[:3]) - leak
+    channels = np.vstack([*read.values()]) - leak
     if channels[:, 1].min() <= 0:
         return None
-    return ColourPoints(channels, read[3] - leak - channels.sum(axis=0), leak, black is not None)
+    return ColourPoints(channels, white - leak - channels.sum(axis=0), leak, black is not None)
 
 
 def changed(before: ColourPoints, values: Mapping[str, Array]) -> Array:

@@ -7,7 +7,7 @@ draws include the uncertainty of all four.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,19 +30,14 @@ _LEVEL, _CHANGE, _SETTLING = 1.0, 0.5, 0.025
 class Law:
     """A law of decay."""
 
-    #: Texts for people.
+    #: The law in words.
     name: str
-    formula: str
     #: One axis for each of the p shape parameters.
     axes: tuple[Axis, ...]
     #: Shapes, (s, p), and times as multiples of the span, (n,) → design matrices of the coefficients, (s, n, k).
     columns: Callable[[Array, Array], Array]
     #: Priors of the coefficients, 1 σ, as shares of the level, (k,).
     widths: tuple[float, ...]
-
-
-def _stacked(*columns: Array) -> Array:
-    return np.stack(np.broadcast_arrays(*columns), axis=-1)
 
 
 #: Axes: time constants of a decay and of a settling as multiples of the span, and powers of time. Centre and spread of
@@ -54,40 +49,42 @@ _POWERS = (np.geomspace(0.5, 2.5, 8), 1.19, 0.24)
 #: A coarser axis of time constants, for a law of three shape parameters.
 _FEWER_CONSTANTS = (np.geomspace(0.3, 100.0, 40), 3.0, 1.5)
 
+
+def _columns(*columns: Array) -> Array:
+    return np.stack(np.broadcast_arrays(*columns), axis=-1)
+
+
+def _ones(shapes: Array, time: Array) -> Array:
+    return np.ones((len(shapes), time.size))
+
+
+#: a; a + b t; a exp(-t/τ); a + b t^p; a exp(-(t/τ)^β).
+_CONSTANT = Law("constant", (), lambda s, t: _columns(_ones(s, t)), (_LEVEL,))
+_LINEAR = Law("linear", (), lambda s, t: _columns(_ones(s, t), t), (_LEVEL, _CHANGE))
+_EXPONENTIAL = Law("exponential", (_CONSTANTS,), lambda s, t: _columns(np.exp(-t / s[:, :1])), (_LEVEL,))
+_POWER = Law("power", (_POWERS,), lambda s, t: _columns(_ones(s, t), t ** s[:, :1]), (_LEVEL, _CHANGE))
+_STRETCHED = Law(
+    "stretched exponential", (_CONSTANTS, _POWERS),
+    lambda s, t: _columns(np.exp(-((t / s[:, :1]) ** s[:, 1:]))), (_LEVEL,),
+)  # fmt: skip
+
+
+def _settling(law: Law) -> Law:
+    """Return the law with a settling before it: plus b exp(-t/τ₁), τ₁ being the last shape parameter."""
+
+    def columns(shapes: Array, time: Array) -> Array:
+        settling = np.exp(-time / shapes[:, -1:])[..., np.newaxis]
+        return np.concatenate([law.columns(shapes[:, :-1], time), settling], axis=-1)
+
+    return Law(f"settling, then {law.name}", (*law.axes, _SETTLINGS), columns, (*law.widths, _SETTLING))
+
+
 #: A decay may be linear, exponential, a power or a stretched exponential; each may begin with a settling. The table
 #: holds all combinations: without some of them, the average would be biased towards the curvature of the others.
 LAWS = (
-    Law("constant", "a", (), lambda s, t: np.ones((len(s), t.size, 1)), (_LEVEL,)),
-    Law("linear", "a + b t", (), lambda s, t: _stacked(np.ones((len(s), t.size)), t[np.newaxis]), (_LEVEL, _CHANGE)),
-    Law("exponential", "a exp(-t/τ)", (_CONSTANTS,), lambda s, t: np.exp(-t / s[:, :1])[..., np.newaxis], (_LEVEL,)),
-    Law(
-        "power", "a + b t^p", (_POWERS,),
-        lambda s, t: _stacked(np.ones((len(s), t.size)), t ** s[:, :1]), (_LEVEL, _CHANGE),
-    ),
-    Law(
-        "stretched exponential", "a exp(-(t/τ)^β)", (_CONSTANTS, _POWERS),
-        lambda s, t: np.exp(-((t / s[:, :1]) ** s[:, 1:]))[..., np.newaxis], (_LEVEL,),
-    ),
-    Law(
-        "settling, then exponential", "a exp(-t/τ) + b exp(-t/τ₁)", (_CONSTANTS, _SETTLINGS),
-        lambda s, t: _stacked(np.exp(-t / s[:, :1]), np.exp(-t / s[:, 1:])), (_LEVEL, _SETTLING),
-    ),
-    Law(
-        "settling, then linear", "a + b t + c exp(-t/τ₁)", (_SETTLINGS,),
-        lambda s, t: _stacked(np.ones((len(s), t.size)), t[np.newaxis], np.exp(-t / s[:, :1])),
-        (_LEVEL, _CHANGE, _SETTLING),
-    ),
-    Law(
-        "settling, then power", "a + b t^p + c exp(-t/τ₁)", (_POWERS, _SETTLINGS),
-        lambda s, t: _stacked(np.ones((len(s), t.size)), t ** s[:, :1], np.exp(-t / s[:, 1:])),
-        (_LEVEL, _CHANGE, _SETTLING),
-    ),
-    Law(
-        "settling, then stretched exponential", "a exp(-(t/τ)^β) + b exp(-t/τ₁)",
-        (_FEWER_CONSTANTS, _POWERS, _SETTLINGS),
-        lambda s, t: _stacked(np.exp(-((t / s[:, :1]) ** s[:, 1:2])), np.exp(-t / s[:, 2:])), (_LEVEL, _SETTLING),
-    ),
-)  # fmt: skip
+    *(_CONSTANT, _LINEAR, _EXPONENTIAL, _POWER, _STRETCHED),
+    *map(_settling, (_EXPONENTIAL, _LINEAR, _POWER, replace(_STRETCHED, axes=(_FEWER_CONSTANTS, _POWERS)))),
+)
 
 
 @dataclass(frozen=True)
@@ -102,9 +99,9 @@ class Decay:
     curves: Array
 
     @property
-    def law(self) -> Law:
-        """The law with the largest weight."""
-        return next(law for law in LAWS if law.name == next(iter(self.weights)))
+    def law(self) -> str:
+        """Name of the law with the largest weight."""
+        return next(iter(self.weights))
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ import numpy as np
 
 from lutgen.errors import LutgenError
 from lutgen.history.causes import causes
-from lutgen.history.colour_points import BY_CONTENT, colour_points, fit
+from lutgen.history.colour_points import BY_CONTENT, COLOURS, colour_points, fit
 from lutgen.history.pair import SessionPair
 from lutgen.history.patches import CHANNELS
 from lutgen.history.steadiness import left_out, steadiness
@@ -171,7 +171,7 @@ def _figures(pair: SessionPair) -> dict[str, Any] | None:
     return {
         "light": dict(zip(CHANNELS, pair.light_ratio.tolist(), strict=True)),
         "calibration": dict(zip(CHANNELS, pair.calibration_gain.tolist(), strict=True)),
-        "shift_uv": dict(zip((*CHANNELS, "white"), pair.shift.tolist(), strict=True)),
+        "shift_uv": dict(zip(COLOURS[:-1], pair.shift.tolist(), strict=True)),
         "black": [float(each.leak[1]) if each.has_black else None for each in pair.seen],
         "additivity": list(pair.additivity),
         "curve_lightness": pair.bend,

@@ -59,7 +59,7 @@ class Inspection:
     @cached_property
     def missing(self) -> tuple[str, ...]:
         """Sentences on missing patches and the diagnoses that need these patches."""
-        return remarks.missing_patches(self.session)
+        return (*remarks.missing_patches(self.session), *remarks.missing_records(self.session))
 
     @property
     def contrast(self) -> float | None:

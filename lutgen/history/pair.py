@@ -323,9 +323,7 @@ def _spectral_shift(at: Array, one: Array, at_other: Array, other: Array) -> flo
     """Return the shift in nm with which the first spectrum, scaled, fits the second spectrum best."""
     inner = (at_other >= at[0] + REACH) & (at_other <= at[-1] - REACH)
     shifts = np.arange(-REACH, REACH + 0.05, 0.1)
-    misfits = []
-    for shift in shifts:
-        moved = np.interp(at_other[inner] - shift, at, one)
-        scale = float(moved @ other[inner]) / max(float(moved @ moved), 1e-12)
-        misfits.append(float(((other[inner] - scale * moved) ** 2).sum()))
-    return float(shifts[int(np.argmin(misfits))])
+    moved = np.interp(at_other[inner] - shifts[:, np.newaxis], at, one)
+    scale = moved @ other[inner] / np.maximum((moved**2).sum(axis=1), 1e-12)
+    misfits = ((other[inner] - scale[:, np.newaxis] * moved) ** 2).sum(axis=1)
+    return float(shifts[np.argmin(misfits)])

@@ -45,10 +45,10 @@ def tip_rows(session: Session, channel: str) -> NDArray[np.int64]:
     return np.asarray(rows[session.drive[rows, CHANNELS[channel]] >= 1.0 - _SAME])
 
 
-def tip(session: Session, channel: str) -> Array | None:
-    """Return mean XYZ of one channel at full drive, the other channels at 0, (3,); None if it was not read."""
-    full = tip_rows(session, channel)
-    return session.xyz[full].mean(axis=0) if full.size else None
+def tips(session: Session) -> dict[str, Array]:
+    """Return mean XYZ, (3,), of each channel that was read at full drive, the other channels at 0."""
+    rows = {name: tip_rows(session, name) for name in CHANNELS}
+    return {name: session.xyz[each].mean(axis=0) for name, each in rows.items() if each.size}
 
 
 def ramp(session: Session, kind: str) -> Ramp:
@@ -103,18 +103,18 @@ class Primaries:
 
 def primaries(session: Session) -> Primaries | None:
     """Return the primaries that were read at full drive; None if none was read, or none has light."""
-    tips = {name: each for name in CHANNELS if (each := tip(session, name)) is not None and each[1] > 0}
-    if not tips:
+    lit = {name: xyz for name, xyz in tips(session).items() if xyz[1] > 0}
+    if not lit:
         return None
-    uv = {name: xyz_to_uv(xyz) for name, xyz in tips.items()}
+    uv = {name: xyz_to_uv(xyz) for name, xyz in lit.items()}
     shift = {
         gamut: {name: float(np.hypot(*(uv[name] - xy_to_uv(xy[CHANNELS[name]])))) for name in uv}
         for gamut, xy in GAMUTS.items()
     }
     nearest = min(shift, key=lambda gamut: sum(shift[gamut].values()))
     triangle = np.array(list(uv.values()))
-    covered = _covered(triangle, xy_to_uv(SRGB_XY[1:])) if len(tips) == 3 else None
-    return Primaries(tips, shift, nearest, covered)
+    covered = _covered(triangle, xy_to_uv(SRGB_XY[1:])) if len(lit) == 3 else None
+    return Primaries(lit, shift, nearest, covered)
 
 
 def additivity(session: Session) -> float | None:
@@ -123,10 +123,10 @@ def additivity(session: Session) -> float | None:
     None if white or a primary is missing.
     """
     white, dark = mean_xyz(session, "white"), float(black_xyz(session)[1])
-    tips = [each for name in CHANNELS if (each := tip(session, name)) is not None]
-    if white is None or len(tips) < 3:
+    read = tips(session)
+    if white is None or len(read) < 3:
         return None
-    total = float(sum(each[1] - dark for each in tips))
+    total = float(sum(each[1] - dark for each in read.values()))
     return float((white[1] - dark) / total) if total > 0 else None
 
 

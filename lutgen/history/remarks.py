@@ -8,7 +8,7 @@ import numpy as np
 
 from lutgen.colorimetry import SRGB_XY, Array, xy_to_uv, xyz_to_xyY
 from lutgen.errors import listed
-from lutgen.history.patches import CHANNELS, Primaries, mean_xyz, ramp, repeats, tip
+from lutgen.history.patches import CHANNELS, Primaries, mean_xyz, ramp, repeats, tips
 from lutgen.history.transfer import GreyTracking, Transfer, clipping
 
 if TYPE_CHECKING:
@@ -188,18 +188,15 @@ FEWEST_LEVELS = 5
 FEWEST_MIXTURES = 8
 
 
-def missing_patches(session: Session) -> tuple[str, ...]:
-    """Return a sentence for each kind of missing patch on the diagnoses that need it, most serious first."""
-    return (*_patches(session), *_circumstances(session))
-
-
-def _patches(session: Session) -> Iterator[str]:
-    tips = [name for name in CHANNELS if tip(session, name) is None]
+def missing_patches(session: Session) -> Iterator[str]:
+    """Report each kind of missing patch, and the diagnoses that need it, most serious first."""
+    read = tips(session)
+    full = [name for name in CHANNELS if name not in read]
     if mean_xyz(session, "white") is None:
-        tips.insert(0, "white")
+        full.insert(0, "white")
     short = [name for name in CHANNELS if ramp(session, name).drive.size <= FEWEST_LEVELS]
-    if tips:
-        yield f"No {listed(tips, 'or')} at full drive: no model of the display, no gamut, no additivity."
+    if full:
+        yield f"No {listed(full, 'or')} at full drive: no model of the display, no gamut, no additivity."
     if mean_xyz(session, "black") is None:
         yield "No black: no contrast, no black-level or ambient light, and γ is fitted without subtracting black."
     if not any(rows.size > 1 for rows in repeats(session)):
@@ -212,7 +209,8 @@ def _patches(session: Session) -> Iterator[str]:
         yield "Hardly any mixtures: no crosstalk, no loading, and no check of the model where it is used."
 
 
-def _circumstances(session: Session) -> Iterator[str]:
+def missing_records(session: Session) -> Iterator[str]:
+    """Report everything else that was not read or recorded, and the diagnoses that need it, most serious first."""
     if not session.absolute:
         yield "No cd/m²: no fading of the backlight, no black level, no luminance to compare with other dates."
     if session.calibration is None:

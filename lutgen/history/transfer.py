@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lutgen.colorimetry import Array, code_to_linear, delta_e_2000, xyz_to_lab, xyz_to_uv
-from lutgen.history.patches import CHANNELS, Ramp, black_xyz, mean_xyz, ramp, tip
+from lutgen.history.patches import CHANNELS, Ramp, black_xyz, mean_xyz, ramp, tips
 from lutgen.readings.session import Session
 
 #: γ is fitted between these code values: below, black and noise are too large a part of the light; above, all curves
@@ -264,8 +264,8 @@ def native_ramp(session: Session, channel: str) -> tuple[Array, Array]:
 def native_gamma(session: Session, channel: str) -> float | None:
     """Return the native γ of a channel, fitted in logarithms with a free gain, 10 to 90 %; None: too few levels."""
     drive, xyz = native_ramp(session, channel)
-    kept = (drive >= 0.1) & (drive <= 0.9) & (xyz[:, 1] > 0)
-    if np.count_nonzero(kept) < 3:
+    kept = (drive >= FITTED[0]) & (drive <= FITTED[1]) & (xyz[:, 1] > 0)
+    if np.count_nonzero(kept) < FEWEST_LEVELS:
         return None
     return float(np.polyfit(np.log(drive[kept]), np.log(xyz[kept, 1]), 1)[0])
 
@@ -296,10 +296,10 @@ def _light_kept(session: Session, channel: str, share: float) -> float:
 
 
 def _cost(session: Session, ends: Array) -> float | None:
-    tips = [each for name in CHANNELS if (each := tip(session, name)) is not None]
-    if len(tips) < 3 or ends.min() <= 0:
+    read = tips(session)
+    if len(read) < 3 or ends.min() <= 0:
         return None
-    light = np.array([each[1] for each in tips]) - black_xyz(session)[1]
+    light = np.array([each[1] for each in read.values()]) - black_xyz(session)[1]
     gammas = np.array([native_gamma(session, name) or USUAL_GAMMA for name in CHANNELS])
     native = float((light / ends**gammas).sum())
     return float(1.0 - light.sum() / native) if native > 0 else None

@@ -135,10 +135,10 @@ def trend(
     left_out = {here: spoilt[place] for here, place in enumerate(seen.places) if place in spoilt}
     kept = np.array([here not in left_out for here in range(len(seen.places))])
     ahead = np.linspace(0.0, (1.0 + HORIZON) * float(seen.time[-1]), _POINTS)
-    drawn = {name: _course(seen, name, kept, ahead) for name in QUANTITIES}
-    passings = tuple(_passing(seen, limit, kept, drawn[limit.quantity], ahead) for limit in limits)
+    courses = {name: _course(seen, name, kept, ahead) for name in QUANTITIES}
+    passings = tuple(_passing(seen, limit, kept, courses[limit.quantity].decay, ahead) for limit in limits)
     compared = seen.places.index(explained.reference) if explained else None
-    return Trend(seen, kept, compared, left_out, ahead, {name: course for name, (course, _) in drawn.items()}, passings)
+    return Trend(seen, kept, compared, left_out, ahead, courses, passings)
 
 
 def _compared(campaign: Campaign, reference: str | None, progress: Progress | None) -> Explanations:
@@ -179,23 +179,21 @@ def _spoilt(explained: Explanations) -> dict[int, SessionVerdict]:
     }
 
 
-def _course(seen: History, name: str, kept: Array, ahead: Array) -> tuple[Followed, Array]:
-    """Weigh the laws; return the course of a quantity and the curve of every draw, (draws, m)."""
+def _course(seen: History, name: str, kept: Array, ahead: Array) -> Followed:
     values, errors = seen.values[name], seen.errors[name]
     used = kept & np.isfinite(values) & np.isfinite(errors) & (errors > 0)
     if np.count_nonzero(used) < FEWEST:
         none = np.full(ahead.size, np.nan)
-        return Followed(name, None, none, none, none), np.empty((0, ahead.size))
+        return Followed(name, None, none, none, none)
     span = float(seen.time[-1])
     decay = decay_of(
         seen.time[used] / span, values[used], errors[used], ahead / span, draws=DRAWS, seed=[SEED, *name.encode()]
     )
     low, middle, high = np.quantile(decay.curves, (0.5 - INTERVAL / 2, 0.5, 0.5 + INTERVAL / 2), axis=0)
-    return Followed(name, decay, middle, low, high), decay.curves
+    return Followed(name, decay, middle, low, high)
 
 
-def _passing(seen: History, limit: Limit, kept: Array, drawn: tuple[Followed, Array], ahead: Array) -> Passing:
-    _, curves = drawn
+def _passing(seen: History, limit: Limit, kept: Array, decay: Decay | None, ahead: Array) -> Passing:
     values = np.where(kept, seen.values[limit.quantity], np.nan)
     read = np.isfinite(values)
     if not read.any():
@@ -209,8 +207,9 @@ def _passing(seen: History, limit: Limit, kept: Array, drawn: tuple[Followed, Ar
         since = int(np.flatnonzero(read & ~beyond)[-1]) + 1 if within.size else 0
         first = since + int(np.argmax(beyond[since:]))
         return Passing(limit, bound, "passed", float(seen.time[first]), float(within[-1]) if within.size else None)
-    if not len(curves):
+    if decay is None:
         return Passing(limit, bound, "cannot-tell")
+    curves = decay.curves
     # A relative limit is a share of the first session's figure in each draw, since the reading of that session is
     # noisy.
     bounds = limit.value * curves[:, :1] if limit.relative else np.full((len(curves), 1), bound)
@@ -274,7 +273,7 @@ def trend_as_json(trend: Trend) -> dict[str, Any]:
 
 def _course_json(course: Followed) -> dict[str, Any]:
     return {
-        "law": course.decay.law.name if course.decay else None,
+        "law": course.decay.law if course.decay else None,
         "as_good": list(course.as_good),
         "weights": course.decay.weights if course.decay else {},
         "scatter": course.decay.scatter if course.decay else None,

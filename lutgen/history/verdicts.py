@@ -13,7 +13,7 @@ import numpy as np
 
 from lutgen.errors import listed
 from lutgen.history.causes import causes
-from lutgen.history.colour_points import ColourFit
+from lutgen.history.colour_points import COLOURS, ColourFit
 from lutgen.history.pair import SessionPair
 from lutgen.history.patches import CHANNELS
 from lutgen.history.transfer import DARKEST
@@ -248,7 +248,7 @@ def _facts(pair: SessionPair) -> tuple[str, ...]:
         return ()
     before, after = pair.seen
     light = ", ".join(f"×{ratio:.3f} {name}" for name, ratio in zip(CHANNELS, pair.light_ratio, strict=True))
-    moved = ", ".join(f"{name} {value:.3f}" for name, value in zip((*CHANNELS, "white"), pair.shift, strict=True))
+    moved = ", ".join(f"{name} {value:.3f}" for name, value in zip(COLOURS[:-1], pair.shift, strict=True))
     facts = [f"light at full drive {light}", f"Δu'v' {moved}"]
     if before.has_black and after.has_black:
         facts.append(f"black {before.leak[1]:.3g} → {after.leak[1]:.3g} cd/m²")

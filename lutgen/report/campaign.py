@@ -253,7 +253,7 @@ def laws(trend: Trend) -> Table:
     """Tabulate for each quantity the likeliest law, its share of the evidence, and the laws beside it."""
     followed = [(name, course.as_good, course.decay) for name, course in trend.courses.items()]
     rows = [
-        (name, decay.law.name, f"{decay.weights[decay.law.name]:.0%}", "; ".join(also) or "–", f"{decay.scatter:.1f}")
+        (name, decay.law, f"{decay.weights[decay.law]:.0%}", "; ".join(also) or "–", f"{decay.scatter:.1f}")
         for name, also, decay in followed
         if decay
     ]

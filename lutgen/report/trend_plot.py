@@ -110,7 +110,7 @@ def _covered(axes: Axes, corner: tuple[float, float], size: tuple[float, float],
 
 def _name_law(axes: Axes, decay: Decay, drawn: Array) -> Array:
     """Write the likeliest law on the left, where it covers the fewest points, (n, 2); return points of it, (m, 2)."""
-    text = f"{decay.law.name}: {decay.weights[decay.law.name]:.0%}"
+    text = f"{decay.law}: {decay.weights[decay.law]:.0%}"
     size = _size(axes, text)
     low = min((0.03, 0.91, 0.80, 0.14, 0.5), key=lambda low: _covered(axes, (0.02, low), size, drawn))
     axes.text(0.02, low, text, transform=axes.transAxes, color=BLUE, fontsize=9)
