@@ -6,11 +6,11 @@ from functools import cached_property
 import numpy as np
 
 from lutgen.colorimetry import Array, xyz_to_uv
-from lutgen.errors import LutgenError, listed
+from lutgen.errors import LutgenError
 from lutgen.history.colour_points import ColourPoints, colour_points
-from lutgen.history.patches import CHANNELS, black_xyz, mean_xyz, ramp, tip_rows
-from lutgen.history.steadiness import FEWEST_SHARED, drift_by_order, shared, steadiness
-from lutgen.history.transfer import NEAR, Transfer, bend, clipping, full_light_ratio, transfer
+from lutgen.history.patches import CHANNELS, mean_xyz, tip_rows
+from lutgen.history.steadiness import drift_by_order, steadiness
+from lutgen.history.transfer import bend, full_light_ratio
 from lutgen.readings.campaign import CampaignEntry
 from lutgen.readings.session import Session
 from lutgen.readings.steadiness import SessionDrift, drift_by_repeats
@@ -106,12 +106,6 @@ class SessionPair:
         return own[0], own[1]
 
     @cached_property
-    def drift_hidden(self) -> bool:
-        """Whether a drift would not show: one session repeats no bright patch, and the sessions share few patches."""
-        few = shared(*self.sessions[::-1])[0].size < FEWEST_SHARED
-        return few and any(steadiness(each) is None for each in self.sessions)
-
-    @cached_property
     def noise(self) -> float:
         """Combined relative noise of the readings of both sessions, 1 σ, from repeated patches; 0 without repeats."""
         one, other = (min(steady.noise, 0.02) if steady else 0.0 for steady in map(steadiness, self.sessions))
@@ -196,36 +190,6 @@ class SessionPair:
         """Whether the display's own curves moved; without known calibrations, whether the measured curves moved."""
         return self.bend is not None and abs(self.bend) >= BENT
 
-    @cached_property
-    def clipping_difference(self) -> str:
-        """Sentence on levels that are clipped in one session and distinct in the other; "" without such levels.
-
-        "" also if the files' calibrations differ, since calibrations clip too.
-        """
-        if self.recalibrated:
-            return ""
-        curves = [_curves(each) for each in self.sessions]
-        sentences = []
-        for here, (mine, theirs) in enumerate((curves, curves[::-1])):
-            places: dict[str, list[str]] = {}
-            clips = clipping(mine)
-            # Another range of the signal crushes the dark end of all channels; a single dark channel is noise of the
-            # meter.
-            dark = all(name in clips and clips[name].dark is not None for name in mine)
-            for name, clip in clips.items():
-                other = theirs.get(name)
-                if clip.bright is not None and other is not None and _resolves(other, clip.bright, 1.0 - NEAR):
-                    places.setdefault(f"from code {clip.bright:.2f} up", []).append(name)
-                if dark and clip.dark is not None and other is not None and _resolves(other, NEAR, clip.dark):
-                    places.setdefault(f"up to code {clip.dark:.2f}", []).append(name)
-            whose = ("the reference", "the session")
-            sentences += [
-                f"{listed(names)} {'show' if len(names) > 1 else 'shows'} one light {where} in {whose[here]}, "
-                f"and not in {whose[1 - here]}"
-                for where, names in places.items()
-            ]
-        return "; ".join(sentences)
-
     @property
     def curves_of_files(self) -> bool:
         """Whether the measured curves moved, but the display's own curves, without the files' calibrations, did not."""
@@ -238,11 +202,6 @@ class SessionPair:
         """Whether the files' calibrations differ by more than a repeated calibration, or explain the moved curves."""
         gains = self.curves_known and float(np.abs(self.calibration_gain - 1.0).max()) >= RECALIBRATED
         return gains or self.curves_of_files
-
-    @cached_property
-    def lines(self) -> float | None:
-        """Common shift of the primaries' spectra in nm; None: no spectra, or no common shift."""
-        return line_shift(*self.sessions)
 
     @property
     def other_instrument(self) -> str:
@@ -283,19 +242,6 @@ class SessionPair:
 def _differ(one: str, other: str) -> bool:
     """Whether two recorded names are known and differ."""
     return one != other and one.lower() not in UNKNOWN and other.lower() not in UNKNOWN
-
-
-def _curves(session: Session) -> dict[str, Transfer]:
-    curves = {name: transfer(ramp(session, name), black_xyz(session)) for name in CHANNELS}
-    return {name: curve for name, curve in curves.items() if curve is not None}
-
-
-def _resolves(curve: Transfer, low: float, high: float) -> bool:
-    """Whether a curve has levels in a range of code values, and none of these levels is clipped."""
-    inside = (curve.drive >= low - 1e-6) & (curve.drive <= high + 1e-6)
-    end = clipping({"": curve}).get("")
-    clipped = [] if end is None else [code for code in end if code is not None]
-    return bool(inside.any()) and not any(low - NEAR <= code <= high + NEAR for code in clipped)
 
 
 def _both(pair: SessionPair) -> tuple[ColourPoints, ColourPoints]:

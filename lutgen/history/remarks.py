@@ -1,22 +1,15 @@
 """Remarks on a session: sentences, each with its figure, most serious first."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 
 import numpy as np
 
 from lutgen.colorimetry import SRGB_XY, Array, xy_to_uv, xyz_to_xyY
 from lutgen.errors import listed
 from lutgen.history.patches import CHANNELS, Primaries, mean_xyz, ramp, repeats, tips
-from lutgen.history.transfer import GreyTracking, Transfer, clipping
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from lutgen.history.transfer import Calibration
-    from lutgen.readings.session import Session
-    from lutgen.readings.steadiness import Steadiness
+from lutgen.history.transfer import Calibration, GreyTracking, Transfer
+from lutgen.readings.session import Session
+from lutgen.readings.steadiness import Steadiness
 
 #: Smallest change of luminance within a session that counts as drift, and smallest change that is too large for a
 #: settled display at fixed settings: a warm-up from cold causes some percent, automatic brightness and local dimming
@@ -105,9 +98,10 @@ def on_calibration(loop: Calibration | None) -> Iterator[str]:
 
 def on_clipping(curves: dict[str, Transfer]) -> Iterator[str]:
     """Report levels that give the same light."""
-    clipped = clipping(curves)
-    bright = [f"{name} from code {each.bright:.2f} up" for name, each in clipped.items() if each.bright is not None]
-    dark = [f"{name} up to code {each.dark:.2f}" for name, each in clipped.items() if each.dark is not None]
+    clipped = {name: code for name, curve in curves.items() if (code := curve.clipped_from) is not None}
+    crushed = {name: code for name, curve in curves.items() if (code := curve.crushed_to) is not None}
+    bright = [f"{name} from code {code:.2f} up" for name, code in clipped.items()]
+    dark = [f"{name} up to code {code:.2f}" for name, code in crushed.items()]
     if bright:
         yield (
             f"Clipped: the same light for {', '.join(bright)}: contrast set too high, a calibration at its limit, or a "

@@ -15,9 +15,7 @@ compares the native curves.
 """
 
 import re
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -31,6 +29,12 @@ FITTED = (0.1, 0.9)
 
 #: Fewest levels between these code values for a γ.
 FEWEST_LEVELS = 3
+
+#: Invisible differences from full light and from no light, as shares of full light: ΔL* ⅓.
+ALIKE, DARK = 0.005, 2e-4
+
+#: Code values closer to 0 or 1 than this look alike on any display.
+NEAR = 0.06
 
 
 @dataclass(frozen=True)
@@ -53,6 +57,18 @@ class Transfer:
     def worst(self) -> int:
         """Index of the level that is farthest from sRGB."""
         return int(np.argmax(np.abs(self.lightness)))
+
+    @property
+    def clipped_from(self) -> float | None:
+        """Code value from which light no longer rises; None: light rises up to full drive."""
+        still = self.drive[np.abs(self.linear - 1.0) <= ALIKE]
+        return float(still.min()) if still.size and still.min() <= 1.0 - NEAR else None
+
+    @property
+    def crushed_to(self) -> float | None:
+        """Code value up to which there is no light; None: light rises from black on."""
+        none = self.drive[self.linear <= DARK]
+        return float(none.max()) if none.size and none.max() >= NEAR else None
 
 
 def transfer(ramp: Ramp, black: Array | None) -> Transfer | None:
@@ -79,33 +95,6 @@ def lightness(ratio: Array) -> Array:
 
 #: Changes of a curve are ignored below this L*: black and noise are too large a part of the light there.
 DARKEST = 20.0
-
-#: Invisible differences from full light and from no light, as shares of full light: ΔL* ⅓.
-ALIKE, DARK = 0.005, 2e-4
-
-#: Code values closer to 0 or 1 than this look alike on any display.
-NEAR = 0.06
-
-
-class Clipping(NamedTuple):
-    """The code value above which light no longer rises, and below which there is no light; None: no such code value."""
-
-    bright: float | None
-    dark: float | None
-
-
-def clipping(curves: Mapping[str, Transfer]) -> dict[str, Clipping]:
-    """Return name → clipping, for the curves that are clipped at an end."""
-    clipped = {}
-    for name, curve in curves.items():
-        still = curve.drive[np.abs(curve.linear - 1.0) <= ALIKE]
-        none = curve.drive[curve.linear <= DARK]
-        bright = float(still.min()) if still.size and still.min() <= 1.0 - NEAR else None
-        dark = float(none.max()) if none.size and none.max() >= NEAR else None
-        if bright is not None or dark is not None:
-            clipped[name] = Clipping(bright, dark)
-    return clipped
-
 
 #: Below this code value the colour of black is too large a part of the colour of a grey.
 LOWEST = 0.1

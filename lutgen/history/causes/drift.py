@@ -3,6 +3,7 @@
 from lutgen.errors import listed
 from lutgen.history.causes import Cause
 from lutgen.history.pair import SessionPair
+from lutgen.history.steadiness import FEWEST_SHARED, shared, steadiness
 
 _HOW = {
     "repeats": "as patches that were read again show",
@@ -19,13 +20,19 @@ def _proof(pair: SessionPair) -> str:
     return f"{listed(changes)}; levels of this pair are uncertain by as much" if changes else ""
 
 
+def _may_be_hidden(pair: SessionPair) -> bool:
+    """Whether a drift would not show: one session repeats no bright patch, and the sessions share few patches."""
+    few = shared(*pair.sessions)[0].size < FEWEST_SHARED
+    return few and any(steadiness(each) is None for each in pair.sessions)
+
+
 CAUSE = Cause(
     name="drift",
     meaning="the display warmed up or dimmed itself while it was read",
     test="switch automatic brightness off, let it warm up for half an hour, and read white every ten patches",
     display="cannot tell",
     moves=frozenset({"sum"}),
-    possible=lambda pair: pair.drift_hidden,
+    possible=_may_be_hidden,
     proof=_proof,
     rank=1,
 )

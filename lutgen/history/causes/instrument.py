@@ -1,7 +1,7 @@
 """The instrument or its correction: another matrix applies to all readings, including black."""
 
 from lutgen.history.causes import Cause, Values
-from lutgen.history.pair import CLEAR_SHIFT, SessionPair
+from lutgen.history.pair import CLEAR_SHIFT, SessionPair, line_shift
 
 #: Largest disagreement of two good meters about luminance, as a natural logarithm.
 _GAUGE = 0.06
@@ -17,7 +17,7 @@ def _prior(pair: SessionPair) -> float:
 
 
 def _proof(pair: SessionPair) -> str:
-    shift = pair.lines
+    shift = line_shift(*pair.sessions)
     if shift is None or abs(shift) < CLEAR_SHIFT:
         return ""
     return f"the spectra of red, green and blue are all shifted by {shift:+.1f} nm, which no display does"
