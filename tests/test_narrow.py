@@ -42,6 +42,13 @@ def test_headings_wrap_before_anything_else() -> None:
     assert lines[-1].split() == ["18000", "h", "2.55"]
 
 
+def test_headings_break_after_a_hyphen_where_the_table_is_too_wide_otherwise() -> None:
+    table = Table(("session", "primaries-shift", "hours"), [("a.ti3", "0.0001", "1510")])
+    assert printed(table, 40)[0].split() == ["session", "primaries-shift", "hours"]
+    heads, row = [["primaries-"], ["session", "shift", "hours"]], ["a.ti3", "0.0001", "1510"]
+    assert [line.split() for line in printed(table, 27)] == [*heads, row]
+
+
 def test_long_texts_wrap_and_leave_room_for_the_others() -> None:
     meaning = "share of white's light that passes at black, at hour 0, and what has come to it since"
     lines = printed(Table(("parameter", "value", "meaning"), [("saturation", "20 ± 38", meaning)], words=range(3)), 50)

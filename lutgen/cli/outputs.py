@@ -250,19 +250,27 @@ def fitted(table: TerminalTable, console: Console) -> Console:
     from rich.cells import cell_len
     from rich.console import Console
     from rich.measure import Measurement
+    from rich.text import Text
 
     natural = [max(map(cell_len, _texts(column))) for column in table.columns]
     unbounded = console.options.update(width=2 * sum(natural) + 100)
     between = Measurement.get(console, unbounded, table).maximum - sum(natural)
     if sum(natural) + between <= console.width:
         return console
-    least = [max(_longest_word(str(column.header)), *map(_least_of, column.cells), 1) for column in table.columns]
+    heads = [str(column.header) for column in table.columns]
+    cells = [max(map(_least_of, column.cells), default=1) for column in table.columns]
+    least = [max(_longest_word(head), cell) for head, cell in zip(heads, cells, strict=True)]
+    if sum(least) + between > console.width:
+        # A heading such as white-shift then breaks after its hyphen.
+        least = [max(_longest_word(head.replace("-", "- ")), cell) for head, cell in zip(heads, cells, strict=True)]
     widths = list(natural)
     while sum(widths) + between > console.width and widths != least:
         place = max(range(len(widths)), key=lambda column: (widths[column] > least[column], widths[column]))
         widths[place] -= 1
     for column, width in zip(table.columns, widths, strict=True):
         column.width, column.no_wrap = width, False
+        if _longest_word(str(column.header)) > width:
+            column.header = Text("\n".join(wrap(str(column.header), width)))
     return Console(file=console.file, highlight=False, width=max(console.width, sum(widths) + between))
 
 
