@@ -34,10 +34,10 @@ from tests.session_files import DRIVE
 from tests.virtual_sessions import __main__ as scoring
 from tests.virtual_sessions.campaigns import life, write
 from tests.virtual_sessions.causes import SIZES, case
-from tests.virtual_sessions.display import State, chart, csv_text, panel, read, ti3_text
+from tests.virtual_sessions.display import Panel, State, chart, csv_text, panel, read, ti3_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from lutgen.colorimetry import Array
 
@@ -51,14 +51,30 @@ FIVE = ColourPoints(
     has_black=True,
 )
 
+ONE_METER = "# display: one\n# instrument: one meter\n"
+
 #: Levels of a ramp.
 LEVELS = np.linspace(0.0, 1.0, 33)[1:]
 
 
+def two(folder: Path, texts: list[str], days: int = 10) -> SessionVerdict:
+    """The verdict on two sessions."""
+    return explain(read_campaign(write(folder, texts, [0, days])), reference="0.txt").verdicts[0]
+
+
+def texts_of(
+    displays: Sequence[Panel | tuple[Panel, State]], code: Array, rng: np.random.Generator, head: str = ""
+) -> list[str]:
+    """A session of each display, in its usual state unless a state is given."""
+    states = (each if isinstance(each, tuple) else (each, State()) for each in displays)
+    return [
+        head + csv_text(code, read(display, state, code, rng, noise=0.001, floor=0.002)) for display, state in states
+    ]
+
+
 def judged(folder: Path, cause: str, size: float, seed: int) -> tuple[SessionVerdict, str]:
     sessions = case(cause, size, seed)
-    path = write(folder, [sessions.before, sessions.after], [0, sessions.days])
-    return explain(read_campaign(path), reference="0.txt").verdicts[0], sessions.label
+    return two(folder, [sessions.before, sessions.after], sessions.days), sessions.label
 
 
 @pytest.mark.parametrize(
@@ -156,9 +172,7 @@ def test_tables_name_causes_in_words() -> None:
 
 
 def test_clauses_of_a_sentence_are_separated_by_commas(tmp_path: Path) -> None:
-    (verdict,) = explain(
-        read_campaign(write(tmp_path, life([State(), State(aged=np.full(3, 0.9))]), [0, 700]))
-    ).verdicts
+    verdict = two(tmp_path, life([State(), State(aged=np.full(3, 0.9))]), 700)
     meanings = [causes()[name].meaning for name in verdict.names]
     assert len(meanings) == 2
     assert verdict.sentence == f"It looks as if {meanings[0]}, or {meanings[1]}."
@@ -178,7 +192,7 @@ def test_no_file_of_causes_is_left_out() -> None:
 def test_clipped_levels_are_a_signals_range_and_of_the_session_that_shows_them(backwards: bool, tmp_path: Path) -> None:
     states = [State(), State(clip=0.8)]
     pair = life(states[::-1] if backwards else states)
-    (verdict,) = explain(read_campaign(write(tmp_path, pair, [0, 0])), reference="0.txt").verdicts
+    verdict = two(tmp_path, pair, 0)
     assert (verdict.kind, verdict.names, verdict.display) == ("named", ("signal-range",), "cannot tell")
     whose = "the reference, and not in the session" if backwards else "the session, and not in the reference"
     assert re.search(rf"red, green and blue show one light from code 0\.8\d up in {whose}", verdict.evidence[0])
@@ -236,7 +250,7 @@ def test_light_that_fell_alike_is_a_setting_or_age_unless_it_fell_too_fast(
 
 def test_room_light_is_certain_where_the_rest_is_a_setting_or_age(tmp_path: Path) -> None:
     state = State(brightness=0.8, ambient=np.array([1.1, 1.0, 0.4]))
-    (verdict,) = explain(read_campaign(write(tmp_path, life([State(), state]), [0, 400]))).verdicts
+    verdict = two(tmp_path, life([State(), state]), 400)
     assert (verdict.kind, verdict.names, verdict.sure) == ("one-of", ("ambient", "brightness", "aging"), ("ambient",))
     assert verdict.causes_in_words == "room light and (brightness or aging)"
     assert verdict.sentence == (
@@ -265,7 +279,7 @@ def test_a_noisy_instrument_and_no_repeats_are_no_cause(seed: int, tmp_path: Pat
     display = panel(rng)
     code = np.vstack([np.ones(3), np.zeros(3), np.eye(3), np.repeat(np.linspace(0.1, 0.9, 9)[:, np.newaxis], 3, 1)])
     texts = [csv_text(code, read(display, State(), code, rng, noise=0.005, floor=0.002)) for _ in range(2)]
-    (verdict,) = explain(read_campaign(write(tmp_path, texts, [0, 10]))).verdicts
+    verdict = two(tmp_path, texts)
     assert (verdict.kind, verdict.names) == ("same", ())
 
 
@@ -301,7 +315,7 @@ def test_dimming_between_five_patches_is_a_rival_of_hdr(tmp_path: Path) -> None:
     still, dimmed = (read(display, State(), code, rng, noise=0.001, floor=0.002) for _ in range(2))
     dimmed[2:] *= 0.88
     texts = [csv_text(code, xyz) for xyz in (still, dimmed)]
-    (verdict,) = explain(read_campaign(write(tmp_path, texts, [0, 10]))).verdicts
+    verdict = two(tmp_path, texts)
     assert (verdict.kind, verdict.names) == ("one-of", ("hdr", "drift"))
 
 
@@ -363,8 +377,7 @@ def test_what_a_calibration_takes_is_read_off_a_curve_that_is_no_power(ends: tup
 
 def test_sessions_of_one_day_are_never_called_aging(tmp_path: Path) -> None:
     aged = State(aged=np.array([0.9, 0.88, 0.8]))
-    (verdict,) = explain(read_campaign(write(tmp_path, life([State(), aged]), [0, 0]))).verdicts
-    assert "aging" not in verdict.names
+    assert "aging" not in two(tmp_path, life([State(), aged]), 0).names
 
 
 def test_another_display_is_noticed_by_name_and_by_colour(tmp_path: Path) -> None:
@@ -512,10 +525,6 @@ def test_a_campaign_of_one_session_and_an_unknown_reference_are_refused(tmp_path
         explain(read_campaign(write(tmp_path, texts, [0, 1])), reference="x")
 
 
-def _two(folder: Path, texts: list[str], days: int = 10) -> SessionVerdict:
-    return explain(read_campaign(write(folder, texts, [0, days])), reference="0.txt").verdicts[0]
-
-
 @pytest.mark.parametrize("order", ["", "sorted", "shuffled"])
 def test_sessions_sorted_by_code_do_not_drift(order: str, tmp_path: Path) -> None:
     """A change of brightness after a spreadsheet sorted the rows, with and without a record of the order."""
@@ -531,14 +540,14 @@ def test_sessions_sorted_by_code_do_not_drift(order: str, tmp_path: Path) -> Non
         if order == "sorted":
             head, rows = f"{head},order", [f"{row},{place}" for place, row in enumerate(rows)]
         texts.append("\n".join([head, *rows]) + "\n")
-    assert _two(tmp_path, texts).names == ("brightness",)
+    assert two(tmp_path, texts).names == ("brightness",)
 
 
 def test_a_drift_shows_in_the_order_of_reading_where_that_is_not_the_codes(tmp_path: Path) -> None:
     rng = np.random.default_rng(9)
     display, code = panel(rng), rng.permutation(np.unique(chart(9, 4), axis=0))
     still, ran = (read(display, State(drift=d), code, rng, noise=0.001, floor=0.002) for d in (0.0, 0.15))
-    assert _two(tmp_path, [ti3_text(code, xyz, "Tue Mar 04 10:12:00 2025") for xyz in (still, ran)]).names == ("drift",)
+    assert two(tmp_path, [ti3_text(code, xyz, "Tue Mar 04 10:12:00 2025") for xyz in (still, ran)]).names == ("drift",)
 
 
 def test_blue_that_fades_over_a_year_is_aging(tmp_path: Path) -> None:
@@ -548,8 +557,7 @@ def test_blue_that_fades_over_a_year_is_aging(tmp_path: Path) -> None:
     short = 0.1 * display.channels[:, 2]
     faded = replace(display, channels=display.channels - np.column_stack([0.195 * short, 0.0 * short, short]))
     states = ((display, State()), (faded, State(aged=np.array([0.95, 0.95, 0.93]))))
-    texts = [csv_text(code, read(each, state, code, rng, noise=0.001, floor=0.002)) for each, state in states]
-    verdict = _two(tmp_path, texts, 400)
+    verdict = two(tmp_path, texts_of(states, code, rng), 400)
     assert (verdict.names, verdict.display) == (("aging",), "changed")
 
 
@@ -559,10 +567,10 @@ def test_blue_light_that_fades_alone_is_aging_and_no_instrument(x: float, y: flo
     rng = np.random.default_rng(12)
     display, code = panel(rng), chart(9, 3)
     faded = replace(display, channels=display.channels * np.array([[1.0] * 3, [1.0] * 3, [x, y, z]]))
-    texts = [csv_text(code, read(each, State(), code, rng, noise=0.001, floor=0.002)) for each in (display, faded)]
-    verdict = _two(tmp_path, texts, 400)
+    texts = texts_of((display, faded), code, rng)
+    verdict = two(tmp_path, texts, 400)
     assert (verdict.names, verdict.display) == (("aging",), "changed")
-    assert "aging" not in _two(tmp_path, texts, 1).names
+    assert "aging" not in two(tmp_path, texts, 1).names
 
 
 def test_a_matrix_that_moves_blue_alone_over_a_year_may_be_aging(tmp_path: Path) -> None:
@@ -570,8 +578,7 @@ def test_a_matrix_that_moves_blue_alone_over_a_year_may_be_aging(tmp_path: Path)
     rng = np.random.default_rng(13)
     display, code = panel(rng), chart(9, 3)
     moved = replace(display, channels=display.channels * np.array([[1.0] * 3, [1.0] * 3, [1.0, 1.1, 1.0]]))
-    texts = [csv_text(code, read(each, State(), code, rng, noise=0.001, floor=0.002)) for each in (display, moved)]
-    assert _two(tmp_path, texts, 400).names == ("instrument", "aging")
+    assert two(tmp_path, texts_of((display, moved), code, rng), 400).names == ("instrument", "aging")
 
 
 def test_a_preset_of_which_nobody_told_is_among_the_rivals(tmp_path: Path) -> None:
@@ -586,9 +593,7 @@ def test_another_gamut_mode_is_a_preset_and_no_hdr(curve: float, tmp_path: Path)
     display, code = panel(rng), chart(9, 3)
     mixed = np.array([[0.94, 0.045, 0.015], [0.03, 0.96, 0.01], [0.005, 0.02, 0.975]])
     states = ((display, State()), (replace(display, channels=mixed @ display.channels), State(curve=curve)))
-    head = "# display: one\n# instrument: one meter\n"
-    texts = [head + csv_text(code, read(each, state, code, rng, noise=0.001, floor=0.002)) for each, state in states]
-    verdict = _two(tmp_path, texts, 0)
+    verdict = two(tmp_path, texts_of(states, code, rng, ONE_METER), 0)
     assert verdict.names[0] == "gamut-mode"
     assert not {"hdr", "instrument", "another-display", "aging"} & {*verdict.names}
     assert verdict.display == "unchanged"
@@ -616,7 +621,7 @@ def test_one_patch_misread_is_named_and_left_out(beside: str, tmp_path: Path) ->
         n for n, row in enumerate(rows) if len({*row.split(",")[:3]}) == 1 and 120 < float(row.split(",")[0]) < 150
     )
     rows[place] = ",".join([*rows[place].split(",")[:3], "190", "200", "218"])
-    verdict = _two(tmp_path, [texts[0], "\n".join([head, *rows])])
+    verdict = two(tmp_path, [texts[0], "\n".join([head, *rows])])
     assert verdict.names == (("misreading", beside) if beside else ("misreading",))
     assert f"1.txt, line {place + 2}: code 0.5" in verdict.evidence[0]
     assert verdict.display == "unchanged"
@@ -631,7 +636,7 @@ def test_a_misread_end_of_a_ramp_is_named(code: str, tmp_path: Path) -> None:
     places = [n for n, row in enumerate(rows) if row.startswith(f"{code},")]
     for place in places:
         rows[place] = ",".join([code, *grey])
-    verdict = _two(tmp_path, [texts[0], "\n".join([head, *rows])])
+    verdict = two(tmp_path, [texts[0], "\n".join([head, *rows])])
     assert verdict.names[0] == "misreading"
     assert not {"hdr", "signal-range", "gamut-mode", "another-display"} & {*verdict.names}
     assert f"1.txt, line {places[0] + 2}: code" in verdict.evidence[0]
@@ -642,11 +647,7 @@ def test_a_loss_that_a_calibration_hides_in_blue_may_be_aging(tmp_path: Path) ->
     rng = np.random.default_rng(21)
     display, code = panel(rng), chart(9, 3)
     lost = replace(display, channels=display.channels * np.array([[0.9] * 3, [0.88] * 3, [0.9, 0.943, 0.87]]))
-    head = "# display: one\n# instrument: one meter\n"
-    texts = [
-        head + csv_text(code, read(each, State(), code, rng, noise=0.001, floor=0.002)) for each in (display, lost)
-    ]
-    verdict = _two(tmp_path, texts, 1133)
+    verdict = two(tmp_path, texts_of((display, lost), code, rng, ONE_METER), 1133)
     assert "aging" in verdict.names
     assert verdict.display != "unchanged"
 
@@ -661,7 +662,7 @@ def test_a_cause_is_one_file(declares: str, tmp_path: Path, monkeypatch: pytest.
         monkeypatch.setattr(f"lutgen.history.{module}.causes", lambda: known)
     greys = "R,G,B,X_cdm2,Y_cdm2,Z_cdm2\n255,255,255,95,100,108\n128,128,128,20,21,23\n"
     texts = [greys, greys.replace("100", "101")] if declares == "sign" else life([State(), State()])
-    assert "cat" in _two(tmp_path, texts).names
+    assert "cat" in two(tmp_path, texts).names
 
 
 X61_2020 = "ThinkPad_X61__N121X5-L06__1_2020-05-26"

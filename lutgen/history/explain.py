@@ -75,22 +75,22 @@ def explanations(pair: SessionPair) -> tuple[Hypothesis, ...]:
     loosest = max(cause.loose for cause in known)
     hypotheses: list[Hypothesis] = []
     for together in ((), *combinations(known, 1), *combinations(known, 2)):
-        best: Hypothesis | None = None
         assumed = sum(not cause.recorded(pair) for cause in together)
         prior = sum(cause.prior(pair) for cause in together) - SECOND * max(assumed - 1, 0)
         looseness = (max(cause.loose for cause in together),) if together else (0.0, loosest)
+        fits = []
         for ways, loose in product(product(*(cause.ways for cause in together)), looseness):
             free = [name for way in ways for name in way]
             if len(set(free)) < len(free):
                 continue
             best_fit = fit(before, after.xyz(), free, noise=pair.noise, loose=loose)
             values = [{name: best_fit.values[name] for name in way} for way in ways]
-            if not all(cause.sound(each, pair) for cause, each in zip(together, values, strict=True)):
-                continue
-            here = Hypothesis(tuple(cause.name for cause in together), best_fit, best_fit.evidence + prior, assumed)
-            best = here if best is None or here.weight > best.weight else best
-        if best is not None:
-            hypotheses.append(best)
+            if all(cause.sound(each, pair) for cause, each in zip(together, values, strict=True)):
+                fits.append(best_fit)
+        if fits:
+            best = max(fits, key=lambda each: each.evidence)
+            names = tuple(cause.name for cause in together)
+            hypotheses.append(Hypothesis(names, best, best.evidence + prior, assumed))
     return tuple(sorted(hypotheses, key=lambda each: -each.weight))
 
 

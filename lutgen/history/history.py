@@ -47,7 +47,7 @@ class History:
     values: dict[str, Array]
     errors: dict[str, Array]
     #: Contrast response of each session's greys, (n,); None with too few greys.
-    responses: tuple[ContrastResponse | None, ...] = ()
+    responses: tuple[ContrastResponse | None, ...]
 
 
 def history(campaign: Campaign, ambient_cd_m2: float = 0.0, used: Collection[int] | None = None) -> History:

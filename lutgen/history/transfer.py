@@ -241,31 +241,36 @@ def calibration(session: Session) -> Calibration | None:
     )
 
 
+def _as_read(session: Session, kind: str) -> tuple[Array, Array]:
+    """Return drive of a ramp, (n,), and luminance minus black, if read, (n,)."""
+    levels = ramp(session, kind)
+    return levels.drive, levels.xyz[:, 1] - black_xyz(session)[1]
+
+
 def native_ramp(session: Session, channel: str) -> tuple[Array, Array]:
-    """Return a channel's drive after the calibration, if known, (n,), and XYZ minus black, if read, (n, 3)."""
-    levels = ramp(session, channel)
-    drive = levels.drive
+    """Return the same of a channel, with its drive after the calibration, if known."""
+    drive, light = _as_read(session, channel)
     if session.calibration is not None:
         drive = np.interp(drive, session.calibration[:, 0], session.calibration[:, 1 + CHANNELS[channel]])
-    return drive, levels.xyz - black_xyz(session)
+    return drive, light
 
 
 def native_gamma(session: Session, channel: str) -> float | None:
     """Return the native γ of a channel, fitted in logarithms with a free gain, 10 to 90 %; None: too few levels."""
-    drive, xyz = native_ramp(session, channel)
-    kept = (drive >= FITTED[0]) & (drive <= FITTED[1]) & (xyz[:, 1] > 0)
+    drive, light = native_ramp(session, channel)
+    kept = (drive >= FITTED[0]) & (drive <= FITTED[1]) & (light > 0)
     if np.count_nonzero(kept) < FEWEST_LEVELS:
         return None
-    return float(np.polyfit(np.log(drive[kept]), np.log(xyz[kept, 1]), 1)[0])
+    return float(np.polyfit(np.log(drive[kept]), np.log(light[kept]), 1)[0])
 
 
 def full_light_ratio(before: Session, after: Session) -> Array:
     """Return the factor by which the later calibration changes each channel's full light, (3,); 1 without curves."""
-    loops = calibration(before), calibration(after)
-    if loops[0] is None or loops[1] is None or min(loops[0].ends.min(), loops[1].ends.min()) <= 0:
+    ends = [each.calibration[-1, 1:] for each in (before, after) if each.calibration is not None]
+    if len(ends) < 2 or np.min(ends) <= 0:
         return np.ones(3)
     ratios = []
-    for name, one, other in zip(CHANNELS, loops[0].ends, loops[1].ends, strict=True):
+    for name, one, other in zip(CHANNELS, *ends, strict=True):
         kept = _light_kept(before if one >= other else after, name, float(min(one, other) / max(one, other)))
         ratios.append(kept if one >= other else 1.0 / kept)
     return np.array(ratios)
@@ -276,9 +281,9 @@ def _light_kept(session: Session, channel: str, share: float) -> float:
 
     Between levels the light is interpolated as a power; without enough levels the channel's γ is used.
     """
-    drive, xyz = native_ramp(session, channel)
-    lit = (drive > 0) & (xyz[:, 1] > 0)
-    drive, light = drive[lit], xyz[lit, 1]
+    drive, light = native_ramp(session, channel)
+    lit = (drive > 0) & (light > 0)
+    drive, light = drive[lit], light[lit]
     if drive.size and drive[0] <= share * drive[-1] and (np.diff(drive) > 0).all():
         return float(np.exp(np.interp(np.log(share * drive[-1]), np.log(drive), np.log(light))) / light[-1])
     return float(share ** (native_gamma(session, channel) or USUAL_GAMMA))
@@ -310,16 +315,12 @@ FEWEST = 4
 
 def bend(before: Session, after: Session, *, native: bool) -> float | None:
     """Largest change of a normalised curve, in L*; above 0: later is lighter. None: no ramp in both sessions."""
-    names = list(CHANNELS) if native else ["grey", *CHANNELS]
-    changes = [each for name in names if (each := _between(_curve(before, name, native), _curve(after, name, native)))]
+    if native:
+        curves = [[native_ramp(each, name) for name in CHANNELS] for each in (before, after)]
+    else:
+        curves = [[_as_read(each, name) for name in ("grey", *CHANNELS)] for each in (before, after)]
+    changes = [each for one, other in zip(*curves, strict=True) if (each := _between(one, other))]
     return max(changes, key=abs) if changes else None
-
-
-def _curve(session: Session, name: str, native: bool) -> tuple[Array, Array]:
-    """Return drive, (n,), and luminance minus black, (n,)."""
-    levels = ramp(session, name)
-    drive = native_ramp(session, name)[0] if native else levels.drive
-    return drive, levels.xyz[:, 1] - black_xyz(session)[1]
 
 
 def _between(one: tuple[Array, Array], other: tuple[Array, Array]) -> float | None:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lutgen.history.causes import Cause, Values
+from lutgen.history.causes import Cause
 from lutgen.history.pair import SessionPair
 
 #: Smallest Δu'v' of the second most moved primary: modes of one gamut differ by less, and aging moves only blue.
@@ -21,7 +21,7 @@ def _sound(_values: Values, pair: SessionPair) -> bool:
 
 
 def _prior(pair: SessionPair) -> float:
-    if not _sound({}, pair):
+    if not _is_possible(pair):
         return -np.inf
     if pair.other_settings:
         return 2.0
@@ -35,8 +35,7 @@ CAUSE = Cause(
     test="put the display's preset or colour space back as it was and read the primaries again",
     display="unchanged",
     moves=frozenset({"blue", "colour", "curve"}),
-    possible=lambda pair: _sound({}, pair),
+    possible=_is_possible,
     ways=(("gamut",), ("scale", "gamut")),
     prior=_prior,
-    sound=_sound,
 )
