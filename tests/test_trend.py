@@ -303,7 +303,7 @@ def test_a_picture_has_no_negative_axes_and_no_left_out_curves(
     legend = response.get_legend()
     assert legend is not None
     assert [each.get_text() for each in legend.get_texts()] == ["±20 %", "±10 %", "0 days"]
-    gsdf = course[QUANTITIES["gsdf"]]
+    gsdf = course[QUANTITIES["gsdf"].description]
     assert all(each.get_text().endswith(" %") for each in gsdf.get_yticklabels())
 
 
@@ -311,7 +311,7 @@ def test_the_label_of_a_limit_covers_no_session(tmp_path: Path, panels: Callable
     course = fading(tmp_path, 3000.0)
     # The line lies closely below the first session.
     white = history(course).values["white"][0]
-    axes = panels(trend(course, [parse_limit(f"white>={0.98 * white:.4g}")]))[QUANTITIES["white"]]
+    axes = panels(trend(course, [parse_limit(f"white>={0.98 * white:.4g}")]))[QUANTITIES["white"].description]
     (label,) = (each for each in axes.texts if each.get_text().startswith("white>="))
     box = label.get_window_extent()
     places = axes.transData.transform(np.vstack([np.asarray(line.get_xydata()) for line in axes.lines[:4]]))
@@ -331,7 +331,7 @@ def test_fewer_sessions_than_a_time_needs_are_dots_without_laws(
     assert not any("likeliest law" in each.headings for each in trend_page(limits) if isinstance(each, Table))
     assert "3 sessions: a time cannot be told from fewer than 4." in [*trend_page(limits)]
     assert {course["law"] for course in trend_as_json(limits)["courses"].values()} == {None}
-    white = panels(limits)[QUANTITIES["white"]]
+    white = panels(limits)[QUANTITIES["white"].description]
     assert not white.collections
     # Dots and crosses.
     assert {line.get_linestyle() for line in white.lines} == {"None"}

@@ -15,21 +15,39 @@ from lutgen.history.inspect import Inspection, inspect_session
 from lutgen.history.transfer import ContrastResponse, contrast_response
 from lutgen.readings.campaign import Campaign
 
-#: Quantity → description with its unit.
-QUANTITIES = {
-    "white": "luminance of white, cd/m²",
-    "black": "luminance of black, cd/m²",
-    "contrast": "contrast: white over black",
-    "white-shift": "Δu'v' of white since the first session",
-    "primaries-shift": "largest Δu'v' of a primary since the first session",
-    "gamma": "γ of the greys",
-    "non-uniformity": "non-uniformity over the screen",
-    "gsdf": "largest deviation of contrast from DICOM PS3.14",
-    "ambient": "room light over black",
-}
 
-#: Repeatability between sessions, 1 σ, of the quantities for which it is the same at every size.
-NOISE = {"white-shift": 0.0010, "primaries-shift": 0.0010, "gamma": 0.02, "non-uniformity": 0.01, "gsdf": 0.03}
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity that is followed over time."""
+
+    #: The quantity in a sentence, and its description with its unit.
+    noun: str
+    description: str
+    #: Format of its figures in a table, and its unit after a figure in a sentence.
+    digits: str
+    unit: str = ""
+    #: Repeatability between sessions, 1 σ, if it is the same at every size.
+    noise: float | None = None
+    #: Whether the quantity is a share: % after its limit does not mean a share of the first session's figure.
+    is_share: bool = False
+
+
+QUANTITIES = {
+    "white": Quantity("white", "luminance of white, cd/m²", ".1f", " cd/m²"),
+    "black": Quantity("black", "luminance of black, cd/m²", ".3f", " cd/m²"),
+    "contrast": Quantity("contrast", "contrast: white over black", ".0f", ":1"),
+    "white-shift": Quantity("white's colour", "Δu'v' of white since the first session", ".4f", noise=0.001),
+    "primaries-shift": Quantity(
+        "a primary's colour", "largest Δu'v' of a primary since the first session", ".4f", noise=0.001
+    ),
+    "gamma": Quantity("γ", "γ of the greys", ".2f", noise=0.02),
+    "non-uniformity": Quantity("non-uniformity", "non-uniformity over the screen", ".0%", noise=0.01, is_share=True),
+    "gsdf": Quantity(
+        "the deviation from DICOM's contrast response", "largest deviation of contrast from DICOM PS3.14", ".0%",
+        noise=0.03, is_share=True,
+    ),
+    "ambient": Quantity("the room's light over black", "room light over black", ".2f", is_share=True),
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -107,7 +125,7 @@ def _figures(
         "white": ALIKE * white,
         "black": dark,
         "contrast": contrast * np.hypot(ALIKE, dark / np.maximum(black + ambient, 1e-9)),
-        **{name: np.full(len(inspections), noise) for name, noise in NOISE.items()},
+        **{name: np.full(len(inspections), each.noise) for name, each in QUANTITIES.items() if each.noise},
         "ambient": share * np.hypot(BLACK, FLOOR_CD_M2 / np.maximum(black, 1e-9)),
     }
     if not np.isfinite(white).any():
@@ -134,9 +152,6 @@ _DIN = "DIN 6868-157"
 _RANZCR = "RANZCR Standards of Practice for Clinical Radiology, appendix D, as a maker of displays quotes it"
 _PS3_14 = "DICOM PS3.14 conformance as AAPM TG18 asks, doi:10.1118/1.1861159"
 
-#: Quantities that are shares: for these, % after a limit does not mean a share of the first session's figure.
-SHARES = ("non-uniformity", "gsdf", "ambient")
-
 
 @dataclass(frozen=True)
 class Limit:
@@ -159,7 +174,9 @@ class Limit:
     @property
     def text(self) -> str:
         """The limit as users type it."""
-        number = f"{100.0 * self.value:.3g}%" if self.relative or self.quantity in SHARES else f"{self.value:g}"
+        number = (
+            f"{100.0 * self.value:.3g}%" if self.relative or QUANTITIES[self.quantity].is_share else f"{self.value:g}"
+        )
         return f"{self.quantity}{'>=' if self.above else '<='}{number}"
 
 
@@ -219,5 +236,5 @@ def parse_limit(text: str) -> Limit:
     value = number(written)
     if value is None or value <= 0:
         raise LutgenError(f"--limit {text!r}: {written} is no number above 0.")
-    relative = bool(percent) and name not in SHARES
+    relative = bool(percent) and not QUANTITIES[name].is_share
     return Limit(name, value / 100.0 if percent else value, "user", above=side == ">=", relative=relative)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.errors import listed
-from lutgen.history.history import QUANTITIES, SHARES
+from lutgen.history.history import QUANTITIES
 from lutgen.history.trend import ENOUGH, FEWEST, HORIZON, STATUSES, Passing, Trend, name_of
 from lutgen.numerals import counted, spaced
 from lutgen.report.parts import Headline, Part, Table
@@ -61,35 +61,8 @@ def other_displays(campaign: Campaign) -> Iterator[str]:
         yield f"The files name different displays: {'; '.join(named)}. A trend follows one display."
 
 
-#: Format of the values of each quantity.
-_DIGITS = {
-    "white": ".1f",
-    "black": ".3f",
-    "contrast": ".0f",
-    "white-shift": ".4f",
-    "primaries-shift": ".4f",
-    "gamma": ".2f",
-    "non-uniformity": ".0%",
-    "gsdf": ".0%",
-    "ambient": ".2f",
-}
-
 #: Largest number of limits that the headline names.
 HEADLINED = 2
-
-#: Quantity → its name in a sentence, and the unit of its limits.
-_NAMES = {
-    "white": "white",
-    "black": "black",
-    "contrast": "contrast",
-    "white-shift": "white's colour",
-    "primaries-shift": "a primary's colour",
-    "gamma": "γ",
-    "non-uniformity": "non-uniformity",
-    "gsdf": "the deviation from DICOM's contrast response",
-    "ambient": "the room's light over black",
-}
-_UNITS = {"white": " cd/m²", "black": " cd/m²", "contrast": ":1"}
 
 
 def trend_page(trend: Trend) -> Iterator[Part]:
@@ -161,7 +134,7 @@ def _headlined(trend: Trend) -> list[Passing]:
 
 def _clause(each: Passing, trend: Trend) -> str:
     """Return a clause on a limit that is passed, was passed, or will be passed."""
-    what, value, time = _NAMES[each.limit.quantity], _value(each.limit), when(each, trend)
+    what, value, time = QUANTITIES[each.limit.quantity].noun, _value(each.limit), when(each, trend)
     side = "below" if each.limit.above else "above"
     if each.status == "ahead":
         will = "will" if each.high is not None else "may"
@@ -179,20 +152,20 @@ def _used(each: Passing, trend: Trend) -> NDArray[np.intp]:
 
 def _value(limit: Limit) -> str:
     text = limit.text.partition(">=" if limit.above else "<=")[2]
-    return text.replace("%", " %") + _UNITS.get(limit.quantity, "") * (not limit.relative)
+    return text.replace("%", " %") + QUANTITIES[limit.quantity].unit * (not limit.relative)
 
 
 def _returned(each: Passing, trend: Trend) -> tuple[str, str]:
     """Return clauses on a limit that the last session keeps: when a session was last beyond it, and the figure now."""
-    seen, last, quantity = trend.history, _used(each, trend)[-1], each.limit.quantity
-    figure = float(seen.values[quantity][last])
-    shown = f"{100 * figure:.0f} %" if quantity in SHARES else f"{figure:.0f}" if figure >= 100 else f"{figure:.3g}"
+    seen, last, quantity = trend.history, _used(each, trend)[-1], QUANTITIES[each.limit.quantity]
+    figure = float(seen.values[each.limit.quantity][last])
+    shown = f"{100 * figure:.0f} %" if quantity.is_share else f"{figure:.0f}" if figure >= 100 else f"{figure:.3g}"
     now = "now" if last == seen.time.size - 1 else f"at {_at(trend, float(seen.time[last]))}"
     side = "above" if each.limit.above else "below"
     then = f"at {_at(trend, each.time)}"
     return (
         f" {then}" if each.low == each.time else f", last {then},",
-        f"{side} it {now}, {shown}{_UNITS.get(quantity, '')}",
+        f"{side} it {now}, {shown}{quantity.unit}",
     )
 
 
@@ -243,7 +216,7 @@ def sessions(trend: Trend) -> Table:
     rows = []
     for place, time in enumerate(seen.time):
         figures = ((name, seen.values[name][place]) for name in shown)
-        cells = [f"{value:{_DIGITS[name]}}" if np.isfinite(value) else "–" for name, value in figures]
+        cells = [f"{value:{QUANTITIES[name].digits}}" if np.isfinite(value) else "–" for name, value in figures]
         hour = spaced(float(time))
         rows.append((name_of(seen, place), hour if trend.kept[place] else f"({hour})", *cells))
     return Table(("session", seen.unit, *shown), rows)
@@ -265,7 +238,7 @@ def limits(trend: Trend) -> Table:
     rows = []
     for each in trend.passings:
         if _is_read(trend, each):
-            bound = f"{100.0 * each.bound:.4g}%" if each.limit.quantity in SHARES else f"{each.bound:.4g}"
+            bound = f"{100.0 * each.bound:.4g}%" if QUANTITIES[each.limit.quantity].is_share else f"{each.bound:.4g}"
             rows.append((each.limit.text, bound if np.isfinite(each.bound) else "–", when(each, trend)))
     return Table(("limit", "bound", "when"), rows)
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.history.history import QUANTITIES, SHARES
+from lutgen.history.history import QUANTITIES
 from lutgen.report.campaign import simulated, trend_headline
 from lutgen.report.drawing import BAND, BLACK, BLUE, DPI, GREY, RED, beside, picture, tidy
 
@@ -57,7 +57,7 @@ def _draw(axes: Axes, trend: Trend, name: str, end: float) -> None:
     seen, course = trend.history, trend.courses[name]
     last = float(seen.time[-1])
     values = seen.values[name]
-    axes.set_title(QUANTITIES[name], fontsize=12, loc="left")
+    axes.set_title(QUANTITIES[name].description, fontsize=12, loc="left")
     axes.axvspan(last, end, color="#f4f4f4", linewidth=0, zorder=0)
     drawn = trend.ahead <= end
     if course.decay:
@@ -70,7 +70,7 @@ def _draw(axes: Axes, trend: Trend, name: str, end: float) -> None:
         axes.plot(seen.time[chosen], values[chosen], mark, color=colour, markersize=6)
     low, high = _reach(trend, name, drawn)
     axes.set(xlim=(-0.02 * end, end), ylim=(low, high), xlabel=f"{seen.unit} since the first session")
-    if name in SHARES:
+    if QUANTITIES[name].is_share:
         axes.yaxis.set_major_formatter(lambda value, _: f"{100.0 * value:.3g} %")
     own = [each for each in trend.passings if each.limit.quantity == name and np.isfinite(each.bound)]
     curve = [np.column_stack([trend.ahead, course.curve])[drawn]] if course.decay else []
