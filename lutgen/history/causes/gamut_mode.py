@@ -12,7 +12,7 @@ _TWO_MOVE = 0.006
 _TWO_MOVE_ALONE, _STANDS_STILL = 0.003, 0.2
 
 
-def _sound(_values: Values, pair: SessionPair) -> bool:
+def _is_possible(pair: SessionPair) -> bool:
     *primaries, white = pair.shift
     _, second, largest = sorted(primaries)
     moved = bool({"blue", "colour"} & pair.moved) and second >= _TWO_MOVE
