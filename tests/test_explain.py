@@ -26,7 +26,7 @@ from lutgen.readings import read_campaign, read_session
 from lutgen.readings.campaign import Campaign, CampaignEntry
 from lutgen.readings.session import Session
 from lutgen.readings.steadiness import drift_by_repeats
-from lutgen.report.campaign import explanation_page
+from lutgen.report.inspection import explanation_page
 from lutgen.report.parts import Table
 from tests.quick import mostly_slow
 from tests.real_data import real_data

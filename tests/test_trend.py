@@ -20,10 +20,9 @@ from lutgen.history.trend import ENOUGH, FEWEST, Trend, shortest, trend, trend_a
 from lutgen.names import LIMIT_SETS
 from lutgen.numerals import spaced
 from lutgen.readings import read_campaign, read_session
-from lutgen.report.campaign import trend_headline, trend_page
 from lutgen.report.drawing import DPI
 from lutgen.report.parts import Table
-from lutgen.report.trend_plot import plot_trend
+from lutgen.report.trend import plot_trend, trend_headline, trend_page
 from tests import trend_coverage
 from tests.quick import mostly_slow
 from tests.real_data import real_data
@@ -285,7 +284,7 @@ def panels(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[Trend],
         yield figure, 0.03, 0.93
 
     def drawn(course: Trend) -> dict[str, Axes]:
-        monkeypatch.setattr("lutgen.report.trend_plot.picture", kept)
+        monkeypatch.setattr("lutgen.report.trend.picture", kept)
         plot_trend(course, tmp_path / "trend.png")
         figure.canvas.draw()
         return {each.get_title(loc="left"): each for each in figure.axes}

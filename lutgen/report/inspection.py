@@ -1,4 +1,4 @@
-"""The page and the picture of ``lutgen inspect``: a table of sessions, then channels and remarks of each session."""
+"""The pages of ``lutgen inspect`` and ``lutgen sessions explain``, and the picture of a session."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 from lutgen.colorimetry import SRGB_XY, code_to_linear, xy_to_uv, xyz_to_xyY
 from lutgen.history.patches import CHANNELS, GAMUTS
 from lutgen.history.transfer import lightness
+from lutgen.numerals import spaced
 from lutgen.report.aging_plot import TIP_COLOURS, chromaticity_diagram
 from lutgen.report.drawing import BAND, BLACK, GREY, RED, named_once, picture, tidy
 from lutgen.report.parts import Headline, Part, Table
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from lutgen.history import Inspection
+    from lutgen.history.explain import Explanations
+    from lutgen.readings.campaign import Campaign
 
 
 def inspect_page(inspections: Sequence[Inspection]) -> Iterator[Part]:
@@ -103,6 +106,35 @@ def channels(inspection: Inspection) -> Table:
         rows.append((name, *light, gamma, f"{loop.ends[place]:.3f}" if loop else "–"))
     headings = ("channel", "x", "y", "Y", *(f"Δu'v' {gamut}" for gamut in gamuts), "γ", "calibration ends")
     return Table(headings, rows)
+
+
+def explanation_page(explanations: Explanations) -> Iterator[Part]:
+    """Yield what ``lutgen sessions explain`` prints."""
+    reference = explanations.campaign.entries[explanations.reference].session
+    yield from simulated(explanations.campaign)
+    yield f"Compared with {Path(reference.file).name}."
+    explained = list(zip(explanations.pairs, explanations.verdicts, strict=True))
+    in_hours = all(pair.hours is not None for pair in explanations.pairs)
+    rows = []
+    for pair, verdict in explained:
+        time = pair.hours if in_hours else pair.days
+        when = "–" if time is None else spaced(time if in_hours else round(time))
+        name = Path(pair.after.session.file).name
+        rows.append((name, when, verdict.kind, verdict.causes_in_words or "–", verdict.display))
+    yield Table(("session", "hours" if in_hours else "days", "verdict", "cause", "the display"), rows)
+    for pair, verdict in explained:
+        yield ""
+        yield Headline(Path(pair.after.session.file).name)
+        yield verdict.sentence
+        yield from (f"• {each}" for each in verdict.evidence)
+        yield from (f"To confirm or refute: {each}." for each in verdict.tests)
+
+
+def simulated(campaign: Campaign) -> Iterator[str]:
+    """Yield a line that names simulated sessions, if there are any."""
+    metadata = (pair for entry in campaign.entries for pair in entry.session.metadata.items())
+    notices = [text for key, text in metadata if key.upper() == "SIMULATED"]
+    yield from (f"Simulated, not measured: {text}." for text in notices[:1])
 
 
 #: Colours of the curves of greys and channels.

@@ -71,7 +71,7 @@ def command(
     from lutgen.history.history import limits_of, parse_limit
     from lutgen.history.trend import trend, trend_as_json
     from lutgen.readings import read_campaign
-    from lutgen.report.campaign import trend_page
+    from lutgen.report.trend import plot_trend, trend_page
 
     if not 0 <= ambient <= MOST_AMBIENT:
         raise LutgenError(
@@ -95,7 +95,5 @@ def command(
             progress=progress,
         )
     if path:
-        from lutgen.report.trend_plot import plot_trend
-
         plot_trend(result, path, force=force)
     outputs.write([*trend_page(result), *([f"Picture: {path}"] if path else [])], lambda: trend_as_json(result))

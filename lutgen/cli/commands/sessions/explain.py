@@ -31,7 +31,7 @@ def command(*, files: tuple[str, ...], reference: str | None, json_to: str | Non
     """
     from lutgen.history.explain import explain, explanations_as_json
     from lutgen.readings import read_campaign
-    from lutgen.report.campaign import explanation_page
+    from lutgen.report.inspection import explanation_page
 
     outputs = Outputs(json_to, force=force)
     campaign = read_campaign(*files)
