@@ -21,9 +21,6 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.study.analysis import Analysis
 
-#: Measure → decimals of its mean, as in the paper's Table 2.
-_DIGITS = {"time": 1, "ease": 1}
-
 
 def study_page(analysis: Analysis) -> Iterator[Part]:
     """Yield what ``lutgen study analyse`` prints."""
@@ -40,40 +37,43 @@ def study_page(analysis: Analysis) -> Iterator[Part]:
 
 
 def _paper(analysis: Analysis) -> Iterator[Part]:
-    if analysis.table2.means:
-        yield "Table 2: mean ± 95 % interval; p of unpaired two-sided t-tests, equal variances."
-        yield _table_2(analysis)
-        yield ""
-    if analysis.table2.tests:
-        rows = [
-            (
-                test.measure,
-                f"{test.first} → {test.second}",
-                signed(test.difference, _DIGITS[test.measure]),
-                signed(test.t, 2),
-                f"{test.df:.0f}",
-                p_value(test.p),
-                _yes(test.p),
-            )
-            for test in analysis.table2.tests
-        ]
-        yield Table(("", "conditions", "difference", "t", "df", "p", "below 0.05"), rows, words=range(2))
-        yield ""
-    if analysis.table3:
-        yield "Table 3: agreement with the un-aged reading, positive or negative; 95 % by Wilson."
-        agreed = [
-            (row.condition, str(row.agreed), str(row.disagreed), f"{row.percent:.2f}", between(row.ci95, 1))
-            for row in analysis.table3
-        ]
-        yield Table(("condition", "agreed", "disagreed", "percent", "95 % interval"), agreed)
-        yield ""
-    if analysis.table4:
-        yield "Table 4: does agreement fall? One-tailed t-tests, equal variances; F-tests of equal variances."
-        falls = [
-            (f"{test.greater} ≤ {test.less}", p_value(test.p), _yes(test.p), p_value(test.variances_p))
-            for test in analysis.table4
-        ]
-        yield Table(("null hypothesis", "p", "below 0.05", "F-test p"), falls)
+    means = "Table 2: mean ± 95 % interval; p of unpaired two-sided t-tests, equal variances."
+    yield from _part(_table_2(analysis), means)
+    tests = [
+        (
+            test.measure,
+            f"{test.first} → {test.second}",
+            signed(test.difference),
+            signed(test.t, 2),
+            f"{test.df:.0f}",
+            p_value(test.p),
+            _yes(test.p),
+        )
+        for test in analysis.table2.tests
+    ]
+    yield from _part(Table(("", "conditions", "difference", "t", "df", "p", "below 0.05"), tests, words=range(2)))
+    agreed = [
+        (row.condition, str(row.agreed), str(row.disagreed), f"{row.percent:.2f}", between(row.ci95))
+        for row in analysis.table3
+    ]
+    yield from _part(
+        Table(("condition", "agreed", "disagreed", "percent", "95 % interval"), agreed),
+        "Table 3: agreement with the un-aged reading, positive or negative; 95 % by Wilson.",
+    )
+    falls = [
+        (f"{test.greater} ≤ {test.less}", p_value(test.p), _yes(test.p), p_value(test.variances_p))
+        for test in analysis.table4
+    ]
+    yield from _part(
+        Table(("null hypothesis", "p", "below 0.05", "F-test p"), falls),
+        "Table 4: does agreement fall? One-tailed t-tests, equal variances; F-tests of equal variances.",
+    )
+
+
+def _part(table: Table, *sentences: str) -> Iterator[Part]:
+    if table.rows:
+        yield from sentences
+        yield table
         yield ""
 
 
@@ -84,8 +84,8 @@ def _table_2(analysis: Analysis) -> Table:
     for condition in dict.fromkeys(mean.condition for mean in analysis.table2.means):
         cells = []
         for measure in measures:
-            mean, digits = means.get((measure, condition)), _DIGITS[measure]
-            spread = mean and f"{mean.mean:.{digits}f} ± {figure(mean.ci95[1] - mean.mean, digits)}"
+            mean = means.get((measure, condition))
+            spread = mean and f"{mean.mean:.1f} ± {figure(mean.ci95[1] - mean.mean)}"
             cells += [str(mean.n), str(spread)] if mean else ["–", "–"]
         rows.append((condition, *cells))
     headings = (heading for measure in measures for heading in ("n", MEASURES[measure]))
@@ -97,46 +97,34 @@ def _measured(analysis: Analysis) -> list[str]:
 
 
 def _beyond(analysis: Analysis) -> Iterator[Part]:
-    if analysis.means:
-        yield "Further tests on means: Welch's t-test and interval (unequal variances), ranks, effect size in SD."
-        yield _means_table(analysis)
-        yield ""
-    yield from _agreement(analysis)
-    if analysis.mixed:
-        yield "Mixed models over readers and images, all sessions:"
-        yield _mixed_table(analysis)
-        yield ""
-    if analysis.holm:
-        yield f"The paper's {len(analysis.holm)} tests, corrected for multiple testing (Holm):"
-        rows = [
-            (test.measure, f"{test.first} → {test.second}", p_value(test.p), p_value(test.p_holm), _yes(test.p_holm))
-            for test in analysis.holm
-        ]
-        yield Table(("", "conditions", "p", "corrected", "below 0.05"), rows, words=range(2))
-        yield ""
-
-
-def _agreement(analysis: Analysis) -> Iterator[Part]:
-    if analysis.agreement:
-        yield "Further tests on agreement: exact tests, and the change with its interval (Newcombe; exact for odds)."
-        yield _agreement_table(analysis)
-        yield ""
-    if analysis.kappas:
-        yield "Cohen's κ, agreement beyond chance, on sides and on categories:"
-        rows = [
-            (row.condition, row.of, str(row.n), f"{row.percent:.1f}", f"{figure(row.kappa, 2)} {between(row.ci95, 2)}")
-            for row in analysis.kappas
-        ]
-        yield Table(("condition", "of", "pairs", "percent", "κ [95 %]"), rows, words=range(2))
-        yield ""
+    of_means = "Further tests on means: Welch's t-test and interval (unequal variances), ranks, effect size in SD."
+    yield from _part(_means_table(analysis), of_means)
+    shares = "Further tests on agreement: exact tests, and the change with its interval (Newcombe; exact for odds)."
+    yield from _part(_agreement_table(analysis), shares)
+    kappas = [
+        (row.condition, row.of, str(row.n), f"{row.percent:.1f}", f"{figure(row.kappa, 2)} {between(row.ci95, 2)}")
+        for row in analysis.kappas
+    ]
+    yield from _part(
+        Table(("condition", "of", "pairs", "percent", "κ [95 %]"), kappas, words=range(2)),
+        "Cohen's κ, agreement beyond chance, on sides and on categories:",
+    )
+    yield from _part(_mixed_table(analysis), "Mixed models over readers and images, all sessions:")
+    corrected = [
+        (test.measure, f"{test.first} → {test.second}", p_value(test.p), p_value(test.p_holm), _yes(test.p_holm))
+        for test in analysis.holm
+    ]
+    yield from _part(
+        Table(("", "conditions", "p", "corrected", "below 0.05"), corrected, words=range(2)),
+        f"The paper's {len(analysis.holm)} tests, corrected for multiple testing (Holm):",
+    )
 
 
 def _means_table(analysis: Analysis) -> Table:
     ranked = any(isfinite(each.rank_p) for each in analysis.means)
     rows = []
     for each in analysis.means:
-        digits = _DIGITS[each.measure]
-        difference = f"{signed(each.difference, digits)} {between(each.difference_ci95, digits)}"
+        difference = f"{signed(each.difference)} {between(each.difference_ci95)}"
         size = f"{signed(each.hedges_g, 2)} {between(each.hedges_g_ci95, 2)}"
         ranks_p = [p_value(each.rank_p)] if ranked else []
         compared = f"{each.first} → {each.second}"
@@ -153,7 +141,7 @@ def _agreement_table(analysis: Analysis) -> Table:
         tested = each.mcnemar
         row = (
             f"{each.first} → {each.second}",
-            f"{signed(each.difference, 1)} {between(each.difference_ci95, 1)}",
+            f"{signed(each.difference)} {between(each.difference_ci95)}",
             f"{figure(each.odds_ratio, 2)} {between(each.odds_ratio_ci95, 2)}",
             p_value(each.fisher_one_tailed),
             p_value(each.fisher),
@@ -199,18 +187,18 @@ def p_value(p: float) -> str:
     return f"{p:.1e}" if p < 0.0001 else f"{p:#.3g}".rstrip(".")
 
 
-def figure(value: float, digits: int) -> str:
+def figure(value: float, digits: int = 1) -> str:
     """Return a number as text, with a minus sign (−), ∞ for infinity, and a dash for NaN."""
     return "–" if isnan(value) else f"{value:z.{digits}f}".replace("-", "−").replace("inf", "∞")
 
 
-def signed(value: float, digits: int) -> str:
+def signed(value: float, digits: int = 1) -> str:
     """Return a number as text with its sign."""
     text = figure(value, digits)
     return f"+{text}" if value > 0 and text.strip("0.") else text
 
 
-def between(ends: Interval, digits: int) -> str:
+def between(ends: Interval, digits: int = 1) -> str:
     """Return an interval as text: [35.2, 64.8]."""
     return f"[{figure(ends[0], digits)}, {figure(ends[1], digits)}]"
 
@@ -222,8 +210,8 @@ def _yes(p: float) -> str:
 #: Name of the picture.
 PICTURE = "study.png"
 
-#: Measure → digits of a change, and its unit.
-_UNITS = {"time": (1, " s"), "ease": (1, ""), "agreement": (1, " points")}
+#: Measure → unit of its change.
+_UNITS = {"time": " s", "ease": "", "agreement": " points"}
 
 #: Number of bins over the range of answers; answers in one bin are drawn side by side.
 _BINS = 45
@@ -260,11 +248,10 @@ def title(analysis: Analysis) -> str:
     conditions = [row.condition for row in (analysis.table2.means or analysis.table3)]
     first, last = conditions[0], conditions[-1]
     parts = []
-    for measure in ("time", "ease", "agreement"):
+    for measure, unit in _UNITS.items():
         change, p = changes(analysis, measure).get(last, (float("nan"), float("nan")))
         if isfinite(change):
-            digits, unit = _UNITS[measure]
-            parts.append(f"{measure} {signed(change, digits)}{unit}{'' if p < 0.05 else ' (not significant)'}")
+            parts.append(f"{measure} {signed(change)}{unit}{'' if p < 0.05 else ' (not significant)'}")
     return f"{last} against {first}: {', '.join(parts)}" if parts else f"{first} alone: nothing to compare with"
 
 
@@ -289,7 +276,7 @@ def _draw_means(axes: Axes, analysis: Analysis, measure: str) -> None:
     for place, mean in enumerate(means):
         values = np.array(samples[mean.condition])
         axes.plot(place + abreast(values, span), values, "o", color=GREY, alpha=0.45, markersize=4, zorder=1)
-        _point(axes, place, mean.mean, mean.ci95, figure(mean.mean, 1), letters=_points(12.0, len(means)))
+        _point(axes, place, mean.mean, mean.ci95, figure(mean.mean), letters=_points(12.0, len(means)))
     if measure == "time":
         axes.set_ylim(bottom=0.0)
     else:
@@ -321,13 +308,12 @@ def _point(axes: Axes, place: int, value: float, ends: tuple[float, float], text
 
 
 def _name(axes: Axes, conditions: Sequence[str], analysis: Analysis, measure: str) -> None:
-    digits, unit = _UNITS[measure]
     against, names = changes(analysis, measure), []
     # A condition's name of more than 12 characters does not fit below its column, and is broken before its hour.
     long = any(len(condition) > 12 for condition in conditions)
     for condition in conditions:
         change, p = against.get(condition, (float("nan"), float("nan")))
-        below = f"{signed(change, digits)}{unit}\np = {p_value(p)}" if isfinite(change) else ""
+        below = f"{signed(change)}{_UNITS[measure]}\np = {p_value(p)}" if isfinite(change) else ""
         name = condition.replace("@", "\n@") if long else condition
         names.append(f"{name}\n{below}")
     axes.set_xticks(range(len(conditions)), names, fontsize=_points(11.0, len(conditions)))

@@ -6,22 +6,18 @@ states the session's number of answers. Since there is no secret key, two change
 every hash again and resets this count, or replaces the file by an older copy.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os
 import sqlite3
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from lutgen.documents import canonical_json
 from lutgen.errors import LutgenError, reason_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-    from pathlib import Path
 
 SCHEMA = 1
 

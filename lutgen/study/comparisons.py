@@ -9,20 +9,14 @@ Scandinavian Journal of Statistics 6:65).
 Further tests assume less (Welch, ranks, exact, paired), and the sizes of the effects are given.
 """
 
-from __future__ import annotations
-
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from math import isfinite, nan
-from typing import TYPE_CHECKING
 
 from lutgen.study import statistics
+from lutgen.study.answers import Answer
 from lutgen.study.statistics import hedges_g, odds_ratio
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from lutgen.study.answers import Answer
 
 
 @dataclass(frozen=True)
@@ -223,18 +217,17 @@ class FurtherAgreement:
 
 def further_means(samples: Sequence[statistics.StudySample]) -> tuple[FurtherMeans, ...]:
     """Compare each pair of means by Welch's test, by a rank test and by effect size."""
-    return tuple(_means(first, second) for first, second in same_measure(samples))
-
-
-def _means(first: statistics.StudySample, second: statistics.StudySample) -> FurtherMeans:
     from scipy.stats import t as student
 
-    t, df, p = map(float, statistics.welch(second, first))
-    difference = second.mean - first.mean
-    half = float(student.ppf(0.975, df)) * (first.sd**2 / first.n + second.sd**2 / second.n) ** 0.5
-    g, g_ci95 = hedges_g(first, second)
-    compared, interval = (first.measure, first.condition, second.condition), (difference - half, difference + half)
-    return FurtherMeans(*compared, difference, interval, t, df, p, _rank_p(first, second), g, g_ci95)
+    compared = []
+    for first, second in same_measure(samples):
+        t, df, p = map(float, statistics.welch(second, first))
+        difference = second.mean - first.mean
+        half = float(student.ppf(0.975, df)) * (first.sd**2 / first.n + second.sd**2 / second.n) ** 0.5
+        g, g_ci95 = hedges_g(first, second)
+        names, interval = (first.measure, first.condition, second.condition), (difference - half, difference + half)
+        compared.append(FurtherMeans(*names, difference, interval, t, df, p, _rank_p(first, second), g, g_ci95))
+    return tuple(compared)
 
 
 def _rank_p(first: statistics.StudySample, second: statistics.StudySample) -> float:
@@ -250,24 +243,18 @@ def further_agreement(
     rows: Sequence[statistics.AgreementCounts], reading_pairs: Sequence[statistics.ReadingPair] = ()
 ) -> tuple[FurtherAgreement, ...]:
     """Compare shares of agreement by exact tests and intervals; without ``reading_pairs`` no test is paired."""
-    return tuple(_agreement(first, second, reading_pairs) for first, second in combinations(rows, 2))
-
-
-def _agreement(
-    first: statistics.AgreementCounts,
-    second: statistics.AgreementCounts,
-    reading_pairs: Sequence[statistics.ReadingPair],
-) -> FurtherAgreement:
     from scipy.stats import fisher_exact
 
-    table = [[first.agreed, first.disagreed], [second.agreed, second.disagreed]]
-    low, high = statistics.newcombe((second.agreed, second.n), (first.agreed, first.n))
-    odds = odds_ratio(first, second)
-    one_tailed, fisher = (float(fisher_exact(table, alternative=side).pvalue) for side in ("greater", "two-sided"))
-    difference, interval = 100 * (second.share - first.share), (100 * low, 100 * high)
-    paired = _mcnemar(first.condition, second.condition, reading_pairs)
-    compared = (first.condition, second.condition)
-    return FurtherAgreement(*compared, one_tailed, fisher, difference, interval, *odds, paired)
+    compared = []
+    for first, second in combinations(rows, 2):
+        table = [[first.agreed, first.disagreed], [second.agreed, second.disagreed]]
+        low, high = statistics.newcombe((second.agreed, second.n), (first.agreed, first.n))
+        one_tailed, fisher = (float(fisher_exact(table, alternative=side).pvalue) for side in ("greater", "two-sided"))
+        difference, interval = 100 * (second.share - first.share), (100 * low, 100 * high)
+        names, odds = (first.condition, second.condition), odds_ratio(first, second)
+        paired = _mcnemar(*names, reading_pairs)
+        compared.append(FurtherAgreement(*names, one_tailed, fisher, difference, interval, *odds, paired))
+    return tuple(compared)
 
 
 def _mcnemar(first: str, second: str, reading_pairs: Sequence[statistics.ReadingPair]) -> McNemar | None:

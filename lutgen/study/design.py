@@ -14,10 +14,10 @@ average.
 Each reader's session is drawn from its own random stream: another reader changes nothing for the other readers.
 """
 
-from __future__ import annotations
-
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,10 +27,6 @@ from lutgen.errors import LutgenError
 from lutgen.numerals import listed
 from lutgen.study.protocol import StudyCondition, StudyTrial
 from lutgen.study.tables import Row, read_rows
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
 
 #: The un-aged display, which shows the picture unchanged.
 UNAGED = StudyCondition("none", "stable", 0.0)

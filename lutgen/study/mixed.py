@@ -23,24 +23,18 @@ The models leave out effects that the answers cannot separate, and a note names 
 effect of readers. The effect of an image that was read once cannot be separated from the noise of its answer.
 """
 
-from __future__ import annotations
-
 import warnings
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib.util import find_spec
 from math import exp, inf, log
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from lutgen.colorimetry import Array
+from lutgen.study.answers import Answer
 from lutgen.study.statistics import UNAGED, Interval, ReadingPair
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from lutgen.colorimetry import Array
-    from lutgen.study.answers import Answer
-
 
 #: The remark if statsmodels is not installed.
 MISSING = "Mixed models are left out: statsmodels is not installed. Install lutgen[study]."
@@ -80,6 +74,20 @@ class MixedModel:
     sd: Mapping[str, float] = field(default_factory=dict)
     #: Notes on effects that were left out, and on problems of the fit.
     notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class MixedFit:
+    """The estimates of a mixed model."""
+
+    #: Fixed effects, their standard errors and their degrees of freedom, (k,) each.
+    coefficients: Array
+    errors: Array
+    freedom: Array
+    #: Variance of each grouping, and of the noise as ``rest``.
+    variances: dict[str, float]
+    #: The faults of the fit, in clauses.
+    complaints: tuple[str, ...] = ()
 
 
 def available() -> bool:
@@ -237,32 +245,19 @@ def _not_fitted(blank: MixedModel, why: str) -> MixedModel:
 NOTHING = 1e-6
 
 
-@dataclass(frozen=True)
-class MixedFit:
-    """The estimates of a mixed model."""
-
-    #: Fixed effects, their standard errors and their degrees of freedom, (k,) each.
-    coefficients: Array
-    errors: Array
-    freedom: Array
-    #: Variance of each grouping, and of the noise as ``rest``.
-    variances: dict[str, float]
-    #: The faults of the fit, in clauses.
-    complaints: tuple[str, ...] = ()
-
-
 def fit_crossed(values: Array, fixed: Array, groups: Mapping[str, Sequence[str]]) -> MixedFit:
     """Fit values (n,) = fixed (n, k)·β + a random effect of each grouping + noise. Raises LinAlgError or ValueError."""
     from scipy.optimize import minimize
 
-    members = [_membership(labels) for labels in groups.values()]
-    deviance = _Deviance(values, fixed, members)
+    # A column of 0 and 1 for each level of a grouping, (n, levels).
+    members = [(np.array(each)[:, np.newaxis] == np.unique(each)).astype(np.float64) for each in groups.values()]
+    profiled = _profile(values, fixed, members)
     ratios, complaints = np.zeros(0), []
     if members:
         bounds = [(0.0, None)] * len(members)
         # Start values: ratios of a grouping's variance to the noise's variance.
         fits = [
-            minimize(deviance, np.full(len(members), start), jac="3-point", bounds=bounds,
+            minimize(lambda each: profiled(each)[0], np.full(len(members), start), jac="3-point", bounds=bounds,
                      options={"ftol": 1e-14, "gtol": 1e-8, "maxiter": 1000})
             for start in (1.0, 0.05)
         ]  # fmt: skip
@@ -272,55 +267,38 @@ def fit_crossed(values: Array, fixed: Array, groups: Mapping[str, Sequence[str]]
         ratios = np.asarray(best.x)
         if abs(fits[0].fun - fits[1].fun) > 1e-3:
             complaints.append("the fit did not converge: do not rely on it")
-    rest = deviance.rest(ratios)
+    _, rest, coefficients = profiled(ratios)
     variances = [float(ratio) * rest for ratio in ratios]
     errors, freedom = errors_and_freedom(fixed, members, variances, rest)
     if not (np.isfinite(errors) & (errors > 0)).all():
         raise ValueError("standard errors cannot be computed")
     named = dict(zip(groups, variances, strict=True)) | {"rest": rest}
-    return MixedFit(deviance.coefficients(ratios), errors, freedom, named, tuple(complaints))
+    return MixedFit(coefficients, errors, freedom, named, tuple(complaints))
 
 
-def _membership(labels: Sequence[str]) -> Array:
-    """Return a column of 0 and 1 for each level, (n, levels)."""
-    levels, place = np.unique(np.array(labels), return_inverse=True)
-    return np.eye(len(levels))[place]
+def _profile(values: Array, fixed: Array, members: Sequence[Array]) -> Callable[[Array], tuple[float, float, Array]]:
+    """Return the function of the ratios λ_i that gives the deviance (up to a constant), σ² and β, (k,)."""
+    free, number = len(values) - fixed.shape[1], fixed.shape[1]
+    sizes = [member.shape[1] for member in members]
+    both = np.column_stack([fixed, values])
+    levels = np.column_stack([*members, np.zeros((len(values), 0))])
+    products, overlaps, across = both.T @ both, levels.T @ levels, levels.T @ both
 
-
-class _Deviance:
-    """−2 log of the restricted likelihood, up to a constant, as a function of the ratios λ_i."""
-
-    def __init__(self, values: Array, fixed: Array, members: Sequence[Array]) -> None:
-        self._free = len(values) - fixed.shape[1]
-        self._fixed = fixed.shape[1]
-        self._sizes = [member.shape[1] for member in members]
-        both = np.column_stack([fixed, values])
-        levels = np.column_stack([*members, np.zeros((len(values), 0))])
-        self._both, self._levels, self._across = both.T @ both, levels.T @ levels, levels.T @ both
-
-    def __call__(self, ratios: Array) -> float:
-        inner, volume = self._whitened(ratios)
+    def profiled(ratios: Array) -> tuple[float, float, Array]:
+        # V = I + Σ λ_i·Z_i·Z_iᵀ; ``volume`` is log|V|, and ``inner`` is [X y]ᵀV⁻¹[X y].
+        scale = np.sqrt(np.repeat(ratios, sizes))
+        middle = np.linalg.cholesky(np.eye(len(scale)) + scale[:, np.newaxis] * overlaps * scale)
+        volume = 2.0 * float(np.log(np.diag(middle)).sum())
+        whitened = np.linalg.solve(middle, scale[:, np.newaxis] * across)
+        inner = products - whitened.T @ whitened
+        # The last diagonal entry of the factor of ``inner`` is the norm of y without the fixed effects.
         root = np.linalg.cholesky(inner)
-        # The last diagonal entry of the factor of [X y]ᵀV⁻¹[X y] is the norm of y without the fixed effects.
         logs = np.log(np.diag(root))
-        return float(volume + 2.0 * logs[:-1].sum() + self._free * 2.0 * logs[-1])
+        deviance = float(volume + 2.0 * logs[:-1].sum() + free * 2.0 * logs[-1])
+        coefficients = np.linalg.solve(inner[:number, :number], inner[:number, number])
+        return deviance, float(root[-1, -1] ** 2 / free), np.asarray(coefficients)
 
-    def rest(self, ratios: Array) -> float:
-        """Return σ²."""
-        return float(np.linalg.cholesky(self._whitened(ratios)[0])[-1, -1] ** 2 / self._free)
-
-    def coefficients(self, ratios: Array) -> Array:
-        """Return β, (k,)."""
-        inner, _ = self._whitened(ratios)
-        return np.asarray(np.linalg.solve(inner[: self._fixed, : self._fixed], inner[: self._fixed, self._fixed]))
-
-    def _whitened(self, ratios: Array) -> tuple[Array, float]:
-        """Return [X y]ᵀV⁻¹[X y] and log|V|, where V = I + Σ λ_i·Z_i·Z_iᵀ."""
-        scale = np.sqrt(np.repeat(ratios, self._sizes))
-        middle = np.eye(len(scale)) + scale[:, np.newaxis] * self._levels * scale
-        root = np.linalg.cholesky(middle)
-        across = np.linalg.solve(root, scale[:, np.newaxis] * self._across)
-        return self._both - across.T @ across, 2.0 * float(np.log(np.diag(root)).sum())
+    return profiled
 
 
 def errors_and_freedom(

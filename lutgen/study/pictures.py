@@ -7,20 +7,20 @@ file names are keyed hashes, which reveal neither image nor condition, and files
 names.
 """
 
-from __future__ import annotations
-
 import hashlib
 import hmac
 import os
 import shutil
 from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lutgen.bake.build import BuildPlan, build
+from lutgen.display import DisplayModel
 from lutgen.errors import LutgenError
 from lutgen.files import file_sha256, files_below, scratch
 from lutgen.pictures.apply import apply_to_images
@@ -28,11 +28,6 @@ from lutgen.pictures.frame import Pixels, plain_png
 from lutgen.pictures.images import FORMATS, ImageSource, open_source
 from lutgen.study.design import UNAGED
 from lutgen.study.protocol import IMAGES, Render, StudyCondition, StudyImage
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-
-    from lutgen.display import DisplayModel
 
 #: Formats of images that a study shows: formats that store code values.
 KINDS = ("png", "jpeg", "tiff")
@@ -129,8 +124,12 @@ def shown_pixels(path: Path) -> Pixels:
     """Read an image as readers see it: uint8, (height, width, 3). Raises LutgenError: it cannot be shown."""
     with open_source(path) as source:
         _check_shown(source)
-        pixels = np.concatenate(list(_bands(source)))
+        pixels = source.read(0, source.height)
         deep = source.storage.dtype == np.uint16
+        if source.storage.alpha and (pixels[..., 3] < source.storage.white).any():
+            message = f"{path}: is transparent in places, where the page would shine through. Flatten it first."
+            raise LutgenError(message)
+    pixels = pixels[..., :3]
     # 65535 is 257 · 255, and 257 is odd: no number lies halfway between two 8-bit numbers.
     return ((pixels.astype(np.uint32) + 128) // 257).astype(np.uint8) if deep else pixels.astype(np.uint8)
 
@@ -144,16 +143,6 @@ def _check_shown(source: ImageSource) -> None:
     if turned > 1:
         message = f"{path}: asks viewers to turn it (Orientation {turned}), which not all do. Turn its pixels first."
         raise LutgenError(message)
-
-
-def _bands(source: ImageSource) -> Iterator[Pixels]:
-    opaque = np.iinfo(source.storage.dtype).max
-    for first, last in source.bands():
-        pixels = source.read(first, last)
-        if source.storage.alpha and (pixels[..., 3] < opaque).any():
-            message = f"{source.path}: is transparent in places, where the page would shine through. Flatten it first."
-            raise LutgenError(message)
-        yield pixels[..., :3]
 
 
 #: Format of the LUTs for images: the most exact format.

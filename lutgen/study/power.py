@@ -10,23 +10,18 @@ Standard deviations are from the paper: Table 2 prints means ± 95 % intervals. 
 exact: the figures then hold for these readers, not for all similar readers.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
 from itertools import combinations
 from math import isfinite, sqrt
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.errors import LutgenError
 from lutgen.names import AGING_MODES
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from numpy.typing import NDArray
 
 #: Significance level, and the required power.
 ALPHA, TARGET = 0.05, 0.8

@@ -7,21 +7,17 @@ A study is a folder::
     STUDY/answers/….sqlite    one file for each reader
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from lutgen.cells import first_doubled, whole
 from lutgen.documents import canonical_json, from_json
 from lutgen.errors import LutgenError
 from lutgen.files import read_at_most, write_atomically
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
 
 PROTOCOL = "protocol.json"
 IMAGES = "images"

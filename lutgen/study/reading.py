@@ -9,25 +9,20 @@ set back is detected, a clock that was set forward is not. The page's own clock,
 to score.
 """
 
-from __future__ import annotations
-
 import hashlib
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime, timedelta
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from lutgen.errors import LutgenError, reason_of
+from lutgen.progress import Progress
 from lutgen.study import answers
 from lutgen.study.answer_file import AnswerFile, locked_place
 from lutgen.study.protocol import Protocol, read_protocol
 from lutgen.version import __version__
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
-    from pathlib import Path
-
-    from lutgen.progress import Progress
 
 #: Most pauses of an image, and most seconds of its pauses: a month.
 MAX_PAUSES, MAX_PAUSED = 100_000, 30 * 86_400.0

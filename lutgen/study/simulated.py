@@ -34,13 +34,14 @@ The paper does not state which part of the spread is due to images: the shares b
 an assumption of lutgen too: the paper does not state the age of its display.
 """
 
-from __future__ import annotations
-
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from pathlib import Path
+from typing import NamedTuple
 from zlib import crc32
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.colorimetry import Array, code_to_linear, delta_e_2000, linear_to_lab
 from lutgen.errors import LutgenError
@@ -48,21 +49,11 @@ from lutgen.pictures.blocks import code_of, read_field
 from lutgen.pictures.nuclei import segment
 from lutgen.progress import Progress, unseen
 from lutgen.study.answers import Answer
-from lutgen.study.protocol import PAPER_CATEGORIES, Category, Protocol, StudyTrial
+from lutgen.study.protocol import PAPER_CATEGORIES, PAPER_SCALE, Category, Protocol, StudyTrial
 from lutgen.study.statistics import UNAGED
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-    from pathlib import Path
-
-    from numpy.typing import NDArray
-
 
 #: Condition of the paper → ΔE2000 at nuclei that is assumed for the paper's images: see the calibration above.
 PAPER_DIFFERENCES = {"none": 0.0, "chroma": 5.1, "chroma-luma": 17.0}
-
-#: The scale of the paper's ease of reading.
-PAPER_EASE = (1, 10)
 
 
 class Readings(NamedTuple):
@@ -102,7 +93,7 @@ class SimulatedReader:
     neighbour: float = 0.2
     #: Scales of the study.
     categories: Sequence[Category] = PAPER_CATEGORIES
-    ease: tuple[int, int] = PAPER_EASE
+    ease: tuple[int, int] = PAPER_SCALE
 
     def disturbance(self, difference: Array | float) -> Array:
         """Return the disturbance, 0..1, by a ΔE2000 ≥ 0 at nuclei."""
@@ -117,7 +108,7 @@ class SimulatedReader:
         log_seconds = np.log(self.median) + pace + self.spread_images * difficulty + self.slowdown * disturbed
         log_seconds = log_seconds + self.spread * random.standard_normal(difference.shape)
         ease = self.ease_middle - self.ease_images * difficulty - self.ease_loss * disturbed
-        ease = np.clip(np.rint(ease + self.ease_spread * random.standard_normal(difference.shape)), *PAPER_EASE)
+        ease = np.clip(np.rint(ease + self.ease_spread * random.standard_normal(difference.shape)), *PAPER_SCALE)
         surely = np.exp(-self.doubt * np.exp(self.doubt_images * difficulty) - difference / self.scale)
         return Readings(np.exp(log_seconds), ease, random.random(difference.shape) < (1 + surely) / 2)
 
@@ -131,7 +122,7 @@ class SimulatedReader:
         random = self._random(2, trial.reader, trial.session, trial.position)
         read = self.readings(difference, difficulty, random, pace)
         low, high = self.ease
-        share = (float(read.ease) - PAPER_EASE[0]) / (PAPER_EASE[1] - PAPER_EASE[0])
+        share = (float(read.ease) - PAPER_SCALE[0]) / (PAPER_SCALE[1] - PAPER_SCALE[0])
         return round(float(read.seconds), 2), round(low + share * (high - low)), self._category(trial, read, random)
 
     def _category(self, trial: StudyTrial, read: Readings, random: np.random.Generator) -> str:

@@ -15,23 +15,18 @@ same side, positive or negative. In general a reader may have read an image any 
 - The first of the other un-aged answers is paired with the reference: each image gives ``none`` at most one pair.
 """
 
-from __future__ import annotations
-
 from collections import defaultdict
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import exp, lgamma, nan, sqrt
 from statistics import NormalDist, fmean, stdev
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from lutgen.cells import number
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    from lutgen.colorimetry import Array
-    from lutgen.study.answers import Answer
+from lutgen.colorimetry import Array
+from lutgen.study.answers import Answer
 
 #: Measure other than the diagnosis → its name and unit: the paper's TTS and EOR.
 MEASURES = {"time": "time to score, s", "ease": "ease of reading"}

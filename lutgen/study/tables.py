@@ -3,24 +3,19 @@
 A table from a user has a header, cells that are checked one by one, and comments in lines that begin with ``#``.
 """
 
-from __future__ import annotations
-
 import csv
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, astuple, dataclass, fields
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from lutgen import cells
 from lutgen.errors import LutgenError, pick_one
 from lutgen.files import read_at_most
+from lutgen.study.analysis import Analysis
 from lutgen.study.answers import MAX_SECONDS, Answer
 from lutgen.study.statistics import MEASURES, AgreementCounts, StudySample, half_width
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-
-    from lutgen.study.analysis import Analysis
 
 #: Most bytes of a table: a row has some tens of bytes, and nobody reads a million images.
 MAX_BYTES = 64_000_000
