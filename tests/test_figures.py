@@ -97,7 +97,7 @@ def test_a_large_image_is_made_smaller_by_means_of_light_and_aged_then(tmp_path:
     expected = np.rint(255.0 * linear_to_code(light)).astype(np.uint8)
     expected[0, 0] = GREY
     assert series.factor == 3
-    np.testing.assert_array_equal(series.source, expected)
+    np.testing.assert_array_equal(series.frame.code, expected)
     code = np.clip(model.at("chroma", 9000.0).code_to_code(expected / 255.0), 0.0, 1.0)
     np.testing.assert_array_equal(series.seen("chroma", 9000.0), np.rint(255.0 * code))
     curve = lifetime([tmp_path / "a.png"], model, hours=[9000.0]).images[0].curves["chroma"]

@@ -17,9 +17,9 @@ from lutgen.colorimetry import CHUNK, delta_e_2000
 from lutgen.display import AppliedEffect, Conditions, default_display, save_model
 from lutgen.display.on_screen import SIDE, MeasuredUniformity, OnScreen, seen_at
 from lutgen.effects import catalogue
-from lutgen.pictures.difference import placed_picture, shown_lab
+from lutgen.pictures.difference import shown_lab
 from lutgen.pictures.difference_map import check_placed, difference_map
-from lutgen.pictures.frame import aged_series, turned
+from lutgen.pictures.frame import Frame, aged_series, turned
 from lutgen.readings.session import Session
 from lutgen.report import difference_map as report_map
 from tests.command import here
@@ -282,8 +282,8 @@ def test_beside_a_table_the_un_aged_display_is_even(tmp_path: Path) -> None:
     shown = difference_map(tmp_path / "a.png", model, "chroma", 0.0, on_screen=screen).shown
     assert shown[1, 1] == pytest.approx(0.0, abs=1e-6)
     assert shown[0, 0] > 3.0
-    code = np.full((3, 3, 3), 160, np.uint8)
-    assert (placed_picture(code, screen.unaged(model), screen) == 160).all()
+    frame = Frame.of(np.full((3, 3, 3), 160, np.uint8), np.ones((3, 3), np.bool_), 3, 3, screen)
+    assert (frame.shown(screen.unaged(model)) == 160).all()
 
 
 def test_what_falls_off_on_the_first_day_shows_on_a_display_with_a_model_of_its_own() -> None:

@@ -7,31 +7,27 @@ Work that needs the neighbours of a pixel, such as segmentation of nuclei, holds
 field's colours have 16 bits a channel. Colours of 8- and 16-bit images are exact; colours of float images are rounded.
 """
 
-from __future__ import annotations
-
 import os
 from collections import deque
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lutgen.bindings import optional
+from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError
 from lutgen.names import SIGNAL
 from lutgen.pictures.encoding import Decoder, NotFiniteError, Storage, Stored, joined, level_of, levels_of, not_finite
 from lutgen.pictures.images import open_source
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from lutgen.colorimetry import Array
-    from lutgen.progress import Progress
+from lutgen.progress import Progress
 
 #: Threads that the current work may use; 0: one for each core.
 _FEW = ContextVar("lutgen_threads", default=0)
@@ -60,52 +56,6 @@ SUFFIXES = (".svs", ".ndpi", ".mrxs")
 REGION = 1024
 
 
-class Slide:
-    """A slide that is open for reading, region by region."""
-
-    storage = Storage(np.dtype(np.uint8), SIGNAL, alpha=True)
-
-    def __init__(self, path: Path, slide: Any) -> None:
-        """Take a slide that OpenSlide has opened."""
-        self.path, self._slide = path, slide
-        self.width, self.height = slide.dimensions
-        # Scanners of this vendor store no tiles without tissue. In slides of other vendors a missing tile is damage.
-        self._sparse = slide.properties.get("openslide.vendor") == "mirax"
-
-    def read(self, x: int, y: int) -> Stored:
-        """Read the region at (x, y), from any thread: (rows, columns, 4); alpha 0: not scanned."""
-        size = (min(REGION, self.width - x), min(REGION, self.height - y))
-        try:
-            region = np.asarray(self._slide.read_region((x, y), 0, size))
-        except _openslide().OpenSlideError as error:
-            message = f"{self.path}: the slide is damaged near pixel ({x}, {y}): {error}. Get a whole copy."
-            raise LutgenError(message) from None
-        missing = region[..., 3] == 0
-        if missing.any() and not self._sparse:
-            row, column = divmod(int(missing.argmax()), size[0])
-            raise LutgenError(
-                f"{self.path}: the tile at pixel ({x + column}, {y + row}) is missing, so the slide cannot be counted "
-                f"whole. Get a whole copy, or export the part that you need as TIFF."
-            )
-        return region
-
-
-@contextmanager
-def open_slide(path: Path) -> Iterator[Slide]:
-    """Open a slide. Raises LutgenError: no OpenSlide is installed, no such file, or OpenSlide cannot read it."""
-    library = _openslide()
-    if not path.is_file():
-        raise LutgenError(f"{path}: there is no such slide.")
-    try:
-        slide = library.OpenSlide(str(path))
-    except library.OpenSlideError as error:
-        why = str(error).rstrip(".")
-        message = f"{path}: OpenSlide cannot read this slide: {why}. Get a whole copy, or export it as tiled TIFF."
-        raise LutgenError(message) from None
-    with slide:
-        yield Slide(path, slide)
-
-
 def _openslide() -> Any:
     use = f"slides ({', '.join(SUFFIXES)}) are read through OpenSlide"
     return optional("openslide", use, extra="slides", otherwise="export the slide as TIFF")
@@ -118,6 +68,37 @@ class Place(NamedTuple):
     bottom: int
     left: int
     right: int
+
+
+def _region(path: Path, slide: Any, place: Place) -> Stored:
+    """Read a region of a slide that OpenSlide has opened, (rows, columns, 4); alpha 0: not scanned."""
+    size = (place.right - place.left, place.bottom - place.top)
+    try:
+        region = np.asarray(slide.read_region((place.left, place.top), 0, size))
+    except _openslide().OpenSlideError as error:
+        message = f"{path}: the slide is damaged near pixel ({place.left}, {place.top}): {error}. Get a whole copy."
+        raise LutgenError(message) from None
+    missing = region[..., 3] == 0
+    # Scanners of mirax store no tiles without tissue. In slides of other vendors a missing tile is damage.
+    if missing.any() and slide.properties.get("openslide.vendor") != "mirax":
+        row, column = divmod(int(missing.argmax()), size[0])
+        raise LutgenError(
+            f"{path}: the tile at pixel ({place.left + column}, {place.top + row}) is missing, so the slide cannot be "
+            f"counted whole. Get a whole copy, or export the part that you need as TIFF."
+        )
+    return region
+
+
+def _opened_slide(path: Path) -> Any:
+    library = _openslide()
+    if not path.is_file():
+        raise LutgenError(f"{path}: there is no such slide.")
+    try:
+        return library.OpenSlide(str(path))
+    except library.OpenSlideError as error:
+        why = str(error).rstrip(".")
+        message = f"{path}: OpenSlide cannot read this slide: {why}. Get a whole copy, or export it as tiled TIFF."
+        raise LutgenError(message) from None
 
 
 @dataclass(frozen=True)
@@ -158,22 +139,22 @@ class Blocks:
 
 @contextmanager
 def open_blocks(path: Path, source: str = "auto") -> Iterator[Blocks]:
-    """Open a picture; ``source`` as for ``apply``, errors as :func:`open_source` and :func:`open_slide`."""
+    """Open a picture; ``source`` as for ``apply``. Raises LutgenError: as :func:`open_source`, or no OpenSlide."""
     if path.suffix.lower() in SUFFIXES:
-        with open_slide(path) as slide:
-            places = tuple(
-                Place(y, min(y + REGION, slide.height), x, min(x + REGION, slide.width))
-                for y in range(0, slide.height, REGION)
-                for x in range(0, slide.width, REGION)
-            )
+        with _opened_slide(path) as slide:
+            width, height = slide.dimensions
             yield Blocks(
-                storage=slide.storage,
-                height=slide.height,
-                width=slide.width,
+                storage=Storage(np.dtype(np.uint8), SIGNAL, alpha=True),
+                height=height,
+                width=width,
                 tile=(REGION, REGION),
                 orientation=1,
-                places=places,
-                _read=lambda place: slide.read(place.left, place.top),
+                places=tuple(
+                    Place(y, min(y + REGION, height), x, min(x + REGION, width))
+                    for y in range(0, height, REGION)
+                    for x in range(0, width, REGION)
+                ),
+                _read=partial(_region, path, slide),
                 workers=threads(),
             )
         return

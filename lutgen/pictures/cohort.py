@@ -21,10 +21,10 @@ from lutgen.cells import csv_text
 from lutgen.errors import LutgenError
 from lutgen.names import AGING_MODES
 from lutgen.pictures.blocks import threads
-from lutgen.pictures.cohort_slides import CohortSlide, CohortTask, RunFolder, claim, find_slides, image_from_json
+from lutgen.pictures.cohort_slides import CohortSlide, CohortTask, claim, find_slides, image_from_json
 from lutgen.pictures.cohort_workers import on_cluster, on_this_machine
 from lutgen.pictures.difference import IN_JSON, STATISTICS, DifferenceCurve
-from lutgen.pictures.lifetime import TOLERANCES, ImageLifetime, Lifetimes, check_asked, csv_hours
+from lutgen.pictures.lifetime import TOLERANCES, Lifetimes, check_asked, csv_hours
 from lutgen.progress import Progress, unseen
 
 if TYPE_CHECKING:
@@ -54,15 +54,6 @@ class Lives:
     reached: int
 
 
-@dataclass(frozen=True)
-class Band:
-    """A statistic of ΔE2000 over several slides at each hour, shape (h,): the median and the range."""
-
-    median: Array
-    low: Array
-    high: Array
-
-
 def lives_of(lives: Sequence[float | None]) -> Lives:
     """Return median, interval and range of the lifetimes of at least one slide."""
     ordered = sorted(inf if life is None else life for life in lives)
@@ -90,13 +81,13 @@ def coverage(size: int) -> float | None:
     return float(1.0 - 2 * sum(comb(size, k) for k in range(outside + 1)) / 2**size)
 
 
-def bands_of(curves: Sequence[DifferenceCurve]) -> dict[str, Band]:
-    """Return statistic → median and range of the curves of at least one slide, at each hour."""
-    bands = {}
-    for name in STATISTICS:
-        values = np.array([getattr(curve, name) for curve in curves])
-        bands[name] = Band(np.median(values, axis=0), values.min(axis=0), values.max(axis=0))
-    return bands
+def bands_of(curves: Sequence[DifferenceCurve]) -> dict[str, dict[str, Array]]:
+    """Return statistic → median, low and high of the curves of at least one slide, at each hour, (h,)."""
+    values = {name: np.array([getattr(curve, name) for curve in curves]) for name in STATISTICS}
+    return {
+        name: {"median": np.median(each, axis=0), "low": each.min(axis=0), "high": each.max(axis=0)}
+        for name, each in values.items()
+    }
 
 
 def _finite(hours: float) -> float | None:
@@ -161,9 +152,10 @@ class Cohort:
         points = []
         for place, hours in enumerate(curves[0].hours):
             at = {
-                name: {key: float(values[place]) for key, values in vars(band).items()} for name, band in bands.items()
+                IN_JSON[name]: {key: float(values[place]) for key, values in band.items()}
+                for name, band in bands.items()
             }
-            points.append({"hours": float(hours), **{IN_JSON[name]: each for name, each in at.items()}})
+            points.append({"hours": float(hours), **at})
         lifetimes = {
             f"{tolerance:g}": {name: asdict(lives) for name, lives in of.items()}
             for tolerance, of in self.lives[mode].items()
@@ -240,7 +232,7 @@ def cohort(
     task = CohortTask(model, checked, tuple(dict.fromkeys(modes)), tuple(chosen), tissue, source)
     all_slides = find_slides(slides)
     folder = claim(Path(output), task, force=force)
-    images = {slide: earlier for slide in all_slides if (earlier := _earlier_result(folder, slide, checked))}
+    images = {slide: earlier for slide in all_slides if (earlier := folder.kept(slide, checked))}
     kept = len(images)
     progress(kept, len(all_slides))
     broken = {}
@@ -259,15 +251,6 @@ def cohort(
     in_order = tuple(images[slide] for slide in all_slides if slide in images)
     named = tuple(broken[slide] for slide in all_slides if slide in broken)
     return Cohort(Lifetimes(in_order, checked, model), named, task.modes, kept, Path(output))
-
-
-def _earlier_result(folder: RunFolder, slide: CohortSlide, tolerances: Sequence[float]) -> ImageLifetime | None:
-    """Return the result of a slide from an earlier run; None if there is no result, or the file is not a result."""
-    image = folder.kept(slide)
-    try:
-        return image_from_json(image, slide.name, tolerances) if image else None
-    except (KeyError, TypeError, ValueError):
-        return None
 
 
 @contextmanager

@@ -1,17 +1,17 @@
 """The slides of a cohort, and the folder of its run: one file for each finished slide, so that a run can be resumed."""
 
-from __future__ import annotations
-
 import hashlib
 import json
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Self
 
 import numpy as np
 
 from lutgen.cells import is_comment
+from lutgen.display import DisplayModel
 from lutgen.display.model_file import model_text
 from lutgen.documents import from_json
 from lutgen.errors import LutgenError
@@ -22,11 +22,6 @@ from lutgen.pictures.distinct import Tissue
 from lutgen.pictures.images import FORMATS
 from lutgen.pictures.lifetime import ImageLifetime
 from lutgen.version import __version__
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-
-    from lutgen.display import DisplayModel
 
 #: Suffixes of the files in a folder that count as slides.
 SUFFIXES = tuple(suffix for kind in FORMATS for suffix in kind.suffixes) + blocks.SUFFIXES
@@ -63,7 +58,7 @@ class CohortTask:
     source: str
     version: str = __version__
 
-    def anywhere(self) -> CohortTask:
+    def anywhere(self) -> Self:
         """Return the same task with absolute paths of the user's own effects, for processes in other folders."""
         effects = tuple(
             replace(each, effect=replace(each.effect, origin=str(Path(each.effect.origin).resolve())))
@@ -161,17 +156,16 @@ class RunFolder:
         """Write the result of a slide."""
         write_atomically(self._file(slide), _text({"schema": SCHEMA, "slide": asdict(slide), "image": image}))
 
-    def kept(self, slide: CohortSlide) -> dict[str, Any] | None:
-        """Return a slide's result; None if there is no result, or the slide has changed since."""
+    def kept(self, slide: CohortSlide, tolerances: Sequence[float]) -> ImageLifetime | None:
+        """Return a slide's result; None if there is no result, the file is damaged, or the slide has changed since."""
         if self.other:
             return None
         try:
             content = from_json(bytes_at_most(self._file(slide), MAX_RESULT_BYTES, none="result"))
             same = content["schema"] == SCHEMA and content["slide"] | {"name": slide.name} == asdict(slide)
-            image: dict[str, Any] | None = content["image"] if same else None
+            return image_from_json(content["image"], slide.name, tolerances) if same else None
         except (OSError, ValueError, KeyError, TypeError):
             return None
-        return image
 
     def _file(self, slide: CohortSlide) -> Path:
         # Slides in several folders may have the same name.

@@ -9,8 +9,6 @@ slides whose result was not fetched yet. When workers keep dying on one slide, D
 (`allowed-failures`), and the slide has no result. Only the main process writes files.
 """
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import pickle
@@ -18,6 +16,7 @@ import re
 import signal
 import threading
 from collections import deque
+from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -27,21 +26,17 @@ from logging import CRITICAL, getLogger
 from multiprocessing.connection import Connection
 from multiprocessing.connection import wait as wait_for_connections
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from uuid import uuid4
 
 from lutgen.bindings import optional
 from lutgen.errors import LutgenError, reason_of
 from lutgen.pictures.blocks import few_threads, threads
+from lutgen.pictures.cohort_slides import CohortSlide, CohortTask
 from lutgen.pictures.lifetime import lifetime
 from lutgen.version import __version__
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterator, Sequence
-
-    from lutgen.pictures.cohort_slides import CohortSlide, CohortTask
-
-    Outcomes = Generator[tuple[CohortSlide, "Outcome"], None, None]
+Outcomes = Generator[tuple[CohortSlide, "Outcome"], None, None]
 
 
 @dataclass(frozen=True)

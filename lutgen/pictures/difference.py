@@ -20,30 +20,20 @@ that hour. X, Y and Z are drawn independently too, so that intervals are too wid
 A model of bare readings states no uncertainty, and gets no interval.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lutgen.colorimetry import CHUNK, Array, delta_e_2000, linear_to_lab, xyY_to_xyz, xyz_to_linear
 from lutgen.display import REFERENCE, AgedDisplay, AppliedEffect, DisplayModel, LatentTips
-from lutgen.display.chain import viewer_code
-from lutgen.display.on_screen import linear_at, seen_at
+from lutgen.display.fitted import FitCovariance
+from lutgen.display.on_screen import seen_at
 from lutgen.pictures.blocks import threads
 from lutgen.pictures.distinct import Colours, Counts
-from lutgen.progress import Progress, unseen
+from lutgen.progress import Progress, part_of, unseen
 from lutgen.readings.rest import TIP_DRIVES
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from lutgen.display.chain import Link
-    from lutgen.display.fitted import FitCovariance
-    from lutgen.display.on_screen import OnScreen
 
 
 def differences(
@@ -71,7 +61,7 @@ def differences(
 
 
 def _fill(result: Array, code: Array, unaged: AgedDisplay, aged: Sequence[AgedDisplay]) -> None:
-    heads: dict[tuple[Link, ...], Array] = {}
+    heads: dict[object, Array] = {}
 
     def seen(display: AgedDisplay) -> Array:
         if display.head not in heads:
@@ -155,18 +145,13 @@ def curves_of(
     """Return the curve of each mode, at increasing ``hours``; errors as :meth:`DisplayModel.at`."""
     unaged = model.at("stable", 0.0)
     displays = [model.at(mode, hour) for mode in modes for hour in hours]
-    group = max(HELD // len(colours), 1)
+    size = len(colours)
+    group = max(HELD // size, 1)
     rows: list[tuple[float, ...]] = []
     for first in range(0, len(displays), group):
         some = displays[first : first + group]
-
-        def report(done: int, size: int, first: int = first, share: int = len(some)) -> None:
-            progress(first * size + share * done, len(displays) * size)
-
-        rows += [
-            statistics(values, colours.counts)
-            for values in differences(colours.code, len(colours), unaged, some, report)
-        ]
+        part = part_of(progress, first * size, len(some) * size, len(displays) * size)
+        rows += [statistics(each, colours.counts) for each in differences(colours.code, size, unaged, some, part)]
     table = np.array(rows).reshape(len(modes), len(hours), -1)
     return {mode: DifferenceCurve(np.array(hours), *part.T) for mode, part in zip(modes, table, strict=True)}
 
@@ -334,44 +319,3 @@ def coarse(colours: Colours) -> Colours:
     keys = np.flatnonzero(sums[0]).astype(np.uint32)
     means = (sums[1:, keys] / sums[0, keys]).T
     return Colours(np.arange(len(keys), dtype=np.uint32), sums[0, keys].astype(np.int64), means.__getitem__, _BITS)
-
-
-#: Code values, shape (h, w, 3).
-Pixels = NDArray[np.uint8]
-
-
-def placed_picture(code: Pixels, display: AgedDisplay, on_screen: OnScreen) -> Pixels:
-    """Return how an un-aged sRGB viewer shows a picture on the screen of a display, code values (h, w, 3)."""
-    linear = linear_at(display, code.reshape(-1, 3) / 255.0, _places(code, on_screen))
-    return np.rint(viewer_code(linear) * 255.0).astype(np.uint8).reshape(code.shape)
-
-
-def placed_differences(code: Pixels, unaged: AgedDisplay, aged: Sequence[AgedDisplay], on_screen: OnScreen) -> Array:
-    """Return ΔE2000 of each pixel between the un-aged and each aged display: shape (len(aged), h, w)."""
-    flat, place = code.reshape(-1, 3), _places(code, on_screen)
-    values = differences(lambda part: flat[part] / 255.0, len(flat), unaged, aged, places=place.__getitem__)
-    return values.reshape(len(aged), *code.shape[:2])
-
-
-def placed_curves(
-    code: Pixels,
-    counted: NDArray[np.bool_],
-    model: DisplayModel,
-    on_screen: OnScreen,
-    *,
-    modes: Sequence[str],
-    hours: Sequence[float],
-) -> dict[str, DifferenceCurve]:
-    """Return the curve of each mode over the pixels where ``counted``, (h, w), is true."""
-    unaged, curves = on_screen.unaged(model), {}
-    for mode in modes:
-        values = placed_differences(code, unaged, [model.at(mode, hour) for hour in hours], on_screen)[:, counted]
-        figures = np.array([statistics(each, np.ones(len(each), np.int64)) for each in values])
-        curves[mode] = DifferenceCurve(np.array(hours), *figures.T)
-    return curves
-
-
-def _places(code: Pixels, on_screen: OnScreen) -> Array:
-    """Return the place of each pixel on the screen, (h·w, 2)."""
-    high, wide = code.shape[:2]
-    return on_screen.places(0, high * wide, (high, wide))

@@ -6,18 +6,17 @@ not for the centre of a bin. The map to look at is smaller than a large picture:
 map in numbers (EXR, TIFF: one channel of single floats) has every pixel, and NaN where alpha is 0.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lutgen.bindings import oiio
+from lutgen.colorimetry import Array
 from lutgen.display import AgedDisplay, DisplayModel, seen_on, what_pictures_carry
 from lutgen.display.on_screen import OnScreen
 from lutgen.errors import LutgenError, pick_one, refuse_unknown
@@ -26,16 +25,11 @@ from lutgen.names import AGING_MODES, MAP_SUFFIXES, SIGNAL, SOURCES
 from lutgen.pictures.blocks import Blocks, Place, open_blocks
 from lutgen.pictures.difference import differences, statistics
 from lutgen.pictures.distinct import Counts, count_colours
-from lutgen.pictures.encoding import Decoder, Storage, Stored, joined
+from lutgen.pictures.encoding import Decoder, Keys, Storage, Stored, joined
 from lutgen.pictures.frame import AreaMeans, Grid, whole_factor
 from lutgen.pictures.images import new_by_oiio
 from lutgen.pictures.lifetime import binning_error
 from lutgen.progress import Progress, part_of, unseen
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-
-    from lutgen.colorimetry import Array
 
 #: Longest side in pixels of a map to look at: a larger map does not fit on a screen beside its scale.
 LONGEST = 1000
@@ -47,6 +41,9 @@ BIN = 0.1
 MOST_PLACED = 7680 * 4320
 
 Singles = NDArray[np.float32]
+
+#: Function from pixels as stored, (n, channels), and their places, (n, 2) or None, to their ΔE2000, (n,).
+Find = Callable[[Stored, Array | None], Singles]
 
 
 @dataclass(frozen=True)
@@ -144,12 +141,11 @@ def difference_map(
     with open_blocks(path, source) as blocks:
         if on_screen:
             check_placed(str(image), blocks.height, blocks.width)
-        find: Callable[[Stored, Array | None], Singles] = partial(_computed, unaged, aged, blocks.storage)
-        if not on_screen and blocks.storage.dtype == np.uint8 and not blocks.storage.associated:
-            # ΔE2000 of all 8-bit colours: 64 MB; 0 for a colour that does not occur.
-            table = np.zeros(1 << 24, np.float32)
-            table[colours.keys] = values
-            find = partial(_looked_up, table)
+        eight_bits = blocks.storage.dtype == np.uint8 and not blocks.storage.associated
+        if eight_bits and not on_screen:
+            find = _from_table(colours.keys, values)
+        else:
+            find = _computed(unaged, aged, blocks.storage)
         factor = whole_factor(blocks.height, blocks.width, LONGEST)
         means = AreaMeans(Grid.squares(blocks.height, blocks.width, factor), 1)
         with ExitStack() as stack:
@@ -204,31 +200,30 @@ def _places(on_screen: OnScreen | None, blocks: Blocks, block: Place) -> Array |
     return np.concatenate([on_screen.places(start, count, shape, blocks.orientation) for start in starts])
 
 
-def _computed(
-    unaged: AgedDisplay, aged: AgedDisplay, storage: Storage, stored: Stored, places: Array | None
-) -> Singles:
-    """Compute ΔE2000 of each pixel, (n, channels) → (n,)."""
-    planes, _ = Decoder(storage, SIGNAL)(stored)
-    code = planes.T
-    where = None if places is None else places.__getitem__
-    (values,) = differences(code.__getitem__, len(code), unaged, [aged], places=where)
-    return np.asarray(values, np.float32)
+def _computed(unaged: AgedDisplay, aged: AgedDisplay, storage: Storage) -> Find:
+    decoder = Decoder(storage, SIGNAL)
+
+    def find(stored: Stored, places: Array | None) -> Singles:
+        code = decoder(stored)[0].T
+        where = None if places is None else places.__getitem__
+        (values,) = differences(code.__getitem__, len(code), unaged, [aged], places=where)
+        return np.asarray(values, np.float32)
+
+    return find
 
 
-def _looked_up(table: Singles, stored: Stored, _places: None) -> Singles:
-    """Look ΔE2000 of 8-bit pixels up in the table, (n, channels) → (n,)."""
-    return np.asarray(table.take(joined(stored[:, :3].T, 8, np.uint32)))
+def _from_table(keys: Keys, values: Array) -> Find:
+    # ΔE2000 of all 8-bit colours: 64 MB; 0 for a colour that does not occur.
+    table = np.zeros(1 << 24, np.float32)
+    table[keys] = values
+    return lambda stored, _places: table.take(joined(stored[:, :3].T, 8, np.uint32))
 
 
-def _of_block(
-    find: Callable[[Stored, Array | None], Singles], stored: Stored, storage: Storage, places: Array | None
-) -> Singles:
+def _of_block(find: Find, stored: Stored, storage: Storage, places: Array | None) -> Singles:
     """Return ΔE2000 of a block, (rows, columns); NaN where alpha is 0."""
     flat = stored.reshape(-1, storage.channels)
-    seen = flat[:, 3] != 0 if storage.alpha else None
-    if seen is None or seen.all():
-        return find(flat, places).reshape(stored.shape[:2])
     values = np.full(len(flat), np.nan, np.float32)
+    seen = flat[:, 3] != 0 if storage.alpha else slice(None)
     values[seen] = find(flat[seen], None if places is None else places[seen])
     return values.reshape(stored.shape[:2])
 

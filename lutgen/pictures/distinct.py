@@ -15,11 +15,11 @@ field full of tissue. So the bright part is left out only if it looks like bare 
 without colour, and clearly separated from the rest.
 """
 
-from __future__ import annotations
-
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,11 +30,6 @@ from lutgen.names import SIGNAL
 from lutgen.pictures.blocks import open_blocks
 from lutgen.pictures.encoding import Decoder, Keys, NotFiniteError, Storage, Stored, joined, levels_of, not_finite
 from lutgen.progress import Progress, unseen
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
 
 #: Most distinct colours of images of more than 8 bits; the sort of so many colours takes 130 MB.
 LIMIT = 1 << 20

@@ -5,8 +5,6 @@ half or single floats. Its colours may be multiplied by alpha (*associated*). In
 planes of double precision, shape (3, n), in 0..1: the display clips numbers outside this range.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any

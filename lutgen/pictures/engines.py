@@ -4,13 +4,12 @@ An engine takes planes of shape (3, n) in 0..1, in the engine's encoding. It ret
 0..1. With these planes an un-aged sRGB viewer shows the aged colours.
 """
 
-from __future__ import annotations
-
 import re
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +17,7 @@ from numpy.typing import NDArray
 from lutgen.bake.formats import lut_suffixes
 from lutgen.bindings import lut_processor
 from lutgen.colorimetry import XYZ_TO_LINEAR, Array, linear_to_code, transform
+from lutgen.display import AgedDisplay
 from lutgen.display.chain import outside_gamut
 from lutgen.display.on_screen import linear_at
 from lutgen.display.paper import TIE, Matrices, Selection, paper_links
@@ -25,11 +25,6 @@ from lutgen.errors import LutgenError, pick_one
 from lutgen.files import is_file
 from lutgen.names import LINEAR, SIGNAL
 from lutgen.pictures.encoding import Decoder, Encoder, Storage, Stored
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from lutgen.display import AgedDisplay
 
 #: Whether each pixel's aged colour lies outside the viewer's gamut, shape (n,); None: the engine does not know.
 Clipped = NDArray[np.bool_] | None
@@ -188,14 +183,6 @@ def _processor(path: Path) -> Any:
 BLOCK = 16_384
 
 
-def shader_for(source: Storage, target: Storage, engine: Engine) -> Shader | TableShader:
-    """Return the fastest shader: a table for 8-bit pixels whose aged colour depends on neither alpha nor place."""
-    shader = Shader(source, target, engine)
-    eight_bits = source.dtype == target.dtype == np.uint8
-    placed = isinstance(engine, ChainEngine) and engine.places
-    return TableShader(shader) if eight_bits and not (source.associated or target.associated or placed) else shader
-
-
 #: Number of pixels with an aged colour outside the viewer's gamut (None: unknown), and with a source outside 0..1.
 PixelCounts = tuple[int | None, int]
 
@@ -260,6 +247,14 @@ class TableShader:
             clipped, _ = self.shader.shade(_bytes(part)[:, :channels], _bytes(entries)[:, :channels])
             entries |= _SEEN | (_UNKNOWN if clipped is None else clipped * _CLIPPED)
             self._table[part] = entries
+
+
+def shader_for(source: Storage, target: Storage, engine: Engine) -> Shader | TableShader:
+    """Return the fastest shader: a table for 8-bit pixels whose aged colour depends on neither alpha nor place."""
+    shader = Shader(source, target, engine)
+    eight_bits = source.dtype == target.dtype == np.uint8
+    placed = isinstance(engine, ChainEngine) and engine.places
+    return TableShader(shader) if eight_bits and not (source.associated or target.associated or placed) else shader
 
 
 def _packed(stored: Stored) -> NDArray[np.uint32]:

@@ -5,31 +5,27 @@ by block. A small image is not reduced. The reduced picture is aged, as in a vie
 ΔE2000 are computed over all pixels of the original image, as in ``lifetime``.
 """
 
-from __future__ import annotations
-
 import io
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lutgen.colorimetry import Array, linear_to_code
+from lutgen.display import AgedDisplay, DisplayModel
+from lutgen.display.chain import viewer_code
+from lutgen.display.on_screen import OnScreen, linear_at
 from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.names import AGING_MODES, LINEAR, SOURCES
 from lutgen.pictures.blocks import Blocks, Place, open_blocks
-from lutgen.pictures.difference import DifferenceCurve, curves_of, differences, placed_curves, placed_picture
+from lutgen.pictures.difference import DifferenceCurve, curves_of, differences, statistics
 from lutgen.pictures.distinct import count_colours
 from lutgen.pictures.encoding import Decoder, Storage, Stored, joined, levels_of
 from lutgen.progress import Progress, part_of, unseen
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from lutgen.display import AgedDisplay, DisplayModel
-    from lutgen.display.on_screen import OnScreen
 
 #: Pixels converted to double precision at a time.
 BAND = 1 << 17
@@ -45,12 +41,12 @@ class Grid(NamedTuple):
     columns: Array
 
     @classmethod
-    def of(cls, height: int, width: int, *, high: int, wide: int) -> Grid:
+    def of(cls, height: int, width: int, *, high: int, wide: int) -> Self:
         """Divide a picture of ``height`` × ``width`` pixels into ``high`` × ``wide`` cells of equal size."""
         return cls(np.linspace(0.0, height, high + 1), np.linspace(0.0, width, wide + 1))
 
     @classmethod
-    def squares(cls, height: int, width: int, factor: int) -> Grid:
+    def squares(cls, height: int, width: int, factor: int) -> Self:
         """Divide a picture into squares of ``factor`` × ``factor`` pixels, smaller at the lower and right edge."""
         rows, columns = (np.append(np.arange(0.0, length, factor), length) for length in (height, width))
         return cls(rows, columns)
@@ -145,9 +141,25 @@ class Frame:
     places: NDArray[np.intp]
     #: Whether each pixel is visible: its alpha is not 0; (h, w).
     visible: NDArray[np.bool_]
-    #: Size of the original image, turned as a viewer turns it.
+    #: Size of the original image, turned as this picture is.
     source_width: int
     source_height: int
+    #: Where on the screen the picture lies; None: all pixels lie at one place.
+    on_screen: OnScreen | None = None
+
+    @classmethod
+    def of(
+        cls, code: Pixels, visible: NDArray[np.bool_], width: int, height: int, on_screen: OnScreen | None = None
+    ) -> Self:
+        """Take code values (h, w, 3), visible pixels (h, w), and width and height of the original image."""
+        keys, places = np.unique(joined(code.reshape(-1, 3).T, 8, np.uint32), return_inverse=True)
+        colours = levels_of(keys, 8).T.astype(np.uint8)
+        return cls(colours, places.reshape(code.shape[:2]), visible, width, height, on_screen)
+
+    @property
+    def code(self) -> Pixels:
+        """The code values, (h, w, 3)."""
+        return np.asarray(self.colours[self.places])
 
     @property
     def width(self) -> int:
@@ -166,20 +178,36 @@ class Frame:
 
     def shown(self, display: AgedDisplay) -> Pixels:
         """Return how an un-aged sRGB viewer shows the picture on a display, code values (h, w, 3)."""
+        if self.on_screen:
+            linear = linear_at(display, self.code.reshape(-1, 3) / 255.0, self._where(self.on_screen))
+            return np.rint(viewer_code(linear) * 255.0).astype(np.uint8).reshape(*self.places.shape, 3)
         code = np.rint(display.code_to_code(self.colours / 255.0) * 255.0).astype(np.uint8)
         return np.asarray(code[self.places])
 
     def differences(self, unaged: AgedDisplay, aged: Sequence[AgedDisplay]) -> Array:
         """Return ΔE2000 of each pixel between the un-aged and each aged display: shape (len(aged), h, w)."""
         code = self.colours / 255.0
+        if self.on_screen:
+            which, where = self.places.ravel(), self._where(self.on_screen)
+            values = differences(lambda part: code[which[part]], which.size, unaged, aged, places=where.__getitem__)
+            return values.reshape(len(aged), *self.places.shape)
         return differences(code.__getitem__, len(code), unaged, aged)[:, self.places]
+
+    def curve(self, unaged: AgedDisplay, aged: Sequence[AgedDisplay]) -> DifferenceCurve:
+        """Return the curve of a mode's displays, by hour, over the visible pixels."""
+        values = self.differences(unaged, aged)[:, self.visible]
+        figures = np.array([statistics(each, np.ones(len(each), np.int64)) for each in values])
+        return DifferenceCurve(np.array([each.hours for each in aged]), *figures.T)
+
+    def _where(self, on_screen: OnScreen) -> Array:
+        """Return the place of each pixel on the screen, (h·w, 2)."""
+        return on_screen.places(0, self.places.size, self.places.shape)
 
 
 def read_frame(path: Path, *, pixels: int, width: int, source: str = "auto", progress: Progress = unseen) -> Frame:
     """Read a picture, reduced to at most ``pixels`` pixels and ``width`` in a row; NaN is black. Raises LutgenError."""
     code, visible, size = read_pixels(path, pixels=pixels, width=width, source=source, progress=progress)
-    colours, places = np.unique(code.reshape(-1, 3), axis=0, return_inverse=True)
-    return Frame(colours, places.reshape(code.shape[:2]), visible, *size)
+    return Frame.of(code, visible, *size)
 
 
 def read_pixels(
@@ -228,9 +256,8 @@ class AgedSeries:
     file: str
     #: The display.
     model: DisplayModel
-    #: The image as it is sent to the display, uint8 of shape (h, w, 3): its code values, or means over ``factor`` ×
-    #: ``factor`` pixels.
-    source: Pixels
+    #: The image as it is sent to the display: its code values, or means over ``factor`` × ``factor`` pixels.
+    frame: Frame
     #: 1 for images that are not reduced.
     factor: int
     #: Number of pixels that count for ΔE2000, and of their distinct colours.
@@ -238,8 +265,6 @@ class AgedSeries:
     colours: int
     #: Mode → ΔE2000 at hour 0 and the chosen hours.
     curves: dict[str, DifferenceCurve]
-    #: Where on the screen the picture lies; None: all pixels lie at one place.
-    on_screen: OnScreen | None = None
 
     @property
     def hours(self) -> list[float]:
@@ -248,14 +273,10 @@ class AgedSeries:
 
     def seen(self, mode: str, hours: float) -> Pixels:
         """Return how an un-aged sRGB viewer shows the image on the aged display, uint8 of shape (h, w, 3)."""
-        if self.on_screen:
-            stable = mode == "stable"
-            display = self.on_screen.unaged(self.model) if stable else self.model.at(mode, hours)
-            return placed_picture(self.source, display, self.on_screen)
-        colours, which = np.unique(joined(self.source.reshape(-1, 3).T, 8, np.uint32), return_inverse=True)
-        code = levels_of(colours, 8).T / 255.0
-        aged = np.clip(self.model.at(mode, hours).code_to_code(code), 0.0, 1.0)
-        return np.rint(255.0 * aged).astype(np.uint8)[which].reshape(self.source.shape)
+        on_screen = self.frame.on_screen
+        if on_screen and mode == "stable":
+            return self.frame.shown(on_screen.unaged(self.model))
+        return self.frame.shown(self.model.at(mode, hours))
 
     def mean_in_words(self, mode: str, hours: float) -> str:
         """Return the mean ΔE2000 at one of the hours, as text for captions."""
@@ -292,12 +313,13 @@ def aged_series(
         light = light_means(blocks, grid, part_of(progress, 400, 400))
     seen = np.isfinite(light)
     code = np.rint(255.0 * np.where(seen, linear_to_code(np.nan_to_num(light)), GREY / 255.0)).astype(np.uint8)
+    frame = Frame.of(code, seen[..., 0], blocks.width, blocks.height, on_screen)
     if on_screen:
-        curves = placed_curves(code, seen[..., 0], model, on_screen, modes=modes, hours=chosen)
-        pixels = int(seen[..., 0].sum())
+        unaged, pixels = on_screen.unaged(model), int(frame.visible.sum())
+        curves = {mode: frame.curve(unaged, [model.at(mode, hour) for hour in chosen]) for mode in modes}
     else:
         curves, pixels = curves_of(colours, model, modes, chosen, part_of(progress, 800, 200)), colours.pixels
-    return AgedSeries(str(image), model, code, factor, pixels, len(colours), curves, on_screen)
+    return AgedSeries(str(image), model, frame, factor, pixels, len(colours), curves)
 
 
 def plain_png(pixels: Pixels) -> bytes:

@@ -4,13 +4,13 @@ A file's first bytes, never its name, give its format. An output file keeps the 
 profile, tiles and (lossless) compression, if the format of the output's suffix supports them.
 """
 
-from __future__ import annotations
-
 import struct
 import zlib
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, BinaryIO
+from pathlib import Path
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -20,10 +20,6 @@ from lutgen.errors import LutgenError, pick_one, reason_of
 from lutgen.files import is_unicode, under_its_name
 from lutgen.names import LINEAR, SIGNAL
 from lutgen.pictures.encoding import Storage, Stored
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
-    from pathlib import Path
 
 
 @dataclass(frozen=True)

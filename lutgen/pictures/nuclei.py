@@ -12,12 +12,10 @@ immunohistochemistry). Nuclei that touch or overlap are missed most often. Nucle
 their colours are as good as the colours of other nuclei.
 """
 
-from __future__ import annotations
-
 import io
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,10 +23,8 @@ from numpy.typing import NDArray
 from lutgen.bindings import optional
 from lutgen.errors import LutgenError, listed, reason_of, refuse_unknown
 from lutgen.names import STAINS
-from lutgen.pictures.images import opened_by_oiio
-
-if TYPE_CHECKING:
-    from lutgen.pictures.blocks import Field, Mask
+from lutgen.pictures.blocks import Field, Mask
+from lutgen.pictures.images import FORMATS, opened_by_oiio
 
 #: Least share of brown pixels among the stained pixels for the stain DAB. Eosin and haematoxylin absorb blue least.
 BROWN = 0.1
@@ -206,8 +202,8 @@ def _skimage(part: str) -> Any:
 
 _ALLOWED = "Give a PNG or TIFF of the image's size: 0 for the ground, and 1, 2, … for each nucleus or white for all."
 
-#: First bytes of lossless files: PNG and TIFF.
-_LOSSLESS = (b"\x89PNG\r\n\x1a\n", b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
+#: First bytes of lossless files.
+_LOSSLESS = tuple(magic for kind in FORMATS if kind.name in ("png", "tiff") for magic in kind.magic)
 
 #: A nucleus fills at least this share of its bounding box. Grey levels of soft edges are scattered over the image.
 FILLS = 0.05

@@ -5,29 +5,23 @@ bytes on every run. Programs without support for animations show the first frame
 own writer of animations is not used, since it holds all frames in memory.
 """
 
-from __future__ import annotations
-
 import shutil
 import struct
 import subprocess
 import tempfile
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from lutgen.errors import LutgenError, in_one_line, pick_one
 from lutgen.files import replacing
 from lutgen.names import ANIMATION_SUFFIXES
 from lutgen.numerals import spaced
+from lutgen.pictures.frame import AgedSeries
 from lutgen.progress import Progress, unseen
 from lutgen.report.drawing import Pixels, Text, grey_page, wrapped
 from lutgen.report.sheets import footer
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
-    from lutgen.pictures.frame import AgedSeries
 
 #: Longest side of the picture, and least width of a frame, in pixels.
 LONGEST, ACROSS = 640, 420
@@ -85,7 +79,7 @@ def animate(
 
 def frame(series: AgedSeries, mode: str, hour: float) -> Pixels:
     """Return the picture at one hour, with hour and ΔE2000 above it, and a bar of hours and the readings below it."""
-    high, wide = series.source.shape[:2]
+    high, wide = series.frame.places.shape
     width, gap = max(wide, ACROSS) + 2 * _TEXT, _TEXT
     foot = wrapped(footer(series), width - 2 * gap, _TEXT - 3)
     top = 3 * _TEXT

@@ -6,38 +6,31 @@ printed. The picture at its place on the screen is printed only as a still: the 
 depend on the position.
 """
 
-from __future__ import annotations
-
 import zlib
 from base64 import b64encode
-from dataclasses import asdict, dataclass
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lutgen.bake.lut import Lut, Sampler
 from lutgen.bake.spaces import tetrahedra
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab, xyz_to_xyY
+from lutgen.display import AgedDisplay, DisplayModel
+from lutgen.display.on_screen import OnScreen
 from lutgen.display.tips import parse_hours
 from lutgen.errors import LutgenError
 from lutgen.numerals import spaced
-from lutgen.pictures.difference import placed_differences, placed_picture
+from lutgen.pictures.difference import DifferenceCurve
+from lutgen.pictures.frame import Frame
+from lutgen.pictures.lifetime import Lifetimes
 from lutgen.pictures.viewer import WHITE, viewer_table
 from lutgen.progress import Progress, unseen
 from lutgen.report.drawing import data_address, page_png
 from lutgen.report.page_template import PageSection, ticks
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from numpy.typing import NDArray
-
-    from lutgen.display import AgedDisplay, DisplayModel
-    from lutgen.display.on_screen import OnScreen
-    from lutgen.pictures.difference import DifferenceCurve
-    from lutgen.pictures.frame import Frame
-    from lutgen.pictures.lifetime import Lifetimes
 
 #: Possible ends of the maps' scale in ΔE2000. A page uses the first end that no map exceeds in more than 5 % of its
 #: pixels. All maps of a page have the same end, so that they can be compared.
@@ -81,10 +74,11 @@ class PageScene:
 
 @dataclass(frozen=True)
 class Still:
-    """The last hour of a mode; ``picture`` and ``map`` are data addresses of a PNG."""
+    """The last hour of a mode: addresses of the PNGs of picture and map, and the mean ΔE2000 of visible pixels."""
 
     picture: str
     map: str
+    mean: float
 
 
 @dataclass(frozen=True)
@@ -142,12 +136,8 @@ def scenes_of(
             scenes.append(_scene(sampler, unaged, model.at(mode, hour), curve))
             progress(len(modes) * len(hours) + len(scenes), len(curves) * len(hours))
         modes[mode] = tuple(scenes)
-    stills = {}
-    for mode in modes:
-        aged = model.at(mode, hours[-1])
-        (difference,) = frame.differences(unaged, [aged])
-        stills[mode] = Still(picture_address(frame, frame.shown(aged)), map_address(frame, difference, reach))
-    seen, source = (picture_address(frame, shown) for shown in (frame.shown(unaged), frame.colours[frame.places]))
+    stills = {mode: _still(frame, unaged, model.at(mode, hours[-1]), reach) for mode in modes}
+    seen, source = (picture_address(frame, shown) for shown in (frame.shown(unaged), frame.code))
     return Scenes(frame, seen, source, tuple(hours), modes, stills, reach, _blending(frame, model, modes))
 
 
@@ -159,6 +149,12 @@ def _scene(sampler: Sampler, unaged: AgedDisplay, aged: AgedDisplay, curve: Diff
     numbers = Numbers(aged.mode, aged.hours, mean, sd, p95, largest, float(x), float(y), float(luminance))
     before, after = (sampler.lut(display, SIZE, "code", clip=True, whole=True).table for display in (unaged, aged))
     return PageScene(numbers, viewer_table(sampler.lut(aged, SIZE, "code", clip=True).table, (before, after)))
+
+
+def _still(frame: Frame, unaged: AgedDisplay, aged: AgedDisplay, reach: float) -> Still:
+    (difference,) = frame.differences(unaged, [aged])
+    picture, map_ = picture_address(frame, frame.shown(aged)), map_address(frame, difference, reach)
+    return Still(picture, map_, float(difference[frame.visible].mean()))
 
 
 def _blending(frame: Frame, model: DisplayModel, modes: dict[str, tuple[PageScene, ...]]) -> tuple[float, float, float]:
@@ -305,30 +301,24 @@ class PlacedStills:
     on_screen: OnScreen
     #: Data address of the picture on the un-aged display.
     unaged: str
-    #: Mode → its still, and the mean ΔE2000 over the picture's pixels.
-    modes: dict[str, tuple[Still, float]]
+    #: Mode → its still.
+    modes: dict[str, Still]
     #: ΔE2000 at the end of the maps' colours.
     reach: float
 
 
 def placed_stills(scenes: Scenes, model: DisplayModel, on_screen: OnScreen) -> PlacedStills:
     """Compute the stills at the last hour of ``scenes``; ``model`` depends on the place (:meth:`OnScreen.aged`)."""
-    frame, hours, reach = scenes.frame, scenes.hours[-1], scenes.reach
-    code, unaged = frame.colours[frame.places], on_screen.unaged(model)
-    stills = {}
-    for mode in scenes.modes:
-        aged = model.at(mode, hours)
-        (difference,) = placed_differences(code, unaged, [aged], on_screen)
-        picture = picture_address(frame, placed_picture(code, aged, on_screen))
-        stills[mode] = Still(picture, map_address(frame, difference, reach)), float(difference[frame.visible].mean())
-    before = picture_address(frame, placed_picture(code, unaged, on_screen))
-    return PlacedStills(hours, on_screen, before, stills, reach)
+    hours, reach = scenes.hours[-1], scenes.reach
+    frame, unaged = replace(scenes.frame, on_screen=on_screen), on_screen.unaged(model)
+    stills = {mode: _still(frame, unaged, model.at(mode, hours), reach) for mode in scenes.modes}
+    return PlacedStills(hours, on_screen, picture_address(frame, frame.shown(unaged)), stills, reach)
 
 
 def on_screen_section(stills: PlacedStills) -> PageSection:
     """Return the section with the stills and their sentences."""
     hours, titles = spaced(stills.hours), MODES_IN_WORDS
-    modes = [(mode, titles.get(mode, mode), still, f"{mean:.1f}") for mode, (still, mean) in stills.modes.items()]
+    modes = [(mode, titles.get(mode, mode), still, f"{still.mean:.1f}") for mode, still in stills.modes.items()]
     sentences, bar = stills.on_screen.sentences(), colour_bar(stills.reach)
     values = {"sentences": sentences, "unaged": stills.unaged, "hours": hours, "bar": bar, "modes": modes}
     return PageSection("on-screen", f"On the screen at {hours} h", "on_screen.html", values)

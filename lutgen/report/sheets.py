@@ -5,14 +5,14 @@ chroma 10 000 h, chroma 18 000 h, chroma-luma 10 000 h, chroma-luma 18 000 h. Fi
 images. The paper's images were never published, so each figure is drawn from an image that the user gives.
 """
 
-from __future__ import annotations
-
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.display import DisplayModel
+from lutgen.display.on_screen import OnScreen
 from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.names import FIGURES
 from lutgen.numerals import spaced
@@ -23,12 +23,6 @@ from lutgen.progress import Progress, part_of, unseen
 from lutgen.report.difference_map import MAPS, plot_figure_6
 from lutgen.report.drawing import Pixels, Text, grey_page, new_png, save_page, wrapped
 from lutgen.report.lifetimes import plot_lifetime
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from lutgen.display import DisplayModel
-    from lutgen.display.on_screen import OnScreen
 
 #: The paper's Figures 2 to 4: the aged pictures around the un-aged one, clockwise from the top.
 AGES = (("chroma", 10_000.0), ("chroma", 18_000.0), ("chroma-luma", 10_000.0), ("chroma-luma", 18_000.0))
@@ -119,7 +113,7 @@ def longest(columns: int) -> int:
 def age_sheet(series: AgedSeries, hours: Sequence[float], path: str | Path, *, force: bool = False) -> Path:
     """Write a sheet of the modes of ``series`` at some hours. Raises LutgenError: too many hours, or a bad path."""
     chosen, modes = check_hours(hours), list(series.curves)
-    high, wide = series.source.shape[:2]
+    high, wide = series.frame.places.shape
     layout = Layout(high, wide, columns=len(chosen), narrowest=LEAST, smallest=12, gap_lines=1)
     last = chosen[-1]
     parts = ", ".join(f"{series.mean_in_words(mode, last)} in {mode}" for mode in modes)
@@ -131,21 +125,23 @@ def age_sheet(series: AgedSeries, hours: Sequence[float], path: str | Path, *, f
         for row, mode in enumerate(modes)
         for column, hour in enumerate(chosen)
     ]
-    foot = wrapped(footer(series), layout.sheet_width - 2 * layout.gap, layout.text)
-    return _write(layout, heading, pictures, foot, below=layout.top(len(modes), above), path=path, force=force)
+    return _write(
+        layout, heading, pictures, footer(series), below=layout.top(len(modes), above), path=path, force=force
+    )
 
 
 def _write(
     layout: Layout,
     heading: list[str],
     pictures: list[tuple[int, int, str, Pixels]],
-    foot: list[str],
+    footer: str,
     *,
     below: int,
     path: str | Path,
     force: bool,
 ) -> Path:
-    """Write pictures with top, left and caption, the heading at the upper left, and the foot at row ``below``."""
+    """Write pictures with top, left and caption, the heading at the upper left, and the footer at row ``below``."""
+    foot = wrapped(footer, layout.sheet_width - 2 * layout.gap, layout.text)
     texts = [
         Text(layout.gap, layout.gap, "\n".join(heading), round(1.5 * layout.text)),
         *(
@@ -171,8 +167,8 @@ def footer(series: AgedSeries) -> str:
     """Return sentences on the pictures and the numbers, the model and the readings."""
     model = series.model
     smaller = f" Each pixel is the mean light of {series.factor} × {series.factor}." if series.factor > 1 else ""
-    if series.on_screen:
-        smaller = f"{smaller} {' '.join(series.on_screen.sentences())}"
+    if series.frame.on_screen:
+        smaller = f"{smaller} {' '.join(series.frame.on_screen.sentences())}"
     return (
         f"As an un-aged sRGB viewer shows it.{smaller} ΔE2000 against the un-aged display, over all "
         f"{spaced(series.pixels)} pixels. Model: Avanaki et al. 2015{' with effects' if model.effects else ''}, "
@@ -184,17 +180,6 @@ def contact_sheet(
     images: Mapping[str, Pixels], path: str | Path, *, title: str, footer: str, force: bool = False
 ) -> Path:
     """Write images (caption → uint8 (h, w, 3)) in the order of ``PLACES``; title and footer are wrapped."""
-    layout = _checked(images)
-    pictures = [
-        (*layout.corner(place), caption, pixels)
-        for place, (caption, pixels) in zip(PLACES, images.items(), strict=True)
-    ]
-    heading = wrapped(title, layout.cell, round(1.5 * layout.text))
-    foot = wrapped(footer, layout.sheet_width - 2 * layout.gap, layout.text)
-    return _write(layout, heading, pictures, foot, below=layout.top(3), path=path, force=force)
-
-
-def _checked(images: Mapping[str, Pixels]) -> Layout:
     if len(images) != len(PLACES):
         raise LutgenError(f"a contact sheet has {len(PLACES)} images ({', '.join(PLACES)}), not {len(images)}.")
     first = next(iter(images.values()))
@@ -204,7 +189,13 @@ def _checked(images: Mapping[str, Pixels]) -> Layout:
             raise LutgenError(f"{what} is {pixels.dtype} of shape {pixels.shape}; give uint8 of shape (h, w, 3).")
         if pixels.shape != first.shape:
             raise LutgenError(f"{what} has shape {pixels.shape}, the first {first.shape}; all must be of one size.")
-    return Layout(*first.shape[:2])
+    layout = Layout(*first.shape[:2])
+    pictures = [
+        (*layout.corner(place), caption, pixels)
+        for place, (caption, pixels) in zip(PLACES, images.items(), strict=True)
+    ]
+    heading = wrapped(title, layout.cell, round(1.5 * layout.text))
+    return _write(layout, heading, pictures, footer, below=layout.top(3), path=path, force=force)
 
 
 def draw_figure(

@@ -3,19 +3,12 @@
 A table holds colours, and each colour's ΔE2000 from the un-aged colour, in numbers of 16 bits.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_lab
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from lutgen.colorimetry import Array
+from lutgen.colorimetry import Array, code_to_linear, delta_e_2000, linear_to_lab
 
 #: Folder of ``viewer.js``, which imports no other module, and ``viewer.css``.
 FOLDER = Path(__file__).parent
