@@ -1,34 +1,28 @@
 """The pages of ``lutgen diagnose``, ``refine`` and ``plan``: the verdict, the fitted effects, the next measurements."""
 
-from __future__ import annotations
-
 from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 from math import ceil
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lutgen.criticism.diagnose import Diagnosis, Ranked, parameters_of
-from lutgen.criticism.verdict.visibility import relative_size, typical_size
+from lutgen.criticism.plan import MeasurementPlan
+from lutgen.criticism.refine import Refinement
+from lutgen.criticism.search.separate import Patch, Separation
+from lutgen.criticism.verdict.visibility import Visibility, relative_size, typical_size
+from lutgen.effects import Effect
 from lutgen.effects.shapes import is_knot
 from lutgen.errors import listed
 from lutgen.numerals import percent, readable, times, with_error
+from lutgen.readings import Measurements
 from lutgen.readings.conditions import COLUMNS, OF_COLUMN
 from lutgen.readings.table import is_capped, is_shrouded, says_cap, says_shroud
 from lutgen.report.comparison import data_line, fresh_lines, from_own_model
 from lutgen.report.effect_sketch import STUB_FILE, STUB_NAME, sketch
 from lutgen.report.parts import Headline, Part, Table
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from lutgen.criticism.plan import MeasurementPlan
-    from lutgen.criticism.refine import Refinement
-    from lutgen.criticism.search.separate import Patch, Separation
-    from lutgen.criticism.verdict.visibility import Visibility
-    from lutgen.effects import Effect
-    from lutgen.readings import Measurements
 
 #: Most rows of the ranking, and most parameters in a row.
 RANKED, LISTED = 6, 2

@@ -1,20 +1,16 @@
 """A first draft of the Python file of a new effect, for an error that no known effect explains."""
 
-from __future__ import annotations
-
 import re
 from math import isfinite
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from lutgen.criticism.diagnose import Diagnosis
 from lutgen.criticism.search.free_term import probe
 from lutgen.criticism.verdict.words import strongest
 from lutgen.effects import STAGES
 from lutgen.readings.conditions import CONDITIONS, Condition
-
-if TYPE_CHECKING:
-    from lutgen.criticism.diagnose import Diagnosis
 
 #: Suggested name of the file, and the name of the effect in it.
 STUB_FILE, STUB_NAME = "my_effect.py", "my-effect"

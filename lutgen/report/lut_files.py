@@ -1,18 +1,12 @@
 """The pages about LUT files: certificates of a build, readers of a file, changes by a merge."""
 
-from __future__ import annotations
+from collections.abc import Iterable, Iterator
 
-from typing import TYPE_CHECKING
-
+from lutgen.bake.figures import SummaryRow
+from lutgen.bake.manifest import FileRecord
 from lutgen.lint.finding import LEVELS, READS, Linted
+from lutgen.merge import Merged
 from lutgen.report.parts import Headline, Part, Table
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from lutgen.bake.figures import SummaryRow
-    from lutgen.bake.manifest import FileRecord
-    from lutgen.merge import Merged
 
 _UNREACHABLE = {
     "clip": "Colours out of reach are clipped by channels of the drive; all others stay exact.",

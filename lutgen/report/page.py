@@ -1,43 +1,36 @@
 """The page of ``lutgen report``: one HTML file that loads no other file, with the same bytes on every run."""
 
-from __future__ import annotations
-
 import platform
 import shlex
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lutgen.bake.figures import summarise
 from lutgen.bake.manifest import MANIFEST, Manifest, model_as_json, read_manifest, same_model
 from lutgen.bindings import oiio
-from lutgen.display import not_measured
+from lutgen.criticism.diagnose import Diagnosis
+from lutgen.criticism.refine import Refinement
+from lutgen.display import DisplayModel, not_measured
 from lutgen.display.aging import show
+from lutgen.effects import Effect
 from lutgen.errors import LutgenError
 from lutgen.files import file_sha256, scratch, write_atomically
 from lutgen.numerals import readable, spaced
+from lutgen.pictures.lifetime import Lifetimes
 from lutgen.report import page_scenes
 from lutgen.report.comparison import compare_page
 from lutgen.report.criticism_plots import FIT, RESIDUALS, STEPS, VISIBILITY, plot_diagnosis, plot_refinement
 from lutgen.report.diagnosis import diagnose_page, refine_page
 from lutgen.report.drawing import data_address
 from lutgen.report.lifetimes import lifetime_page
+from lutgen.report.page_scenes import PlacedStills
 from lutgen.report.page_template import PageSection, chart, render, style_and_script
 from lutgen.report.parts import Headline, Page, Part, Table
 from lutgen.version import __version__
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
-
-    from lutgen.criticism.diagnose import Diagnosis
-    from lutgen.criticism.refine import Refinement
-    from lutgen.display import DisplayModel
-    from lutgen.effects import Effect
-    from lutgen.pictures.lifetime import Lifetimes
-    from lutgen.report.page_scenes import PlacedStills
 
 #: Picture → its caption, which screen readers read in place of the picture.
 CAPTIONS = {

@@ -3,29 +3,24 @@
 Templates escape every given value, so that a file name cannot become markup.
 """
 
-from __future__ import annotations
-
 from base64 import b64encode
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from lutgen.colorimetry import Array
 from lutgen.numerals import spaced
+from lutgen.pictures.lifetime import Lifetimes
 from lutgen.pictures.viewer import FOLDER
 from lutgen.report.drawing import BLUE, RED
 from lutgen.report.parts import Headline, Table
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from lutgen.colorimetry import Array
-    from lutgen.pictures.lifetime import Lifetimes
 
 
 @dataclass(frozen=True)
