@@ -197,16 +197,21 @@ def format_of_suffix(path: Path) -> ImageFormat:
     raise pick_one("output suffix", path.suffix, suffixes)
 
 
+def first_bytes(path: Path, what: str) -> bytes:
+    """Return the bytes that name the format of a file. Raises LutgenError: ``what`` cannot be read."""
+    try:
+        with path.open("rb") as file:
+            return file.read(16)
+    except OSError as error:
+        raise LutgenError(f"{path}: cannot read {what}: {reason_of(error)}.") from None
+
+
 def _sniff(path: Path) -> ImageFormat:
     if not path.exists():
         raise LutgenError(f"{path}: there is no such image.")
     if not path.is_file():
         raise LutgenError(f"{path}: is not a file. Give the path of an image.")
-    try:
-        with path.open("rb") as file:
-            start = file.read(16)
-    except OSError as error:
-        raise LutgenError(f"{path}: cannot read the image: {reason_of(error)}.") from None
+    start = first_bytes(path, "the image")
     if not start:
         raise LutgenError(f"{path}: the image is empty (0 bytes).")
     for kind in FORMATS:

@@ -21,10 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lutgen.bindings import optional
-from lutgen.errors import LutgenError, listed, reason_of, refuse_unknown
+from lutgen.errors import LutgenError, listed, refuse_unknown
 from lutgen.names import STAINS
 from lutgen.pictures.blocks import Field, Mask
-from lutgen.pictures.images import FORMATS, opened_by_oiio
+from lutgen.pictures.images import FORMATS, first_bytes, opened_by_oiio
 
 #: Least share of brown pixels among the stained pixels for the stain DAB. Eosin and haematoxylin absorb blue least.
 BROWN = 0.1
@@ -261,12 +261,7 @@ def _check_labels(file: str | Path, labels: NDArray[Any], count: int) -> None:
 def _read(file: str | Path, field: Field) -> NDArray[Any]:
     """Return the whole numbers of a picture of the field's size, (rows, columns)."""
     path = Path(file)
-    try:
-        with path.open("rb") as opened:
-            start = opened.read(8)
-    except OSError as error:
-        raise LutgenError(f"{file}: cannot read the mask: {reason_of(error)}.") from None
-    if not start.startswith(_LOSSLESS):
+    if not first_bytes(path, "the mask").startswith(_LOSSLESS):
         raise LutgenError(f"{file}: the mask is neither PNG nor TIFF; others lose or change numbers. {_ALLOWED}")
     # Labels must not be multiplied by alpha.
     image = opened_by_oiio(path)
