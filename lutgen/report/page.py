@@ -27,7 +27,6 @@ from lutgen.report.criticism_plots import FIT, RESIDUALS, STEPS, VISIBILITY, plo
 from lutgen.report.diagnosis import diagnose_page, refine_page
 from lutgen.report.drawing import data_address
 from lutgen.report.lifetimes import lifetime_page
-from lutgen.report.page_scenes import PlacedStills
 from lutgen.report.page_template import PageSection, chart, render, style_and_script
 from lutgen.report.parts import Headline, Page, Part, Table
 from lutgen.version import __version__
@@ -253,7 +252,7 @@ class Run:
     #: Readings compared with the model, or None.
     evidence: Evidence | None = None
     #: The image as it lies on the screen, or None.
-    placed: PlacedStills | None = None
+    placed: page_scenes.PlacedStills | None = None
 
 
 def write_report(run: Run, path: str | Path) -> None:
@@ -289,7 +288,7 @@ def _sections(run: Run) -> Iterator[PageSection]:
     yield lifetimes_section(run.lifetimes, run.scenes)
     yield page_scenes.frames_section(run.scenes)
     if run.placed:
-        yield page_scenes.on_screen_section(run.placed)
+        yield page_scenes.on_screen_section(run.placed, run.scenes)
     if run.evidence:
         yield evidence_section(run.evidence)
     if model.effects:

@@ -293,32 +293,27 @@ def packed(table: NDArray[np.uint16]) -> str:
 
 @dataclass(frozen=True)
 class PlacedStills:
-    """A picture on the screen at one hour."""
+    """A picture on the screen at the last hour of its scenes."""
 
-    #: Hour of the stills.
-    hours: float
     #: Where the picture lies.
     on_screen: OnScreen
     #: Data address of the picture on the un-aged display.
     unaged: str
     #: Mode → its still.
     modes: dict[str, Still]
-    #: ΔE2000 at the end of the maps' colours.
-    reach: float
 
 
 def placed_stills(scenes: Scenes, model: DisplayModel, on_screen: OnScreen) -> PlacedStills:
     """Compute the stills at the last hour of ``scenes``; ``model`` depends on the place (:meth:`OnScreen.aged`)."""
-    hours, reach = scenes.hours[-1], scenes.reach
     frame, unaged = replace(scenes.frame, on_screen=on_screen), on_screen.unaged(model)
-    stills = {mode: _still(frame, unaged, model.at(mode, hours), reach) for mode in scenes.modes}
-    return PlacedStills(hours, on_screen, picture_address(frame, frame.shown(unaged)), stills, reach)
+    stills = {mode: _still(frame, unaged, model.at(mode, scenes.hours[-1]), scenes.reach) for mode in scenes.modes}
+    return PlacedStills(on_screen, picture_address(frame, frame.shown(unaged)), stills)
 
 
-def on_screen_section(stills: PlacedStills) -> PageSection:
+def on_screen_section(stills: PlacedStills, scenes: Scenes) -> PageSection:
     """Return the section with the stills and their sentences."""
-    hours, titles = spaced(stills.hours), MODES_IN_WORDS
+    hours, titles = spaced(scenes.hours[-1]), MODES_IN_WORDS
     modes = [(mode, titles.get(mode, mode), still, f"{still.mean:.1f}") for mode, still in stills.modes.items()]
-    sentences, bar = stills.on_screen.sentences(), colour_bar(stills.reach)
+    sentences, bar = stills.on_screen.sentences(), colour_bar(scenes.reach)
     values = {"sentences": sentences, "unaged": stills.unaged, "hours": hours, "bar": bar, "modes": modes}
     return PageSection("on-screen", f"On the screen at {hours} h", "on_screen.html", values)
