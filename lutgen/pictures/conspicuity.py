@@ -36,7 +36,7 @@ from lutgen.pictures.nuclei import NEIGHBOURS, Labels, Nuclei, read_mask, segmen
 from lutgen.progress import Progress, unseen
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -187,8 +187,6 @@ class Conspicuity:
     rings: Rings
     #: Number of nuclei left out because neighbouring nuclei leave no space for a ring.
     ringless: int
-    #: Number of distinct colours in nuclei and rings.
-    colours: int
     #: Operating hours, increasing from 0, shape (h,).
     hours: Array
     #: Loss in per cent: ``contrasts`` give the share of nuclei that lose more.
@@ -305,41 +303,36 @@ def nuclei(
             f"{image}: no nucleus (of {ringless}) has room around it for a ring of {rings.width} pixels. Give a mask "
             "in which nuclei are apart."
         )
-    means = _Means(field, segmented, rings)
-    unaged = means.contrast(model.at("stable", 0.0))
+    contrast = _contrast(field, segmented, rings)
+    unaged = contrast(model.at("stable", 0.0))
     aged = np.empty((len(displays), segmented.count))
     with ThreadPoolExecutor(threads()) as workers:
-        for done, row in enumerate(workers.map(means.contrast, displays)):
+        for done, row in enumerate(workers.map(contrast, displays)):
             aged[done] = row
             progress(done + 1, len(displays))
     by_mode = aged.reshape(len(modes), len(chosen), segmented.count)
     contrasts = {mode: contrast_of(unaged, part, loss) for mode, part in zip(modes, by_mode, strict=True)}
-    return Conspicuity(
-        field, segmented, rings, ringless, len(means.colours), np.array(chosen), float(loss), contrasts, model
-    )
+    return Conspicuity(field, segmented, rings, ringless, np.array(chosen), float(loss), contrasts, model)
 
 
-class _Means:
-    """Computes the mean Lab of nuclei and rings on any display, from their distinct colours."""
+def _contrast(field: Field, segmented: Nuclei, rings: Rings) -> Callable[[AgedDisplay], Array]:
+    """Return the function that gives ΔE2000 between the mean Lab of each nucleus and of its ring on a display, (n,)."""
+    from scipy import sparse
 
-    def __init__(self, field: Field, segmented: Nuclei, rings: Rings) -> None:
-        from scipy import sparse
+    # Rows 0..n−1 of the matrix are nuclei, rows n..2n−1 are rings.
+    part = np.where(rings.labels > 0, rings.labels + segmented.count, np.maximum(segmented.labels, 0))
+    within = part > 0
+    colours, colour = np.unique(field.keys[within], return_inverse=True)
+    rows: NDArray[np.int32] = part[within] - 1
+    counts = sparse.coo_matrix((np.ones(rows.size), (rows, colour.ravel())), shape=(2 * segmented.count, len(colours)))
+    shares = sparse.diags_array(1.0 / np.bincount(rows)) @ counts.tocsr()
 
-        # Rows 0..n−1 of the matrix are nuclei, rows n..2n−1 are rings.
-        part = np.where(rings.labels > 0, rings.labels + segmented.count, np.maximum(segmented.labels, 0))
-        within = part > 0
-        self.colours, colour = np.unique(field.keys[within], return_inverse=True)
-        rows: NDArray[np.int32] = part[within] - 1
-        counts = sparse.coo_matrix(
-            (np.ones(rows.size), (rows, colour.ravel())), shape=(2 * segmented.count, len(self.colours))
-        ).tocsr()
-        self._shares = sparse.diags_array(1.0 / np.bincount(rows)) @ counts
-
-    def contrast(self, display: AgedDisplay) -> Array:
-        """Return ΔE2000 between the means of each nucleus and its ring, (n,)."""
-        lab = np.empty((len(self.colours), 3))
+    def contrast(display: AgedDisplay) -> Array:
+        lab = np.empty((len(colours), 3))
         for start in range(0, len(lab), CHUNK):
-            code = code_of(self.colours[start : start + CHUNK])
+            code = code_of(colours[start : start + CHUNK])
             lab[start : start + CHUNK] = shown_lab(display.xyz(display.head_signal(code)))
-        means = np.asarray(self._shares @ lab)
+        means = np.asarray(shares @ lab)
         return delta_e_2000(means[: len(means) // 2], means[len(means) // 2 :])
+
+    return contrast

@@ -260,9 +260,8 @@ class AgedSeries:
     frame: Frame
     #: 1 for images that are not reduced.
     factor: int
-    #: Number of pixels that count for ΔE2000, and of their distinct colours.
+    #: Number of pixels that count for ΔE2000.
     pixels: int
-    colours: int
     #: Mode → ΔE2000 at hour 0 and the chosen hours.
     curves: dict[str, DifferenceCurve]
 
@@ -319,7 +318,7 @@ def aged_series(
         curves = {mode: frame.curve(unaged, [model.at(mode, hour) for hour in chosen]) for mode in modes}
     else:
         curves, pixels = curves_of(colours, model, modes, chosen, part_of(progress, 800, 200)), colours.pixels
-    return AgedSeries(str(image), model, frame, factor, pixels, len(colours), curves)
+    return AgedSeries(str(image), model, frame, factor, pixels, curves)
 
 
 def plain_png(pixels: Pixels) -> bytes:
