@@ -608,9 +608,26 @@ def test_a_mode_of_nearly_the_same_gamut_is_a_rival_of_the_instrument(tmp_path: 
         light = 200.0 * DRIVE**2.2 @ matrix.T + 0.2
         rows = [",".join(f"{value:.7g}" for value in (*(255 * d), *c)) for d, c in zip(DRIVE, light, strict=True)]
         texts.append("\n".join(["# display: one", "# instrument: one meter", "R,G,B,X,Y,Z", *rows]))
-    found = _two(tmp_path, texts)
-    assert {*found.names} == {"instrument", "gamut-mode"}
-    assert found.display == "unchanged"
+    verdict = two(tmp_path, texts)
+    assert {*verdict.names} == {"instrument", "gamut-mode"}
+    assert verdict.display == "unchanged"
+
+
+@pytest.mark.parametrize("beside", ["", "brightness"])
+@pytest.mark.parametrize(("code", "factor"), [((255, 0, 0), 0.6), ((0, 0, 0), 30.0)])
+def test_one_of_two_readings_of_a_patch_misread_is_no_drift(
+    code: tuple[int, int, int], factor: float, beside: str, tmp_path: Path
+) -> None:
+    texts = life([State(), State(brightness=0.6 if beside else 1.0)])
+    rows = texts[1].splitlines()
+    head = next(n for n, row in enumerate(rows) if row.startswith("R"))
+    numbers = np.array([row.split(",")[:6] for row in rows[head + 1 :]], dtype=np.float64)
+    places = np.flatnonzero((numbers[:, :3] == code).all(axis=1))
+    assert places.size == 2
+    numbers[places[1], 3:] *= factor
+    rows[head + 1 :] = [",".join(f"{each:.6g}" for each in row) for row in numbers]
+    verdict = two(tmp_path, [texts[0], "\n".join(rows)])
+    assert verdict.names == (("misreading", beside) if beside else ("misreading",))
 
 
 @pytest.mark.parametrize("beside", ["", "brightness"])

@@ -38,6 +38,8 @@ def misread(session: Session) -> NDArray[np.int64]:
         rows = [_off_its_ramp(session, kind) for kind in ("grey", *CHANNELS)]
     rows += [_above_dark_greys(session)]
     rows += [_off_its_repeats(session, group) for group in repeats(session)]
+    if not any(each.size for each in rows):
+        rows.append(_off_its_twin(session))
     return np.unique(np.concatenate(rows))
 
 
@@ -104,6 +106,30 @@ def _off_its_repeats(session: Session, rows: NDArray[np.int64]) -> NDArray[np.in
     off = np.abs(level - np.median(level))
     worst = int(np.argmax(off))
     return rows[[worst]] if off[worst] >= max(FAR, CLEARLY * float(np.delete(off, worst).max())) else _NO_ROWS
+
+
+def _off_its_twin(session: Session) -> NDArray[np.int64]:
+    """Return the row that is farther from its ramp, if the two readings of one patch alone disagree; or no rows.
+
+    A drift would also change the other repeated patches.
+    """
+    groups, brightest = repeats(session), float(session.xyz[:, 1].max())
+    if len(groups) < 2 or brightest <= 0:
+        return _NO_ROWS
+    level = lightness(session.xyz[:, 1] / brightest)
+    *others, apart = sorted(float(np.ptp(level[rows])) for rows in groups)
+    (twins,) = [rows for rows in groups if np.ptp(level[rows]) == apart][:1]
+    if twins.size != 2 or apart < max(FAR, CLEARLY * others[-1]):
+        return _NO_ROWS
+    for kind in ("grey", *CHANNELS):
+        levels = ramp(session, kind)
+        place = next((at for at, rows in enumerate(levels.rows) if twins[0] in rows), None)
+        if place is not None and levels.drive.size > FEWEST_LEVELS:
+            near = np.delete(np.arange(levels.drive.size), place)
+            near = np.sort(near[np.argsort(np.abs(levels.drive[near] - levels.drive[place]))[:2]])
+            line = np.polyfit(levels.drive[near], lightness(levels.xyz[near, 1] / brightest), 1)
+            return twins[[int(np.argmax(np.abs(level[twins] - np.polyval(line, levels.drive[place]))))]]
+    return twins[[int(np.argmax(level[twins]))]] if not session.drive[twins[0]].any() else _NO_ROWS
 
 
 def steadiness(session: Session) -> Steadiness | None:
