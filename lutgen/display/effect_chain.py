@@ -153,8 +153,8 @@ class LightLink:
         """Convert the signal (n, 7 or 10) to XYZ (n, 3)."""
         scene = self.surroundings.scene(signal[:, 4:7])
         before = self.fresh.panel(signal, self.applied, self.surroundings)
-        xyz = trace.emitted(self.applied, before, np.array([self.surroundings.tips]), scene)
-        xyz = trace.through(self.applied, ("viewing",), xyz, scene)
+        tips = np.array([self.surroundings.tips])
+        xyz = trace.emitted(self.applied, before, tips, scene, ("optics", "viewing"))
         return _finite(np.broadcast_to(xyz, (len(signal), 3)) * self.scale, self.applied)
 
 

@@ -199,17 +199,29 @@ def since_first_session(
     return factor, (light - target) / white
 
 
-def emitted(applied: Sequence[Applied], before: Panel, tips: Array, scene: Scene) -> Array:
-    """Return the emitted XYZ, (..., n, 3), after emission and optics, for tips (..., n or 1, 4, 3)."""
-    return through(applied, ("optics",), before.emit(through(applied, ("emission",), tips, scene)), scene)
+def lit_by(tips: Array, scene: Scene) -> Scene:
+    """Return the scene of the effects after the emission: its white is that of the emitted tips (..., n or 1, 4, 3).
+
+    Light that leaks or scatters comes from the aged backlight, not from the backlight before the effects.
+    """
+    return replace(scene, white=tips[..., 0, :])
+
+
+def emitted(
+    applied: Sequence[Applied], before: Panel, tips: Array, scene: Scene, stages: tuple[str, ...] = ("optics",)
+) -> Array:
+    """Return the emitted XYZ, (..., n, 3), after emission and ``stages``, for tips (..., n or 1, 4, 3)."""
+    tips = through(applied, ("emission",), tips, scene)
+    return through(applied, stages, before.emit(tips), lit_by(tips, scene))
 
 
 def reported(applied: Sequence[Applied], before: Panel, tips: Array, scene: Scene) -> Array:
     """Return the XYZ that a meter reports, (..., n, 3), with room light and errors of the instrument."""
-    return metered(applied, before.emit(through(applied, ("emission",), tips, scene)), scene)
+    tips = through(applied, ("emission",), tips, scene)
+    return metered(applied, before.emit(tips), lit_by(tips, scene))
 
 
 def metered(applied: Sequence[Applied], xyz: Array, scene: Scene) -> Array:
-    """Return the XYZ that a meter reports, (..., n, 3), for emitted XYZ."""
+    """Return the XYZ that a meter reports, (..., n, 3), for emitted XYZ and the scene of :func:`lit_by`."""
     xyz = through(applied, ("optics", "viewing"), xyz, scene)
     return through(applied, ("instrument",), xyz * (1.0 - scene.capped), scene)

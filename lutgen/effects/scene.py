@@ -86,7 +86,8 @@ class Scene(_Conditions):
     code
         Code values of the patches, before any effect, (n, 3).
     white, fresh_white
-        XYZ in cd/m² of the display's white at that hour and at hour 0, before any effect, (..., n or 1, 3).
+        XYZ in cd/m² of the display's white at that hour and at hour 0, before any effect, (..., n or 1, 3). For effects
+        after the stage ``emission``, ``white`` is the white that this stage emits.
     u, v, ambient_lx, warmup_min, temperature_c, window, surround, …
         The columns of conditions. ``warmup_min`` of a warm display is infinite.
     capped

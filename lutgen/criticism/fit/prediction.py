@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, TypeVar, cast
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import numpy as np
 
@@ -49,7 +49,7 @@ class _Cached:
 
     applied: Sequence[Applied]
     tips: Array
-    result: Array
+    result: Any
     before: Panel | None = None
 
     def is_of(self, others: Sequence[Applied]) -> bool:
@@ -152,23 +152,25 @@ class Prediction:
         if self.problem.holds_white:
             tips = self._held(applied, tips)
         scene, emission = self.scene(tips), [each for each in applied if each.effect.stage == "emission"]
-        return metered(applied, self._emitted(emission, before, tips, scene), scene)
+        xyz, white = self._emitted(emission, before, tips, scene)
+        return metered(applied, xyz, replace(scene, white=white) if emission else scene)
 
-    def _emitted(self, emission: Sequence[Applied], before: Panel, tips: Array, scene: Scene) -> Array:
-        """XYZ after the emission; the last result is cached, since derivatives by later effects need it again."""
+    def _emitted(self, emission: Sequence[Applied], before: Panel, tips: Array, scene: Scene) -> tuple[Array, Array]:
+        """XYZ and white after the emission; the last result is cached, as derivatives by later effects need it again."""
         last = self._last.get("emitted")
         if last and last.tips is tips and last.before is before and last.is_of(emission):
             return last.result
         aged = self._aged(emission, tips)
-        if aged is not None and aged.ndim > 3:
-            xyz = before.emit_by(aged, self._readings_of_hours)
-        elif aged is not None:
-            # The order of sums is the same as below: an effect that does nothing must not change the rounding.
-            xyz = before.emit(np.take(aged, self.problem.hour_of, axis=0))
+        if aged is None:
+            lit = through(emission, ("emission",), np.take(tips, self.problem.hour_of, axis=-3), scene)
+            xyz, white = before.emit(lit), lit[..., 0, :]
         else:
-            xyz = before.emit(through(emission, ("emission",), np.take(tips, self.problem.hour_of, axis=-3), scene))
-        self._last["emitted"] = _Cached(emission, tips, xyz, before)
-        return xyz
+            white = np.take(aged[..., 0, :], self.problem.hour_of, axis=-2)
+            # The order of sums is the same as above: an effect that does nothing must not change the rounding.
+            each = aged.ndim <= 3
+            xyz = before.emit(aged[self.problem.hour_of]) if each else before.emit_by(aged, self._readings_of_hours)
+        self._last["emitted"] = _Cached(emission, tips, (xyz, white), before)
+        return xyz, white
 
     @cached_property
     def _last(self) -> dict[str, _Cached]:

@@ -257,10 +257,12 @@ def _imitations(kept: Sequence[Step], explanation: Explanation, error: PureError
     """Return the effects, other than the strongest, that may imitate another effect of equal strength.
 
     Such an effect may only fit the residual that the formula of the strongest effect leaves, unless readings that no
-    other effect changes prove it.
+    other effect changes prove it. The formula of an effect that does not age the light leaves no fading light.
     """
     strongest = max(kept, key=lambda step: step.without.chi2)
     others = [step for step in kept if step is not strongest and step.name not in explanation.certain]
+    if explanation.base.problem.from_first_hour and not ages_light(strongest.effect):
+        others = [step for step in others if not ages_light(step.effect)]
     imitated = {step.name: _imitated(step, explanation, error) for step in others}
     return [name for name, each in imitated.items() if each and each.left < 2 * STRONG]
 
