@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, TypeVar, cast
 
 import numpy as np
 
@@ -45,11 +45,11 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class _Cached:
-    """A cached result, with its arguments: effects, tips and panel."""
+    """Cached arrays, with their arguments: effects, tips and panel."""
 
     applied: Sequence[Applied]
     tips: Array
-    result: Any
+    result: tuple[Array, ...]
     before: Panel | None = None
 
     def is_of(self, others: Sequence[Applied]) -> bool:
@@ -156,10 +156,11 @@ class Prediction:
         return metered(applied, xyz, replace(scene, white=white) if emission else scene)
 
     def _emitted(self, emission: Sequence[Applied], before: Panel, tips: Array, scene: Scene) -> tuple[Array, Array]:
-        """XYZ and white after the emission; the last result is cached, as derivatives by later effects need it again."""
+        """XYZ and white after the emission; the last result is cached: derivatives by later effects need it again."""
         last = self._last.get("emitted")
         if last and last.tips is tips and last.before is before and last.is_of(emission):
-            return last.result
+            xyz, white = last.result
+            return xyz, white
         aged = self._aged(emission, tips)
         if aged is None:
             lit = through(emission, ("emission",), np.take(tips, self.problem.hour_of, axis=-3), scene)
@@ -207,9 +208,9 @@ class Prediction:
         acting = [each for each in applied if each.effect.compensated and each.effect.stage in BEFORE_ROOM]
         last = self._last.get("held")
         if last and last.tips is tips and last.is_of(acting):
-            return last.result
+            return last.result[0]
         held = tips * self._held_gain(acting, tips)[..., np.newaxis, np.newaxis]
-        self._last["held"] = _Cached(acting, tips, held)
+        self._last["held"] = _Cached(acting, tips, (held,))
         return held
 
     def _held_gain(self, applied: Sequence[Applied], tips: Array) -> Array:

@@ -139,7 +139,7 @@ class Problem:
         noise = estimate_noise(readings, instrument)
         rows = np.setdiff1d(np.arange(readings.hours.size), outliers := list(noise.outliers))
         native = NativeDisplay.of(readings, outliers) if baseline in NATIVE_BASELINES else None
-        drawn = drawn_displays(readings, noise, outliers, native.source) if native and not native.own else ()
+        drawn = drawn_displays(readings, noise, outliers, native) if native and not native.own else ()
         return cls(
             readings, noise, baseline, selection, is_held(readings), rows, native=native, drawn=drawn,
             discrepancy=discrepancy_of_native(native, drawn, readings, noise, outliers),

@@ -16,7 +16,7 @@ import numpy as np
 
 from lutgen.criticism.fit.linear import Term
 from lutgen.criticism.search.candidates import STRONG
-from lutgen.criticism.search.explanation import bends_curves
+from lutgen.criticism.search.explanation import ages_light, bends_curves
 from lutgen.criticism.search.free_term import LEAST_SEEN
 from lutgen.numerals import percent
 from lutgen.readings.table import is_capped
@@ -87,7 +87,8 @@ def unproved(step: Step, final: Fit, scale: float) -> str:
     """Say why readings do not prove an effect that fits them best; "" if they do; ``scale``: as in :func:`nearest`.
 
     A smooth curve of another formula differs from a small change by less than the noise. Light that the display adds to
-    every reading looks like an offset of the meter, unless readings of the capped lens show the offset.
+    every reading looks like an offset of the meter, unless readings of the capped lens show the offset. Light that ages
+    looks like a drift of the meter, unless a sensor of the display holds the luminance.
     """
     effect, problem = step.effect, final.problem
     strength = (step.without.chi2 - final.chi2) / scale
@@ -98,6 +99,12 @@ def unproved(step: Step, final: Fit, scale: float) -> str:
     shown = (step.without.residual[capped] ** 2).sum() - (final.residual[capped] ** 2).sum()
     if asks_for_cap and shown < STRONG:
         return "No reading with the lens capped shows that it is the meter, and no light of the display."
+    ages = [other.name for other in step.effects if other.name in effect.confused_with and ages_light(other)]
+    if effect.stage == "instrument" and ages and problem.holds_white and "luminance" not in problem.readings.metadata:
+        return (
+            f"This assumes that a sensor holds the luminance, which the file does not say: without a sensor (a line "
+            f"# luminance: free) it may be {ages[0]}."
+        )
     return ""
 
 

@@ -8,7 +8,9 @@ import numpy as np
 
 from lutgen.criticism.fit.families import condition_of, family_of
 from lutgen.criticism.search.candidates import HALF, STRONG
+from lutgen.criticism.search.explanation import bends_curves
 from lutgen.criticism.search.free_term import FreeTerm
+from lutgen.criticism.search.stepwise import MOST_OF_IT
 from lutgen.criticism.verdict.verdict import Verdict
 from lutgen.errors import listed
 from lutgen.numerals import percent
@@ -112,12 +114,19 @@ def one(
     names = (step.name,)
     if step.rivals:
         either = (step.name, *(rival.name for rival in step.rivals))
+        like = ", or an effect like these" if left else ""
         sentence = (
-            f"One effect is missing, and these data cannot tell which: {listed(either, 'or')}. If it is {step.name}, "
-            f"{size}."
+            f"One effect is missing, and these data cannot tell which: {listed(either, 'or')}{like}. If it is "
+            f"{step.name}, {size}{f', but {left}' if left else '.'}"
         )
         return Verdict("one-of", sentence, either, (either,))
     freed = ", ".join(step.chosen.form)
+    if imitated and not objection and _explains_as_much(step, imitated):
+        sentence = (
+            f"One effect is missing: {step.name} or {imitated.name}, or an effect like these that the catalogue lacks. "
+            f"If it is {step.name}, {size}. {imitated.name} also explains {percent(imitated.alone or 0.0)} of it."
+        )
+        return Verdict("one-of", sentence, (step.name, imitated.name))
     if objection := objection or _objection(step, freed, simplest, imitated) or doubt:
         sentence = f"{step.name} is missing, or an effect like it that the catalogue lacks: {size}. {objection}"
         return Verdict("one-of", sentence, names)
@@ -132,10 +141,25 @@ def one(
     return Verdict("named", f"{step.name} is missing: {size}. With it, what remains is noise.", names)
 
 
+def _imitates(step: Step, imitated: Imitated) -> bool:
+    """Whether the form of an effect could imitate most of another effect."""
+    return imitated.left < 2 * STRONG or (step.chosen.refined and imitated.share < HALF)
+
+
+def _explains_as_much(step: Step, imitated: Imitated) -> bool:
+    """Whether the form of a curve could imitate another effect on curves that itself explains nearly all of the misfit.
+
+    No formula of a real curve is exact: a better fit of a form with more parameters does not decide.
+    """
+    on_curves = any(bends_curves(each) for each in step.effects if each.name == imitated.name)
+    explains = (imitated.alone or 0.0) > MOST_OF_IT
+    return _imitates(step, imitated) and bends_curves(step.effect) and on_curves and explains
+
+
 def _objection(step: Step, freed: str, simplest: float, imitated: Imitated | None) -> str:
     """Say why the fit of a form does not prove its effect; "" if it does."""
     form = f"The form that fits ({freed} free)" if step.chosen.refined else "Its formula"
-    if imitated and (imitated.left < 2 * STRONG or (step.chosen.refined and imitated.share < HALF)):
+    if imitated and _imitates(step, imitated):
         known = imitated.alone is not None
         itself = f" (which itself explains {percent(imitated.alone)} of the misfit)" if known else ""
         return f"{form} could also imitate most of {imitated.name}{itself}."
