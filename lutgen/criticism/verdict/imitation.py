@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.criticism.fit.least_squares import Fit
+    from lutgen.criticism.fit.problem import Problem
     from lutgen.criticism.fit.score import Score
     from lutgen.criticism.search.candidates import Candidate
     from lutgen.criticism.search.explanation import Step
@@ -87,8 +88,7 @@ def unproved(step: Step, final: Fit, scale: float) -> str:
     """Say why readings do not prove an effect that fits them best; "" if they do; ``scale``: as in :func:`nearest`.
 
     A smooth curve of another formula differs from a small change by less than the noise. Light that the display adds to
-    every reading looks like an offset of the meter, unless readings of the capped lens show the offset. Light that ages
-    looks like a drift of the meter, unless a sensor of the display holds the luminance.
+    every reading looks like an offset of the meter, unless readings of the capped lens show the offset.
     """
     effect, problem = step.effect, final.problem
     strength = (step.without.chi2 - final.chi2) / scale
@@ -99,13 +99,22 @@ def unproved(step: Step, final: Fit, scale: float) -> str:
     shown = (step.without.residual[capped] ** 2).sum() - (final.residual[capped] ** 2).sum()
     if asks_for_cap and shown < STRONG:
         return "No reading with the lens capped shows that it is the meter, and no light of the display."
-    ages = [other.name for other in step.effects if other.name in effect.confused_with and ages_light(other)]
-    if effect.stage == "instrument" and ages and problem.holds_white and "luminance" not in problem.readings.metadata:
-        return (
-            f"This assumes that a sensor holds the luminance, which the file does not say: without a sensor (a line "
-            f"# luminance: free) it may be {ages[0]}."
-        )
     return ""
+
+
+def assumes_held_luminance(step: Step, problem: Problem) -> str:
+    """Say that a fault of the meter assumes a sensor that holds the luminance, if the file does not state it; or "".
+
+    Light that ages looks like a drift of the meter, unless a sensor of the display holds the luminance.
+    """
+    effect, stated = step.effect, "luminance" in problem.readings.metadata
+    ages = [other.name for other in step.effects if other.name in effect.confused_with and ages_light(other)]
+    if stated or not problem.holds_white or effect.stage != "instrument" or not ages:
+        return ""
+    return (
+        f"This assumes that a sensor holds the luminance, which the file does not say: without a sensor (a line "
+        f"# luminance: free) it may be {ages[0]}."
+    )
 
 
 def overlap(chosen: Sequence[Candidate], base: Fit) -> bool:

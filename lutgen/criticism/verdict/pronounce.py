@@ -14,7 +14,7 @@ from lutgen.criticism.search.candidates import HALF, STRONG
 from lutgen.criticism.search.explanation import ages_light, bends_curves
 from lutgen.criticism.search.free_term import IN_ORDER, FreeTerm, change_in_order, free_term, probe
 from lutgen.criticism.search.stepwise import MOST_OF_IT
-from lutgen.criticism.verdict.imitation import Imitated, nearest, overlap, unproved
+from lutgen.criticism.verdict.imitation import Imitated, assumes_held_luminance, nearest, overlap, unproved
 from lutgen.criticism.verdict.remarks import lines_of, remarks_of
 from lutgen.criticism.verdict.shares import shares_of_delta_e
 from lutgen.criticism.verdict.verdict import Verdict
@@ -217,7 +217,7 @@ def _sound(explanation: Explanation, weighed: Weighed, error: PureError, remarks
         (step,) = kept
         size = f"{sizes[step.name]}: {excess(step, seen, weighed.shares)}"
         simplest, imitated = _share_of_simplest(alone[0], explanation), _imitated(step, explanation, error)
-        objection = JAGGED if explanation.unknown_table else ""
+        objection = JAGGED if explanation.unknown_table else assumes_held_luminance(step, base.problem)
         doubt = unproved(step, explanation.final, error.scale)
         verdict = one(step, size, left=left, simplest=simplest, imitated=imitated, objection=objection, doubt=doubt)
     elif (overlapping := _overlap(kept, explanation)) and weighed.clean and len(kept) == 2:

@@ -1,0 +1,111 @@
+"""Verdicts on a simulated display of plain formulas, which adds its channels: cases that an outside generator showed.
+
+Light of code d at hour t: fade(t) · (Σ channel · curve(d, t) + leak · white), read by a meter with noise.
+"""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from lutgen.criticism.diagnose import diagnose
+from tests.readings_text import read
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lutgen.colorimetry import Array
+    from lutgen.readings import Measurements
+
+pytestmark = pytest.mark.numbers
+
+#: XYZ in cd/m² of red, green and blue: primaries of IEC 61966-2-1 at 200 cd/m² of white.
+CHANNELS = np.array([[82.48, 42.53, 3.87], [71.52, 143.03, 23.84], [36.09, 14.44, 190.06]])
+TIPS = [(1.0, 1.0, 1.0)] * 3 + [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)] * 2
+NINE = np.linspace(0.1, 0.9, 9)
+HOURS = (0.0, 3000.0, 6000.0, 9000.0, 12_000.0, 15_000.0)
+
+
+def srgb(code: Array, _hours: float) -> Array:
+    return np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
+
+
+def ramps(levels: Array) -> list[tuple[float, ...]]:
+    return [tuple(level * np.eye(3)[channel]) for channel in range(3) for level in levels]
+
+
+def campaign(
+    curve: Callable[[Array, float], Array] = srgb,
+    *,
+    fade: Callable[[float], float] = lambda _hours: 1.0,
+    leak: float = 0.0,
+    levels: Array = NINE,
+    ramp_levels: Array = NINE,
+    hours: tuple[float, ...] = HOURS,
+    seed: int = 2,
+    noise: float = 0.001,
+    luminance: str = "# luminance: free\n",
+) -> Measurements:
+    """Return readings of white, primaries, black, greys, ramps and mixtures in every session."""
+    rng = np.random.default_rng(seed)
+    mixtures = rng.uniform(0.05, 1.0, (14, 3)).round(3)
+    codes = np.array([*TIPS, *[(0.0,) * 3] * 2, *[(each,) * 3 for each in levels], *ramps(ramp_levels), *mixtures])
+    rows = []
+    for hour in hours:
+        light = fade(hour) * (curve(codes, hour) @ CHANNELS + leak * CHANNELS.sum(axis=0))
+        seen = light * (1 + noise * rng.standard_normal(light.shape)) + 3.0 * noise * rng.standard_normal(light.shape)
+        rows += [",".join(f"{x:.7g}" for x in (hour, *code, *xyz)) for code, xyz in zip(codes, seen, strict=True)]
+    text = "# display: white LED LCD\n# source: SIMULATED, not measured\n" + luminance + "hour,R,G,B,X,Y,Z\n"
+    return read(text + "\n".join(rows) + "\n", file="additive.csv", sha256="")
+
+
+def test_black_fades_with_the_backlight_that_leaks() -> None:
+    diagnosis = diagnose(campaign(fade=lambda hour: 1.0 - 0.7 * hour / 18_000.0, leak=0.002), baseline="first-hour")
+    assert {*diagnosis.verdict.effects} >= {"backlight-decay", "black-level"}
+    (leak,) = [step for step in diagnosis.explanation.steps if step.name == "black-level"]
+    assert leak.chosen.term.values["new"] == pytest.approx(0.002, rel=0.02)
+    assert abs(leak.chosen.term.values["grown"]) < 1e-4
+
+
+def bent(change: float, code: Array, hours: float) -> Array:
+    return srgb(code, hours) ** (1.0 + change * hours / 18_000.0)
+
+
+@pytest.mark.parametrize(("beside", "leak", "change"), [("black-level", 0.0015, 0.0), ("eotf-drift", 0.0, 0.06)])
+def test_a_fade_beside_another_effect_is_named(beside: str, leak: float, change: float) -> None:
+    """A sensor holds the light until a quarter of the reserve is gone; the form of this law contains other laws."""
+    fade = lambda hour: min(1.0, 1.25 * (1.0 - 0.9 * hour / 18_000.0))  # noqa: E731
+    diagnosis = diagnose(campaign(partial(bent, change), fade=fade, leak=leak), baseline="first-hour")
+    assert diagnosis.verdict.name == "several"
+    assert {*diagnosis.verdict.effects} == {"stabilizer-headroom", beside}
+
+
+@pytest.mark.parametrize("luminance", ["", "# luminance: held\n"])
+def test_a_drift_of_the_meter_states_the_assumption_that_a_sensor_holds_the_luminance(luminance: str) -> None:
+    readings = campaign(fade=lambda hour: 1.0 - 0.03 * hour / 18_000.0, luminance=luminance)
+    verdict = diagnose(readings, baseline="first-hour").verdict
+    assert verdict.effects == ("meter-drift",)
+    assert ("without a sensor (a line # luminance: free) it may be backlight-decay" in verdict.sentence) is (
+        not luminance
+    )
+
+
+@pytest.mark.parametrize(("gamma", "seed"), [(2.2, 1), (2.2, 4), (2.5, 1), (2.5, 4)])
+def test_an_interpolation_between_few_levels_is_no_effect(gamma: float, seed: int) -> None:
+    """A power of the code between seven greys and four levels of each ramp, read in twelve sessions."""
+    greys, few = np.array([0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 0.9]), np.array([0.2, 0.4, 0.6, 0.8])
+    hours = tuple(np.linspace(0.0, 15_000.0, 12).tolist())
+    readings = campaign(
+        lambda code, _hours: code**gamma, levels=greys, ramp_levels=few, hours=hours, seed=seed, noise=0.0007
+    )
+    assert diagnose(readings, baseline="native").verdict.name == "consistent"
+
+
+def test_a_curve_that_a_loss_of_drive_explains_as_well_is_one_of_both() -> None:
+    lost = lambda code, hours: np.expm1(4.0 * (1.0 - 0.08 * hours / 18_000.0) * code) / np.expm1(4.0)  # noqa: E731
+    verdict = diagnose(campaign(lost), baseline="native").verdict
+    assert verdict.name == "one-of"
+    assert {*verdict.effects} == {"drive-loss", "eotf-drift"}
