@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from lutgen.criticism.compare.comparison import Comparison
 from lutgen.criticism.diagnose import Diagnosis, Ranked, parameters_of
 from lutgen.criticism.plan import MeasurementPlan
 from lutgen.criticism.refine import Refinement
 from lutgen.criticism.search.separate import Patch, Separation
+from lutgen.criticism.verdict.verdict import Verdict
 from lutgen.criticism.verdict.visibility import Visibility, relative_size, typical_size
 from lutgen.effects import Effect
 from lutgen.effects.shapes import is_knot
@@ -38,7 +40,7 @@ def diagnose_page(
     verdict = diagnosis.verdict
     yield Headline(f"{verdict.name}: {verdict.sentence}")
     before = diagnosis.comparison
-    yield before.sentence() + _allowed(diagnosis)
+    yield _error(before, verdict) + _allowed(diagnosis)
     if verdict.effects:
         after = diagnosis.after
         yield (
@@ -176,8 +178,7 @@ def _separation(each: Separation, again: str) -> str:
             f"The formulas of {first} and {second} differ on these readings by a χ² of {each.before:.3g}, but neither "
             f"is exact: either may be the cause."
         )
-    gain = each.after - each.before
-    times = ceil(max(CLEARLY - each.before, 1.0) / gain) if gain > 0 else TOO_OFTEN + 1
+    times, gain = _repetitions(each), each.after - each.before
     if times > TOO_OFTEN:
         return (
             f"Nothing in one more session would tell {first} from {second}: within the range of these readings both "
@@ -189,6 +190,22 @@ def _separation(each: Separation, again: str) -> str:
         f"from {each.before:.3g} to {each.before + times * gain:.3g} ({CLEARLY:g} is clear).\n"
         f"  lutgen plan {again} --between {first},{second} -o plan.csv"
     )
+
+
+def _repetitions(each: Separation) -> int:
+    """Return how often the readings must be repeated to separate two rivals; above ``TOO_OFTEN``: nothing does."""
+    gain = each.after - each.before
+    return ceil(max(CLEARLY - each.before, 1.0) / gain) if gain > 0 else TOO_OFTEN + 1
+
+
+def _error(before: Comparison, verdict: Verdict) -> str:
+    """Return the sentence on the error of the model without the effects; it does not contradict the verdict."""
+    if before.agrees and verdict.name not in {"consistent", "measurement-problem"}:
+        error, floor = before.error.delta_e_mean, before.floor.delta_e_mean
+        return (
+            f"The mean over all readings does not show it: mean ΔE2000 {error:.2f} where noise alone gives {floor:.2f}."
+        )
+    return before.sentence()
 
 
 def _refutation(diagnosis: Diagnosis, effects: Mapping[str, Effect]) -> list[str]:
@@ -254,7 +271,8 @@ def _next(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[s
         yield f"Next, what to measure to see more:  lutgen plan {again} -o plan.csv"
     elif len(verdict.rivals) == 1 and verdict.name == "one-of":
         likeliest = f"lutgen refine {again} --add {verdict.effects[0]} -o my-display.toml"
-        yield f"Next, measure what separates them; or go on with the likeliest:  {likeliest}"
+        tests = [each for each in diagnosis.measure_next if each.before <= CLEARLY and _repetitions(each) <= TOO_OFTEN]
+        yield f"Next, {'measure what separates them; or ' if tests else ''}go on with the likeliest:  {likeliest}"
     else:
         yield f"Next:  lutgen refine {again} --add {','.join(verdict.effects)} -o my-display.toml"
 

@@ -45,7 +45,8 @@ NOTHING_COMPARED = (
 
 def pronounce(explanation: Explanation, error: PureError, seen: Sequence[Visibility], suspicion: Suspicion) -> Verdict:
     """Return the verdict of a search."""
-    blind = [each.effect for each in seen if not each.visible]
+    named = {name for step in explanation.steps for name in (step.name, *(rival.name for rival in step.rivals))}
+    blind = [each.effect for each in seen if not each.visible and each.effect not in named]
     remarks = remarks_of(explanation, blind, suspicion)
     if suspicion.hours:
         at = listed(f"{hour:g} h" for hour in suspicion.hours)

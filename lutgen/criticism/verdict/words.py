@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 NO_FREE_TERM = FreeTerm()
 
 #: Added to a share of χ² if the mean ΔE2000 is not above that of noise.
-NOT_SEEN = ", too little to show in the mean ΔE2000"
+NOT_SEEN = ", too little to show in the mean ΔE2000 of all readings"
 
 #: Two sessions differ in light if the difference exceeds this number of its standard deviations.
 CLEARLY = 3.0
@@ -126,7 +126,8 @@ def one(
             f"One effect is missing: {step.name} or {imitated.name}, or an effect like these that the catalogue lacks. "
             f"If it is {step.name}, {size}. {imitated.name} also explains {percent(imitated.alone or 0.0)} of it."
         )
-        return Verdict("one-of", sentence, (step.name, imitated.name))
+        either = (step.name, imitated.name)
+        return Verdict("one-of", sentence, either, (either,))
     if objection := objection or _objection(step, freed, simplest, imitated) or doubt:
         sentence = f"{step.name} is missing, or an effect like it that the catalogue lacks: {size}. {objection}"
         return Verdict("one-of", sentence, names)
@@ -162,6 +163,8 @@ def _objection(step: Step, freed: str, simplest: float, imitated: Imitated | Non
     if imitated and _imitates(step, imitated):
         known = imitated.alone is not None
         itself = f" (which itself explains {percent(imitated.alone)} of the misfit)" if known else ""
+        if known and (imitated.alone or 0.0) < HALF:
+            return f"{form} is free enough to imitate other effects too, such as {imitated.name}{itself}."
         return f"{form} could also imitate most of {imitated.name}{itself}."
     if at_bounds := _at_bounds(step):
         return f"{form} has {listed(at_bounds)} at the limit of the allowed range."
