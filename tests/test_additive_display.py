@@ -47,6 +47,7 @@ def campaign(
     hours: tuple[float, ...] = HOURS,
     seed: int = 2,
     noise: float = 0.001,
+    offset_cd_m2: float = 0.0,
     luminance: str = "# luminance: free\n",
 ) -> Measurements:
     """Return readings of white, primaries, black, greys, ramps and mixtures in every session."""
@@ -57,6 +58,7 @@ def campaign(
     for hour in hours:
         light = fade(hour) * (curve(codes, hour) @ CHANNELS + leak * CHANNELS.sum(axis=0))
         seen = light * (1 + noise * rng.standard_normal(light.shape)) + 3.0 * noise * rng.standard_normal(light.shape)
+        seen += offset_cd_m2 * rng.standard_normal(3)
         rows += [",".join(f"{x:.7g}" for x in (hour, *code, *xyz)) for code, xyz in zip(codes, seen, strict=True)]
     text = "# display: white LED LCD\n# source: SIMULATED, not measured\n" + luminance + "hour,R,G,B,X,Y,Z\n"
     return read(text + "\n".join(rows) + "\n", file="additive.csv", sha256="")
@@ -101,6 +103,15 @@ def test_an_interpolation_between_few_levels_is_no_effect(gamma: float, seed: in
     readings = campaign(
         lambda code, _hours: code**gamma, levels=greys, ramp_levels=few, hours=hours, seed=seed, noise=0.0007
     )
+    assert diagnose(readings, baseline="native").verdict.name == "consistent"
+
+
+@pytest.mark.parametrize("seed", [2, 6])
+def test_a_zero_of_the_meter_below_black_is_no_effect(seed: int) -> None:
+    """Black has no light, and the meter's zero of the first session is negative: black reads below 0."""
+    readings = campaign(lambda code, _hours: code**2.2, seed=seed, offset_cd_m2=0.008)
+    dark = (readings.drive == 0).all(axis=1) & (readings.hours == 0)
+    assert (readings.xyz_cd_m2[dark].mean(axis=0) < 0).any()
     assert diagnose(readings, baseline="native").verdict.name == "consistent"
 
 
