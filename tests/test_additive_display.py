@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 
 from lutgen.criticism.diagnose import diagnose
+from lutgen.effects import catalogue
+from lutgen.report.diagnosis import diagnose_page
 from tests.readings_text import read
 
 if TYPE_CHECKING:
@@ -120,3 +122,15 @@ def test_a_curve_that_a_loss_of_drive_explains_as_well_is_one_of_both() -> None:
     verdict = diagnose(campaign(lost), baseline="native").verdict
     assert verdict.name == "one-of"
     assert {*verdict.effects} == {"drive-loss", "eotf-drift"}
+
+
+def test_the_page_does_not_contradict_a_small_finding() -> None:
+    """A leak too small for the mean; only rivals of the leak need readings that are missing here."""
+    diagnosis = diagnose(campaign(leak=0.00002))
+    assert {"black-level", "ambient-reflection"} <= {*diagnosis.verdict.effects}
+    (blind,) = [remark for remark in diagnosis.verdict.remarks if "could not have seen" in remark]
+    assert "ambient-reflection" not in blind
+    assert "veiling-glare" in blind
+    text = "\n".join(part for part in diagnose_page(diagnosis, catalogue(), "x.csv") if isinstance(part, str))
+    assert "The mean over all readings does not show it" in text
+    assert "agrees with the measurements" not in text
