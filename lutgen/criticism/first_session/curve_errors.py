@@ -47,26 +47,44 @@ BETWEEN = (0.3, 0.7)
 
 
 def drawn_displays(
-    readings: Measurements, noise: Noise, left_out: Sequence[int], native: NativeDisplay
+    readings: Measurements, noise: Noise, left_out: Sequence[int], native: NativeDisplay | None
 ) -> tuple[NativeDisplay, ...]:
-    """Make native displays of ``DRAWS`` simulated first sessions with seeded noise; ``native``: of the measured one."""
+    """Make native displays of ``DRAWS`` simulated first sessions with seeded noise, with the source of ``native``.
+
+    None for an own model, whose errors are a discrepancy.
+    """
+    if native is None or native.own:
+        return ()
     rng = np.random.default_rng(SEED)
-    errors = [interpolation_errors(curve) for curve in native.curves]
     first = np.flatnonzero(readings.hours == 0)
     cholesky = np.linalg.cholesky(noise.covariance(readings.xyz_cd_m2[first]))
     drawn = []
     for _ in range(DRAWS):
         xyz = readings.xyz_cd_m2.copy()
         xyz[first] += np.einsum("nij,nj->ni", cholesky, rng.standard_normal((first.size, 3)))
-        one = NativeDisplay.of(readings.with_light(xyz), left_out, strict=False, source=native.source)
+        drawn.append(NativeDisplay.of(readings.with_light(xyz), left_out, strict=False, source=native.source))
+    return tuple(drawn)
+
+
+def bent_between_levels(drawn: Sequence[NativeDisplay], native: NativeDisplay | None) -> tuple[NativeDisplay, ...]:
+    """Return the drawn displays with errors of the interpolation between the levels of ``native``, seeded.
+
+    For curves without a discrepancy: a discrepancy contains these errors.
+    """
+    if native is None:
+        return ()
+    rng = np.random.default_rng(SEED)
+    errors = [interpolation_errors(curve) for curve in native.curves]
+    most, result = max(error.size for error in errors), []
+    for one in drawn:
         # The curves of one display are alike, and so are half of the errors between their levels.
-        common = rng.standard_normal((len(BETWEEN), max(error.size for error in errors)))
-        bent = [
+        common = rng.standard_normal((len(BETWEEN), most))
+        red, green, blue = (
             _bent_between(curve, error * (common[:, : error.size] + rng.standard_normal((len(BETWEEN), error.size))))
             for curve, error in zip(one.curves, errors, strict=True)
-        ]
-        drawn.append(replace(one, curves=(bent[0], bent[1], bent[2])))
-    return tuple(drawn)
+        )
+        result.append(replace(one, curves=(red, green, blue)))
+    return tuple(result)
 
 
 def interpolation_errors(curve: TransferCurve) -> Array:

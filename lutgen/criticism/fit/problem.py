@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.criticism.first_session.curve_errors import curve_deviations, drawn_displays, mode_weights
+from lutgen.criticism.first_session import curve_errors
 from lutgen.criticism.first_session.errors import FirstErrors
 from lutgen.criticism.first_session.model import COLOURS, FirstSessionModel, is_held
 from lutgen.criticism.fit.measured_tips import interpolation_sigma, measured_tips
@@ -139,11 +139,11 @@ class Problem:
         noise = estimate_noise(readings, instrument)
         rows = np.setdiff1d(np.arange(readings.hours.size), outliers := list(noise.outliers))
         native = NativeDisplay.of(readings, outliers) if baseline in NATIVE_BASELINES else None
-        drawn = drawn_displays(readings, noise, outliers, native) if native and not native.own else ()
-        return cls(
-            readings, noise, baseline, selection, is_held(readings), rows, native=native, drawn=drawn,
-            discrepancy=discrepancy_of_native(native, drawn, readings, noise, outliers),
-        )  # fmt: skip
+        drawn = curve_errors.drawn_displays(readings, noise, outliers, native)
+        discrepancy = discrepancy_of_native(native, drawn, readings, noise, outliers)
+        drawn = drawn if discrepancy else curve_errors.bent_between_levels(drawn, native)
+        held = is_held(readings)
+        return cls(readings, noise, baseline, selection, held, rows, (), native, drawn, discrepancy)
 
     def unlogged(self, columns: Sequence[str]) -> Problem | None:
         """Return the problem with assumed values of unlogged conditions ``columns``; None if any of them was logged."""
@@ -330,14 +330,14 @@ class Problem:
     @cached_property
     def curve_deviations(self) -> Array:
         """Change of the prediction by each of ``drawn``, (draws, n, 3), cd/m²; no draws without a native display."""
-        return curve_deviations(self)
+        return curve_errors.curve_deviations(self)
 
     @cached_property
     def curve_modes(self) -> Array:
         """Principal modes of the errors of the curves by noise of the first session, (q, n, 3), cd/m²."""
         if self.first_readings:
             return np.zeros((0, self.rows.size, 3))
-        weights = mode_weights(self.curve_deviations, self.whitener)
+        weights = curve_errors.mode_weights(self.curve_deviations, self.whitener)
         return np.tensordot(weights, self.curve_deviations, axes=1) if weights.size else self.curve_deviations[:0]
 
     @cached_property
