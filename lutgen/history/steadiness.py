@@ -113,20 +113,20 @@ def _off_its_twin(session: Session) -> NDArray[np.int64]:
 
     A drift would also change the other repeated patches.
     """
-    groups, brightest = repeats(session), float(session.xyz[:, 1].max())
-    if len(groups) < 2 or brightest <= 0:
+    groups = repeats(session)
+    if len(groups) < 2 or (brightest := float(session.xyz[:, 1].max())) <= 0:
         return _NO_ROWS
     level = lightness(session.xyz[:, 1] / brightest)
-    *others, apart = sorted(float(np.ptp(level[rows])) for rows in groups)
-    (twins,) = [rows for rows in groups if np.ptp(level[rows]) == apart][:1]
-    if twins.size != 2 or apart < max(FAR, CLEARLY * others[-1]):
+    spread = np.array([np.ptp(level[rows]) for rows in groups])
+    worst = int(np.argmax(spread))
+    twins = groups[worst]
+    if twins.size != 2 or spread[worst] < max(FAR, CLEARLY * np.delete(spread, worst).max()):
         return _NO_ROWS
     for kind in ("grey", *CHANNELS):
         levels = ramp(session, kind)
         place = next((at for at, rows in enumerate(levels.rows) if twins[0] in rows), None)
         if place is not None and levels.drive.size > FEWEST_LEVELS:
-            near = np.delete(np.arange(levels.drive.size), place)
-            near = np.sort(near[np.argsort(np.abs(levels.drive[near] - levels.drive[place]))[:2]])
+            near = np.argsort(np.abs(levels.drive - levels.drive[place]))[1:3]
             line = np.polyfit(levels.drive[near], lightness(levels.xyz[near, 1] / brightest), 1)
             return twins[[int(np.argmax(np.abs(level[twins] - np.polyval(line, levels.drive[place]))))]]
     return twins[[int(np.argmax(level[twins]))]] if not session.drive[twins[0]].any() else _NO_ROWS

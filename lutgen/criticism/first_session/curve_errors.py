@@ -74,7 +74,7 @@ def bent_between_levels(drawn: Sequence[NativeDisplay], native: NativeDisplay | 
     if native is None:
         return ()
     rng = np.random.default_rng(SEED)
-    errors = [interpolation_errors(curve) for curve in native.curves]
+    errors = [_interpolation_errors(curve) for curve in native.curves]
     most, result = max(error.size for error in errors), []
     for one in drawn:
         # The curves of one display are alike, and so are half of the errors between their levels.
@@ -87,7 +87,7 @@ def bent_between_levels(drawn: Sequence[NativeDisplay], native: NativeDisplay | 
     return tuple(result)
 
 
-def interpolation_errors(curve: TransferCurve) -> Array:
+def _interpolation_errors(curve: TransferCurve) -> Array:
     """Return 1 σ of the error of a curve between its points, in sRGB-encoded light, (K − 1,).
 
     Each inner point is predicted from the other points. The larger error of a gap's two ends, times ``HALVED``, counts.
