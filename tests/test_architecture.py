@@ -81,10 +81,10 @@ def module_of(path: str) -> str:
     return ".".join(["lutgen", *path.removesuffix(".py").split("/")]).removesuffix(".__init__")
 
 
-def loads(source: str, path: str, modules: dict[str, str]) -> set[str]:
-    """Return the modules of lutgen that a module imports when it is loaded."""
+def needed(source: str, path: str, modules: dict[str, str]) -> set[str]:
+    """Return the modules of lutgen that a module imports, also for types and inside functions."""
     known, names = {module_of(other) for other in modules}, set()
-    for node in ast.parse(source).body:
+    for node in nodes(source):
         if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == "lutgen":
             for alias in node.names:
                 inner = f"{node.module}.{alias.name}"
@@ -119,8 +119,8 @@ def test_no_module_climbs(modules: dict[str, str]) -> None:
 
 
 def test_no_circle_of_modules_imports_itself(modules: dict[str, str]) -> None:
-    """Imports for types and imports inside functions do not count: a module loads without them."""
-    needs = {module_of(path): loads(source, path, modules) for path, source in modules.items()}
+    """Imports for types and imports inside functions count too: each module can be read after those that it uses."""
+    needs = {module_of(path): needed(source, path, modules) for path, source in modules.items()}
     assert needs["lutgen.bake.build"] >= {"lutgen.bake.plan", "lutgen.errors"}
     while leaves := {name for name, others in needs.items() if not others & needs.keys()}:
         needs = {name: others for name, others in needs.items() if name not in leaves}

@@ -11,7 +11,6 @@ import pytest
 from lutgen.criticism.diagnose import parameters_of
 from lutgen.criticism.fit.least_squares import Fit, fit
 from lutgen.criticism.fit.linear import State, Term, predict
-from lutgen.criticism.fit.measured_tips import interpolated
 from lutgen.criticism.fit.problem import Problem
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError
@@ -216,7 +215,7 @@ def test_chi2_counts_the_residuals_and_what_gains_and_tips_cost() -> None:
     for reading, light, cov in zip(problem.xyz, solution.predicted, _covariances(solution), strict=True):
         total += float((reading - light) @ np.linalg.solve(cov, reading - light))
     total += float(((solution.gains / problem.noise.session) ** 2).sum())
-    off = (solution.tips - interpolated(problem, solution.tips))[2] / problem.interpolation_sigma[2]
+    off = (solution.tips - problem.interpolated(solution.tips))[2] / problem.interpolation_sigma[2]
     assert solution.chi2 == pytest.approx(total + float((off**2).sum()), rel=1e-4)
     assert solution.freedom == 3 * len(patches) - 3 * 12 - 1
 

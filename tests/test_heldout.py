@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from lutgen.criticism.fit.heldout import HeldOut, cells, held_out
+from lutgen.criticism.fit.heldout import HeldOut, cells
 from lutgen.criticism.fit.least_squares import Fit, fit
 from lutgen.criticism.fit.linear import Term, whiten
 from lutgen.criticism.fit.problem import Problem
@@ -54,14 +54,14 @@ def refitted(solution: Fit) -> list[float]:
 ], "black-level"))  # fmt: skip
 def test_withheld_cells_are_predicted_as_a_refit_predicts_them(name: str, tolerance: float) -> None:
     solution = fitted(name)
-    fast, slow = held_out(solution).squares, refitted(solution)
+    fast, slow = solution.withheld.squares, refitted(solution)
     assert fast.size == len(cells(solution.problem))
     np.testing.assert_allclose(fast, slow, rtol=tolerance)
 
 
 def test_so_are_those_of_a_model_without_effects() -> None:
     solution = fitted("crosstalk", with_effect=False)
-    np.testing.assert_allclose(held_out(solution).squares, refitted(solution), rtol=1e-6)
+    np.testing.assert_allclose(solution.withheld.squares, refitted(solution), rtol=1e-6)
 
 
 @pytest.mark.parametrize(
@@ -85,7 +85,7 @@ def test_from_hour_0_whole_sessions_are_withheld_and_their_gains_counted(name: s
         known = 1.0 / problem.noise.session**2
         gain = float(light @ residual) / (float(light @ light) + known)
         squares.append(float(((residual - gain * light) ** 2).sum()) + known * gain**2)
-    np.testing.assert_allclose(held_out(solution).squares, squares, rtol=0.03)
+    np.testing.assert_allclose(solution.withheld.squares, squares, rtol=0.03)
 
 
 def test_a_parameter_at_its_bound_stays_there() -> None:
@@ -93,7 +93,7 @@ def test_a_parameter_at_its_bound_stays_there() -> None:
     problem = Problem.of(table(readings), instrument="0.002,0.003")
     solution = fit(problem, (Term.at_rest(catalogue()["black-level"], ("new", "grown")),))
     assert solution.terms[0].values["new"] == 0.0
-    np.testing.assert_allclose(held_out(solution).squares, refitted(solution), rtol=0.01)
+    np.testing.assert_allclose(solution.withheld.squares, refitted(solution), rtol=0.01)
 
 
 def test_cells_are_a_family_or_a_condition_of_one_hour_and_never_the_tips() -> None:
@@ -123,7 +123,7 @@ def test_an_hour_of_one_family_can_be_withheld_whole() -> None:
     patches = [each for hour in hours for each in (greys if hour == 7000.0 else session(hour))]
     solution = fit(Problem.of(table(noisy(patches, tips, Fault(), {}, seed=8)), instrument="0.002,0.003"))
     alone = next(k for k, cell in enumerate(cells(solution.problem)) if solution.problem.hour_of[cell[0]] == 2)
-    held = held_out(solution).squares[alone]
+    held = solution.withheld.squares[alone]
     numbers = 3 * len(greys)
     assert 0.2 * numbers < held < 30.0 * numbers  # without the session its gain of 0.3 % is unknown: 1.5 σ of a reading
 
@@ -131,12 +131,12 @@ def test_an_hour_of_one_family_can_be_withheld_whole() -> None:
 def test_a_true_effect_predicts_withheld_readings_better_and_a_false_one_does_not() -> None:
     bare, true = fitted("crosstalk", with_effect=False), fitted("crosstalk")
     false = fit(bare.problem, (Term.at_rest(catalogue()["ambient-reflection"], ("reflectance", "tint_x", "tint_z")),))
-    gain, deviation = held_out(true).gain_over(held_out(bare))
+    gain, deviation = true.withheld.gain_over(bare.withheld)
     assert gain > 3.0 * deviation > 0
-    gain, deviation = held_out(false).gain_over(held_out(bare))
+    gain, deviation = false.withheld.gain_over(bare.withheld)
     assert gain < 2.0 * deviation
-    assert held_out(true).rms_sigma == pytest.approx(1.05, abs=0.12)
-    assert held_out(bare).rms_sigma > 2.0
+    assert true.withheld.rms_sigma == pytest.approx(1.05, abs=0.12)
+    assert bare.withheld.rms_sigma > 2.0
 
 
 @pytest.mark.parametrize("hours", [(0.0, 18_000.0), (0.0, 9000.0, 18_000.0)])
@@ -144,7 +144,7 @@ def test_an_effect_that_shows_in_few_cells_is_confirmed_too(hours: tuple[float, 
     campaign = Campaign(design="full", hours=hours, seed=3, hidden=(("edge-falloff", 0.2, "same"),))
     bare = fit(Problem.of(read(csv_text(campaign), file="edge.csv", sha256="")))
     true = fit(bare.problem, (Term.at_rest(catalogue()["edge-falloff"], ("new", "grown")),))
-    gain, deviation = held_out(true).gain_over(held_out(bare))
+    gain, deviation = true.withheld.gain_over(bare.withheld)
     assert gain > 2.0 * deviation > 0
 
 
@@ -155,7 +155,7 @@ def test_what_dims_whole_sessions_is_confirmed_from_hour_0() -> None:
     readings = table(noisy(patches, display(LATER, ageing=0.0), FAULTS["backlight-decay"], truth, 4), luminance="free")
     problem = Problem.of(readings, baseline="first-hour", instrument="0.002,0.003")
     bare, true = fit(problem), fit(problem, (Term.at_rest(catalogue()["backlight-decay"], ("loss",)),))
-    gain, deviation = held_out(true).gain_over(held_out(bare))
+    gain, deviation = true.withheld.gain_over(bare.withheld)
     assert gain > 2.0 * deviation > 0
 
 
@@ -175,10 +175,10 @@ def test_of_two_sessions_cells_of_the_later_one_are_withheld(
     readings = table(noisy(patches, display(hours, ageing=0.0), FAULTS[name], truth, 4), luminance="free")
     problem = Problem.of(readings, baseline="first-hour", instrument="0.002,0.003")
     bare, true = fit(problem), fit(problem, (Term.at_rest(catalogue()[name], form),))
-    withheld = held_out(true)
+    withheld = true.withheld
     assert withheld.squares.size == len(cells(problem)) > 1
     assert withheld.may_miss
-    gain, deviation = withheld.gain_over(held_out(bare))
+    gain, deviation = withheld.gain_over(bare.withheld)
     assert (gain > 2.0 * deviation) == confirmed
     assert gain >= -2.0 * deviation
     candidate = Candidate(catalogue()[name], form, true, bare.chi2 - true.chi2, refined=False)
@@ -219,5 +219,5 @@ def test_what_shows_in_a_few_cells_of_many_is_confirmed_by_them() -> None:
 def test_nothing_to_withhold_is_no_error_and_no_gain() -> None:
     patches = [each for hour in HOURS for each in session(hour) if each.code in TIPS]
     solution = fit(Problem.of(table(noisy(patches, display(), Fault(), {}, seed=8))))
-    assert held_out(solution).rms_sigma == 0.0
-    assert held_out(solution).gain_over(held_out(solution)) == (0.0, np.inf)
+    assert solution.withheld.rms_sigma == 0.0
+    assert solution.withheld.gain_over(solution.withheld) == (0.0, np.inf)

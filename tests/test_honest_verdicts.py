@@ -13,7 +13,6 @@ import pytest
 
 from lutgen.criticism.compare.comparison import compare
 from lutgen.criticism.diagnose import diagnose, parameters_of
-from lutgen.criticism.fit.heldout import held_out
 from lutgen.criticism.fit.lack_of_fit import p_of_autocorrelation
 from lutgen.criticism.fit.least_squares import fit
 from lutgen.criticism.fit.linear import State, Term, predict
@@ -212,8 +211,8 @@ def test_no_cell_is_withheld_on_which_a_parameter_rests() -> None:
         "\n".join([*head, f"{header},window", *(f"{row},1" for row in body), *(f"{row},0.1" for row in window)]) + "\n"
     )
     solution = fit(Problem.of(read(text, file="w.csv", sha256="")), (Term.at_rest(catalogue()["loading"], ("new",)),))
-    withheld = held_out(solution)
-    bare = held_out(fit(solution.problem))
+    withheld = solution.withheld
+    bare = fit(solution.problem).withheld
     assert np.isnan(withheld.squares).sum() <= 1
     assert withheld.rms_sigma < 3.0 * bare.rms_sigma
 

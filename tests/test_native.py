@@ -619,11 +619,11 @@ def test_errors_of_the_first_session_are_unknowns_of_known_size() -> None:
     """χ² equals the χ² of one large system with tips, shared errors and errors of the first session as unknowns."""
     problem = with_shared_errors(Problem.of(bright_mixtures(), baseline="native"))
     problem = replace(problem, rows=problem.rows[problem.is_knot[problem.hour_of]])
-    solution, errors = fit(problem), problem.first_errors
+    solution = fit(problem)
+    errors, state = solution.first_errors, State((), solution.tips, solution.gains)
     assert errors is not None
-    state = State((), solution.tips, solution.gains)
     linear = linearise(problem, state)
-    columns, system = errors.columns.toarray(), System(problem, linear, state)
+    columns, system = errors.columns.toarray(), System(problem, linear, state, errors)
     tips = [np.zeros((3 * problem.rows.size, 12)) for _ in problem.blocks]
     shared = [np.zeros((3 * problem.rows.size, len(problem.shared[int(here[0])]))) for here in problem.blocks]
     for block, here in enumerate(problem.blocks):

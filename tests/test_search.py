@@ -15,7 +15,6 @@ from scipy import special, stats
 from lutgen.criticism.fit.least_squares import Fit, fit, switching_penalty
 from lutgen.criticism.fit.linear import Term
 from lutgen.criticism.fit.problem import Problem
-from lutgen.criticism.fit.score import Score
 from lutgen.criticism.noise.pure_error import PureError
 from lutgen.criticism.search import stepwise
 from lutgen.criticism.search.candidates import (
@@ -75,12 +74,12 @@ def campaign(design: str = "colours", seed: int = 3, **hidden: tuple[float, str]
 def test_a_first_step_promises_what_the_fit_gains(name: str, parameter: str, tolerance: float) -> None:
     base, term = base_of(name), Term.at_rest(catalogue()[name], (parameter,))
     gained = base.chi2 - fit(base.problem, (term,)).chi2
-    assert Score(base).gain(term, (parameter,)) == pytest.approx(gained, rel=tolerance)
+    assert base.score.gain(term, (parameter,)) == pytest.approx(gained, rel=tolerance)
 
 
 def test_what_cannot_be_absorbed_is_what_least_squares_leaves() -> None:
     base, term = base_of("crosstalk"), Term.at_rest(catalogue()["crosstalk"], ("new",))
-    raw, left = Score(base).seen(term, "new")
+    raw, left = base.score.seen(term, "new")
     # The oracle: all twelve unknowns of each hour, changed one by one, in one dense matrix.
     columns = []
     for hour, tip, axis in product(range(3), range(4), range(3)):
@@ -224,7 +223,7 @@ def test_a_formula_is_judged_in_the_course_of_the_long_form() -> None:
 
 @pytest.mark.parametrize("hidden", [{}, {"eotf_drift": (0.01, "same")}])
 def test_what_is_smooth_proposes_no_rounding(hidden: dict[str, tuple[float, str]]) -> None:
-    assert Score(campaign(**hidden)).proposed(catalogue()["quantization"]) == ([], 1)
+    assert campaign(**hidden).score.proposed(catalogue()["quantization"]) == ([], 1)
 
 
 def test_a_soft_border_between_colour_points_is_found() -> None:

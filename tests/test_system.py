@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from lutgen.criticism.fit.linear import State, tip_scale
-from lutgen.criticism.fit.measured_tips import interpolated
+from lutgen.criticism.fit.local_unknowns import prior_rows
 from lutgen.criticism.fit.problem import Problem
-from lutgen.criticism.fit.system import Block, bounded, prior_rows
+from lutgen.criticism.fit.system import Block, bounded
 from tests.criticism_twin import FAULTS, HOURS, TIPS, display, noisy, session, table
 
 pytestmark = pytest.mark.numbers
@@ -83,7 +83,7 @@ def test_local_unknowns_are_drawn_to_rest_and_to_their_neighbours(correlated: fl
         back = np.concatenate([np.zeros(12), -state.gains, [0.0]])
         scale = np.concatenate([np.zeros(12), np.full(len(gains), 0.004 / correlated**0.5), [1.0]])
         if not knot:
-            back[:12] = ((interpolated(problem, tips)[hour] - tips[hour]) / tip_scale(problem)).ravel()
+            back[:12] = ((problem.interpolated(tips)[hour] - tips[hour]) / tip_scale(problem)).ravel()
             scale[:12] = (problem.interpolation_sigma[hour] / tip_scale(problem)).ravel()
         # Each known unknown has one equation, which the back substitution solves and whose σ is 1.
         known = scale > 0

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.criticism.diagnose import candidates, known_under
 from lutgen.criticism.fit.least_squares import Fit, fit
-from lutgen.criticism.fit.linear import State, Term, predict
+from lutgen.criticism.fit.linear import Term, predict
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.model import estimate_noise
 from lutgen.criticism.noise.session_errors import with_shared_errors
@@ -180,7 +180,7 @@ def _fit_of_tips(truth: Fit) -> Fit:
     """Return the fit of the tips alone to noise-free readings of ``truth``."""
     exact = truth.problem.readings.with_light(truth.problem.readings.xyz_cd_m2.copy())
     exact.xyz_cd_m2[truth.problem.rows] = truth.predicted
-    return fit(replace(truth.problem, readings=exact), (), State((), truth.tips, truth.gains))
+    return fit(replace(truth.problem, readings=exact), (), truth.state)
 
 
 def _for_effect(base: Fit, effect: Effect) -> MeasurementPlan:
@@ -213,8 +213,8 @@ def _for_effect(base: Fit, effect: Effect) -> MeasurementPlan:
 def _noise_free(base: Fit, problem: Problem) -> Fit:
     """Return the fit of the base's effects to noise-free readings of a problem with added patches."""
     exact = problem.readings.with_light(problem.readings.xyz_cd_m2.copy())
-    exact.xyz_cd_m2[problem.rows] = predict(problem, State(base.terms, base.tips, base.gains))
-    return fit(replace(problem, readings=exact), base.terms, State((), base.tips, base.gains))
+    exact.xyz_cd_m2[problem.rows] = predict(problem, base.state)
+    return fit(replace(problem, readings=exact), base.terms, base.state)
 
 
 def _coverage(base: Fit, effects: Sequence[Effect]) -> MeasurementPlan:

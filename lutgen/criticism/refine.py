@@ -12,7 +12,6 @@ import numpy as np
 from lutgen.criticism.compare.comparison import SCHEMA, Comparison, compare_problem
 from lutgen.criticism.diagnose import Diagnosis, candidates, diagnose, known_under, parameters_of
 from lutgen.criticism.fit.anchored import anchored_tips
-from lutgen.criticism.fit.heldout import held_out_gain
 from lutgen.criticism.fit.joint_covariance import joint_covariance
 from lutgen.criticism.fit.least_squares import Fit, fit, start_state
 from lutgen.criticism.fit.linear import Term
@@ -290,7 +289,7 @@ class Course:
     def refinement_of(self, current: Fit, steps: Sequence[Added], diagnosis: Diagnosis | None = None) -> Refinement:
         """Return the refinement of a final fit and its steps."""
         model = model_of(current, diagnosis, self.before, steps[-1].comparison if steps else self.before)
-        gain = held_out_gain(current, self.base) if steps else 0.0
+        gain = current.held_out_gain(self.base) if steps else 0.0
         return Refinement(self.before, tuple(steps), current, model, diagnosis, gain)
 
 

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.criticism.fit.least_squares import Fit
-    from lutgen.criticism.fit.score import Score
     from lutgen.criticism.search.explanation import Explanation
     from lutgen.criticism.verdict.visibility import Visibility
     from lutgen.effects import Effect
@@ -99,22 +98,22 @@ def rehearse(effect: Effect, measurements: Measurements, others: Sequence[Effect
     """
     problem = Problem.of(measurements, baseline=effect.baseline)
     base = fit(problem)
-    score, seen = base.score, visibility(base, [effect])[0]
+    seen = visibility(base, [effect])[0]
     rivals = [each for each in others if each.name != effect.name and effect.baseline in {each.baseline, "first-hour"}]
-    term = _put_in(score, effect, seen)
+    term = _put_in(base, effect, seen)
     sentence, recovered = (_unseen(effect, seen), False) if term is None else _recovery(base, term, rivals, seen)
     return Rehearsal(
         seen.absorbed,
         seen.smallest_detectable,
         seen.unit,
         seen.parameter,
-        likeness(score, effect, seen, rivals),
+        likeness(base, effect, seen, rivals),
         recovered,
         sentence,
     )
 
 
-def likeness(score: Score, effect: Effect, seen: Visibility, others: Sequence[Effect]) -> list[tuple[str, float]]:
+def likeness(base: Fit, effect: Effect, seen: Visibility, others: Sequence[Effect]) -> list[tuple[str, float]]:
     """Return the cosine between an effect's signature and each other effect's, projected off the tips.
 
     The most similar effect is first. The list is empty if the tips absorb the effect.
@@ -122,12 +121,12 @@ def likeness(score: Score, effect: Effect, seen: Visibility, others: Sequence[Ef
     if seen.absorbed is None or (_is_amplitude(effect, seen.parameter) and seen.smallest_detectable is None):
         return []
     amplitudes = (seen.parameter,) if _is_amplitude(effect, seen.parameter) else ()
-    mine = _signatures(score, _settings(score, effect, effect.forms[:1])[0], amplitudes)[0]
+    mine = _signatures(base, _settings(base.problem, effect, effect.forms[:1])[0], amplitudes)[0]
     cosine_of = []
     for other in others:
         cosines = [0.0]
-        for term in _settings(score, other, other.forms[: other.refined]):
-            columns = _signatures(score, term, [name for name in term.free if name in other.neutral])
+        for term in _settings(base.problem, other, other.forms[: other.refined]):
+            columns = _signatures(base, term, [name for name in term.free if name in other.neutral])
             u, s, _ = np.linalg.svd(columns.T, full_matrices=False)
             along = u[:, s > 1e-6 * max(float(s[0]), 1e-300)].T @ mine
             cosines.append(float(np.linalg.norm(along) / max(float(np.linalg.norm(mine)), 1e-300)))
@@ -140,9 +139,9 @@ def _is_amplitude(effect: Effect, name: str) -> bool:
     return name in effect.neutral and not effect.parameters[name].grid
 
 
-def _settings(score: Score, effect: Effect, forms: Sequence[tuple[str, ...]]) -> list[Term]:
+def _settings(problem: Problem, effect: Effect, forms: Sequence[tuple[str, ...]]) -> list[Term]:
     """Return an effect at rest in several forms, each with all settings of its grids."""
-    gaps = tuple((score.problem.hours[1:] + score.problem.hours[:-1]) / 2)
+    gaps = tuple((problem.hours[1:] + problem.hours[:-1]) / 2)
     terms = []
     for form in forms or ((),):
         given = {
@@ -155,22 +154,22 @@ def _settings(score: Score, effect: Effect, forms: Sequence[tuple[str, ...]]) ->
     return terms
 
 
-def _signatures(score: Score, term: Term, amplitudes: Sequence[str]) -> Array:
+def _signatures(base: Fit, term: Term, amplitudes: Sequence[str]) -> Array:
     """Return the signatures of amplitudes, or of switching the effect on, projected off the tips, (k, 3n)."""
     if not amplitudes:
-        changed = predict(score.problem, State((*score.base.terms, term), score.base.tips, score.base.gains))
-        return score.project(whiten(score.problem, changed - score.base.predicted))[np.newaxis]
-    return np.array([score.seen(term, name)[1] for name in amplitudes])
+        changed = predict(base.problem, State((*base.terms, term), base.tips, base.gains))
+        return base.score.project(whiten(base.problem, changed - base.predicted))[np.newaxis]
+    return np.array([base.score.seen(term, name)[1] for name in amplitudes])
 
 
-def _put_in(score: Score, effect: Effect, seen: Visibility) -> Term | None:
+def _put_in(base: Fit, effect: Effect, seen: Visibility) -> Term | None:
     """Return the effect at the size of the rehearsal; None if the readings show no possible size."""
     if not seen.visible:
         return None
-    settings = _settings(score, effect, effect.forms[:1])
+    settings = _settings(base.problem, effect, effect.forms[:1])
     if not _is_amplitude(effect, seen.parameter):
-        strength = [score.switched(term)[1] for term in settings]
-        enough = [each for each in strength if each >= TIMES * threshold(score.base)]
+        strength = [base.score.switched(term)[1] for term in settings]
+        enough = [each for each in strength if each >= TIMES * threshold(base)]
         return settings[strength.index(min(enough) if enough else max(strength))]
     parameter, rest = effect.parameters[seen.parameter], effect.neutral[seen.parameter]
     low, high = parameter.bounds

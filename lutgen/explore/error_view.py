@@ -7,8 +7,8 @@ import numpy as np
 
 from lutgen.colorimetry import D65, Array, linear_to_code, xy_to_uv, xyz_to_linear, xyz_to_xyY
 from lutgen.criticism.compare.comparison import Comparison
+from lutgen.criticism.compare.slices import labels_of
 from lutgen.criticism.diagnose import Diagnosis, parameters_of
-from lutgen.criticism.fit.families import slices
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.refine import Refinement
 from lutgen.criticism.search.candidates import STRONG
@@ -100,7 +100,7 @@ def _support(opened: Opened, refinement: Refinement) -> dict[str, tuple[bool, st
 
 def _slices(comparison: Comparison) -> list[dict[str, Any]]:
     problem, dimensions = comparison.problem, []
-    labels, judged = slices(problem), ~problem.is_anchor
+    labels, judged = labels_of(problem), ~problem.is_anchor
     for by, of in labels.items():
         points = [
             {

@@ -11,10 +11,9 @@ import numpy as np
 from lutgen.colorimetry import delta_e_2000, xyz_to_lab
 from lutgen.criticism.compare.direction import Direction, direction
 from lutgen.criticism.compare.drift import Drift, drifts
-from lutgen.criticism.compare.slices import Errors, Reading, Slice
+from lutgen.criticism.compare.slices import Errors, Reading, Slice, labels_of
 from lutgen.criticism.first_session.baselines import FirstSession, first_session
 from lutgen.criticism.fit.anchored import DRAWS, anchored, noise_only
-from lutgen.criticism.fit.families import slices
 from lutgen.criticism.fit.linear import whiten
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.session_errors import with_shared_errors
@@ -248,7 +247,7 @@ def _slices(
     residual = problem.xyz - predicted
     noise_de, noise_sigma = (np.array(each) for each in zip(*noise, strict=True))
     result = []
-    for by, labels in slices(problem).items():
+    for by, labels in labels_of(problem).items():
         named = labels[judged & (labels != "")]
         _, first = np.unique(named, return_index=True)
         for name in named[np.sort(first)]:

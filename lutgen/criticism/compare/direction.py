@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.colorimetry import xyz_to_lab
-from lutgen.criticism.compare.slices import informative, prominence, standing_out
-from lutgen.criticism.fit.families import slices
+from lutgen.criticism.compare.slices import informative, labels_of, prominence, standing_out
 from lutgen.readings.conditions import CONDITIONS
 
 if TYPE_CHECKING:
@@ -69,7 +68,7 @@ def direction(problem: Problem, predicted: Array, judged: NDArray[np.bool_], whe
     if not where:
         return Direction("", (0.0, 0.0, 0.0), "")
     worst = max(standing_out(where) or informative(where) or where, key=prominence)
-    here = judged & (slices(problem)[worst.by] == worst.slice)
+    here = judged & (labels_of(problem)[worst.by] == worst.slice)
     white = problem.measured_tips[0, 0]
     lab = (xyz_to_lab(problem.xyz[here], white) - xyz_to_lab(predicted[here], white)).mean(axis=0)
     signed = (float(lab[0]), float(lab[1]), float(lab[2]))

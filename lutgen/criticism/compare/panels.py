@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.colorimetry import xyz_to_lab
+from lutgen.criticism.compare.slices import labels_of
 from lutgen.criticism.fit.anchored import noise_only
-from lutgen.criticism.fit.families import slices
 from lutgen.criticism.fit.linear import whiten
 from lutgen.readings.conditions import CONDITIONS
 
@@ -75,7 +75,7 @@ def panels(comparison: Comparison) -> list[ResidualPanel]:
     measured = sizes(comparison.residual)
     noise = [sizes(each) for each in noise_only(problem, predicted)]
     by_dimension = []
-    for by, label in slices(problem).items():
+    for by, label in labels_of(problem).items():
         among = judged & (label != "")
         names = _in_order(problem, by, label, among)
         chosen = [among & (label == name) for name in names]

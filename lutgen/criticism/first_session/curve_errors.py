@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lutgen.colorimetry import Array
-    from lutgen.criticism.fit.problem import Problem
+    from lutgen.criticism.fit.data import FitData
     from lutgen.criticism.noise.model import Noise
     from lutgen.readings import Measurements
 
@@ -112,7 +112,7 @@ def _bent_between(curve: TransferCurve, change: Array) -> TransferCurve:
     return TransferCurve(curve.channel, all_codes[order].tolist(), np.concatenate([light, *inside])[order].tolist())
 
 
-def curve_deviations(problem: Problem) -> Array:
+def curve_deviations(problem: FitData) -> Array:
     """Change of the prediction by each of ``problem.drawn``, (draws, n, 3), cd/m²; no draws without native display."""
     tips = problem.measured_tips
     scene, here = problem.scene(tips), tips[problem.hour_of]

@@ -19,7 +19,7 @@ import numpy as np
 import scipy  # its parts load when they are first used: native displays alone need sparse columns
 
 from lutgen.criticism.fit.linear import State, linearise
-from lutgen.criticism.fit.system import local_basis
+from lutgen.criticism.fit.local_unknowns import local_basis
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

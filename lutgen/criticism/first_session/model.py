@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
-    from lutgen.criticism.fit.problem import Problem
+    from lutgen.criticism.fit.data import FitData
     from lutgen.display.trace import Applied, Panel
     from lutgen.readings import Measurements
 
@@ -78,7 +78,7 @@ class FirstReadings:
 class FirstSessionModel:
     """The first session of a native display, evaluated at each reading of a problem."""
 
-    problem: Problem
+    problem: FitData
 
     @cached_property
     def held_out_gain(self) -> Array | None:
@@ -94,8 +94,10 @@ class FirstSessionModel:
         return factor
 
     @cached_property
-    def first_readings(self) -> FirstReadings:
-        """The first session's readings of colours other than the tips, evaluated at the readings."""
+    def first_readings(self) -> FirstReadings | None:
+        """The first session's readings of colours other than the tips; None if curves or an own model predict them."""
+        if not self.problem.predicts_from_first_readings:
+            return None
         problem, readings, (codes, place) = self.problem, self.problem.readings, self.codes
         first = first_session_rows(readings, problem.noise.outliers)
         other = np.asarray(~is_tip(codes).any(axis=1))
@@ -133,11 +135,8 @@ class FirstSessionModel:
         primaries propagate to the residual light of all colours. The dark offset is part of the display's black, but a
         capped lens does not see it.
         """
-        problem, first_readings, columns = (
-            self.problem,
-            self.problem.first_readings,
-            [np.zeros((0, self.problem.rows.size, 3))],
-        )
+        problem, first_readings = self.problem, self.first_readings
+        columns = [np.zeros((0, problem.rows.size, 3))]
         if first_readings:
             columns += [
                 np.moveaxis(first_readings.error * (first_readings.colour == colour)[:, np.newaxis, np.newaxis], 2, 0)
@@ -167,7 +166,7 @@ class FirstSessionModel:
 
     def errors_of_exact(self, sizes: Array) -> Array:
         """Errors of single colours, from ``sizes`` (e,) in σ, at the readings in ``exact``, (n, 3); 0 at others."""
-        first_readings, (codes, place) = self.problem.first_readings, self.codes
+        first_readings, (codes, place) = self.first_readings, self.codes
         errors = np.zeros((self.problem.rows.size, 3))
         if first_readings:
             of_code = np.zeros((len(codes), 3))

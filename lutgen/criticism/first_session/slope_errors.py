@@ -31,14 +31,14 @@ SLOPE = 0.15
 
 def with_drive_errors(fitted: Fit) -> Fit:
     """Fit the effects again, with errors of the effects of stage ``drive``; return the fit itself if it has none."""
-    problem, state = fitted.problem, State(fitted.terms, fitted.tips, fitted.gains)
+    problem = fitted.problem
     drive_terms = [term for term in fitted.terms if term.effect.stage == "drive"]
     if not drive_terms or problem.native is None:
         return fitted
     drive_errors = np.concatenate(
         [_steps(fitted, term) if term.effect.propose else _slopes(fitted, term) for term in drive_terms]
     )
-    return fit(replace(problem, drive_errors=drive_errors), fitted.terms, state)
+    return fit(replace(problem, drive_errors=drive_errors), fitted.terms, fitted.state)
 
 
 def bic_with_drive_errors(with_errors: Fit, fitted: Fit) -> float:
@@ -51,15 +51,14 @@ def bic_with_drive_errors(with_errors: Fit, fitted: Fit) -> float:
 
 
 def _spread(fitted: Fit) -> float:
-    errors = fitted.problem.first_errors
+    errors = fitted.first_errors
     return -float(np.linalg.slogdet(errors.inverse)[1]) if errors else 0.0
 
 
 def bic_gain(fitted: Fit, effect: Effect) -> float:
     """Fall of BIC by one of the effects of a fit with drive errors, compared with the fit without this effect."""
     others = [term for term in fitted.terms if term.effect.name != effect.name]
-    without = fit(fitted.problem, others, State(tuple(others), fitted.tips, fitted.gains))
-    return without.bic - fitted.bic
+    return fitted.with_terms(others).bic - fitted.bic
 
 
 def _slopes(fitted: Fit, term: Term) -> Array:

@@ -15,7 +15,6 @@ import numpy as np
 
 from lutgen.criticism.fit.least_squares import fit
 from lutgen.criticism.fit.linear import State, predict
-from lutgen.criticism.fit.measured_tips import interpolated
 from lutgen.readings.rest import TIP_DRIVES
 
 if TYPE_CHECKING:
@@ -49,7 +48,7 @@ def anchored_tips(problem: Problem, terms: Sequence[Term]) -> Array:
         tips[:] = solved.tips[0]
         return tips
     tips[np.isin(problem.hours, part.hours)] = solved.tips
-    return interpolated(problem, tips)
+    return problem.interpolated(tips)
 
 
 def _given(terms: Sequence[Term]) -> tuple[Term, ...]:
@@ -81,7 +80,7 @@ def noise_only(problem: Problem, predicted: Array, draws: int = DRAWS) -> Iterat
         shift = np.zeros((problem.hours.size, 4, 3))
         for hour, tip, here in tip_rows:
             shift[hour, tip] = noise[here].mean(axis=0)
-        shift = np.broadcast_to(shift[0], shift.shape) if first_hour_only else interpolated(problem, shift)
+        shift = np.broadcast_to(shift[0], shift.shape) if first_hour_only else problem.interpolated(shift)
         # At hours between sessions the tips also have the error of their interpolation.
         error = np.where(
             np.isfinite(problem.interpolation_sigma), problem.interpolation_sigma, 0.0

@@ -18,11 +18,14 @@ from lutgen.criticism.fit.families import kind_of
 from lutgen.criticism.fit.system import SINGULAR, bounded, limits
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
-    from lutgen.criticism.fit.least_squares import Fit
+    from lutgen.criticism.fit.linear import Term
     from lutgen.criticism.fit.problem import Problem
+    from lutgen.criticism.fit.projection import Projection
 
 
 #: The χ² of held-out readings must fall by more than this number of standard errors.
@@ -112,24 +115,13 @@ def cells(problem: Problem) -> list[NDArray[np.intp]]:
     return groups
 
 
-def held_out_gain(fitted: Fit, base: Fit) -> float:
-    """Fall of the χ² of withheld readings from the fit ``base`` to the fit ``fitted``.
-
-    If only one session, or none, can be withheld as a whole, cells are withheld instead.
-    """
-    if fitted.withheld.squares.size - fitted.withheld.left_out > 1:
-        return fitted.withheld.gain_over(base.withheld)[0]
-    return held_out(fitted, by_cells=True).gain_over(held_out(base, by_cells=True))[0]
-
-
-def held_out(fitted: Fit, *, by_cells: bool = False) -> HeldOut:
+def held_out(problem: Problem, terms: Sequence[Term], projection: Projection, *, by_cells: bool = False) -> HeldOut:
     """Withhold each cell in turn and predict it from the rest; under ``from_first_hour`` withhold each later session.
 
     A single later session has all information on the aging and could not be predicted from the rest: its cells are
     withheld instead. ``by_cells``: always withhold cells.
     """
-    problem, projection = fitted.problem, fitted.projection
-    rest = _Rest(fitted)
+    rest = _Rest(terms, projection)
     # The sessions of hour 0 are never withheld: every prediction starts from them.
     later = [part for part in projection.parts if problem.hour_of[part.here[0]] > 0]
     if problem.from_first_hour and len(later) > 1 and not by_cells:
@@ -151,10 +143,10 @@ class _Rest:
     information of these rows (a downdate: Golub & Van Loan, Matrix Computations, 4th ed., 6.5.4).
     """
 
-    def __init__(self, fitted: Fit) -> None:
-        self.residual = fitted.projection.residual
-        self.limits = limits(fitted.terms, len(fitted.projection.free))
-        q, r = fitted.projection.factors
+    def __init__(self, terms: Sequence[Term], projection: Projection) -> None:
+        self.residual = projection.residual
+        self.limits = limits(terms, len(projection.free))
+        q, r = projection.factors
         size = np.linalg.norm(r, axis=0)
         size = np.where(size > 0, size, 1.0)
         u, s, vt = np.linalg.svd(r / size)
@@ -163,7 +155,7 @@ class _Rest:
         self.right = self.columns.T @ self.residual
         #: Coordinates of the columns by the global unknowns, (k, p), and effects by these coordinates, (e, k).
         self.of_unknowns = (s[kept, np.newaxis] * vt[kept]) * size
-        count = sum(len(term.free) for term in fitted.terms)
+        count = sum(len(term.free) for term in terms)
         self.effects = (vt[kept].T / s[kept] / size[:, np.newaxis])[:count]
 
     def error(self, rows: NDArray[np.intp] | slice, basis: Array) -> float:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.criticism.fit.linear import State, tip_scale
+from lutgen.criticism.fit.linear import tip_scale
 from lutgen.criticism.fit.system import System
 from lutgen.display.fitted import FitCovariance
 from lutgen.readings.instruments import session_gain
@@ -28,7 +28,7 @@ RCOND = 1e-12
 def joint_covariance(fitted: Fit) -> FitCovariance:
     """Covariance of the free parameters and of the latent tips, cd/m², of each hour at which tips were read."""
     problem = fitted.problem
-    system = System(problem, fitted.linear, State(fitted.terms, fitted.tips, fitted.gains))
+    system = System(problem, fitted.linear, fitted.state, fitted.first_errors)
     spread, blind = system.spread(fitted.terms)
     scale = tip_scale(problem).ravel()
     names = [(term.effect.name, name) for term in fitted.terms for name in term.free]

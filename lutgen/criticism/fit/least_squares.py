@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.criticism.first_session.errors import FirstErrors
 from lutgen.criticism.fit.heldout import HeldOut, held_out
 from lutgen.criticism.fit.linear import Linear, State, Term, linearise, predict, whiten
 from lutgen.criticism.fit.projection import Projection
@@ -59,6 +60,8 @@ class Fit:
         Number of free parameters of effects.
     last
         The state of the last linearisation, one step of the local unknowns before the estimates.
+    first_errors
+        Errors of a native display's first session that later readings share; None if there are none.
 
     """
 
@@ -69,11 +72,34 @@ class Fit:
     chi2: float
     parameters: int
     last: State = field(repr=False)
+    first_errors: FirstErrors | None = field(repr=False)
+
+    @property
+    def state(self) -> State:
+        """The estimates of all unknowns."""
+        return State(self.terms, self.tips, self.gains)
+
+    def system_of(self, terms: Sequence[Term]) -> System:
+        """Linearise about other terms, with the tips and gains of this fit."""
+        state = State(tuple(terms), self.tips, self.gains)
+        return System(self.problem, linearise(self.problem, state), state, self.first_errors)
+
+    def with_terms(self, terms: Sequence[Term]) -> Fit:
+        """Fit other terms, from the tips and gains of this fit; the result is cached: a search repeats many fits."""
+        key = tuple((id(term.effect), *term.values.items(), term.free, term.gridded) for term in terms)
+        if key not in self._others:
+            start = State(tuple(terms), self.tips, self.gains)
+            self._others[key] = _fitted(self.problem, start, self.first_errors, relaxations=0)
+        return self._others[key]
+
+    @cached_property
+    def _others(self) -> dict[tuple[object, ...], Fit]:
+        return {}
 
     @cached_property
     def _system(self) -> System:
         """The system at the last linearisation, made on demand: a search needs only χ² of most fits."""
-        return System(self.problem, linearise(self.problem, self.last), self.last)
+        return System(self.problem, linearise(self.problem, self.last), self.last, self.first_errors)
 
     @cached_property
     def whitened(self) -> Array:
@@ -85,7 +111,7 @@ class Fit:
     def linear(self) -> Linear:
         """The linearised problem with the residuals of the estimates, shared errors of sessions subtracted."""
         problem, system, residual = self.problem, self._system, self.whitened.copy()
-        corrected = without_first_errors(problem, system.linear._replace(residual=residual))[0].residual
+        corrected = without_first_errors(system.linear._replace(residual=residual), self.first_errors)[0].residual
         for whole in problem.blocks:
             shared = problem.marginal[int(whole[0])].expected(corrected[whole].ravel())
             residual[whole] -= shared.reshape(-1, 3)
@@ -94,7 +120,7 @@ class Fit:
     @cached_property
     def residual(self) -> Array:
         """Whitened residuals (n, 3) after subtraction of the most likely errors that readings share."""
-        return without_first_errors(self.problem, self.linear)[0].residual
+        return without_first_errors(self.linear, self.first_errors)[0].residual
 
     @cached_property
     def covariance(self) -> Array:
@@ -109,17 +135,27 @@ class Fit:
     @cached_property
     def projection(self) -> Projection:
         """Changes of the readings without what tips, gains and shared errors absorb."""
-        return Projection(self)
+        return Projection(self.problem, self.linear, self.state, self.whitened, self.first_errors)
 
     @cached_property
     def score(self) -> Score:
         """Predicted gains of first steps from this fit."""
-        return Score(self)
+        return Score(self.problem, self.state, self.projection)
 
     @cached_property
     def withheld(self) -> HeldOut:
         """Errors of withheld readings."""
-        return held_out(self)
+        return held_out(self.problem, self.terms, self.projection)
+
+    def held_out_gain(self, base: Fit) -> float:
+        """Fall of the χ² of withheld readings from the fit ``base`` to this fit.
+
+        If only one session, or none, can be withheld as a whole, cells are withheld instead.
+        """
+        if self.withheld.squares.size - self.withheld.left_out > 1:
+            return self.withheld.gain_over(base.withheld)[0]
+        mine, before = (held_out(fit.problem, fit.terms, fit.projection, by_cells=True) for fit in (self, base))
+        return mine.gain_over(before)[0]
 
     @property
     def readings(self) -> int:
@@ -141,7 +177,7 @@ class Fit:
     @cached_property
     def predicted(self) -> Array:
         """XYZ that the meter should have reported, (n, 3), cd/m²."""
-        return predict(self.problem, State(self.terms, self.tips, self.gains))
+        return predict(self.problem, self.state)
 
     @cached_property
     def stderr(self) -> tuple[dict[str, float], ...]:
@@ -186,28 +222,24 @@ def fit(problem: Problem, terms: Sequence[Term] = (), start: State | None = None
     terms
         Effects with starting values.
     start
-        A state with better starting values of tips and gains than the measured tips and zero; the fit is cached.
+        A state with better starting values of tips and gains than the measured tips and zero.
 
     """
+    first_errors = FirstErrors.of(problem)
     if start is None:
-        return _fitted(problem, start_state(problem, terms))
-    # A search repeats many fits from the same start.
-    values = tuple((id(term.effect), *term.values.items(), term.free, term.gridded) for term in terms)
-    key = values, start.tips.tobytes(), start.gains.tobytes()
-    if key not in problem.fits:
-        problem.fits[key] = _fitted(problem, State(tuple(terms), start.tips, start.gains), relaxations=0)
-    return problem.fits[key]
+        return _fitted(problem, start_state(problem, terms), first_errors)
+    return _fitted(problem, State(tuple(terms), start.tips, start.gains), first_errors, relaxations=0)
 
 
-def _fitted(problem: Problem, state: State, relaxations: int = RELAXATIONS) -> Fit:
-    system = System(problem, linearise(problem, state), state)
+def _fitted(problem: Problem, state: State, first_errors: FirstErrors | None, relaxations: int = RELAXATIONS) -> Fit:
+    system = System(problem, linearise(problem, state), state, first_errors)
     for _ in range(relaxations):
         # The prior of tips at hours between sessions depends on the neighbouring tips, which the first round moves.
         state = system.moved(state, system.mode_step)
-        system = System(problem, linearise(problem, state), state)
+        system = System(problem, linearise(problem, state), state, first_errors)
     last, system = _minimised(problem, state, system)
     end = system.moved(last, system.mode_step)
-    return Fit(problem, end.terms, end.tips, end.gains, system.chi2, system.effect_count, last)
+    return Fit(problem, end.terms, end.tips, end.gains, system.chi2, system.effect_count, last, first_errors)
 
 
 def _minimised(problem: Problem, state: State, system: System) -> tuple[State, System]:
@@ -222,7 +254,7 @@ def _minimised(problem: Problem, state: State, system: System) -> tuple[State, S
         if predicted_gain < converged and iteration:
             break
         moved = system.moved(state, move.parameters)
-        trial = System(problem, linearise(problem, moved), moved)
+        trial = System(problem, linearise(problem, moved), moved, system.first_errors)
         gain = system.chi2 - trial.chi2
         if gain > 0.0:
             state, system = moved, trial

@@ -14,13 +14,11 @@ from typing import TYPE_CHECKING, TypeVar, cast
 import numpy as np
 
 from lutgen.colorimetry import code_to_linear
-from lutgen.criticism.fit.system import readings_at
+from lutgen.criticism.fit.data import readings_at
 from lutgen.display.paper import nearest_weights
 from lutgen.display.trace import Panel, emitted, metered, panel, through
 from lutgen.effects import Scene
 from lutgen.effects.scene import CodeScene, HourScene
-from lutgen.readings.conditions import COLUMNS
-from lutgen.readings.table import is_capped, is_shrouded
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -28,7 +26,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
-    from lutgen.criticism.fit.problem import Problem
+    from lutgen.criticism.first_session.model import FirstSessionModel
+    from lutgen.criticism.fit.data import FitData
     from lutgen.display.trace import Applied
 
 #: Stages that change the linear light of single channels.
@@ -64,44 +63,21 @@ class _Cached:
 class Prediction:
     """The predicted readings of a problem."""
 
-    problem: Problem
-
-    @cached_property
-    def _columns(self) -> dict[str, Array]:
-        columns = {
-            "hours": self.problem.readings.hours[self.problem.rows][:, np.newaxis],
-            "code": self.problem.readings.drive[self.problem.rows],
-        }
-        for name, logged in self.problem.readings.conditions.items():
-            values = logged[self.problem.rows]
-            columns[name] = np.where(np.isnan(values), COLUMNS[name].usual, values)[:, np.newaxis]
-        capped, shrouded = is_capped(self.problem.readings), is_shrouded(self.problem.readings)
-        open_to_room = ~(capped | shrouded)[self.problem.rows, np.newaxis]
-        columns |= {name: np.where(open_to_room, value, COLUMNS[name].usual) for name, value in self.problem.assumed}
-        columns["capped"] = capped[self.problem.rows].astype(float)[:, np.newaxis]
-        return columns
-
-    def scene(self, tips: Array) -> Scene:
-        """The scene of each reading: its conditions, and the whites of ``tips`` (..., H, 4, 3)."""
-        return Scene(
-            **self._columns,
-            white=np.take(tips[..., 0, :], self.problem.hour_of, axis=-2),
-            fresh_white=tips[..., :1, 0, :],
-            light=self.problem.light,
-        )
+    problem: FitData
+    first_session: FirstSessionModel
 
     def panel(self, applied: Sequence[Applied]) -> Panel:
         """Send the readings' code values through drive, transfer and mixing."""
         before = self._panel([*self.problem.known, *(each for each in applied if each.effect.stage in BEFORE_EMISSION)])
-        if self.problem.first_readings:
+        if self.first_session.first_readings:
             moved = [each for each in applied if each.effect.stage in BEFORE_MIXING]
             if not moved:
-                return before.with_light(self.problem.first_readings.light)
+                return before.with_light(self.first_session.first_readings.light)
             # Effects of mixing do not change the linear light of the channels.
             mixed = any(each.effect.stage == "mixing" for each in applied)
             level = self._panel([*self.problem.known, *moved]) if mixed else before
-            return before.with_light(self.problem.first_readings.residual_light.at(level.linear))
-        return before.times(self.problem.first_session_model.held_out_gain)
+            return before.with_light(self.first_session.first_readings.residual_light.at(level.linear))
+        return before.times(self.first_session.held_out_gain)
 
     def _panel(self, applied: Sequence[Applied]) -> Panel:
         """Return the panel; evaluate it once for each code value and hour, unless effects need other conditions."""
@@ -134,7 +110,7 @@ class Prediction:
 
     @cached_property
     def _plain_scene(self) -> Scene:
-        return self.scene(self.problem.measured_tips)
+        return self.problem.scene(self.problem.measured_tips)
 
     @cached_property
     def _weights(self) -> Array:
@@ -148,10 +124,10 @@ class Prediction:
 
     def predict(self, applied: Sequence[Applied], before: Panel, tips: Array) -> Array:
         """XYZ that the meter should report, (..., n, 3), cd/m², for latent tips (..., H, 4, 3)."""
-        before = self.problem.first_session_model.relative_to_first_session(applied, before)
+        before = self.first_session.relative_to_first_session(applied, before)
         if self.problem.holds_white:
             tips = self._held(applied, tips)
-        scene, emission = self.scene(tips), [each for each in applied if each.effect.stage == "emission"]
+        scene, emission = self.problem.scene(tips), [each for each in applied if each.effect.stage == "emission"]
         xyz, white = self._emitted(emission, before, tips, scene)
         return metered(applied, xyz, replace(scene, white=white) if emission else scene)
 

@@ -1,11 +1,11 @@
-"""The data, the unknowns and the noise of a fit of tips (white and primaries) and effects to readings.
+"""The unknowns of a fit of tips (white and primaries) and effects to readings, and the weights of the readings.
 
 Under the baseline ``colour-points`` the tips of every hour are unknown, and their own readings are among the data.
 Effects act on the latent display, so a fit solves the tips again whenever an effect changes. At an hour without
-readings of the tips, the prior of its tips is the interpolation between neighbouring hours, with the interpolation
-error. Under ``first-hour`` only the tips of hour 0 are unknown, and each session has a gain. ``native`` is
-``colour-points`` with another fresh display: transfer curves and black are measured in the first session, and their
-errors by the noise of that session are unknowns that all sessions share.
+readings of the tips, the interpolated tips and their error are the prior. Under ``first-hour`` only the tips of hour 0
+are unknown, and each session has a gain. ``native`` is ``colour-points`` with another fresh display: transfer curves
+and black are measured in the first session, and their errors by the noise of that session are unknowns that all
+sessions share.
 
 Tips and gains are *local* to a block of readings, and the prediction is (nearly) linear in them. So a fit eliminates
 them block by block (:mod:`lutgen.criticism.fit.least_squares`).
@@ -15,27 +15,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lutgen.criticism.first_session import curve_errors
-from lutgen.criticism.first_session.errors import FirstErrors
 from lutgen.criticism.first_session.model import COLOURS, FirstSessionModel, is_held
-from lutgen.criticism.fit.measured_tips import interpolation_sigma, measured_tips
+from lutgen.criticism.fit.data import FitData
 from lutgen.criticism.fit.prediction import Prediction
-from lutgen.criticism.noise.discrepancy import NONE, Discrepancy, discrepancy_of_native
+from lutgen.criticism.noise.discrepancy import discrepancy_of_native
 from lutgen.criticism.noise.model import estimate_noise
-from lutgen.criticism.noise.replicates import group_means, replicate_groups
+from lutgen.criticism.noise.replicates import group_means
 from lutgen.criticism.noise.session_columns import Marginal, shared_columns
-from lutgen.display.loaded import LoadedCalibrations
 from lutgen.display.native import NativeDisplay
-from lutgen.effects.spectra import SpectralDisplay, class_of
 from lutgen.errors import pick_one
-from lutgen.names import BASELINES, FORETELLING_BASELINES, NATIVE_BASELINES
+from lutgen.names import BASELINES, NATIVE_BASELINES
 from lutgen.readings.conditions import COLUMNS
 from lutgen.readings.rest import is_tip
-from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -44,10 +40,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.criticism.first_session.model import FirstReadings
-    from lutgen.criticism.fit.least_squares import Fit
-    from lutgen.criticism.noise.model import Noise
     from lutgen.display.trace import Applied, Panel
-    from lutgen.effects import Scene
     from lutgen.readings import Measurements
 
 
@@ -56,59 +49,8 @@ READINGS_A_PARAMETER = 2
 
 
 @dataclass(frozen=True)
-class Problem:
-    """Readings, their conditions, the model of the fresh display, and the noise.
-
-    Attributes
-    ----------
-    readings
-        The data.
-    noise
-        Noise of the readings.
-    baseline, selection
-        One of ``BASELINES``; the paper's choice of matrix.
-    held
-        Whether a sensor holds the luminance of white (used under ``first-hour`` only).
-    rows
-        Indices of the n readings that are fitted; outliers are left out.
-    assumed
-        Assumed values of conditions that were not logged, equal at all readings except shrouded or capped ones:
-        (column, value).
-    native
-        The fresh display of native baselines; None: the paper's.
-    drawn
-        Native displays of simulated first sessions, which differ by noise; empty with an own model.
-    discrepancy
-        Model discrepancy: error of the display's own model at colours to which it was not fitted.
-    offset_cd_m2, wander
-        Standard deviation, between sessions, of the instrument's dark offset in X, Y and Z, and of the drift of its
-        gain within a session, as a share; 0: none.
-    weights
-        Weight of every reading in the file, a factor of the inverse variance; None: 1.
-    uses_first_readings
-        Whether colours that the first session has read are predicted from that reading and not from the curves alone:
-        yes in fits, no in baked displays.
-    drive_errors
-        Change of the readings by 1 σ errors of effects on code values, (e, n, 3), cd/m²
-        (:mod:`lutgen.criticism.first_session.slope_errors`); None: none.
-
-    """
-
-    readings: Measurements
-    noise: Noise
-    baseline: str
-    selection: str
-    held: bool
-    rows: NDArray[np.intp]
-    assumed: tuple[tuple[str, float], ...] = ()
-    native: NativeDisplay | None = None
-    drawn: tuple[NativeDisplay, ...] = ()
-    discrepancy: Discrepancy = NONE
-    offset_cd_m2: float = 0.0
-    wander: float = 0.0
-    weights: Array | None = None
-    uses_first_readings: bool = True
-    drive_errors: Array | None = None
+class Problem(FitData):
+    """The data with the unknowns of a fit, the weights of the readings, and the prediction."""
 
     @classmethod
     def of(
@@ -160,25 +102,10 @@ class Problem:
         rows = np.union1d(self.rows, np.array(self.noise.outliers, dtype=np.intp))
         return replace(self, rows=rows, noise=replace(self.noise, outliers=()))
 
-    @cached_property
-    def xyz(self) -> Array:
-        """Measured XYZ, (n, 3), cd/m²."""
-        return self.readings.xyz_cd_m2[self.rows]
-
-    @cached_property
-    def hours(self) -> Array:
-        """The distinct hours, increasing, (H,)."""
-        return np.unique(self.readings.hours[self.rows])
-
-    @cached_property
-    def hour_of(self) -> NDArray[np.intp]:
-        """Index of each reading's hour, (n,)."""
-        return np.searchsorted(self.hours, self.readings.hours[self.rows])
-
     @property
-    def from_first_hour(self) -> bool:
-        """Whether every session is predicted from hour 0: tips of later hours are no unknowns."""
-        return self.baseline in FORETELLING_BASELINES
+    def as_baked(self) -> Problem:
+        """The problem without the first session's readings of single colours, which no baked display has."""
+        return replace(self, uses_first_readings=False) if self.first_readings else self
 
     @cached_property
     def curve_points(self) -> NDArray[np.bool_]:
@@ -199,13 +126,6 @@ class Problem:
         return max(1.0, self.rows.size / sessions / COLOURS) if are_correlated else 1.0
 
     @cached_property
-    def is_tip_anchor(self) -> NDArray[np.bool_]:
-        """Whether each reading is one of a tip at rest, from which the tips are solved, (n,)."""
-        rest = self.readings.at_rest()[self.rows] & ~is_capped(self.readings)[self.rows]
-        anchor = is_tip(self.readings.drive[self.rows]).any(axis=1) & rest
-        return np.asarray(anchor & (self.hour_of == 0) if self.from_first_hour else anchor)
-
-    @cached_property
     def is_anchor(self) -> NDArray[np.bool_]:
         """Whether each reading is an anchor, (n,): one of a tip at rest, or one that makes the native display."""
         return self.is_tip_anchor | self.curve_points
@@ -214,11 +134,6 @@ class Problem:
     def max_parameters(self) -> int:
         """Largest number of free parameters, by the number of distinct readings other than anchors."""
         return int(np.unique(self.groups[~self.is_anchor]).size) // READINGS_A_PARAMETER
-
-    @cached_property
-    def groups(self) -> NDArray[np.intp]:
-        """Number of each reading's group of replicates, (n,)."""
-        return replicate_groups(self.readings)[self.rows]
 
     @cached_property
     def gains(self) -> NDArray[np.intp]:
@@ -268,17 +183,12 @@ class Problem:
     @cached_property
     def shared(self) -> dict[int, Array]:
         """Errors shared by the readings of a session, 1 σ, whitened, (k, m, 3), by the first reading of each block."""
-        return {int(here[0]): shared_columns(self, here)[1] for here in self.blocks}
+        return {int(here[0]): shared_columns(self, here, self.whitener)[1] for here in self.blocks}
 
     @cached_property
     def marginal(self) -> dict[int, Marginal]:
         """Covariance of each block with the shared errors marginalised, by its first reading."""
         return {first: Marginal.of(columns) for first, columns in self.shared.items()}
-
-    @cached_property
-    def is_knot(self) -> NDArray[np.bool_]:
-        """Whether the tips were read at each hour: the knots of the interpolation in time, (H,)."""
-        return np.isin(self.hours, self.readings.tips()[0])
 
     @cached_property
     def whitener(self) -> Array:
@@ -297,11 +207,6 @@ class Problem:
         white = self.whitener
         below = [np.ascontiguousarray(white[:, row, column]) for row, column in ((1, 0), (2, 0), (2, 1))]
         return np.ascontiguousarray(np.diagonal(white, axis1=1, axis2=2)), below[0], below[1], below[2]
-
-    @cached_property
-    def first_errors(self) -> FirstErrors | None:
-        """Errors of a native display's first session that later readings share; None if there are none."""
-        return FirstErrors.of(self)
 
     def covariance(self, xyz_cd_m2: Array) -> Array:
         """Covariance (n, 3, 3) of readings of light (n, 3) about the model, with the errors of the first session."""
@@ -323,11 +228,6 @@ class Problem:
         return np.asarray(meter + self.discrepancy.covariance(xyz_cd_m2) * factor[:, np.newaxis, np.newaxis])
 
     @cached_property
-    def fits(self) -> dict[Any, Fit]:
-        """Cache of the fits of a search, by terms and start."""
-        return {}
-
-    @cached_property
     def curve_deviations(self) -> Array:
         """Change of the prediction by each of ``drawn``, (draws, n, 3), cd/m²; no draws without a native display."""
         return curve_errors.curve_deviations(self)
@@ -341,16 +241,6 @@ class Problem:
         return np.tensordot(weights, self.curve_deviations, axes=1) if weights.size else self.curve_deviations[:0]
 
     @cached_property
-    def measured_tips(self) -> Array:
-        """Tips at every hour, as measured or interpolated, (H, 4, 3), cd/m²."""
-        return measured_tips(self)
-
-    @cached_property
-    def interpolation_sigma(self) -> Array:
-        """Error of the interpolated tips of each hour, 1 σ, (H, 4, 3), cd/m²; infinite at hours with measured tips."""
-        return interpolation_sigma(self)
-
-    @cached_property
     def first_session_model(self) -> FirstSessionModel:
         """The first session of a native display, evaluated at the readings."""
         return FirstSessionModel(self)
@@ -358,32 +248,12 @@ class Problem:
     @property
     def first_readings(self) -> FirstReadings | None:
         """The first session's readings of single colours; None if curves, or an own model, predict them well."""
-        curves_alone = self.native is not None and not self.native.own and self.discrepancy
-        return self.first_session_model.first_readings if self.uses_first_readings and curves_alone else None
-
-    @property
-    def as_baked(self) -> Problem:
-        """The problem without the first session's readings of single colours, which no baked display has."""
-        return replace(self, uses_first_readings=False) if self.first_readings else self
-
-    @cached_property
-    def known(self) -> tuple[LoadedCalibrations, ...]:
-        """Known changes that are not aging: calibrations that the files of later sessions hold."""
-        return LoadedCalibrations.of(self.readings, measured_tips=not self.from_first_hour) if self.native else ()
-
-    @cached_property
-    def light(self) -> SpectralDisplay:
-        """Spectral estimate of the display's class with the tips of hour 0."""
-        return SpectralDisplay.of(class_of(self.readings.metadata.get("display", "")), self.measured_tips[0])
+        return self.first_session_model.first_readings
 
     @cached_property
     def prediction(self) -> Prediction:
         """The predicted readings."""
-        return Prediction(self)
-
-    def scene(self, tips: Array) -> Scene:
-        """The scene of each reading: its conditions, and the whites of ``tips`` (..., H, 4, 3)."""
-        return self.prediction.scene(tips)
+        return Prediction(self, self.first_session_model)
 
     def panel(self, applied: Sequence[Applied]) -> Panel:
         """Send the readings' code values through drive, transfer and mixing."""
@@ -392,8 +262,3 @@ class Problem:
     def predict(self, applied: Sequence[Applied], before: Panel, tips: Array) -> Array:
         """XYZ that the meter should report, (..., n, 3), cd/m², for latent tips (..., H, 4, 3)."""
         return self.prediction.predict(applied, before, tips)
-
-    @property
-    def holds_white(self) -> bool:
-        """Whether a sensor's control of white is predicted; measured tips already include it."""
-        return self.from_first_hour and self.held

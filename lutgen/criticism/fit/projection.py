@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.criticism.fit.linear import State
-from lutgen.criticism.fit.system import local_basis, prior_rows, readings_at
+from lutgen.criticism.fit.data import readings_at
+from lutgen.criticism.fit.local_unknowns import local_basis, prior_rows
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
-    from lutgen.criticism.fit.least_squares import Fit
+    from lutgen.criticism.first_session.errors import FirstErrors
+    from lutgen.criticism.fit.linear import Linear, State
+    from lutgen.criticism.fit.problem import Problem
 
 
 @dataclass(frozen=True)
@@ -46,11 +48,11 @@ class Projection:
 
     """
 
-    def __init__(self, fitted: Fit) -> None:
-        """Project the derivatives and the residual of a fit."""
-        problem, linear = fitted.problem, fitted.linear
-        state = State(fitted.terms, fitted.tips, fitted.gains)
-        self._first_errors, start = problem.first_errors, 0
+    def __init__(
+        self, problem: Problem, linear: Linear, state: State, whitened: Array, first_errors: FirstErrors | None
+    ) -> None:
+        """Project the derivatives ``linear`` of a fit at its ``state``, and its ``whitened`` residual, (n, 3)."""
+        self._first_errors, start = first_errors, 0
         self.parts = []
         for here in problem.blocks:
             first = int(here[0])
@@ -61,7 +63,7 @@ class Projection:
             start += len(basis)
         self._count = start
         # The residual contains the shared errors of sessions; the priors state that large errors are unlikely.
-        self.free, self.residual = self.of(linear.free), self.of(fitted.whitened, priors=True)
+        self.free, self.residual = self.of(linear.free), self.of(whitened, priors=True)
 
     @cached_property
     def factors(self) -> tuple[Array, Array]:

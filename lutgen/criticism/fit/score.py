@@ -9,13 +9,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.criticism.fit.code_shifts import CodeShifts
-from lutgen.criticism.fit.linear import BEHIND_PANEL, STEP, State, Term, whiten
+from lutgen.criticism.fit.linear import BEHIND_PANEL, STEP, Term, whiten
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lutgen.colorimetry import Array
-    from lutgen.criticism.fit.least_squares import Fit
+    from lutgen.criticism.fit.linear import State
+    from lutgen.criticism.fit.problem import Problem
+    from lutgen.criticism.fit.projection import Projection
     from lutgen.effects import Effect
 
 
@@ -26,12 +28,11 @@ COLLINEAR = 1e-12
 class Score:
     """Predicted gains in χ² of first steps, from one linearisation about a fit, the base fit."""
 
-    def __init__(self, base: Fit) -> None:
-        """Linearise about a fit."""
-        self.base, self.problem, self.state = base, base.problem, State(base.terms, base.tips, base.gains)
-        self.before = self.problem.panel(base.terms)
-        self.predicted = self.problem.predict(base.terms, self.before, base.tips)
-        self.projection = base.projection
+    def __init__(self, problem: Problem, state: State, projection: Projection) -> None:
+        """Linearise about the ``state`` of the base fit."""
+        self.problem, self.state, self.projection = problem, state, projection
+        self.before = problem.panel(state.terms)
+        self.predicted = problem.predict(state.terms, self.before, state.tips)
         self.free = self.projection.factors[0] if len(self.projection.free) else None
         self.residual = self._without_free(self.projection.residual)
         self._proposed: dict[str, tuple[list[dict[str, float]], int]] = {}
@@ -104,9 +105,9 @@ class Score:
 
     def _change_by(self, term: Term) -> Array:
         """Change of the readings by one more term, tips fixed: (n, 3), cd/m²."""
-        terms = (*self.base.terms, term)
+        terms = (*self.state.terms, term)
         before = self.before if term.effect.stage in BEHIND_PANEL else self.problem.panel(terms)
-        return self.problem.predict(terms, before, self.base.tips) - self.predicted
+        return self.problem.predict(terms, before, self.state.tips) - self.predicted
 
     @cached_property
     def code_shifts(self) -> CodeShifts:

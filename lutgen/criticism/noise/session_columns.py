@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
-    from lutgen.criticism.fit.problem import Problem
+    from lutgen.criticism.fit.data import FitData
 
 #: Number of modes of the gain drift: the first modes of Brownian motion, whose sizes fall as 1, 1/3, 1/5.
 DRIFT_MODES = 4
@@ -60,14 +60,15 @@ class SessionEstimate(NamedTuple):
     covariance: Array
 
 
-def shared_columns(problem: Problem, here: NDArray[np.intp]) -> tuple[list[str], Array]:
+def shared_columns(problem: FitData, here: NDArray[np.intp], whitener: Array) -> tuple[list[str], Array]:
     """Errors shared by readings ``here`` of a block: names, and whitened changes of the readings by 1 σ, (k, m, 3).
 
-    The errors of each session are the dark offset in X, Y and Z, and the modes of the gain drift.
+    ``whitener``: the matrices (n, 3, 3) of all readings. The errors of each session are the dark offset in X, Y and Z,
+    and the modes of the gain drift.
     """
     names: list[str] = []
     columns = [np.zeros((0, here.size, 3))]
-    sessions, whitener = problem.readings.sessions[problem.rows][here], problem.whitener[here]
+    sessions, whitener = problem.readings.sessions[problem.rows][here], whitener[here]
     for session in np.unique(sessions):
         in_session = sessions == session
         # The dark offset of a native display's first session is part of its black (``first_session_model.errors``),
@@ -85,7 +86,7 @@ def shared_columns(problem: Problem, here: NDArray[np.intp]) -> tuple[list[str],
     return names, np.concatenate(columns)
 
 
-def _gains(problem: Problem, here: NDArray[np.intp], in_session: NDArray[np.bool_]) -> dict[str, Array]:
+def _gains(problem: FitData, here: NDArray[np.intp], in_session: NDArray[np.bool_]) -> dict[str, Array]:
     """Modes of the gain drift of a session: name → relative change of the readings by 1 σ, (m,), for a drift of 1."""
     if problem.readings.order is not None:
         modes = _drift_modes(problem.readings.order[problem.rows][here], in_session)

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.criticism.first_session.errors import FirstErrors
 from lutgen.criticism.fit.least_squares import fit
-from lutgen.criticism.fit.linear import State
-from lutgen.criticism.fit.system import local_columns, prior_rows, spanned
+from lutgen.criticism.fit.local_unknowns import local_columns, prior_rows, spanned
 from lutgen.criticism.noise.dark_offsets import offset_sd
 from lutgen.criticism.noise.session_columns import SessionEstimate, shared_columns
 from lutgen.criticism.noise.tails import tails_of, weights_at, weights_of
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
-    from lutgen.criticism.fit.linear import Linear, Term
+    from lutgen.criticism.fit.linear import Linear, State, Term
     from lutgen.criticism.fit.problem import Problem
 
     #: Departure of a gain from a line between two sessions, as a contrast: index of a session → index of its gain,
@@ -66,15 +66,15 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
         fitted = fit(replace(plain, weights=weights), fixed)
         residual = fitted.residual / np.sqrt(weights[problem.rows])[:, np.newaxis]
         weights[problem.rows] = weights_of(plain, residual, tails)
-        if plain.first_readings and plain.first_errors:
+        first_errors = FirstErrors.of(plain) if plain.first_readings else None
+        if plain.first_readings and first_errors:
             # An outlier of the first session affects all later readings of its colour.
-            sizes = plain.first_errors.subtracted_from(fitted.linear.residual)[1]
+            sizes = first_errors.subtracted_from(fitted.linear.residual)[1]
             errors = plain.first_session_model.errors_of_exact(sizes)
             exact = plain.first_readings.exact
             weights[problem.rows[exact]] = weights_at((errors[exact] ** 2).sum(axis=1) / tails.scale**2, tails)
         problem, plain = replace(problem, weights=weights), replace(plain, weights=weights)
     fitted = fit(plain, fixed)
-    state = State(fitted.terms, fitted.tips, fitted.gains)
     linear = fitted.linear
     drive, capped = problem.readings.drive[problem.rows], is_capped(problem.readings)[problem.rows]
     # Black and the capped lens: readings that effects on curves, mixing and primaries do not change.
@@ -86,12 +86,12 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
     # Only a capped lens is free of the display's black. ``native=None``: here the first session has an offset of its
     # own, as later sessions have.
     offsets = _session_estimates(
-        plain, state, linear, capped if has_capped else dark, replace(plain, offset_cd_m2=1.0, native=None)
+        plain, fitted.state, linear, capped if has_capped else dark, replace(plain, offset_cd_m2=1.0, native=None)
     )
     offset = offset_sd(offsets, problem, capped=has_capped)
     everything = np.ones(problem.rows.size, dtype=bool)
     gains = _session_estimates(
-        plain, state, linear._replace(residual=fitted.residual), everything, replace(plain, wander=1.0)
+        plain, fitted.state, linear._replace(residual=fitted.residual), everything, replace(plain, wander=1.0)
     )
     return replace(problem, offset_cd_m2=offset, wander=_wander(problem, gains))
 
@@ -199,7 +199,7 @@ def _session_estimates(
         hour = int(plain.hour_of[whole[0]])
         columns, gains = local_columns(plain, linear.local, whole, here)
         prior, off = prior_rows(plain, state, hour, gains, 0)
-        names, shared = shared_columns(unit, whole)
+        names, shared = shared_columns(unit, whole, unit.whitener)
         shared = shared[:, np.searchsorted(whole, here)]
         count = len(shared)
         # An array may have no columns; numpy then cannot infer the length of a reshape.

@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.criticism.fit.code_shifts import FITTED
-from lutgen.criticism.fit.least_squares import Fit, fit
-from lutgen.criticism.fit.linear import State, Term
+from lutgen.criticism.fit.linear import Term
 from lutgen.effects.declare import PROPOSED
 from lutgen.effects.shapes import COURSE
 from lutgen.errors import LutgenError
@@ -21,6 +20,7 @@ from lutgen.errors import LutgenError
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
+    from lutgen.criticism.fit.least_squares import Fit
     from lutgen.criticism.fit.score import Score
     from lutgen.effects import Effect
 
@@ -200,7 +200,7 @@ def _with_time_course(base: Fit, formula: Candidate, long: Candidate) -> Candida
     form = (*formula.form, *course)
     values = {name: long.term.values[name] for name in course}
     start = Term.at_rest(formula.effect, form, **{**formula.term.values, **values})
-    refitted = fit(base.problem, (*base.terms, start), _state(base))
+    refitted = base.with_terms((*base.terms, start))
     return replace(formula, form=form, fit=refitted, gain=base.chi2 - refitted.chi2)
 
 
@@ -273,7 +273,7 @@ def _fitted_forms(
         if (index or may_skip) and (hopeless or linear_gain < WORTH * penalty):
             continue
         starts.sort(key=lambda start: -start[0])
-        fits = [fit(base.problem, (*base.terms, term), _state(base)) for _, term in starts[:2]]
+        fits = [base.with_terms((*base.terms, term)) for _, term in starts[:2]]
         best = min(fits, key=lambda each: each.chi2)
         ratio.update(linear_gain, base.chi2 - best.chi2)
         settings = score.proposed(effect)[1] if _is_proposed(effect, form) else 1
@@ -294,10 +294,6 @@ def _formula_gain(score: Score, effect: Effect) -> float:
 def bic(candidate: Candidate) -> float:
     """BIC of a candidate's fit."""
     return candidate.fit.bic
-
-
-def _state(base: Fit) -> State:
-    return State(base.terms, base.tips, base.gains)
 
 
 def _proposes(effect: Effect) -> bool:

@@ -133,7 +133,7 @@ class Explanation:
 def together(base: Fit, chosen: Sequence[Candidate]) -> Fit:
     """Fit candidates together with the terms of ``base``."""
     terms = [each.term for each in chosen]
-    return fit(base.problem, (*base.terms, *terms), State((), base.tips, base.gains)) if terms else base
+    return base.with_terms((*base.terms, *terms)) if terms else base
 
 
 def _is_since_first_hour(effect: Effect) -> bool:
@@ -209,7 +209,7 @@ def _rivals(each: Candidate, beside: Sequence[Candidate], effects: Sequence[Effe
     # An effect may be invisible only because its condition was not logged, for example room light that was always on.
     for effect in others:
         if effect.name in each.effect.confused_with and (problem := base.problem.unlogged(effect.needs)):
-            near += contenders(fit(problem, without.terms, State((), without.tips, without.gains)), [effect], limit)
+            near += contenders(fit(problem, without.terms, without.state), [effect], limit)
 
     if base.problem.from_first_hour and _only_dims(without, whole, each.term):
         # The admitted effect leaves all chromaticities constant. An effect that changes colours then fits only because

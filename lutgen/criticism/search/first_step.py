@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lutgen.criticism.compare.comparison import compare_problem
-from lutgen.criticism.fit.linear import State, linearise
-from lutgen.criticism.fit.system import System
+from lutgen.criticism.fit.linear import State
 from lutgen.criticism.search.candidates import best_start
 
 if TYPE_CHECKING:
@@ -37,9 +36,8 @@ def first_step(current: Fit, effects: Sequence[Effect]) -> Comparison:
         An effect happens between two sessions, and the readings hold one session.
 
     """
-    problem, fitted = current.problem, {term.effect.name: term for term in current.terms}
+    fitted = {term.effect.name: term for term in current.terms}
     terms = tuple(fitted.get(effect.name) or best_start(current, effect) for effect in effects)
-    state = State(terms, current.tips, current.gains)
-    system = System(problem, linearise(problem, state), state)
+    system, state = current.system_of(terms), State(terms, current.tips, current.gains)
     moved = system.moved(state, system.step(terms).parameters)
-    return compare_problem(problem, moved.terms, draws=FEW)
+    return compare_problem(current.problem, moved.terms, draws=FEW)

@@ -17,9 +17,6 @@ import numpy as np
 
 from lutgen.criticism.fit.heldout import STANDARD_ERRORS
 from lutgen.criticism.fit.lack_of_fit import is_noise
-from lutgen.criticism.fit.least_squares import fit
-from lutgen.criticism.fit.linear import State, linearise
-from lutgen.criticism.fit.system import System
 from lutgen.criticism.search.candidates import (
     HALF,
     OPTIMISM,
@@ -137,8 +134,7 @@ def _readmit(
     chosen: list[Candidate] = []
     current, tried = base, sum(each.tried for each in first)
     for each in known:
-        state = State(current.terms, current.tips, current.gains)
-        fitted = fit(current.problem, (*current.terms, each.term), state)
+        fitted = current.with_terms((*current.terms, each.term))
         again = replace(each, fit=fitted, gain=current.chi2 - fitted.chi2)
         if not admissible(again, current, error, tried):
             break
@@ -269,8 +265,7 @@ def _gain_of_all_free(current: Fit, *effects: Effect) -> float:
         replace(term, free=tuple(term.effect.parameters)) if term.effect.name in names else term
         for term in current.terms
     )
-    state = State(terms, current.tips, current.gains)
-    system = System(current.problem, linearise(current.problem, state), state)
+    system = current.system_of(terms)
     return system.chi2 - system.step(terms).chi2
 
 
