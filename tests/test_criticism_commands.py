@@ -319,6 +319,10 @@ BAD: dict[str, str] = {
     "compare {leak} --plots pictures": "pictures/residuals.png: exists already. Add --force",
     "compare {leak} --model missing.toml": "cannot read the model: no such file",
     "compare {leak} --model notes.txt": "not a model file (TOML)",
+    "compare {leak} --model {tips}": "holds measurements, not a saved model. Give it with --display, or as DATA.",
+    "compare fresh.toml": "fresh.toml: is a saved model, not a table of measurements. Give it with --model.",
+    "build --hours 0 --display fresh.toml -o out": "fresh.toml: is a saved model, not a table of measurements. Give it",
+    "build --hours 0 --model {leak} -o out": "holds measurements, not a saved model. Give it with --display",
     "compare {leak} --model unknown.toml": "unknown effect 'gravity'",
     "compare {leak} --model fresh.toml --baseline colour-points": (
         "--baseline colour-points contradicts --model, whose baseline is first-hour"

@@ -30,6 +30,7 @@ from lutgen.errors import LutgenError
 from lutgen.files import read_at_most, write_atomically
 from lutgen.names import FORETELLING_BASELINES
 from lutgen.readings import read_measurements
+from lutgen.readings.formats import holds_readings
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -212,6 +213,8 @@ def load_model(path: str | Path, effects: Mapping[str, Effect] | None = None) ->
     """
     path = Path(path)
     data = read_at_most(path, MAX_BYTES, what="the model", none="model")
+    if holds_readings(path):
+        raise LutgenError(f"{path}: holds measurements, not a saved model. Give it with --display, or as DATA.")
     try:
         content = from_toml(data.decode("utf-8"))
     except ValueError as error:

@@ -121,6 +121,15 @@ def open_source(path: str | Path) -> FileText:
     return FileText(text, str(path), hashlib.sha256(data).hexdigest(), data)
 
 
+def holds_readings(path: str | Path) -> bool:
+    """Whether a reader claims the content of a file."""
+    try:
+        source = open_source(path)
+    except LutgenError:
+        return False
+    return any(module.claims(source) for module in readers().values())
+
+
 def reader_of(source: FileText) -> ModuleType:
     """Return the reader of a file. Raises LutgenError: neither its content nor its suffix is known."""
     suffix = Path(source.file).suffix.lower()

@@ -64,6 +64,8 @@ def read(source: FileText) -> Campaign:
         raise LutgenError(
             f"{file}: is no TOML: {error}. Draft a campaign of session files with lutgen sessions init."
         ) from None
+    if "model" in content:
+        raise LutgenError(f"{file}: is a saved model, not a table of measurements. Give it with --model.")
     _check_keys(content, tuple(_TOP), file)
     if content.get("schema") != SCHEMA:
         schema = f"schema = {content.get('schema')!r}"
