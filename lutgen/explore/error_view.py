@@ -178,7 +178,7 @@ def _drift(comparison: Comparison) -> list[dict[str, Any]]:
     """Return measured and predicted chromaticity u'v' of white and primaries at each hour of their readings."""
     problem = comparison.problem
     rest = problem.readings.at_rest()[problem.rows]
-    drive = problem.readings.drive[problem.rows]
+    drive = problem.drive
     tips = []
     for name, tip in zip(TIP_NAMES, TIP_DRIVES, strict=True):
         points = []

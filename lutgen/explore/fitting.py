@@ -5,15 +5,22 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+from lutgen.criticism.compare.comparison import Comparison, compare_problem
+from lutgen.criticism.fit.least_squares import Fit
+from lutgen.criticism.fit.linear import State
 from lutgen.criticism.plan import plan
-from lutgen.criticism.search.first_step import first_step
+from lutgen.criticism.search.candidates import best_start
 from lutgen.display import DisplayModel, save_model
 from lutgen.display.model_file import model_text
+from lutgen.effects import Effect
 from lutgen.errors import LutgenError
 from lutgen.explore.error_view import effects_json, error_json, verdict_json
 from lutgen.explore.exchange import gathered
 from lutgen.explore.opened import Opened
 from lutgen.explore.process import Hosted
+
+#: Number of campaigns of pure noise whose mean is the noise floor. A preview needs no more accurate floor.
+FEW = 4
 
 
 class Fitting(Hosted):
@@ -173,3 +180,27 @@ class Fitting(Hosted):
         if not self._settled:
             self._settle()
         return self._now.refinement(self._on).to_save if self._on else self._now.fresh
+
+
+def first_step(current: Fit, effects: Sequence[Effect]) -> Comparison:
+    """Compare the model with these effects after one linear step from a fit that has other effects: a preview.
+
+    Parameters
+    ----------
+    current
+        The fit to start from; its effects that are not in ``effects`` are removed.
+    effects
+        The effects of the new model. Effects of ``current`` start at their fitted values. Other effects start at rest,
+        in their simple form with the largest linear gain.
+
+    Raises
+    ------
+    LutgenError
+        An effect happens between two sessions, and the readings hold one session.
+
+    """
+    fitted = {term.effect.name: term for term in current.terms}
+    terms = tuple(fitted.get(effect.name) or best_start(current, effect) for effect in effects)
+    system, state = current.system_of(terms), State(terms, current.tips, current.gains)
+    moved = system.moved(state, system.step(terms).parameters)
+    return compare_problem(current.problem, moved.terms, draws=FEW)

@@ -151,7 +151,7 @@ class View:
         if self.effect.stage in {"drive", "transfer", "mixing"} or (
             self.effect.stage == "emission" and not problem.from_first_hour
         ):
-            return Way("code value", problem.readings.drive[problem.rows].max(axis=1), ())
+            return Way("code value", problem.drive.max(axis=1), ())
         return Way("operating hours", problem.hours[problem.hour_of], ("hour",))
 
     @cached_property
@@ -177,13 +177,9 @@ class View:
         """Return the strongest groups with different code values."""
         strongest: dict[tuple[float, ...], tuple[float, ...]] = {}
         for key in order:
-            code = tuple(self._codes[groups[key][0]])
+            code = tuple(self.problem.drive[groups[key][0]])
             strongest.setdefault(code, key)
         return list(strongest.values())[:CURVES]
-
-    @property
-    def _codes(self) -> Array:
-        return self.problem.readings.drive[self.problem.rows]
 
     def _patch_of(self, here: NDArray[np.intp]) -> tuple[float, ...]:
         """Return the common properties of the readings of one curve, without the hour."""
@@ -194,7 +190,7 @@ class View:
         """Hour and all other properties of the readings, except the property of the axis, (n, m)."""
         problem, columns = self.problem, self.way.columns
         levels = self.way.name == "code value"
-        code = self._codes
+        code = self.problem.drive
         top = code.max(axis=1, keepdims=True)
         # If the axis is the code value, the ratio of the channels identifies a colour.
         patch = np.round(code / np.where(top > 0, top, 1.0), 2) if levels else code
@@ -205,7 +201,7 @@ class View:
             if name in problem.readings.conditions and name not in columns and not condition.scatters
         ]
         conditions = [np.nan_to_num(problem.readings.conditions[name][problem.rows], nan=-1.0) for name in kept]
-        return np.column_stack([hour, *patch.T, *conditions, is_capped(problem.readings)[problem.rows].astype(float)])
+        return np.column_stack([hour, *patch.T, *conditions, problem.is_capped.astype(float)])
 
     def _groups(self) -> dict[tuple[float, ...], NDArray[np.intp]]:
         rows_of: dict[tuple[float, ...], list[int]] = {}
@@ -247,7 +243,7 @@ class View:
             if "hour" in self.way.columns
             else f", {spaced(float(self.problem.hours[self.problem.hour_of[index]]))} h"
         )
-        code = self._codes[index]
+        code = self.problem.drive[index]
         if self.way.name == "code value":
             lit = _lit(code)
             even = np.ptp(code[code > 0]) < 1e-9 if (code > 0).any() else True
@@ -263,10 +259,10 @@ class View:
         rows_of: dict[str, list[int]] = {}
         for index in np.flatnonzero(self.problem.hour_of == hour):
             condition = self._condition(int(index))
-            name = patch_name(self._codes[index])
+            name = patch_name(self.problem.drive[index])
             rows_of.setdefault(f"{name}{_joint(condition)}{condition}", []).append(int(index))
         bars = [
-            Bar(name, self._codes[here[0]], float(self.residual[here].mean()), float(self.change[here].mean()))
+            Bar(name, self.problem.drive[here[0]], float(self.residual[here].mean()), float(self.change[here].mean()))
             for name, here in rows_of.items()
         ]
         bars.sort(key=lambda bar: -abs(bar.with_it))
@@ -285,14 +281,15 @@ class View:
     def sentence(self) -> str:
         """Name the reading that the effect changes most, and its error with and without the effect."""
         strong = int(np.argmax(np.abs(self.change)))
-        same = (np.abs(self._codes - self._codes[strong]).max(axis=1) < 1e-9) & (self._same_condition(strong))
+        drive = self.problem.drive
+        same = (np.abs(drive - drive[strong]).max(axis=1) < 1e-9) & self._same_condition(strong)
         measured = float((self.problem.xyz - self.without)[same, self.axis].mean())
         left = float((self.problem.xyz - self.with_it)[same, self.axis].mean())
         size, rest = f"{abs(measured):.3g} cd/m²", f"{abs(left):.2g} cd/m²"
         more = (
             ("brighter", "darker") if self.axis == 1 else (f"richer in {self.component}", f"poorer in {self.component}")
         )
-        where = patch_name(self._codes[strong])
+        where = patch_name(drive[strong])
         condition = self._condition(strong)
         cell = condition_of(self.problem)[strong]
         before = next((each.before for each in CONDITIONS if each.cell == cell), "")

@@ -104,7 +104,7 @@ def _column(problem: Problem, by: str) -> Array:
     if by == "hour":
         return problem.hours[problem.hour_of]
     if by == "level":
-        return np.asarray(problem.readings.drive[problem.rows].max(axis=1))
+        return np.asarray(problem.drive.max(axis=1))
     columns = _columns(problem, by)
     return columns[0] if len(columns) == 1 else np.asarray(columns[1] * 1e3 + columns[0])
 

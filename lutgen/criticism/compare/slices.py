@@ -10,7 +10,6 @@ import numpy as np
 
 from lutgen.criticism.fit.families import family_of
 from lutgen.readings.conditions import CONDITIONS
-from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -79,11 +78,11 @@ def labels_of(problem: Problem) -> Mapping[str, NDArray[np.str_]]:
     and no other condition, away from rest.
     """
     hours = np.array([f"{hour:g} h" for hour in problem.hours])[problem.hour_of]
-    top = problem.readings.drive[problem.rows].max(axis=1)
+    top = problem.drive.max(axis=1)
     band = np.clip(np.searchsorted(LEVELS, top, side="left"), 0, len(LEVELS) - 1)
     level = np.array(["0", *(f"{low:g}–{high:g}" for low, high in pairwise(LEVELS))])[band]
     labels: dict[str, NDArray[np.str_]] = {"hour": hours, "level": level, "family": family_of(problem)}
-    patch = np.unique(problem.readings.drive[problem.rows], axis=0, return_inverse=True)[1].reshape(-1)
+    patch = np.unique(problem.drive, axis=0, return_inverse=True)[1].reshape(-1)
     for condition in CONDITIONS:
         names = [column.name for column in condition.columns]
         if condition.heading and any(name in problem.readings.conditions for name in names):
@@ -105,7 +104,7 @@ def _comparable(problem: Problem, condition: Condition, patch: NDArray[np.intp])
         away[problem.rows] for cell, away in problem.readings.rest.away.items() if cell not in _related_cells(condition)
     ]
     eligible = ~np.any(others, axis=0) if others else np.ones(problem.rows.size, dtype=bool)
-    eligible &= ~is_capped(problem.readings)[problem.rows]
+    eligible &= ~problem.is_capped
     away = problem.readings.rest.away[condition.cell][problem.rows]
     read_away, read_at_rest = patch[eligible & away], patch[eligible & ~away & ~problem.is_anchor]
     common = np.intersect1d(read_away, read_at_rest)

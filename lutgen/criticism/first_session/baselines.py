@@ -11,9 +11,8 @@ from lutgen.colorimetry import delta_e_2000, xyz_to_lab
 from lutgen.criticism.fit.anchored import anchored
 from lutgen.display.native import NativeDisplay
 from lutgen.display.own_model import fit_own_model
-from lutgen.display.own_model.sample import sample_of
+from lutgen.display.own_model.sample import in_first_session, sample_of
 from lutgen.errors import LutgenError
-from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
     from lutgen.criticism.fit.problem import Problem
@@ -93,10 +92,8 @@ def first_session(problem: Problem) -> FirstSession | None:
 
 def _own_model(problem: Problem) -> OwnModel | None:
     """Fit the own model to the first session; None if there are too few readings."""
-    readings = problem.readings
-    rows = problem.rows[problem.hour_of == 0]
-    rows = rows[readings.at_rest()[rows] & ~is_capped(readings)[rows]]
+    rows = problem.rows[in_first_session(problem.readings)[problem.rows]]
     try:
-        return fit_own_model(sample_of(readings, rows))
+        return fit_own_model(sample_of(problem.readings, rows))
     except LutgenError:
         return None

@@ -73,7 +73,7 @@ def _slopes(fitted: Fit, term: Term) -> Array:
 
 def _steps(fitted: Fit, term: Term) -> Array:
     """Change of the light if one code value of one channel shifts by the effect's RMS shift, (e, n, 3), cd/m²."""
-    problem, drive = fitted.problem, fitted.problem.readings.drive[fitted.problem.rows]
+    problem, drive = fitted.problem, fitted.problem.drive
     is_between, later = (drive > 0.0) & (drive < 1.0), problem.hour_of > 0
     shift = term.effect.function(drive, problem.scene(fitted.tips), **term.values) - drive
     rms_shift = float(np.sqrt(np.mean(np.square(shift[later][is_between[later]]))))

@@ -62,7 +62,7 @@ def noise_only(problem: Problem, predicted: Array, draws: int = DRAWS) -> Iterat
     unwhitened = np.linalg.pinv(problem.whitener)
     anchor, before = problem.is_tip_anchor, problem.panel(())
     first_hour_only = problem.from_first_hour
-    drive = problem.readings.drive[problem.rows]
+    drive = problem.drive
     tip_rows = [
         (hour, tip, anchor & (problem.hour_of == hour) & (drive == TIP_DRIVES[tip]).all(axis=1))
         for hour in np.flatnonzero(problem.is_knot)[: 1 if first_hour_only else None]

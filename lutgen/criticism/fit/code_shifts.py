@@ -80,7 +80,7 @@ class CodeShifts:
             The part of the residuals that the fit's unknowns cannot absorb, (r,).
 
         """
-        drive = np.round(problem.readings.drive[problem.rows], 9)
+        drive = np.round(problem.drive, 9)
         slope = np.array([changed(shift_of(problem, channel)) for channel in range(3)]) / -STEP
         values = np.unique(drive[(drive > 0.0) & (drive < 1.0)])
         columns = [np.einsum("cni,nc->ni", slope, (drive == value).astype(float)) for value in values]

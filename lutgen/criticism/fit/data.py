@@ -94,6 +94,16 @@ class FitData:
         return self.readings.xyz_cd_m2[self.rows]
 
     @cached_property
+    def drive(self) -> Array:
+        """Code values, (n, 3)."""
+        return self.readings.drive[self.rows]
+
+    @cached_property
+    def is_capped(self) -> NDArray[np.bool_]:
+        """Whether the lens of the meter was capped at each reading, (n,)."""
+        return is_capped(self.readings)[self.rows]
+
+    @cached_property
     def hours(self) -> Array:
         """The distinct hours, increasing, (H,)."""
         return np.unique(self.readings.hours[self.rows])
@@ -121,9 +131,13 @@ class FitData:
     @cached_property
     def is_tip_anchor(self) -> NDArray[np.bool_]:
         """Whether each reading is one of a tip at rest, from which the tips are solved, (n,)."""
-        rest = self.readings.at_rest()[self.rows] & ~is_capped(self.readings)[self.rows]
-        anchor = is_tip(self.readings.drive[self.rows]).any(axis=1) & rest
+        anchor = is_tip(self.drive).any(axis=1) & self._is_at_rest
         return np.asarray(anchor & (self.hour_of == 0) if self.from_first_hour else anchor)
+
+    @cached_property
+    def _is_at_rest(self) -> NDArray[np.bool_]:
+        """Whether each reading is at rest, with an open lens, (n,)."""
+        return self.readings.at_rest()[self.rows] & ~self.is_capped
 
     @cached_property
     def groups(self) -> NDArray[np.intp]:
@@ -138,13 +152,11 @@ class FitData:
     @cached_property
     def measured_tips(self) -> Array:
         """Tips at every hour, as measured or interpolated, (H, 4, 3), cd/m²."""
-        hours, drive = self.readings.hours[self.rows], self.readings.drive[self.rows]
-        rest = self.readings.at_rest()[self.rows] & ~is_capped(self.readings)[self.rows]
         tips = np.empty((self.hours.size, 4, 3))
         for index in np.flatnonzero(self.is_knot):
-            here = rest & (hours == self.hours[index])
+            here = self._is_at_rest & (self.hour_of == index)
             for tip in range(4):
-                chosen = here & (drive == TIP_DRIVES[tip]).all(axis=1)
+                chosen = here & (self.drive == TIP_DRIVES[tip]).all(axis=1)
                 if not chosen.any():
                     message = (
                         f"{self.readings.file}: hour {self.hours[index]:g}: all readings of white or of one primary "
@@ -186,15 +198,14 @@ class FitData:
     def _columns(self) -> dict[str, Array]:
         columns = {
             "hours": self.readings.hours[self.rows][:, np.newaxis],
-            "code": self.readings.drive[self.rows],
+            "code": self.drive,
         }
         for name, logged in self.readings.conditions.items():
             values = logged[self.rows]
             columns[name] = np.where(np.isnan(values), COLUMNS[name].usual, values)[:, np.newaxis]
-        capped, shrouded = is_capped(self.readings), is_shrouded(self.readings)
-        open_to_room = ~(capped | shrouded)[self.rows, np.newaxis]
+        open_to_room = ~(self.is_capped | is_shrouded(self.readings)[self.rows])[:, np.newaxis]
         columns |= {name: np.where(open_to_room, value, COLUMNS[name].usual) for name, value in self.assumed}
-        columns["capped"] = capped[self.rows].astype(float)[:, np.newaxis]
+        columns["capped"] = self.is_capped.astype(float)[:, np.newaxis]
         return columns
 
     def scene(self, tips: Array) -> Scene:

@@ -6,8 +6,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.readings.table import is_capped
-
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -16,7 +14,7 @@ if TYPE_CHECKING:
 
 def family_of(problem: FitData) -> NDArray[np.str_]:
     """Colour family of each reading, (n,): tips, black, grey, red, green, blue, secondary, mixture, lens cap."""
-    drive = problem.readings.drive[problem.rows]
+    drive = problem.drive
     red, green, blue = (drive > 0).T
     lit = red.astype(int) + green + blue
     top = drive.max(axis=1)
@@ -25,7 +23,7 @@ def family_of(problem: FitData) -> NDArray[np.str_]:
     is_secondary = (lit == 2) & (np.ptp(np.sort(drive, axis=1)[:, 1:], axis=1) == 0)
     names = np.select(
         [
-            is_capped(problem.readings)[problem.rows],
+            problem.is_capped,
             top == 0,
             full & ((lit == 1) | (lit == 3)),
             is_grey,

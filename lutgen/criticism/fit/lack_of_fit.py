@@ -55,7 +55,7 @@ def p_of_autocorrelation(fitted: Fit) -> float:
     """
     problem, tested = fitted.problem, _tested(fitted)
     kinds, hour = kind_of(problem)[tested], problem.hour_of[tested]
-    code = problem.readings.drive[problem.rows][tested]
+    code = problem.drive[tested]
     _, kind = np.unique(kinds, return_inverse=True)
     order = np.column_stack([kind.reshape(-1), hour, code.max(axis=1), code])
     patches, which = np.unique(order, axis=0, return_inverse=True)

@@ -96,7 +96,7 @@ class Prediction:
     @cached_property
     def _codes(self) -> tuple[NDArray[np.intp], NDArray[np.intp], Scene]:
         """Index of one reading of each code value and hour, the inverse index of every reading, and their scene."""
-        hours_and_codes = np.column_stack([self.problem.hour_of, self.problem.readings.drive[self.problem.rows]])
+        hours_and_codes = np.column_stack([self.problem.hour_of, self.problem.drive])
         _, first, inverse = np.unique(hours_and_codes, axis=0, return_index=True, return_inverse=True)
         white, hour = self.problem.measured_tips[:, 0], self.problem.hour_of[first]
         scene = CodeScene(
@@ -115,7 +115,7 @@ class Prediction:
     @cached_property
     def _weights(self) -> Array:
         """Shares of the paper's matrices at each reading, which no effect changes, (n, 4)."""
-        return nearest_weights(code_to_linear(self.problem.readings.drive[self.problem.rows]))
+        return nearest_weights(code_to_linear(self.problem.drive))
 
     @cached_property
     def _white_weights(self) -> Array:

@@ -223,7 +223,7 @@ class Problem(FitData):
         if not self.discrepancy:
             return meter
         # The model predicts black and the tips exactly: they have no discrepancy.
-        drive, first = self.readings.drive[self.rows], self.first_readings
+        drive, first = self.drive, self.first_readings
         factor = first.discrepancy_factor if first else np.asarray(drive.any(axis=1) & ~is_tip(drive).any(axis=1))
         return np.asarray(meter + self.discrepancy.covariance(xyz_cd_m2) * factor[:, np.newaxis, np.newaxis])
 

@@ -21,7 +21,6 @@ from lutgen.criticism.fit.local_unknowns import local_columns, prior_rows, spann
 from lutgen.criticism.noise.dark_offsets import offset_sd
 from lutgen.criticism.noise.session_columns import SessionEstimate, shared_columns
 from lutgen.criticism.noise.tails import tails_of, weights_at, weights_of
-from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -76,7 +75,7 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
         problem, plain = replace(problem, weights=weights), replace(plain, weights=weights)
     fitted = fit(plain, fixed)
     linear = fitted.linear
-    drive, capped = problem.readings.drive[problem.rows], is_capped(problem.readings)[problem.rows]
+    drive, capped = problem.drive, problem.is_capped
     # Black and the capped lens: readings that effects on curves, mixing and primaries do not change.
     dark = capped | (problem.readings.at_rest()[problem.rows] & (drive == 0).all(axis=1))
     if problem.native:

@@ -186,7 +186,7 @@ def is_shown_apart(
 def _only_dims(without: Fit, whole: Fit, term: Term) -> bool:
     """Whether an effect changes the light of white and primaries, but not their chromaticities."""
     problem = without.problem
-    drive = problem.readings.drive[problem.rows]
+    drive = problem.drive
     full = drive.any(axis=1) & np.isin(drive, (0.0, 1.0)).all(axis=1)
     plain, dimmed = (
         predict(problem, State(terms, whole.tips, whole.gains))[full]

@@ -20,7 +20,6 @@ from lutgen.criticism.fit.lack_of_fit import is_even, is_within_scatter
 from lutgen.criticism.fit.linear import whiten
 from lutgen.criticism.search.candidates import STRONG
 from lutgen.readings.conditions import CONDITIONS
-from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Sequence
@@ -159,7 +158,7 @@ def _outside_catalogue(problem: Problem, predicted: Array, leave_out: Collection
     """Yield signatures that no effect of the catalogue has: by order of reading, by side, by room light."""
     if problem.readings.order is not None:
         yield from _in_order(problem, predicted, problem.readings.order[problem.rows])
-    top = problem.readings.drive[problem.rows].max(axis=1)
+    top = problem.drive.max(axis=1)
     strange = {name for condition in CONDITIONS for name in condition.strange}
     for name, weight in _conditions(problem, leave_out):
         if name in strange:
@@ -195,7 +194,7 @@ def _signatures(problem: Problem, predicted: Array, leave_out: Collection[str] =
 
 def by_code(problem: Problem) -> Iterator[tuple[str, Array]]:
     """Yield names and weights (n,) that depend on code values only: level, channel and mixture."""
-    code = problem.readings.drive[problem.rows]
+    code = problem.drive
     top = code.max(axis=1)
     for level in LEVELS:
         near = _near(top, level)
@@ -211,7 +210,7 @@ def _near(top: Array, level: float) -> Array:
 
 
 def _weights(problem: Problem, leave_out: Collection[str]) -> Iterator[tuple[str, Array]]:
-    code = problem.readings.drive[problem.rows]
+    code = problem.drive
     tau = problem.readings.hours[problem.rows] / problem.hours[-1] if problem.hours[-1] > 0 else np.zeros(len(code))
     top, (red, _, blue) = code.max(axis=1), code.T
     for name, weight in by_code(problem):
@@ -246,11 +245,11 @@ def _conditions(problem: Problem, leave_out: Collection[str]) -> Iterator[tuple[
 
 def _places(problem: Problem, leave_out: Collection[str]) -> Iterator[tuple[str, Array]]:
     """Yield names and weights (n,) of added light: everywhere, growing, under a lens cap, to black, by condition."""
-    code, hours = problem.readings.drive[problem.rows], problem.readings.hours[problem.rows]
+    code, hours = problem.drive, problem.readings.hours[problem.rows]
     ones = np.ones(len(code))
     yield "everywhere", ones
     yield "everywhere, growing", hours / max(float(problem.hours[-1]), 1.0)
-    yield "before the lens cap", is_capped(problem.readings)[problem.rows].astype(float)
+    yield "before the lens cap", problem.is_capped.astype(float)
     yield "to black", (code.max(axis=1) == 0).astype(float)
     for name, condition in _conditions(problem, leave_out):
         yield f"by {name}", condition

@@ -84,7 +84,7 @@ def misread_rows(problem: Problem) -> tuple[int, ...]:
 
 def _is_only_tip(problem: Problem, index: int) -> bool:
     """Whether a reading is the only one of a tip at its hour: without it the model has no tip to start from."""
-    drive = problem.readings.drive[problem.rows]
+    drive = problem.drive
     same = (drive == drive[index]).all(axis=1) & (problem.hour_of == problem.hour_of[index])
     return bool((drive[index] == TIP_DRIVES).all(axis=1).any() and same.sum() == 1)
 

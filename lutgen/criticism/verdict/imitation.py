@@ -19,7 +19,6 @@ from lutgen.criticism.search.candidates import STRONG
 from lutgen.criticism.search.explanation import ages_light, bends_curves
 from lutgen.criticism.search.free_term import LEAST_SEEN
 from lutgen.numerals import percent
-from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -95,7 +94,7 @@ def unproved(step: Step, final: Fit, scale: float) -> str:
     if bends_curves(effect) and not effect.propose and strength * DEPARTURE**2 < 2 * STRONG:
         return f"A curve of another formula, different by {percent(DEPARTURE)} of this change, fits as well."
     asks_for_cap = effect.stage == "instrument" and any("lens capped" in way for way in effect.confused_with.values())
-    capped = is_capped(problem.readings)[problem.rows]
+    capped = problem.is_capped
     shown = (step.without.residual[capped] ** 2).sum() - (final.residual[capped] ** 2).sum()
     if asks_for_cap and shown < STRONG:
         return "No reading with the lens capped shows that it is the meter, and no light of the display."

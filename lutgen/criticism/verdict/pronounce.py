@@ -16,9 +16,8 @@ from lutgen.criticism.search.free_term import IN_ORDER, FreeTerm, change_in_orde
 from lutgen.criticism.search.stepwise import MOST_OF_IT
 from lutgen.criticism.verdict.imitation import Imitated, assumes_held_luminance, nearest, overlap, unproved
 from lutgen.criticism.verdict.remarks import lines_of, remarks_of
-from lutgen.criticism.verdict.shares import shares_of_delta_e
 from lutgen.criticism.verdict.verdict import Verdict
-from lutgen.criticism.verdict.weighing import Weighed, is_of_curves
+from lutgen.criticism.verdict.weighing import Weighed, is_of_curves, shares_of_delta_e
 from lutgen.criticism.verdict.words import NO_FREE_TERM, excess, like_both, more_light, one, several, structure
 from lutgen.errors import listed
 from lutgen.numerals import percent

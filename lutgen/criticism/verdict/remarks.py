@@ -11,7 +11,6 @@ from lutgen.criticism.compare.drift import drifts
 from lutgen.criticism.first_session.model import white_moved
 from lutgen.criticism.noise.tails import OUTLIER
 from lutgen.errors import listed
-from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -43,7 +42,7 @@ def remarks_of(explanation: Explanation, blind: Sequence[str], suspicion: Suspic
             f"The file says that luminance is held, but white has changed by {white_moved(problem.readings):+.0%}: no "
             f"sensor held it, or the sensor had no reserve left. Luminance is taken as free."
         )
-    if problem.offset_cd_m2 > UNUSUAL * noise.offset_cd_m2 and not is_capped(problem.readings)[problem.rows].any():
+    if problem.offset_cd_m2 > UNUSUAL * noise.offset_cd_m2 and not problem.is_capped.any():
         remarks.append(
             f"Black differs between sessions by {problem.offset_cd_m2:.2g} cd/m² (1 σ), without a smooth course in "
             f"time: the zero of the meter, or a leak of light that these sessions cannot tell from it. Read black with "
