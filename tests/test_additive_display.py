@@ -5,6 +5,7 @@ Light of code d at hour t: fade(t) · (Σ channel · curve(d, t) + leak · white
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -12,9 +13,14 @@ import numpy as np
 import pytest
 
 from lutgen.criticism.diagnose import diagnose
+from lutgen.criticism.fit.anchored import anchored
+from lutgen.criticism.fit.problem import Problem
+from lutgen.criticism.noise.session_columns import shared_columns
 from lutgen.effects import catalogue
 from lutgen.report.diagnosis import diagnose_page
 from tests.readings_text import read
+from tests.test_native import bright_mixtures
+from tests.test_own_display import campaign as own_campaign
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -115,6 +121,38 @@ def test_a_zero_of_the_meter_below_black_is_no_effect(seed: int) -> None:
     dark = (readings.drive == 0).all(axis=1) & (readings.hours == 0)
     assert (readings.xyz_cd_m2[dark].mean(axis=0) < 0).any()
     assert diagnose(readings, baseline="native").verdict.name == "consistent"
+
+
+#: Displays whose native model predicts later sessions in different ways: by curves, by the first session's readings of
+#: single colours, by an own model.
+PREDICTED_BY = {"curves": partial(campaign, noise=1e-4), "first readings": bright_mixtures, "own model": own_campaign}
+
+
+@pytest.mark.parametrize("way", PREDICTED_BY)
+def test_the_zero_of_the_first_session_counts_where_the_prediction_contains_it_and_there_only(way: str) -> None:
+    """Black of the first session reads below 0 in X only. The meter's zero of that session changes a little."""
+    readings = PREDICTED_BY[way]()
+    first = readings.hours == 0
+    black = readings.xyz_cd_m2[first & (readings.drive == 0).all(axis=1)].mean(axis=0)
+    zero, change = np.array([-0.05 - black[0], 0.04, 0.03]), np.array([0.0012, 0.0009, -0.0006])
+
+    def posed(offset: Array) -> Problem:
+        shifted = readings.with_light(readings.xyz_cd_m2 + first[:, np.newaxis] * offset)
+        return replace(Problem.of(shifted, baseline="native"), offset_cd_m2=1.0)
+
+    before, after = ((each, each.xyz - anchored(each, ())) for each in (posed(zero), posed(zero + change)))
+    problem = before[0]
+    assert problem.native
+    assert [share > 0 for share in problem.native.black] == [False, True, True]
+    assert (bool(problem.first_readings), bool(problem.native.own)) == (way == "first readings", way == "own model")
+    sizes = np.linalg.solve(problem.noise.dark_offset, change)
+    expected = np.tensordot(sizes, problem.first_session_model.errors[-3:], axes=1) / change
+    seen = (after[1] - before[1]) / change
+    is_black, later = ~problem.drive.any(axis=1), problem.hour_of > 0
+    assert expected[is_black] == pytest.approx(seen[is_black], abs=0.05)
+    dark = later & (problem.drive.mean(axis=1) < 0.5)
+    assert expected[dark].mean(axis=0) == pytest.approx(seen[dark].mean(axis=0), abs=0.1)
+    assert "X" not in shared_columns(problem, problem.blocks[0], problem.whitener)[0]
 
 
 def test_a_curve_that_a_loss_of_drive_explains_as_well_is_one_of_both() -> None:

@@ -21,7 +21,6 @@ from lutgen.effects import Scene
 from lutgen.errors import LutgenError
 from lutgen.readings.conditions import COLUMNS
 from lutgen.readings.rest import TIP_DRIVES, is_tip
-from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -52,7 +51,8 @@ ALLOWANCE = 4.0
 class FirstReadings:
     """Readings of the first session and their errors, evaluated at the n readings of a problem.
 
-    ``residual_light``: light that the curves do not predict. ``exact`` (n,): whether the residual light was made from
+    ``residual_light``: light that the curves do not predict. ``read`` (n,): whether the first session has read the
+    colour of the reading. ``exact`` (n,): whether the residual light was made from
     the reading, so that it is predicted exactly. ``colour`` (n,): number of the colour, if later readings of the colour
     share an error, otherwise −1. ``error`` (n, 3, 3): changes of these readings by 1 σ of that error, cd/m²: noise of
     the first session, or the discrepancy of curves at a colour that the first session has not read.
@@ -62,6 +62,7 @@ class FirstReadings:
     """
 
     residual_light: ResidualLight
+    read: NDArray[np.bool_]
     exact: NDArray[np.bool_]
     colour: NDArray[np.intp]
     error: Array
@@ -83,7 +84,7 @@ class FirstSessionModel:
     @cached_property
     def held_out_gain(self) -> Array | None:
         """Ratio (n, 3) of the own model's held-out prediction to its prediction, at first readings; None if unknown."""
-        native, drive = self.problem.native, self.problem.readings.drive[self.problem.rows]
+        native, drive = self.problem.native, self.problem.drive
         gain, first = native.own_gain(drive) if native else None, self.problem.hour_of == 0
         if native is None or native.ladder is None or gain is None:
             return None
@@ -120,6 +121,7 @@ class FirstSessionModel:
         absorbed = np.where(is_unread, (1.0 - 1.0 / inflation) / np.maximum(later, 1), 0.0)[place]
         return FirstReadings(
             residual_light=ResidualLight.of(self._plain.linear, light, times > 0, place),
+            read=(times > 0)[place],
             exact=exact,
             colour=colour,
             error=self._aged @ spread[place] * (colour >= 0)[:, np.newaxis, np.newaxis],
@@ -132,8 +134,9 @@ class FirstSessionModel:
         """Changes of later readings by 1 σ of each error of the first session, (e, n, 3), cd/m².
 
         An error of the reading of a colour propagates to all later readings of the colour. Errors of white and
-        primaries propagate to the residual light of all colours. The dark offset is part of the display's black, but a
-        capped lens does not see it.
+        primaries propagate to the residual light of all colours. The dark offset of the first session is an error of
+        later predictions where they contain it, and of the readings of the first session elsewhere. The model of a
+        display predicts nothing for a capped lens, so the offset is an error of such readings.
         """
         problem, first_readings = self.problem, self.first_readings
         columns = [np.zeros((0, problem.rows.size, 3))]
@@ -144,7 +147,7 @@ class FirstSessionModel:
             ]
             shares = self._plain.shares[self.codes[1]] + np.pad(first_readings.light, ((0, 0), (1, 0)))
             shares = shares * (first_readings.colour >= 0)[:, np.newaxis]
-            drive, tips = problem.readings.drive[problem.rows], problem.measured_tips[0]
+            drive, tips = problem.drive, problem.measured_tips[0]
             of_tips = np.linalg.cholesky(problem.noise.covariance(tips))
             for tip, spread in enumerate(of_tips):
                 times = (problem.is_tip_anchor & (problem.hour_of == 0) & (drive == TIP_DRIVES[tip]).all(axis=1)).sum()
@@ -155,14 +158,29 @@ class FirstSessionModel:
                 first_readings.light.sum(axis=1) if first_readings else 0.0
             )
             white = (problem.measured_tips[:, 0] / problem.measured_tips[0, 0])[problem.hour_of]
-            capped, at_start = is_capped(problem.readings)[problem.rows], problem.hour_of == 0
-            dark = (~capped & ~at_start) * (1.0 - lit)
-            change = (capped & at_start)[:, np.newaxis] - dark[:, np.newaxis] * white
+            capped, at_start = problem.is_capped, problem.hour_of == 0
+            contained = self._contains_offset & ~capped[:, np.newaxis]
+            dark = ~at_start * (1.0 - lit)
+            change = (at_start[:, np.newaxis] & ~contained) - dark[:, np.newaxis] * white * contained
             offsets = problem.offset_cd_m2 * problem.noise.dark_offset.T
             columns.append(offsets[:, np.newaxis] * change)
         if problem.drive_errors is not None:
             columns.append(problem.drive_errors)
         return np.concatenate(columns)
+
+    @property
+    def _contains_offset(self) -> NDArray[np.bool_]:
+        """Whether the prediction of X, Y and Z contains the dark offset of the first session, (n, 3).
+
+        Black contains the offset, unless it was read below 0 and is taken as 0. A colour that is predicted from a
+        reading of this colour contains the offset of that reading.
+        """
+        in_black = np.array(self._plain.black or (0.0, 0.0, 0.0)) > 0
+        first_readings, is_black = self.first_readings, ~self.problem.drive.any(axis=1)
+        if first_readings:
+            return first_readings.read[:, np.newaxis] | in_black
+        own = self.problem.native is not None and self.problem.native.own is not None
+        return (~is_black & own)[:, np.newaxis] | in_black
 
     def errors_of_exact(self, sizes: Array) -> Array:
         """Errors of single colours, from ``sizes`` (e,) in σ, at the readings in ``exact``, (n, 3); 0 at others."""
@@ -212,7 +230,7 @@ class FirstSessionModel:
     @cached_property
     def codes(self) -> tuple[Array, NDArray[np.intp]]:
         """The distinct code values (m, 3), and the index of each reading's code value, (n,)."""
-        codes, place = np.unique(self.problem.readings.drive[self.problem.rows], axis=0, return_inverse=True)
+        codes, place = np.unique(self.problem.drive, axis=0, return_inverse=True)
         return codes, place.reshape(-1)
 
     @cached_property

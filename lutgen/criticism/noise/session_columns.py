@@ -71,10 +71,9 @@ def shared_columns(problem: FitData, here: NDArray[np.intp], whitener: Array) ->
     sessions, whitener = problem.readings.sessions[problem.rows][here], whitener[here]
     for session in np.unique(sessions):
         in_session = sessions == session
-        # The dark offset of a native display's first session is part of its black (``first_session_model.errors``),
-        # unless this black was read below 0 and is taken as 0.
-        in_black = problem.native is not None and min(problem.native.black) > 0
-        if problem.offset_cd_m2 > 0 and not (in_black and (problem.hour_of[here][in_session] == 0).all()):
+        # The dark offset of a native display's first session is one of the errors of that session
+        # (``first_session_model.errors``).
+        if problem.offset_cd_m2 > 0 and not (problem.native and (problem.hour_of[here][in_session] == 0).all()):
             names += ["X", "Y", "Z"]
             offsets = whitener @ (problem.offset_cd_m2 * problem.noise.dark_offset)
             columns.append(np.moveaxis(offsets, 2, 0) * in_session[:, np.newaxis])
