@@ -1,6 +1,7 @@
 """The local unknowns of a block of readings: tips of its hour, gains and shared errors of its sessions.
 
-Their derivatives, their priors, and the span of the changes that they make in the readings of the block.
+The functions return derivatives of the readings by these unknowns, priors of the unknowns as equations, and the span
+of the changes that the unknowns make in the readings of a block.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ def local_columns(
 def own_columns(
     problem: Problem, local: Array, whole: NDArray[np.intp], here: NDArray[np.intp]
 ) -> tuple[Array, tuple[int, ...]]:
-    """The same as :func:`local_columns`, without the shared errors of sessions."""
+    """Return what :func:`local_columns` returns, without the shared errors of sessions."""
     gains = problem.gains_of[int(whole[0])]
     tips = 0 if problem.from_first_hour else 12
     rows, of_gains = readings_at(here), local[[tips + gain for gain in gains]]
