@@ -177,7 +177,7 @@ def _shown(problem: Problem, xyz: Array) -> Any:
 def _drift(comparison: Comparison) -> list[dict[str, Any]]:
     """Return measured and predicted chromaticity u'v' of white and primaries at each hour of their readings."""
     problem = comparison.problem
-    rest = problem.readings.at_rest()[problem.rows]
+    rest = problem.is_at_rest
     drive = problem.drive
     tips = []
     for name, tip in zip(TIP_NAMES, TIP_DRIVES, strict=True):

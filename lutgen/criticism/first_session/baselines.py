@@ -76,7 +76,7 @@ def first_session(problem: Problem) -> FirstSession | None:
     except LutgenError:
         own = None
     native = replace(paper, baseline="native", native=own)
-    compared = paper.readings.at_rest()[paper.rows] & ~paper.is_tip_anchor & ~native.curve_points
+    compared = paper.is_at_rest & ~paper.is_tip_anchor & ~native.curve_points
     if not compared.any():
         return None
 

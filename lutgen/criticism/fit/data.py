@@ -104,6 +104,11 @@ class FitData:
         return is_capped(self.readings)[self.rows]
 
     @cached_property
+    def is_at_rest(self) -> NDArray[np.bool_]:
+        """Whether each reading has the conditions of the tips of its session, (n,)."""
+        return self.readings.at_rest()[self.rows]
+
+    @cached_property
     def hours(self) -> Array:
         """The distinct hours, increasing, (H,)."""
         return np.unique(self.readings.hours[self.rows])
@@ -131,13 +136,8 @@ class FitData:
     @cached_property
     def is_tip_anchor(self) -> NDArray[np.bool_]:
         """Whether each reading is one of a tip at rest, from which the tips are solved, (n,)."""
-        anchor = is_tip(self.drive).any(axis=1) & self._is_at_rest
+        anchor = is_tip(self.drive).any(axis=1) & self.is_at_rest & ~self.is_capped
         return np.asarray(anchor & (self.hour_of == 0) if self.from_first_hour else anchor)
-
-    @cached_property
-    def _is_at_rest(self) -> NDArray[np.bool_]:
-        """Whether each reading is at rest, with an open lens, (n,)."""
-        return self.readings.at_rest()[self.rows] & ~self.is_capped
 
     @cached_property
     def groups(self) -> NDArray[np.intp]:
@@ -154,7 +154,7 @@ class FitData:
         """Tips at every hour, as measured or interpolated, (H, 4, 3), cd/m²."""
         tips = np.empty((self.hours.size, 4, 3))
         for index in np.flatnonzero(self.is_knot):
-            here = self._is_at_rest & (self.hour_of == index)
+            here = self.is_at_rest & ~self.is_capped & (self.hour_of == index)
             for tip in range(4):
                 chosen = here & (self.drive == TIP_DRIVES[tip]).all(axis=1)
                 if not chosen.any():

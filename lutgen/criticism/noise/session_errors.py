@@ -77,7 +77,7 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
     linear = fitted.linear
     drive, capped = problem.drive, problem.is_capped
     # Black and the capped lens: readings that effects on curves, mixing and primaries do not change.
-    dark = capped | (problem.readings.at_rest()[problem.rows] & (drive == 0).all(axis=1))
+    dark = capped | (problem.is_at_rest & (drive == 0).all(axis=1))
     if problem.native:
         # The black of a native display scales with its white, which black alone does not determine.
         dark |= problem.is_tip_anchor

@@ -113,7 +113,7 @@ def wrong_sessions(current: Fit, scale: float) -> tuple[float, ...]:
     if problem.from_first_hour or problem.hours.size < 4:
         return ()
     # Few sessions hold readings away from rest, such as other places on the screen: compare sessions at rest only.
-    rest = problem.readings.at_rest()[problem.rows]
+    rest = problem.is_at_rest
     count = np.bincount(problem.hour_of[rest], minlength=problem.hours.size)
     if not count.all():
         return ()
