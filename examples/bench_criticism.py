@@ -19,7 +19,6 @@ from lutgen import read_measurements
 from lutgen.criticism.fit.heldout import cells, held_out
 from lutgen.criticism.fit.least_squares import fit, start_state
 from lutgen.criticism.fit.linear import State, Term, predict, tip_scale, whiten
-from lutgen.criticism.fit.measured_tips import interpolated
 from lutgen.criticism.fit.problem import Problem
 from lutgen.effects import catalogue
 from tests.virtual_display.campaign import Campaign, csv_text
@@ -166,7 +165,7 @@ class AllAtOnce:
         gains = vector[place + tips.size :]
         residual = whiten(problem, problem.xyz - predict(problem, State(tuple(terms), tips, gains)))
         between = ~problem.is_knot
-        off = (interpolated(problem, tips) - tips)[between] / problem.interpolation_sigma[between]
+        off = (problem.interpolated(tips) - tips)[between] / problem.interpolation_sigma[between]
         return np.concatenate([residual.ravel(), off.ravel(), gains / max(problem.noise.session, 1e-6)])
 
 
@@ -176,19 +175,20 @@ def _confirming(work: Work, problem: Problem) -> Row:
     solution = fit(problem, (Term.at_rest(catalogue()[name], form),))
     withheld = cells(problem)
     some = withheld[::EVERY]
-    mine, theirs = float(held_out(solution).squares[::EVERY].sum()), _refitted(solution)
+    mine, theirs = float(solution.withheld.squares[::EVERY].sum()), _refitted(solution)
     # For a nearly linear problem, one step gives the result of a fit.
     if abs(mine - theirs) > 0.02 * theirs:
         raise SystemExit(f"bench: withheld readings are missed by {mine:.1f} after a step, by {theirs:.1f} after a fit")
     peer = Peer(f"a fit for each, {len(some)} timed", partial(_refitted, solution), None, len(withheld) / len(some))
     title = f"held-out error of that fit, {len(withheld)} cells"
-    return race(title, partial(held_out, solution), peer, times=work.races)[0]
+    ours = partial(held_out, problem, solution.terms, solution.projection)
+    return race(title, ours, peer, times=work.races)[0]
 
 
 def _refitted(solution: Fit) -> float:
     """Return the squared whitened error of every ``EVERY``-th cell, each predicted by a fit to all other readings."""
     problem, error = solution.problem, 0.0
-    start = State(solution.terms, solution.tips, solution.gains)
+    start = solution.state
     for cell in cells(problem)[::EVERY]:
         rest = problem.without([int(row) for row in problem.rows[cell]])
         again = fit(rest, solution.terms, start)

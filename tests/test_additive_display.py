@@ -125,7 +125,11 @@ def test_a_zero_of_the_meter_below_black_is_no_effect(seed: int) -> None:
 
 #: Displays whose native model predicts later sessions in different ways: by curves, by the first session's readings of
 #: single colours, by an own model.
-PREDICTED_BY = {"curves": partial(campaign, noise=1e-4), "first readings": bright_mixtures, "own model": own_campaign}
+PREDICTED_BY: dict[str, Callable[[], Measurements]] = {
+    "curves": partial(campaign, noise=1e-4),
+    "first readings": bright_mixtures,
+    "own model": own_campaign,
+}
 
 
 @pytest.mark.parametrize("way", PREDICTED_BY)
