@@ -1,6 +1,6 @@
 """Verdicts on a simulated display of plain formulas, which adds its channels: cases that an outside generator showed.
 
-Light of code d at hour t: fade(t) · (Σ channel · curve(d, t) + leak · white), read by a meter with noise.
+Light of code d at hour t: fade(t) · (Σ curve(d, t) · (channel + (1 − d) · shift) + leak · white), read with noise.
 """
 
 from __future__ import annotations
@@ -32,6 +32,7 @@ pytestmark = pytest.mark.numbers
 
 #: XYZ in cd/m² of red, green and blue: primaries of IEC 61966-2-1 at 200 cd/m² of white.
 CHANNELS = np.array([[82.48, 42.53, 3.87], [71.52, 143.03, 23.84], [36.09, 14.44, 190.06]])
+NO_SHIFT = np.zeros((3, 3))
 TIPS = [(1.0, 1.0, 1.0)] * 3 + [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)] * 2
 NINE = np.linspace(0.1, 0.9, 9)
 HOURS = (0.0, 3000.0, 6000.0, 9000.0, 12_000.0, 15_000.0)
@@ -50,6 +51,7 @@ def campaign(
     *,
     fade: Callable[[float], float] = lambda _hours: 1.0,
     leak: float = 0.0,
+    shifts: Array = NO_SHIFT,
     levels: Array = NINE,
     ramp_levels: Array = NINE,
     hours: tuple[float, ...] = HOURS,
@@ -64,7 +66,9 @@ def campaign(
     codes = np.array([*TIPS, *[(0.0,) * 3] * 2, *[(each,) * 3 for each in levels], *ramps(ramp_levels), *mixtures])
     rows = []
     for hour in hours:
-        light = fade(hour) * (curve(codes, hour) @ CHANNELS + leak * CHANNELS.sum(axis=0))
+        channels = curve(codes, hour)
+        shifted = channels @ CHANNELS + (channels * (1.0 - codes)) @ shifts
+        light = fade(hour) * (shifted + leak * CHANNELS.sum(axis=0))
         seen = light * (1 + noise * rng.standard_normal(light.shape)) + 3.0 * noise * rng.standard_normal(light.shape)
         seen += offset_cd_m2 * rng.standard_normal(3)
         rows += [",".join(f"{x:.7g}" for x in (hour, *code, *xyz)) for code, xyz in zip(codes, seen, strict=True)]
@@ -176,3 +180,10 @@ def test_the_page_does_not_contradict_a_small_finding() -> None:
     text = "\n".join(part for part in diagnose_page(diagnosis, catalogue(), "x.csv") if isinstance(part, str))
     assert "The mean over all readings does not show it" in text
     assert "agrees with the measurements" not in text
+
+
+@pytest.mark.parametrize("seed", [2, 3, 4])
+def test_small_shifts_of_two_primaries_are_one_effect(seed: int) -> None:
+    shifts = 0.0009 * np.array([[0, 0, 0], [-CHANNELS[1].sum(), 0, 0], [0, 0, CHANNELS[2].sum()]])
+    verdict = diagnose(campaign(seed=seed, shifts=shifts)).verdict
+    assert (verdict.name, verdict.effects) == ("named", ("primary-shift",))

@@ -25,20 +25,24 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.least_squares import Fit
     from lutgen.criticism.noise.pure_error import PureError
 
-#: Residuals are not noise if noise gives such residuals with a probability below this.
+#: Residuals are uneven if noise gives such residuals with a probability below this.
 SIGNIFICANT = 0.01
+
+#: Residuals are larger than noise if noise gives such residuals with a probability below this. The noise model is
+#: itself estimated from the replicates of the F test, so that small probabilities of the test are too small.
+TOO_LARGE = 0.001
 
 SEED, DRAWS = 20150319, 1999
 
 
 def is_noise(fitted: Fit, error: PureError) -> bool:
     """Whether the residuals of a fit may be noise alone: the test of size or the test of evenness accepts them."""
-    return error.p_of_lack_of_fit(fitted) >= SIGNIFICANT or p_of_unevenness(fitted) >= SIGNIFICANT
+    return is_within_scatter(error, fitted) or p_of_unevenness(fitted) >= SIGNIFICANT
 
 
 def is_within_scatter(error: PureError, fitted: Fit) -> bool:
     """Whether the F test for lack of fit accepts the residuals of a fit."""
-    return error.p_of_lack_of_fit(fitted) >= SIGNIFICANT
+    return error.p_of_lack_of_fit(fitted) >= TOO_LARGE
 
 
 def is_even(fitted: Fit) -> bool:

@@ -90,8 +90,7 @@ class Weighed:
         minor = [
             step
             for step in needed[1:]
-            if step.name not in explanation.shown_by_black
-            and _is_minor(step, max(seen[step.name], shares[step.name]), final)
+            if step.name not in explanation.certain and _is_minor(step, max(seen[step.name], shares[step.name]), final)
         ]
         kept = [step for step in needed if step not in minor]
         chosen, gain = [step.chosen for step in kept], base.chi2 - lenient.chi2

@@ -39,6 +39,9 @@ def _shift(primary: str, axis: str) -> Any:
         ("blue_x", "blue_z"),
         ("green_x", "green_z"),
         ("red_x", "red_z"),
+        ("green_x", "green_z", "blue_x", "blue_z"),
+        ("red_x", "red_z", "blue_x", "blue_z"),
+        ("red_x", "red_z", "green_x", "green_z"),
         SHIFTS,
         ("blue_x", "blue_z", "onset", "level", "bend"),
         ("green_x", "green_z", "onset", "level", "bend"),
@@ -47,7 +50,7 @@ def _shift(primary: str, axis: str) -> Any:
         (*SHIFTS, "onset", "saturation", "level"),
         (*SHIFTS, "onset", "power", "level", "bend"),
     ),
-    refined=4,
+    refined=7,
     confused_with={
         "channel-gamma": "ramps of red, green and blue, in x and y: a gamma keeps their chromaticity",
         "eotf-drift": "ramps of red, green and blue, in x and y",
