@@ -187,3 +187,8 @@ def test_small_shifts_of_two_primaries_are_one_effect(seed: int) -> None:
     shifts = 0.0009 * np.array([[0, 0, 0], [-CHANNELS[1].sum(), 0, 0], [0, 0, CHANNELS[2].sum()]])
     verdict = diagnose(campaign(seed=seed, shifts=shifts)).verdict
     assert (verdict.name, verdict.effects) == ("named", ("primary-shift",))
+
+
+def test_replicates_that_agree_by_chance_are_no_fault() -> None:
+    """One healthy display of 300: noise alone gives such a misfit beside such replicates in 3 of 1000 campaigns."""
+    assert diagnose(campaign(seed=169, hours=HOURS[:3])).verdict.name == "consistent"
