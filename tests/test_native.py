@@ -610,7 +610,7 @@ def test_a_diagnosis_takes_what_a_curve_misses_between_its_levels_for_no_aging()
 @pytest.mark.slow
 def test_a_change_smaller_than_what_curves_miss_is_named() -> None:
     """The first reading of a colour predicts its later readings, and holds the residual of the curves."""
-    diagnosis = diagnose(bright_mixtures(("eotf-drift", 0.01, "same")), baseline="native")
+    diagnosis = diagnose(bright_mixtures(("eotf-drift", 0.015, "same")), baseline="native")
     assert (diagnosis.verdict.name, diagnosis.verdict.effects) == ("named", ("eotf-drift",))
     assert "matrix-switching" not in {family.name for family in diagnosis.explanation.first}
 
