@@ -419,6 +419,21 @@ def test_a_tip_read_once_is_never_left_out() -> None:
     assert wrong_rows(solution) == ()
 
 
+@pytest.mark.parametrize(("size", "is_wrong"), [(30.0, False), (100.0, True)])
+def test_a_first_session_does_not_show_a_later_reading_to_be_wrong(size: float, *, is_wrong: bool) -> None:
+    """The model goes through the first session: if the display has changed, only later readings have a residual."""
+    both = session(Panel(), [*EVERYTHING, BLACK, BLACK])
+    columns = {name: getattr(both, name)[:-2] for name in ("hours", "drive", "xyz_cd_m2", "lines")}
+    readings = replace(both, **columns)  # black three times at first, then once
+    solution = fit(Problem.of(readings, baseline="native", instrument="0.004,0.01"))
+    residual = np.zeros_like(solution.residual)
+    residual[readings.hours > 0, 0] = 10.0
+    black = len(EVERYTHING) + 2 + EVERYTHING.index(BLACK)
+    residual[black, 0] = size
+    vars(solution)["residual"] = residual
+    assert (black in wrong_rows(solution)) is is_wrong
+
+
 def test_levels_that_its_curves_run_through_are_no_white_and_primaries() -> None:
     readings = session(Panel(), [*TIPS, BLACK, *GREYS], hours=(0.0,))
     sentence = compare(readings, baseline="native").sentence()

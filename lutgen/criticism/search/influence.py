@@ -98,7 +98,9 @@ def _largest_outlier(current: Fit) -> int | None:
         return None
     patch = patch_numbers(problem.readings)[problem.rows]
     others = np.flatnonzero(patch == patch[worst])
-    if others.size < 3:
+    # A native display goes through its first session, so that this session does not show a later reading to be wrong.
+    showing = others[problem.hour_of[others] > 0] if problem.native and problem.hour_of[worst] else others
+    if others.size < 3 or showing.size < 2:
         others = np.flatnonzero(problem.hour_of == problem.hour_of[worst])
     usual = float(np.max(size[others[others != worst]], initial=0.0))
     return int(problem.rows[worst]) if size[worst] > ALONE**2 * max(usual, 3.0) else None
