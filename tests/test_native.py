@@ -244,6 +244,25 @@ def test_a_misread_patch_of_one_session_is_the_measurements_fault(
     assert says.format(line=int(line)) in verdict.sentence
 
 
+def test_a_reading_that_its_own_model_meets_is_not_misread() -> None:
+    """Models without the reading may miss it: without the last level below a clip, a curve cuts the corner."""
+    random = np.random.default_rng(11)
+    many = [tuple(code) for code in random.uniform(0.05, 1.0, (80, 3)).round(3).tolist()]
+    readings = brighter_mixtures([*TIPS, BLACK, *GREYS, *RAMPS, *many])
+    problem = Problem.of(readings, baseline="native", instrument="0.002,0.003")
+    native = problem.native
+    assert native is not None
+    assert native.ladder is not None
+    (row, *_) = np.flatnonzero((readings.drive == RAMPS[3]).all(axis=1))
+    held_out = native.ladder.held_out.copy()
+    held_out[row] *= 1.4
+    missed = replace(native, ladder=replace(native.ladder, held_out=held_out))
+    assert not discrepancy_of_native(missed, (), readings, problem.noise).misread
+    wrong = replace(readings, xyz_cd_m2=readings.xyz_cd_m2.copy())
+    wrong.xyz_cd_m2[row] *= 1.4
+    assert Problem.of(wrong, baseline="native", instrument="0.002,0.003").discrepancy.misread == (row,)
+
+
 def test_many_mixtures_outvote_the_ramps() -> None:
     rng = np.random.default_rng(11)
     many = [tuple(code) for code in np.round(rng.uniform(0.05, 1.0, (80, 3)), 3).tolist()]

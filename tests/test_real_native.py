@@ -118,6 +118,12 @@ def test_the_light_source_has_worn_by_2020_and_the_error_falls_to_the_null_pairs
     assert diagnosis.after.error.delta_e_mean < 1.2 * compared(NULL, "native-first-hour").error.delta_e_mean
 
 
+@pytest.mark.parametrize("pattern", ["DELL_P2715Q_20220226", "LG_ULTRAWIDE_20220226"])
+def test_the_last_level_below_a_clipped_end_is_not_misread(pattern: str) -> None:
+    """The light of some ramps is constant from code 240 of 255 upwards."""
+    assert diagnose(sessions(pattern), baseline="native").verdict.name == "consistent"
+
+
 #: Largest permitted duration of a diagnosis in units, by the session's pattern: 825 readings and 175.
 LONGEST = (("ThinkPad_X61*2020-05-26_15-02", 80), ("U2718Q__2_2017-12-05", 25))
 

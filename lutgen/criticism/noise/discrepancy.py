@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.criticism.noise.model import Noise
-    from lutgen.display.own_model import Sample
+    from lutgen.display.own_model import OwnModel, Sample
     from lutgen.readings import Measurements
 
 #: Starting values and bounds of the search: both shares, and the floor in cd/m².
@@ -171,7 +171,17 @@ def discrepancy_of_native(
     in_fold = sample.fold >= 0
     residual, light = ((sample.share - held_out) * sample.white)[in_fold], (sample.share * sample.white)[in_fold]
     rows = first_session_rows(readings, leave_out)[in_fold]
-    return discrepancy_of(residual, light, noise.covariance(light), sample.white, rows)
+    found = discrepancy_of(residual, light, noise.covariance(light), sample.white, rows)
+    # A curve without its own level cuts a corner, such as the end of a clipped ramp; a curve with its level meets it.
+    misread = {int(rows[place]) for place in np.flatnonzero(_visibly_missed(native.ladder)[in_fold])}
+    return replace(found, misread=tuple(row for row in found.misread if row in misread))
+
+
+def _visibly_missed(own: OwnModel) -> NDArray[np.bool_]:
+    """Whether the own model, fitted to all readings of its sample, misses each of the readings visibly, (n,)."""
+    white = own.sample.white
+    lab = [xyz_to_lab(share * white, white) for share in (own.sample.share, own(own.sample.drive))]
+    return np.asarray(np.linalg.norm(lab[0] - lab[1], axis=1) > MISREAD_LAB)
 
 
 def _of_curves(

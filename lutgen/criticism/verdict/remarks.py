@@ -54,7 +54,7 @@ def remarks_of(explanation: Explanation, blind: Sequence[str], suspicion: Suspic
             "as .ti3 hold this table."
         )
     if suspicion.rows:
-        remarks.append(f"Left out, as other readings of the patch contradict them: {lines_of(explanation, suspicion)}.")
+        remarks.append(f"Left out, as other readings contradict them: {lines_of(explanation, suspicion)}.")
     if outliers := _with_little_weight(explanation):
         remarks.append(f"Given little weight, as readings of the patch at nearby hours contradict them: {outliers}.")
     if blind:
