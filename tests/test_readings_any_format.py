@@ -126,6 +126,7 @@ def test_commands_on_several_sessions_take_it(
     done = in_process(monkeypatch, capsys, *command)(str(path))
     assert done.code == (2 if form == ".ti3" else 0), done.err
     assert ("one session" in done.err) == (form == ".ti3")
+    assert ("Name further files" in done.err) == (form == ".ti3")
 
 
 def test_an_error_in_a_campaign_names_file_and_line_of_the_reading(tmp_path: Path) -> None:
