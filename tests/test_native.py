@@ -253,7 +253,7 @@ def test_a_reading_that_its_own_model_meets_is_not_misread() -> None:
     native = problem.native
     assert native is not None
     assert native.ladder is not None
-    (row, *_) = np.flatnonzero((readings.drive == RAMPS[3]).all(axis=1))
+    (row, *_) = np.flatnonzero((readings.drive == RAMPS[3]).all(axis=1)).tolist()
     held_out = native.ladder.held_out.copy()
     held_out[row] *= 1.4
     missed = replace(native, ladder=replace(native.ladder, held_out=held_out))
