@@ -176,7 +176,7 @@ class FirstSessionModel:
         reading of this colour contains the offset of that reading.
         """
         in_black = np.array(self._plain.black or (0.0, 0.0, 0.0)) > 0
-        first_readings, is_black = self.first_readings, ~self.problem.drive.any(axis=1)
+        first_readings, is_black = self.first_readings, (self.problem.drive == 0.0).all(axis=1)
         if first_readings:
             return first_readings.read[:, np.newaxis] | in_black
         own = self.problem.native is not None and self.problem.native.own is not None

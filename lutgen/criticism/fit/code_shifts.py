@@ -33,8 +33,15 @@ MOST = 150
 #: Number of Legendre polynomials of a smooth function of the code value. A rounding is not smooth.
 SMOOTH = 7
 
+#: Directions of the shifts with less information than this, in units of the largest information, are undetermined.
+DETERMINED = 1e-9
+
 #: Shifts are jagged if they gain more χ² than a smooth function by this number of standard deviations of chance.
 BEYOND_CHANCE = 3.0
+
+#: Largest shift of one code value in units of the root mean square of all shifts. A rounding shifts no code value by
+#: more than half a step, which is 1.7 times the root mean square; noise and tables of unknown slopes give up to 5 times.
+LARGEST = 8.0
 
 #: Number of proposed settings that are fitted.
 FITTED = 24
@@ -106,6 +113,14 @@ class CodeShifts:
         return freedom > 0 and bool(gain / self.scatter > freedom + BEYOND_CHANCE * np.sqrt(2.0 * freedom))
 
     @cached_property
+    def are_of_one_step(self) -> bool:
+        """Whether no shift is certainly (2 σ) too large for a rounding, beside the other shifts."""
+        variances = np.linalg.pinv(self.information, rcond=DETERMINED, hermitian=True)
+        shifts, deviations = variances @ self.pull, np.sqrt(np.maximum(np.diag(variances), 0.0))
+        rms = float(np.sqrt(np.average(shifts**2, weights=np.diag(self.information)))) if shifts.size else 0.0
+        return bool((np.abs(shifts) - 2.0 * deviations <= LARGEST * rms).all())
+
+    @cached_property
     def _jagged(self) -> tuple[float, int]:
         """Gain in χ² of free shifts over a smooth function of the code value, and its degrees of freedom."""
         if self.code.size <= SMOOTH:
@@ -119,7 +134,7 @@ class CodeShifts:
 def _gain(information: Array, pull: Array) -> tuple[float, int]:
     """Gain in χ² of the best shifts, and the rank of their information matrix."""
     values, vectors = np.linalg.eigh(information)
-    determined = values > 1e-9 * max(float(values.max()), 1e-300)
+    determined = values > DETERMINED * max(float(values.max()), 1e-300)
     return float(((vectors[:, determined].T @ pull) ** 2 / values[determined]).sum()), int(determined.sum())
 
 
