@@ -11,6 +11,7 @@ import pytest
 
 from lutgen.display.trace import in_chain_order, panel, reported
 from lutgen.effects import Effect, catalogue
+from lutgen.effects.clause import in_words
 from tests.effect_scenes import TIPS, N, Term, lively, scene_of, signal_of
 
 pytestmark = pytest.mark.numbers
@@ -203,16 +204,29 @@ def test_every_module_docstring_gives_its_equation() -> None:
         ("black-level", {"new": 0.002, "grown": -0.001}, "black leaks 0.2 % of white, falling to 0.1 % by 18 000 h"),
         ("eotf-drift", {"level_25": 0.1}, "the transfer curve drifts"),
         ("quantization", {"bits": 8.0}, "code values are rounded to 8 bits"),
-        ("quantization", {"bits": 6.0, "since": 4500.0}, "code values are rounded to 6 bits from about 4500 h on"),
+        ("quantization", {"bits": 6.0, "since": 4500.0}, "code values are rounded to 6 bits, since a time near 4500 h"),
+        ("recalibration", {"hour": 4500.0, "red": 0.1}, "somebody recalibrated the display near 4500 h"),
+        ("channel-gamma", {"red_new": 0.1, "blue_25": 0.1}, "the transfer curve of red and blue drifts"),
+        ("temperature", {"slope": -0.003}, "light changes by -0.3 % per kelvin"),
+        ("warm-up", {"amount": -0.047}, "a cold display gives 4.7 % more light"),
+        ("drive-loss", {"new": -0.01, "grown": 0.03}, "pixels lose -1 % of their drive, growing to 2 % by 18 000 h"),
         ("yellowing", {"depth": 0.2}, "optics yellow"),
     ],
 )
 def test_an_effect_says_in_a_clause_what_it_does(name: str, values: dict[str, float], says: str) -> None:
     effect = catalogue()[name]
-    assert effect.in_words(effect.rest() | values) == says
+    assert in_words(effect, effect.rest() | values) == says
+
+
+def test_a_date_is_told_as_the_gap_between_two_sessions() -> None:
+    recalibration = catalogue()["recalibration"]
+    values = recalibration.rest() | {"hour": 11_000.0, "gamma": 0.1}
+    assert in_words(recalibration, values, (0.0, 8500.0, 13_500.0)) == (
+        "somebody recalibrated the display between 8500 and 13500 h"
+    )
 
 
 def test_every_clause_can_be_said() -> None:
     for effect in catalogue().values():
-        assert effect.in_words(effect.typical())
-        assert "{" not in effect.in_words(effect.rest())
+        assert in_words(effect, effect.typical())
+        assert "{" not in in_words(effect, effect.rest())

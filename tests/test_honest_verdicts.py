@@ -40,6 +40,7 @@ from lutgen.criticism.verdict.pronounce import (
 )
 from lutgen.criticism.verdict.weighing import Weighed, _is_minor, is_of_curves
 from lutgen.effects import catalogue
+from lutgen.effects.clause import in_words
 from lutgen.effects.shapes import is_knot
 from tests.campaigns import MORE_HOURS, single, text_of
 from tests.command import Done, in_process
@@ -687,7 +688,7 @@ def test_sizes_are_those_of_the_model_that_the_next_command_makes() -> None:
     assert diagnosis.verdict.effects == ("black-level",)
     (step,) = diagnosis.explanation.steps
     assert [term.effect.name for term in diagnosis.explanation.final.terms] == ["black-level"]
-    assert step.effect.in_words(step.chosen.term.values) in diagnosis.verdict.sentence
+    assert in_words(step.effect, step.chosen.term.values) in diagnosis.verdict.sentence
     refinement = refine(data, ["black-level"])
     assert diagnosis.after.ratio == pytest.approx(refinement.after.ratio, rel=0.05)
     (term,) = refinement.final.terms

@@ -189,7 +189,7 @@ def test_a_cable_with_fewer_bits_may_be_installed_in_the_middle_of_a_campaign(ba
     ]
     verdict = diagnosed(table(rows, ""), baseline).verdict
     assert (verdict.name, verdict.effects) == ("named", ("quantization",)), verdict.sentence
-    assert "rounded to 6 bits from about 4500 h on" in verdict.sentence
+    assert "rounded to 6 bits, since a time between 2600 and 6400 h" in verdict.sentence
 
 
 def test_a_refutation_asks_for_nothing_that_the_readings_hold() -> None:

@@ -62,7 +62,7 @@ CASES = {
     "cross-coupled channels": Case("named", ("crosstalk",), (("crosstalk", "same", 4.0),), "crosstalk is missing"),
     "a drifting transfer curve": Case("named", ("eotf-drift",), (("eotf-drift", "same", 16.0),)),
     "a faint drift, which lost drive does as well": Case(
-        "one-of", ("drive-loss", "eotf-drift"), (("eotf-drift", "same", 5.0),), "too little to show in the mean ΔE2000"
+        "one-of", ("drive-loss", "eotf-drift"), (("eotf-drift", "same", 5.0),), "too small to show in the mean ΔE2000"
     ),
     "glare in the optics": Case("named", ("veiling-glare",), (("veiling-glare", "same", 5.0),), campaign=FULL),
     "unequal emitters, from hour 0": Case(

@@ -21,7 +21,6 @@ import sys
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from math import isfinite
-from string import Formatter
 from typing import TYPE_CHECKING, Any, Protocol
 
 from lutgen.errors import LutgenError
@@ -152,7 +151,10 @@ class Effect:
         Name of another effect → the measurement that would separate the two effects, one sentence.
     says
         A clause that describes the effect and its size: ``black leaks {size} of white``. ``{size}`` is the first
-        amplitude and its growth. Other parameters are inserted by their names, as in :meth:`str.format`.
+        amplitude and its growth, in percent. ``{channels}`` lists red, green and blue, where their parameters are not
+        neutral. Other parameters are inserted by their names, as in :meth:`str.format`.
+    says_less
+        The clause for a negative size, which is inserted without its sign; "": ``says``.
     source
         Source of the form and of the size, with DOI where there is one; "an assumption" where there is no source.
     propose
@@ -175,6 +177,7 @@ class Effect:
     compensated: bool = True
     confused_with: Mapping[str, str] = field(default_factory=dict)
     says: str = ""
+    says_less: str = ""
     source: str = ""
     propose: Propose | None = None
     text: str = ""
@@ -188,21 +191,6 @@ class Effect:
     def summary(self) -> str:
         """The first line of the docstring, without its full stop."""
         return self.text.strip().partition("\n")[0].rstrip(".")
-
-    def in_words(self, values: Mapping[str, float]) -> str:
-        """Return a clause that describes the effect at these values, with the size if ``says`` contains it."""
-        amount = next(iter(self.neutral), "")
-        explained = {amount, "grown", *(name for _, name, _, _ in Formatter().parse(self.says) if name)}
-        if not self.says or any(values[name] != rest for name, rest in self.neutral.items() if name not in explained):
-            clause = self.summary.partition(":")[0]
-            return clause[:1].lower() + clause[1:]
-        new, grown = values.get(amount, 0.0), values.get("grown", 0.0)
-        new = new if abs(new) >= 0.01 * abs(grown) else 0.0  # a size of no importance is not printed
-        clause = self.says.format(size=f"{100 * (new or grown):.2g} %", **values)
-        clause += _course(new, grown) if "{size}" in self.says else ""
-        dates = {name: each.value for name, each in self.parameters.items() if each.grid == "gaps"}
-        later = [values[name] for name, rest in dates.items() if name not in explained and values[name] > rest]
-        return f"{clause} from about {later[0]:.0f} h on" if later else clause
 
     def as_json(self) -> dict[str, Any]:
         """Return the declaration as JSON, without the function."""
@@ -248,7 +236,8 @@ class Effect:
             for name, parameter in self.parameters.items()
         }
         says = f"{self.says} beyond that of the first session" if "{size}" in self.says else self.says
-        return replace(self, parameters=parameters, forms=forms, refined=simple, says=says)
+        less = f"{self.says_less}, compared with the first session" if self.says_less else ""
+        return replace(self, parameters=parameters, forms=forms, refined=simple, says=says, says_less=less)
 
     def rest(self) -> dict[str, float]:
         """Return parameters at which the effect does nothing: neutral amplitudes, typical other parameters."""
@@ -257,16 +246,6 @@ class Effect:
     def typical(self) -> dict[str, float]:
         """Return every parameter's typical value."""
         return {name: parameter.value for name, parameter in self.parameters.items()}
-
-
-def _course(new: float, grown: float) -> str:
-    """Return the end of a clause: how a share of ``new`` at hour 0 changes by 18 000 h."""
-    first, last = f"{100 * new:.2g} %", f"{100 * (new + grown):.2g} %"
-    if not grown or first == last:
-        return ""
-    if not new:
-        return " by 18 000 h"
-    return f", {'growing' if abs(new + grown) > abs(new) else 'falling'} to {last} by 18 000 h"
 
 
 def chain_order(declared: Effect) -> tuple[int, str]:
@@ -295,6 +274,7 @@ def effect(
     compensated: bool = True,
     confused_with: Mapping[str, str] | None = None,
     says: str = "",
+    says_less: str = "",
     source: str = "",
     propose: Propose | None = None,
     **parameters: Parameter,
@@ -324,6 +304,7 @@ def effect(
             compensated=compensated,
             confused_with=confused_with or {},
             says=says,
+            says_less=says_less,
             source=source,
             propose=propose,
             text=inspect.getdoc(module) or inspect.getdoc(function) or "",

@@ -180,7 +180,7 @@ class FirstSessionModel:
         if first_readings:
             return first_readings.read[:, np.newaxis] | in_black
         own = self.problem.native is not None and self.problem.native.own is not None
-        return (~is_black & own)[:, np.newaxis] | in_black
+        return np.asarray((~is_black & own)[:, np.newaxis] | in_black)
 
     def errors_of_exact(self, sizes: Array) -> Array:
         """Errors of single colours, from ``sizes`` (e,) in σ, at the readings in ``exact``, (n, 3); 0 at others."""

@@ -40,7 +40,7 @@ DETERMINED = 1e-9
 BEYOND_CHANCE = 3.0
 
 #: Largest shift of one code value in units of the root mean square of all shifts. A rounding shifts no code value by
-#: more than half a step, which is 1.7 times the root mean square; noise and tables of unknown slopes give up to 5 times.
+#: more than half a step, which is 1.7 times the root mean square; noise and tables of unknown slopes give up to 5.
 LARGEST = 8.0
 
 #: Number of proposed settings that are fitted.

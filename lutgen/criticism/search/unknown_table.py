@@ -3,8 +3,8 @@
 A rounding shifts each code value of each channel by a part of a step. Which part depends on the table before the
 rounding. If the table is known, or near a power, a formula gives all shifts. Otherwise a formula gives a few shifts,
 and the search adds effects that explain some of the others. Therefore the shifts of all code values are unknowns here,
-as large as those of the rounding (:mod:`lutgen.criticism.first_session.slope_errors`). If these shifts leave only noise,
-are jagged, and none is far larger than the others, the rounding takes the place of the other effects.
+as large as those of the rounding (:mod:`lutgen.criticism.first_session.slope_errors`). If these shifts leave only
+noise, are jagged, and none is far larger than the others, the rounding takes the place of the other effects.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ from lutgen.criticism.verdict.imitation import Imitated, assumes_held_luminance,
 from lutgen.criticism.verdict.remarks import lines_of, remarks_of
 from lutgen.criticism.verdict.verdict import Verdict
 from lutgen.criticism.verdict.weighing import Weighed, is_of_curves, shares_of_delta_e
-from lutgen.criticism.verdict.words import NO_FREE_TERM, excess, like_both, more_light, one, several, structure
+from lutgen.criticism.verdict.words import NO_FREE_TERM, clause, excess, like_both, more_light, one, several, structure
 from lutgen.errors import listed
 from lutgen.numerals import percent
 
@@ -143,6 +143,8 @@ def _unexplained(explanation: Explanation, remarks: tuple[str, ...], residual_te
         if len(explanation.steps) == 1 and left < 1.0 - MOST_OF_IT and is_likelier:
             alone = " for certain"
             tried = f" {nearest.name} would explain it, but a smooth change that is no known effect is likelier."
+        elif left < 1.0 - MOST_OF_IT:
+            tried = f" {nearest.name} explains nearly all of the misfit, but not this."
     if len(explanation.steps) > 1:
         names, left = listed(step.name for step in explanation.steps), _left(final.chi2, explanation)
         if left < 1.0 - MOST_OF_IT:
@@ -210,16 +212,21 @@ def _sound(explanation: Explanation, weighed: Weighed, error: PureError, remarks
         remarks = (*remarks, f"Also fitted, but explaining almost none of the error: {', '.join(minor)}.")
     # Take the printed sizes from a fit with the named effects only: ``refine`` builds this model.
     alone = explanation.of([step.name for step in kept]).steps
-    sizes = {step.name: step.effect.in_words(step.chosen.term.values) for step in alone}
+    sizes = {step.name: clause(step) for step in alone}
     left = "" if weighed.clean else f"its formula leaves a residual: {structure(explanation, weighed.final_free_term)}."
     if len(kept) == 1:
-        left = left or ("its formula leaves a residual that another effect explains." if beside or minor else "")
+        if further := [*beside, *minor]:
+            explained = f"{listed(further)} explain{'' if len(further) > 1 else 's'}"
+            left = left or f"its formula leaves a residual that {explained}."
         (step,) = kept
         size = f"{sizes[step.name]}: {excess(step, seen, weighed.shares)}"
         simplest, imitated = _share_of_simplest(alone[0], explanation), _imitated(step, explanation, error)
         objection = JAGGED if explanation.unknown_table else assumes_held_luminance(step, base.problem)
         doubt = unproved(step, explanation.final, error.scale)
-        verdict = one(step, size, left=left, simplest=simplest, imitated=imitated, objection=objection, doubt=doubt)
+        rest = "may be noise, whose size is not known exactly" if 0 < seen[step.name] < HALF else "is noise"
+        verdict = one(
+            step, size, left=left, simplest=simplest, imitated=imitated, objection=objection, doubt=doubt, rest=rest
+        )
     elif (overlapping := _overlap(kept, explanation)) and weighed.clean and len(kept) == 2:
         verdict = like_both(kept)
     elif imitations := _imitations(kept, explanation, error):
@@ -277,7 +284,7 @@ def _without_imitations(
     if _overlap(rest.steps, rest):
         return None
     seen = shares_of_delta_e(rest.base, rest.final, rest.steps)
-    sizes = {step.name: step.effect.in_words(step.chosen.term.values) for step in rest.steps}
+    sizes = {step.name: clause(step) for step in rest.steps}
     left = f"what remains could also be {listed(imitations)}, or something that the catalogue lacks"
     if len(rest.steps) > 1:
         verdict = several(rest.steps, sizes, weighed.shares, seen, f"{left}.")
@@ -324,7 +331,7 @@ def _tied_with_free_term(explanation: Explanation, weighed: Weighed) -> Verdict 
         return None
     (step,) = explanation.steps
     seen = shares_of_delta_e(base, final, explanation.steps)
-    size = f"{step.effect.in_words(step.chosen.term.values)}: {excess(step, seen, weighed.shares)}"
+    size = f"{clause(step)}: {excess(step, seen, weighed.shares)}"
     objection = "A smooth change that no effect of the catalogue describes explains these readings as well."
     return replace(one(step, size, objection=objection), shares=weighed.shares, shares_delta_e=seen)
 
@@ -341,13 +348,13 @@ def _changed_curves(explanation: Explanation, weighed: Weighed) -> Verdict:
     apart = [step for step in others if step.name in explanation.shown_by_black]
     seen = shares_of_delta_e(base, final, explanation.steps)
     sentence = (
-        f"The display's curves were changed by {listed(curves, 'or')}, or by an effect like it that the catalogue "
-        f"lacks. If it is {first.name}, {first.effect.in_words(first.chosen.term.values)}"
+        f"The display's curves were changed by {listed(curves, 'or')}, or by another effect that the catalogue lacks. "
+        f"If it is {first.name}, {clause(first)}"
     )
-    if missed := [step.name for step in others if step not in apart]:
+    if missed := [step.name for step in others if step not in apart and step.name not in curves]:
         sentence += f"; {listed(missed)} explain{'' if len(missed) > 1 else 's'} what its formula misses"
     if apart:
-        which = "; ".join(f"{step.name} ({step.effect.in_words(step.chosen.term.values)})" for step in apart)
+        which = "; ".join(f"{step.name} ({clause(step)})" for step in apart)
         sentence += f". Separate from this, black shows {which}"
     names = (*curves, *(step.name for step in apart))
     return Verdict("one-of", f"{sentence}.", names, shares=weighed.shares, shares_delta_e=seen)

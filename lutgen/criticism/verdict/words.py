@@ -6,14 +6,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.colorimetry import xyz_to_uv
 from lutgen.criticism.fit.families import condition_of, family_of
+from lutgen.criticism.fit.linear import State, predict
 from lutgen.criticism.search.candidates import HALF, STRONG
-from lutgen.criticism.search.explanation import bends_curves
+from lutgen.criticism.search.explanation import ages_light, bends_curves
 from lutgen.criticism.search.free_term import FreeTerm
 from lutgen.criticism.search.stepwise import MOST_OF_IT
 from lutgen.criticism.verdict.verdict import Verdict
+from lutgen.effects.clause import in_words
 from lutgen.errors import listed
-from lutgen.numerals import percent
+from lutgen.numerals import percent, spaced
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -25,7 +28,10 @@ if TYPE_CHECKING:
 NO_FREE_TERM = FreeTerm()
 
 #: Added to a share of χ² if the mean ΔE2000 is not above that of noise.
-NOT_SEEN = ", too little to show in the mean ΔE2000 of all readings"
+NOT_SEEN = ", too small to show in the mean ΔE2000"
+
+#: Shifts of chromaticity below this, in u'v', are not mentioned.
+VISIBLE_SHIFT = 0.001
 
 #: Two sessions differ in light if the difference exceeds this number of its standard deviations.
 CLEARLY = 3.0
@@ -87,11 +93,35 @@ def several(
     return Verdict("several", sentence, names, rivals)
 
 
+def clause(step: Step) -> str:
+    """Describe an effect at its fitted values; of an effect since the first hour, also what becomes of white."""
+    problem = step.chosen.fit.problem
+    text = in_words(step.effect, step.chosen.term.values, problem.hours.tolist())
+    return f"{text}{_of_white(step)}" if problem.from_first_hour and ages_light(step.effect) else text
+
+
+def _of_white(step: Step) -> str:
+    """Say what an effect leaves of white by the last session: the share of its light, and the shift of its colour."""
+    fitted = step.chosen.fit
+    problem, last = fitted.problem, fitted.problem.hours[-1]
+    white = (problem.drive == 1.0).all(axis=1) & problem.is_at_rest & (problem.hour_of == problem.hours.size - 1)
+    if not white.any():
+        return ""
+    others = tuple(term for term in fitted.terms if term.effect.name != step.name)
+    without, aged = (
+        predict(problem, State(terms, fitted.tips, fitted.gains))[white].mean(axis=0)
+        for terms in (others, (*others, step.chosen.term))
+    )
+    shift = float(np.linalg.norm(xyz_to_uv(aged) - xyz_to_uv(without)))
+    moved = f" and moves by {shift:.3f} in u'v'" if shift >= VISIBLE_SHIFT else ""
+    return f", so that white keeps {percent(aged[1] / without[1])} of its light{moved} by {spaced(last)} h"
+
+
 def excess(step: Step, seen: Mapping[str, float], shares: Mapping[str, float]) -> str:
     """Say which share of the excess mean ΔE2000 an effect explains; of the excess χ² if ΔE2000 has no excess."""
     if any(seen.values()):
         return f"{percent(seen[step.name])} of the excess error"
-    return f"{percent(shares[step.name])} of the excess χ²{NOT_SEEN}"
+    return f"{percent(shares[step.name])} of the misfit (χ²){NOT_SEEN}"
 
 
 def one(
@@ -103,13 +133,14 @@ def one(
     imitated: Imitated | None = None,
     objection: str = "",
     doubt: str = "",
+    rest: str = "is noise",
 ) -> Verdict:
     """Name one effect.
 
     ``size`` describes how large the effect is, ``left`` the residual of its formula. ``simplest`` is the gain of the
     effect's simplest form as a share of its form's gain. ``imitated`` is the effect that its form follows best.
     ``objection``: a reason of the caller why the effect is not proved; then no other reason is searched for. ``doubt``:
-    a reason that counts if there is no other reason.
+    a reason that counts if there is no other reason. ``rest``: what is said of the error that remains.
     """
     names = (step.name,)
     if step.rivals:
@@ -139,7 +170,7 @@ def one(
     if left:
         sentence = f"{step.name} is missing ({size}), but {left}"
         return Verdict("form", sentence, names)
-    return Verdict("named", f"{step.name} is missing: {size}. With it, what remains is noise.", names)
+    return Verdict("named", f"{step.name} is missing: {size}. With it, what remains {rest}.", names)
 
 
 def _imitates(step: Step, imitated: Imitated) -> bool:

@@ -41,6 +41,7 @@ from lutgen.effects.shapes import POWER, SATURATION, growth
         "meter-offset": "read with the lens capped, and on a second date: a leak follows the backlight",
     },
     says="black leaks {size} of white",
+    says_less="black leaks less, by {size} of white",
     source="Day, Taplin & Berns 2004, doi:10.1002/col.20046 (form); size of growth: an assumption",
     new=Parameter(0.0015, (0.0, 0.03), "1", "share of white's light that passes at black, at hour 0", beside_first=0.0),
     grown=Parameter(0.0015, (-0.03, 0.06), "1", "growth of that share by 18 000 h"),

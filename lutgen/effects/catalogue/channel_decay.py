@@ -37,6 +37,7 @@ MAX_GAIN = 20.0
         "phosphor-wear": "spectra of the primaries: unequal emitters keep their chromaticities",
         "drive-loss": "ramps; under a pure power law nothing separates them and the picture is the same",
     },
+    says="the light of {channels} fades at its own rate",
     source="Féry et al. 2005, doi:10.1063/1.2133922 (form); size: an assumption",
     red=Parameter(0.2, (-0.5, 10.0), "1", "nepers that red has lost by 18 000 h"),
     green=Parameter(0.2, (-0.5, 10.0), "1", "nepers that green has lost by 18 000 h"),

@@ -60,6 +60,7 @@ RED, GREEN, BLUE = (
         "eotf-drift": "ramps of red, green and blue: one of them bends, or all",
         "black-level": "single-channel ramps at dark levels",
     },
+    says="the transfer curve of {channels} drifts",
     source="mechanism and size: an assumption",
     **SIZES,
     power=POWER,

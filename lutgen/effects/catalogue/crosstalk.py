@@ -50,6 +50,7 @@ def _pair(victim: str, neighbour: str) -> Any:
         "matrix-switching": "pairs of patches across a border between two colour points",
     },
     says="a fully lit neighbour takes {size} of a channel's light",
+    says_less="a fully lit neighbour adds {size} to a channel's light",
     source="Wen & Wu 2006, doi:10.1002/col.20187 (form); size: an assumption",
     new=Parameter(
         0.02,

@@ -42,6 +42,7 @@ from lutgen.effects.shapes import LASTING, POWER, SATURATION, growth, share_of_f
         "backlight-decay": "ramps; under a pure power law nothing separates them and the picture is the same",
     },
     says="pixels lose {size} of their drive",
+    says_less="pixels gain {size} of drive",
     source="mechanism and size: an assumption",
     new=Parameter(0.01, (-0.1, 0.4), "1", "share of the drive that is lost at hour 0", beside_first=0.0),
     grown=Parameter(0.03, (-0.3, 0.5), "1", "growth of that share by 18 000 h"),

@@ -31,7 +31,7 @@ from lutgen.effects.scene import Scene
         "loading": "a dark patch in a bright surround: dimming makes it brighter than on a dark screen, loading darker",
         "veiling-glare": "a black and a mid-grey patch in both surrounds: glare adds, dimming is a factor",
     },
-    says="a black screen is lit by {depth:.2g} less than a white one, as a share",
+    says="a black picture dims the light source by {size}",
     source="Hoffman, Stepien & Xiong 2016, doi:10.1002/jsid.416 (effect); form and size: an assumption",
     depth=Parameter(0.2, (0.0, 0.99), "1", "share of the backlight that is missing behind a black screen"),
     exponent=Parameter(

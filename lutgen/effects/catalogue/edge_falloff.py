@@ -38,6 +38,7 @@ from lutgen.effects.shapes import POWER, SATURATION, growth
     needs=("u", "v"),
     confused_with={},
     says="the corners lack {size} of the light",
+    says_less="the corners give {size} more light",
     source="doi:10.1007/s10278-015-9811-7 (size when new); form and growth: an assumption",
     new=Parameter(0.1, (-0.1, 0.6), "1", "share of the light that is missing in the corners, at hour 0"),
     grown=Parameter(0.05, (-0.3, 0.6), "1", "growth of that share by 18 000 h"),

@@ -24,6 +24,7 @@ from lutgen.effects.scene import Scene
     neutral={},
     forms=((), ("softness",)),
     confused_with={"crosstalk": "pairs of patches across a border between two colour points"},
+    says="the model jumps between its matrices where the display does not",
     source="Avanaki et al. 2015, doi:10.1117/12.2082315, step 5",
     softness=Parameter(
         0.0, (0.0, 3.0), "1", "weight of the other channels: 0 the smallest channel alone, 1 the harmonic mean"

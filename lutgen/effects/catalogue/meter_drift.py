@@ -31,7 +31,7 @@ from lutgen.effects.scene import Scene
         "phosphor-wear": "a second meter or a check source",
         "meter-mismatch": "a check source",
     },
-    says="the meter's readings change by {drift:.1%} in 18 000 h",
+    says="the meter's readings change by {size} in 18 000 h",
     source="Silosky & Marsh 2013, Med. Phys. 40, 121902 (effect); size: an assumption",
     drift=Parameter(0.01, (-0.06, 0.06), "1", "relative change of all readings by 18 000 h"),
     drift_x=Parameter(0.0, (-0.06, 0.06), "1", "relative change of X in addition, by 18 000 h"),

@@ -34,7 +34,7 @@ from lutgen.effects.shapes import scaled
         "warm-up": "log minutes and temperature apart",
         "backlight-decay": "the temperature column: without it a warmer room looks like wear",
     },
-    says="light changes by a share of {slope:.2g} per kelvin",
+    says="light changes by {size} per kelvin",
     source="size: an assumption",
     slope=Parameter(-0.003, (-0.06, 0.06), "1/K", "relative change of the light per kelvin above 25 °C"),
     curve=Parameter(0.0, (-0.002, 0.002), "1/K²", "relative change of the light per squared kelvin"),

@@ -30,7 +30,7 @@ from lutgen.effects.shapes import bent
         "eotf-drift": "the temperature column: a curve that ages stays when the panel cools",
         "temperature": "greys and ramps at two temperatures: white stays where only the curve bends",
     },
-    says="the exponent of the curve changes by {slope:.2g} per kelvin",
+    says="the exponent of the curve changes by {size} per kelvin",
     source="electro-optic characteristics of switching modes by temperature (2009); form and size: an assumption",
     slope=Parameter(0.003, (-0.05, 0.05), "1/K", "change of the exponent per kelvin above 25 °C"),
     tilt=Parameter(0.0, (-0.05, 0.05), "1/K", "change of the exponent per kelvin at code 1 less that at code ½"),

@@ -38,6 +38,7 @@ LEAST_TAIL = 1e-7
         "burn-in-decay": "hours of operation against minutes since power-on",
     },
     says="a cold display lacks {size} of its light",
+    says_less="a cold display gives {size} more light",
     source="size: an assumption",
     amount=Parameter(0.08, (-0.5, 0.9), "1", "share of the warm display's light that is missing at power-on"),
     grown=Parameter(0.0, (-0.5, 0.5), "1", "growth of that share by 18 000 h"),
