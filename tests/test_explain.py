@@ -747,3 +747,13 @@ def _named_date(name: str) -> date:
     assert match is not None
     day, month, _, _, later_month, later_day = match.groups()
     return date(2022, int(month or later_month), int(day or later_day))
+
+
+@pytest.mark.parametrize("z", [0.96, 1.04])
+def test_a_correction_that_turns_white_bluer_is_no_aging(z: float, tmp_path: Path) -> None:
+    """One axis of the meter changes by 4 %: towards yellow it may be aging, towards blue it may not."""
+    rng = np.random.default_rng(4)
+    display, code = panel(rng), chart(9, 3)
+    turned = replace(display, channels=display.channels * np.array([1.0, 1.0, z]))
+    verdict = two(tmp_path, texts_of((display, turned), code, rng), 400)
+    assert ("aging" in verdict.names) == (z < 1.0)

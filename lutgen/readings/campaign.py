@@ -81,7 +81,8 @@ class Campaign:
         if self.hours_per_day is None:
             raise LutgenError(
                 f"{self.file}: sessions have dates, which are no operating hours. Say how long the display is on: "
-                "hours_per_day = 8.0 under [display] of a campaign file, or hours = … in every session."
+                "hours_per_day = 8.0 under [display] of a campaign file (lutgen sessions init drafts one), "
+                "or hours = … in every session."
             )
         days = np.array([entry.date.toordinal() for entry in self.entries if entry.date], dtype=np.float64)
         return np.asarray((days - days.min()) * self.hours_per_day)

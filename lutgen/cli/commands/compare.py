@@ -23,9 +23,10 @@ from lutgen.cli.outputs import Outputs
 def command(*, json_to: str | None, fail_above: float | None, plots: str | None, force: bool, **options: Any) -> None:
     """Show where the model fails on measurements, by how much, and in which direction.
 
-    DATA is a table of readings (.csv) with more than white, red, green and blue: greys, ramps, mixtures, positions,
-    room light, … The report gives the error by hour, level, colour and condition, beside the error that noise alone
-    would cause; the noise comes from the replicates in DATA. Without --fail-above the exit code is 0 for any result.
+    DATA are readings of more than white, red, green and blue: greys, ramps, mixtures, positions, room light, … DATA is
+    a table (.csv), a .ti3 or CGATS file, an ICC profile with readings, or a campaign file. The report gives the error
+    by hour, level, colour and condition, beside the error that noise alone would cause; the noise comes from the
+    replicates in DATA. Without --fail-above the exit code is 0 for any result.
 
     \b
     Example:

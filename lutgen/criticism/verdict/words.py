@@ -114,7 +114,9 @@ def _of_white(step: Step) -> str:
     )
     shift = float(np.linalg.norm(xyz_to_uv(aged) - xyz_to_uv(without)))
     moved = f" and moves by {shift:.3f} in u'v'" if shift >= VISIBLE_SHIFT else ""
-    return f", so that white keeps {percent(aged[1] / without[1])} of its light{moved} by {spaced(last)} h"
+    kept = float(aged[1] / without[1])
+    light = f"gains {percent(kept - 1.0)} of light" if kept > 1.0 else f"keeps {percent(kept)} of its light"
+    return f", so that white {light}{moved} by {spaced(last)} h"
 
 
 def excess(step: Step, seen: Mapping[str, float], shares: Mapping[str, float]) -> str:

@@ -31,6 +31,8 @@ from lutgen.effects.scene import Scene
         "meter-drift": "a second meter or a check source",
         "drive-loss": "ramps; under a pure power law nothing separates them and the picture is the same",
     },
+    says="the light source fades",
+    says_less="the light source brightens",
     source="IES TM-21 (form); Avanaki et al. 2015, doi:10.1117/12.2082315 (67 % and 40 %)",
     loss=Parameter(0.9, (-0.3, 6.0), "1", "nepers lost by 18 000 h: T = 18 000 h/loss^(1/beta)"),
     beta=Parameter(1.0, (0.3, 4.0), "1", "shape: 1 exponential, above 1 slow first"),

@@ -26,6 +26,9 @@ _USUAL = 0.6
 #: Smallest loss of each channel, in nepers, that may be aging although a matrix also explains the pair; an assumption.
 _LEAST_LOSS = 0.05
 
+#: Largest relative gain of short wavelengths, in nepers, that is an error of the meter.
+_BLUER = 0.01
+
 #: Largest Δu'v' of red or green by aging: twice that of the paper's display.
 _COLOUR = 0.01
 
@@ -52,11 +55,15 @@ def _prior(pair: SessionPair) -> float:
 
 def _sound(values: Values, pair: SessionPair) -> bool:
     way = -1.0 if pair.days is not None and pair.days < 0 else 1.0
-    aged, yellowed = way * values["aged"], way * float(values.get("yellowed", np.zeros(1))[0])
+    aged = way * values["aged"]
+    # Light of short wavelengths is lost and does not come back: not in white, and not in the blue channel.
+    yellowed = way * float(values.get("yellowed", np.zeros(1))[0])
+    short_of_blue = float(aged[2]) + way * float(values["faded"][1]) if "faded" in values else 0.0
     slow = pair.days is None or -float(aged.mean()) <= _SUDDEN + _FASTEST * abs(pair.days) / 365.25
     # A filter or emitter of blue may fade alone; a backlight dims all channels.
     together = aged.max() <= 0.02 + (0.0 if "faded" in values else _TOGETHER * aged.min())
-    return bool(slow and together and aged[2] <= min(aged[0], aged[1]) + 0.02 and yellowed <= 0.01)
+    blue_fades = aged[2] <= min(aged[0], aged[1]) + 0.02 and max(yellowed, short_of_blue) <= _BLUER
+    return bool(slow and together and blue_fades)
 
 
 def _dimmed_for_one_meter(pair: SessionPair) -> bool:
