@@ -727,10 +727,9 @@ def test_the_first_session_of_a_native_display_is_no_wrong_one(
     residual = (
         np.random.default_rng(1).normal(size=(200, 3)) * np.where(hours[hour_of] == hour, 30.0, 1.0)[:, np.newaxis]
     )
-    rest = SimpleNamespace(at_rest=lambda: np.ones(200, dtype=bool))
     problem = SimpleNamespace(
-        from_first_hour=False, native=native or None, hours=hours, hour_of=hour_of, rows=np.arange(200), readings=rest,
-        is_tip_anchor=np.zeros(200, dtype=bool),
+        from_first_hour=False, native=native or None, hours=hours, hour_of=hour_of, rows=np.arange(200),
+        is_at_rest=np.ones(200, dtype=bool), is_tip_anchor=np.zeros(200, dtype=bool),
     )  # fmt: skip
     assert wrong_sessions(cast("Fit", SimpleNamespace(problem=problem, residual=residual)), 1.0) == wrong
 
@@ -753,7 +752,7 @@ def test_a_session_is_wrong_where_other_later_ones_are_sound_and_not_for_conditi
     size = np.where(np.isin(hour_of, bad) & (rest if at_rest else ~rest), 30.0, 1.0)[:, np.newaxis]
     problem = SimpleNamespace(
         from_first_hour=False, native=None, hours=hours, hour_of=hour_of, rows=np.arange(300),
-        readings=SimpleNamespace(at_rest=lambda: rest), is_tip_anchor=np.zeros(300, dtype=bool),
+        is_at_rest=rest, is_tip_anchor=np.zeros(300, dtype=bool),
     )  # fmt: skip
     residual = np.random.default_rng(1).normal(size=(300, 3)) * size
     assert wrong_sessions(cast("Fit", SimpleNamespace(problem=problem, residual=residual)), 1.0) == wrong
@@ -764,7 +763,7 @@ def test_a_session_of_white_and_primaries_alone_is_no_sound_one() -> None:
     hours, hour_of = np.array([0.0, 500.0, 3000.0, 6000.0, 9000.0, 9500.0]), np.repeat(np.arange(6), 40)
     problem = SimpleNamespace(
         from_first_hour=False, native=None, hours=hours, hour_of=hour_of, rows=np.arange(240),
-        readings=SimpleNamespace(at_rest=lambda: np.ones(240, dtype=bool)), is_tip_anchor=hour_of == 5,
+        is_at_rest=np.ones(240, dtype=bool), is_tip_anchor=hour_of == 5,
     )  # fmt: skip
     size = np.array([1.0, 1.0, 1.0, 1.0, 30.0, 1.0])[hour_of]
     residual = np.random.default_rng(1).normal(size=(240, 3)) * size[:, np.newaxis]

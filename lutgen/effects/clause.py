@@ -33,15 +33,14 @@ def in_words(effect: Effect, values: Mapping[str, float], hours: Sequence[float]
     new = new if abs(new) >= 0.01 * abs(grown) else 0.0  # a size of no importance is not printed
     less = effect.says_less and new + grown < 0 and new <= 0
     new, grown = (-new, -grown) if less else (new, grown)
-    dates = [name for name, each in effect.parameters.items() if each.grid == "gaps"]
-    texts = {name: _when(values[name], hours) for name in dates}
     channels = listed(each for each in CHANNELS if any(_of(name) == each for name in changed))
-    size = f"{100 * (new or grown):.2g} %"
-    says = effect.says_less if less else effect.says
-    clause = says.format(**{**values, **texts, "size": size, "channels": channels})
+    dates = {name: each.value for name, each in effect.parameters.items() if each.grid == "gaps"}
+    when = next((_when(values[name], hours) for name in dates), "")
+    words = {"size": f"{100 * (new or grown):.2g} %", "channels": channels, "when": when}
+    clause = (effect.says_less if less else effect.says).format(**{**values, **words})
     clause += _course(new, grown) if "size" in inserted else ""
-    later = [name for name in dates if name not in inserted and values[name] > effect.parameters[name].value]
-    return f"{clause}, since a time {texts[later[0]]}" if later else clause
+    is_later = inserted.isdisjoint({"when", *dates}) and any(values[name] > rest for name, rest in dates.items())
+    return f"{clause}, since a time {when}" if is_later else clause
 
 
 def _of(name: str) -> str:
@@ -51,10 +50,11 @@ def _of(name: str) -> str:
 
 
 def _when(date: float, hours: Sequence[float]) -> str:
+    """Return a date as the gap between the two sessions around it; without such sessions, as about an hour."""
     place = bisect_right(hours, date)
-    return (
-        f"between {hours[place - 1]:.0f} and {hours[place]:.0f} h" if 0 < place < len(hours) else f"near {date:.0f} h"
-    )
+    if not 0 < place < len(hours):
+        return f"near {date:.0f} h"
+    return f"between {hours[place - 1]:.0f} and {hours[place]:.0f} h"
 
 
 def _course(new: float, grown: float) -> str:

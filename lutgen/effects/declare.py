@@ -152,7 +152,8 @@ class Effect:
     says
         A clause that describes the effect and its size: ``black leaks {size} of white``. ``{size}`` is the first
         amplitude and its growth, in percent. ``{channels}`` lists red, green and blue, where their parameters are not
-        neutral. Other parameters are inserted by their names, as in :meth:`str.format`.
+        neutral. ``{when}`` is a date with ``grid`` ``gaps``, between two sessions. Other parameters are inserted by
+        their names, as in :meth:`str.format`.
     says_less
         The clause for a negative size, which is inserted without its sign; "": ``says``.
     source

@@ -29,7 +29,7 @@ LEVELS = level_parameters("level", "change of the exponent near code value {}")
         "stabilizer-headroom": "a column or note of events; both change suddenly",
         "eotf-drift": "readings at more dates: a step or a slow growth",
     },
-    says="somebody recalibrated the display {hour}",
+    says="somebody recalibrated the display {when}",
     source="form and size: an assumption",
     hour=Parameter(9000.0, (0.0, 100_000.0), "h", "hour of the recalibration", "gaps"),
     gamma=Parameter(0.05, (-0.6, 2.0), "1", "change of the exponent of the code value since then"),
