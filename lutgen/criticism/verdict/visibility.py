@@ -13,6 +13,7 @@ from lutgen.criticism.fit.least_squares import switching_penalty
 from lutgen.criticism.fit.linear import Term
 from lutgen.criticism.noise.pure_error import PureError
 from lutgen.criticism.search.candidates import STRONG
+from lutgen.criticism.search.explanation import UNCHANGED
 from lutgen.criticism.search.stepwise import SIGNIFICANT
 from lutgen.effects.declare import PROPOSED
 
@@ -92,7 +93,8 @@ def _of(score: Score, effect: Effect, needed: Callable[[int], float]) -> Visibil
             raw, left = (each / typical for each in score.switched(_at_typical(score, effect)))
         limit = max(abs(low), abs(high))
         strength = needed(min(len(form) for form in effect.forms if name in form))
-        size = strength / left if left > 1e-9 * max(raw, 1e-300) else np.inf
+        # An effect that changes no reading at its largest size, as its condition never changes, is not seen at any size.
+        size = strength / left if raw * limit >= UNCHANGED and left > 1e-9 * raw else np.inf
         absorbed = 1.0 - (left / raw) ** 2 if raw > 0 else None
         visibilities.append(
             Visibility(
