@@ -93,7 +93,7 @@ def _of(score: Score, effect: Effect, needed: Callable[[int], float]) -> Visibil
             raw, left = (each / typical for each in score.switched(_at_typical(score, effect)))
         limit = max(abs(low), abs(high))
         strength = needed(min(len(form) for form in effect.forms if name in form))
-        # An effect that changes no reading at its largest size, as its condition never changes, is not seen at any size.
+        # An effect whose condition never changes alters no reading, however large the effect is.
         size = strength / left if raw * limit >= UNCHANGED and left > 1e-9 * raw else np.inf
         absorbed = 1.0 - (left / raw) ** 2 if raw > 0 else None
         visibilities.append(
