@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from lutgen.effects import Effect
 
 #: Probability of a false alarm over all forms that were tried.
-SIGNIFICANT = 0.001
+SIGNIFICANT = 0.01
 
 #: The refined forms of a family are fitted if its BIC may be at most this much above the best BIC. Rivals are much
 #: nearer.
