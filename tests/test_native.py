@@ -647,6 +647,8 @@ def test_a_change_smaller_than_what_curves_miss_is_named() -> None:
     diagnosis = diagnose(bright_mixtures(("eotf-drift", 0.015, "same")), baseline="native")
     assert (diagnosis.verdict.name, diagnosis.verdict.effects) == ("named", ("eotf-drift",))
     assert "matrix-switching" not in {family.name for family in diagnosis.explanation.first}
+    smaller = diagnose(bright_mixtures(("eotf-drift", 0.01, "same")), baseline="native").verdict
+    assert smaller.effects[0] == "eotf-drift"  # of one change of 1 % its kin, drive-loss, cannot be excluded
 
 
 def test_errors_of_the_first_session_are_unknowns_of_known_size() -> None:
