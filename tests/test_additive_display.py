@@ -84,6 +84,12 @@ def test_black_fades_with_the_backlight_that_leaks() -> None:
     assert abs(leak.chosen.term.values["grown"]) < 1e-4
 
 
+def test_the_sentence_says_what_is_left_of_white() -> None:
+    fade = lambda hour: float(np.exp(-0.9 * hour / 18_000.0))  # noqa: E731
+    sentence = diagnose(campaign(fade=fade, hours=HOURS[::5]), baseline="first-hour").verdict.sentence
+    assert "the light source fades, so that white keeps 47 % of its light by 15\N{NO-BREAK SPACE}000 h" in sentence
+
+
 def bent(change: float, code: Array, hours: float) -> Array:
     return srgb(code, hours) ** (1.0 + change * hours / 18_000.0)
 

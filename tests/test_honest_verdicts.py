@@ -793,3 +793,13 @@ def test_what_black_shows_is_no_residual_of_a_changed_curve(
     verdict = _changed_curves(explanation, _stub(shares={}))
     assert (verdict.name, verdict.effects) == ("one-of", effects)
     assert told in verdict.sentence
+
+
+@pytest.mark.slow
+def test_an_effect_with_readings_of_its_own_is_named_though_it_explains_almost_nothing() -> None:
+    """Only readings after power-on show the warm-up: 1 % of the error beside a clear change of the curve."""
+    hidden = (("eotf-drift", 0.1, "same"), ("warm-up", 0.008, "same"))
+    hiding = Campaign(design="full", hours=(0.0, 18_000.0), hidden=hidden, seed=2)
+    verdict = diagnose(read(csv_text(hiding), file="a.csv", sha256="")).verdict
+    assert (verdict.name, verdict.effects) == ("several", ("eotf-drift", "warm-up"))
+    assert max(verdict.shares["warm-up"], verdict.shares_delta_e["warm-up"]) < 0.05

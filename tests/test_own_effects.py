@@ -124,6 +124,11 @@ BAD = [
     (GOOD.replace("k=K", 'k=K, forms=("k",)'), r"forms is the text 'k'. Write \('k',\)"),
     (GOOD.replace("k=K", 'k=K, forms=(("q",),)'), "forms names 'q'. Pick from: k"),
     (GOOD.replace("k=K", 'k=K, baseline="old"'), "baseline 'old' is none. Pick one of: colour-points, first-hour"),
+    (
+        GOOD.replace("k=K", 'k=K, says="glows by {size} of {q}"'),
+        r"says cannot be filled in \('q'\). It may insert {size}",
+    ),
+    (GOOD.replace("k=K", 'k=K, says_less="glows {less"'), "says_less cannot be filled in"),
     (GOOD.replace("k=K", "k=0.1"), r"parameter 'k' is 0.1. Declare it as Parameter\("),
 ]
 

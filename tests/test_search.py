@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from scipy import special, stats
 
+from lutgen.criticism.fit.code_shifts import CodeShifts
 from lutgen.criticism.fit.least_squares import Fit, fit, switching_penalty
 from lutgen.criticism.fit.linear import Term
 from lutgen.criticism.fit.problem import Problem
@@ -199,6 +200,19 @@ def test_the_rounding_that_codes_ask_for_is_proposed_first(
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(("lost", "are_of_one_step"), [(0.0, True), (0.2, False)])
+def test_no_shift_of_a_rounding_is_far_larger_than_the_others(lost: float, *, are_of_one_step: bool) -> None:
+    """A display that gives no light below a code value shifts this code value by many steps."""
+    rng = np.random.default_rng(5)
+    code = np.linspace(0.05, 0.95, 60)
+    shifts = rng.uniform(-0.5, 0.5, 60) / 63.0
+    shifts[0] -= lost
+    information = 1e8 * np.eye(60)
+    known = CodeShifts(code, information, information @ shifts + rng.normal(0.0, 1e4, 60))
+    assert known.is_jagged
+    assert known.are_of_one_step is are_of_one_step
+
+
 def test_a_rounding_is_proposed_beside_another_effect_though_its_simplest_formula_explains_nothing() -> None:
     hidden = {"quantization": (1.0 / 2047.0, "other"), "black_level": (2e-3, "same")}
     base = campaign("full", 3, **hidden)

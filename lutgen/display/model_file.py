@@ -213,12 +213,14 @@ def load_model(path: str | Path, effects: Mapping[str, Effect] | None = None) ->
     """
     path = Path(path)
     data = read_at_most(path, MAX_BYTES, what="the model", none="model")
-    if holds_readings(path):
-        raise LutgenError(f"{path}: holds measurements, not a saved model. Give it with --display, or as DATA.")
     try:
-        content = from_toml(data.decode("utf-8"))
+        content, invalid = from_toml(data.decode("utf-8")), ""
     except ValueError as error:
-        raise LutgenError(f"{path}: not a model file (TOML): {error}.") from None
+        content, invalid = {}, f"{path}: not a model file (TOML): {error}."
+    if "model" not in content and holds_readings(path):
+        raise LutgenError(f"{path}: holds measurements, not a saved model. Give it with --display, or as DATA.")
+    if invalid:
+        raise LutgenError(invalid)
     if content.get("schema") != SCHEMA:
         raise LutgenError(
             f"{path}: schema is {content.get('schema')!r}; this version of lutgen reads `schema = {SCHEMA}`. Was the "

@@ -100,6 +100,10 @@ class Parameter:
 PROPOSED = "proposed"
 
 
+#: What the clauses ``says`` and ``says_less`` insert besides parameters.
+INSERTED = ("size", "channels", "when")
+
+
 class Transform(Protocol):
     """The function of an effect."""
 
@@ -340,6 +344,12 @@ def check_declaration(declared: Effect) -> None:
     _check_names(f"{who}: needs", declared.needs, COLUMNS)
     for form in declared.forms:
         _check_names(f"{who}: forms", form, declared.parameters)
+    for key, clause in (("says", declared.says), ("says_less", declared.says_less)):
+        try:
+            clause.format(**{**declared.typical(), **dict.fromkeys(INSERTED, "")})
+        except (LookupError, ValueError) as error:
+            allowed = ", ".join(f"{{{name}}}" for name in (*INSERTED, *declared.parameters))
+            _refuse(f"{who}: {key} cannot be filled in ({error}). It may insert {allowed}.")
 
 
 def _check_names(who: str, names: tuple[str, ...] | str, allowed: Iterable[str]) -> None:

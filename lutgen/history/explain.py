@@ -48,11 +48,7 @@ def explain(
 
     Raises LutgenError: fewer than two sessions, or no session of this name.
     """
-    if len(campaign.entries) < 2:
-        raise LutgenError(
-            f"{campaign.file}: one session; a comparison needs two or more. "
-            f"Name further files, or add [[sessions]] to a campaign file."
-        )
+    campaign.check_several("a comparison")
     place = reference if isinstance(reference, int) else _reference(campaign, reference)
     cleaned = [left_out(entry.session) for entry in campaign.entries]
     entries = [replace(entry, session=each) for entry, (each, _) in zip(campaign.entries, cleaned, strict=True)]

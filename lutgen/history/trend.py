@@ -123,11 +123,7 @@ def trend(
 
     ``reference`` is the file of the session with which the others are compared.
     """
-    if len(campaign.entries) < 2:
-        raise LutgenError(
-            f"{campaign.file}: one session; a trend needs two or more. "
-            f"Name further files, or add [[sessions]] to a campaign file."
-        )
+    campaign.check_several("a trend")
     if times(campaign)[0].max() <= 0:
         raise LutgenError(
             f"{campaign.file}: all sessions have the same time; a trend needs sessions that are months apart."

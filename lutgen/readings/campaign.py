@@ -87,6 +87,14 @@ class Campaign:
         days = np.array([entry.date.toordinal() for entry in self.entries if entry.date], dtype=np.float64)
         return np.asarray((days - days.min()) * self.hours_per_day)
 
+    def check_several(self, purpose: str) -> None:
+        """Raises LutgenError: the campaign has one session, but ``purpose`` ("a trend") needs several."""
+        if len(self.entries) < 2:
+            raise LutgenError(
+                f"{self.file}: one session; {purpose} needs two or more. Name further files, or add [[sessions]] to a "
+                f"campaign file."
+            )
+
     def measurements(self) -> Measurements:
         """Return the readings of all sessions as one table, sorted by hour; hour 0 is the earliest session.
 

@@ -52,10 +52,10 @@ class FirstReadings:
     """Readings of the first session and their errors, evaluated at the n readings of a problem.
 
     ``residual_light``: light that the curves do not predict. ``read`` (n,): whether the first session has read the
-    colour of the reading. ``exact`` (n,): whether the residual light was made from
-    the reading, so that it is predicted exactly. ``colour`` (n,): number of the colour, if later readings of the colour
-    share an error, otherwise −1. ``error`` (n, 3, 3): changes of these readings by 1 σ of that error, cd/m²: noise of
-    the first session, or the discrepancy of curves at a colour that the first session has not read.
+    colour of the reading. ``exact`` (n,): whether the residual light was made from the reading, so that it is predicted
+    exactly. ``colour`` (n,): number of the colour, if later readings of the colour share an error, otherwise −1.
+    ``error`` (n, 3, 3): changes of these readings by 1 σ of that error, cd/m²: noise of the first session, or the
+    discrepancy of curves at a colour that the first session has not read.
     ``discrepancy_factor`` (n,): factor of the discrepancy's covariance, at colours that were read only once, in a later
     session; otherwise 0. ``counts`` (n,): effective number of readings; 0 for ``exact``, whose information is in
     ``light``; below 1 if the errors are correlated, or an unknown of the colour absorbs part of the reading.

@@ -172,6 +172,8 @@ def discrepancy_of_native(
     residual, light = ((sample.share - held_out) * sample.white)[in_fold], (sample.share * sample.white)[in_fold]
     rows = first_session_rows(readings, leave_out)[in_fold]
     found = discrepancy_of(residual, light, noise.covariance(light), sample.white, rows)
+    if not found.misread:
+        return found
     # A curve without its own level cuts a corner, such as the end of a clipped ramp; a curve with its level meets it.
     misread = {int(rows[place]) for place in np.flatnonzero(_visibly_missed(native.ladder)[in_fold])}
     return replace(found, misread=tuple(row for row in found.misread if row in misread))

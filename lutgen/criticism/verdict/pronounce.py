@@ -216,8 +216,7 @@ def _sound(explanation: Explanation, weighed: Weighed, error: PureError, remarks
     left = "" if weighed.clean else f"its formula leaves a residual: {structure(explanation, weighed.final_free_term)}."
     if len(kept) == 1:
         if further := [*beside, *minor]:
-            explained = f"{listed(further)} explain{'' if len(further) > 1 else 's'}"
-            left = left or f"its formula leaves a residual that {explained}."
+            left = left or f"its formula leaves a residual that {_explain(further)}."
         (step,) = kept
         size = f"{sizes[step.name]}: {excess(step, seen, weighed.shares)}"
         simplest, imitated = _share_of_simplest(alone[0], explanation), _imitated(step, explanation, error)
@@ -239,6 +238,10 @@ def _sound(explanation: Explanation, weighed: Weighed, error: PureError, remarks
     else:
         verdict = several(kept, sizes, weighed.shares, seen, left)
     return replace(verdict, shares=weighed.shares, shares_delta_e=seen, remarks=remarks)
+
+
+def _explain(names: Sequence[str]) -> str:
+    return f"{listed(names)} explain{'' if len(names) > 1 else 's'}"
 
 
 def _overlap(steps: Sequence[Step], explanation: Explanation) -> bool:
@@ -352,7 +355,7 @@ def _changed_curves(explanation: Explanation, weighed: Weighed) -> Verdict:
         f"If it is {first.name}, {clause(first)}"
     )
     if missed := [step.name for step in others if step not in apart and step.name not in curves]:
-        sentence += f"; {listed(missed)} explain{'' if len(missed) > 1 else 's'} what its formula misses"
+        sentence += f"; {_explain(missed)} what its formula misses"
     if apart:
         which = "; ".join(f"{step.name} ({clause(step)})" for step in apart)
         sentence += f". Separate from this, black shows {which}"
