@@ -288,11 +288,11 @@ TWINS: tuple[tuple[str, Mapping[str, float], Scene, object, object], ...] = (
     ),
     (
         "loading",
-        {"new": 0.1, "exponent": 2.0, "weight_red": 1.0, "weight_blue": 3.0, "tint_red": 0.5, "tint_blue": -0.5},
+        {"new": 0.1, "exponent": 2.0, "weight_red": 1.0, "weight_blue": 3.0},
         at(code=(1.0, 0.0, 0.5), window=0.5, surround=0.6),
-        [[1.0] * 3],
+        TIPS[None],
         # Weights 2:1:4 of squared code values, for half of the screen
-        [1 - 0.1 * (0.5 * 3 / 7 + 0.5 * 0.36) * np.array([1.5, 1.0, 0.5])],
+        TIPS[None] * (1 - 0.1 * (0.5 * 3 / 7 + 0.5 * 0.36)),
     ),
     (
         "quantization",

@@ -565,10 +565,14 @@ def test_real_displays_are_nearer_to_their_own_first_session(
     assert own.error.delta_e_mean < usual.error.delta_e_mean
 
 
-def bright_mixtures(*hidden: tuple[str, float, str]) -> Measurements:
-    """Mixtures brighter than the curves predict, as on real displays (products of code values). Tips are unchanged."""
-    hours = (0.0, 6000.0, 18_000.0)
-    readings = read(csv_text(Campaign(design="full", hours=hours, hidden=hidden, seed=8)), file="a.csv", sha256="")
+def bright_mixtures(*hidden: tuple[str, float, str], without: str = "none") -> Measurements:
+    """Mixtures brighter than the curves predict, as on real displays (products of code values). Tips are unchanged.
+
+    ``without``: start of the lines to leave out.
+    """
+    text = csv_text(Campaign(design="full", hours=(0.0, 6000.0, 18_000.0), hidden=hidden, seed=8))
+    lines = [line for line in text.splitlines() if not line.startswith(without)]
+    readings = read("\n".join(lines), file="a.csv", sha256="")
     lit = (readings.drive > 0).sum(axis=1, keepdims=True) > 1
     pairs = np.sin(np.pi * readings.drive).clip(0.0).prod(axis=1, keepdims=True)
     return replace(readings, xyz_cd_m2=readings.xyz_cd_m2 * (1.0 + 0.04 * lit * pairs))
@@ -758,6 +762,19 @@ def test_a_session_is_wrong_where_other_later_ones_are_sound_and_not_for_conditi
     )  # fmt: skip
     residual = np.random.default_rng(1).normal(size=(300, 3)) * size
     assert wrong_sessions(cast("Fit", SimpleNamespace(problem=problem, residual=residual)), 1.0) == wrong
+
+
+@pytest.mark.parametrize("native", [None, True])
+def test_a_session_is_not_wrong_where_an_earlier_one_is_not_sound(native: bool | None) -> None:
+    """After a recalibration at 6000 h, a fit of all sessions leaves most misfit at the hours before."""
+    hours, hour_of = np.array([0.0, 2000.0, 4000.0, 6000.0, 8000.0, 10_000.0, 12_000.0]), np.repeat(np.arange(7), 40)
+    problem = SimpleNamespace(
+        from_first_hour=False, native=native, hours=hours, hour_of=hour_of, rows=np.arange(280),
+        is_at_rest=np.ones(280, dtype=bool), is_tip_anchor=np.zeros(280, dtype=bool),
+    )  # fmt: skip
+    size = np.array([1.0, 5.0, 7.5, 3.0, 3.0, 3.0, 3.0])[hour_of]
+    residual = np.random.default_rng(1).normal(size=(280, 3)) * size[:, np.newaxis]
+    assert wrong_sessions(cast("Fit", SimpleNamespace(problem=problem, residual=residual)), 1.0) == ()
 
 
 def test_a_session_of_white_and_primaries_alone_is_no_sound_one() -> None:

@@ -19,6 +19,7 @@ from tests.generators.real import campaign
 from tests.generators.table import table
 from tests.readings_text import read
 from tests.real_data import needs_sessions
+from tests.test_native import bright_mixtures
 
 if TYPE_CHECKING:
     from lutgen.colorimetry import Array
@@ -53,3 +54,19 @@ def test_a_loss_of_drive_is_seen_on_a_display_whose_blue_changes_colour_with_its
     best = family(base, catalogue()["drive-loss"]).best.fit
     # If the residual light follows the channels, little misfit remains. If it stays fixed, half of the misfit remains.
     assert best.chi2 - best.freedom < 0.2 * (base.chi2 - base.freedom)
+
+
+def test_curves_may_miss_a_level_that_the_first_session_lacks_but_alike_at_all_hours() -> None:
+    """The curves miss a level of blue by 6 % in X and −5 % in Z: at all later hours, or at the last hour only."""
+    readings = bright_mixtures(without="0,0,0,0.45,")
+    here = (readings.drive == (0.0, 0.0, 0.45)).all(axis=1)
+    assert here.any()
+    assert not here[readings.hours == 0].any()
+
+    def misfit(missed: Array) -> float:
+        xyz = np.where(missed[:, np.newaxis], readings.xyz_cd_m2 * np.array([1.06, 1.0, 0.95]), readings.xyz_cd_m2)
+        return fit(Problem.of(readings.with_light(xyz), baseline="native")).chi2
+
+    usual = misfit(np.zeros(here.size, dtype=bool))
+    assert misfit(here) - usual < 50.0
+    assert misfit(here & (readings.hours == 18_000.0)) - usual > 500.0

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.criticism.fit.data import FitData
+    from lutgen.criticism.noise.discrepancy import Discrepancy
     from lutgen.display.trace import Applied, Panel
     from lutgen.readings import Measurements
 
@@ -46,6 +47,10 @@ COLOURS = 4.0**3
 #: the readings.
 ALLOWANCE = 4.0
 
+#: Further 1 σ of the error of curves at a colour that the first session has not read, as a share of each of X, Y and Z.
+#: The discrepancy is that of other colours: between two dark levels of one channel the error may be far larger.
+UNREAD = 0.1
+
 
 @dataclass(frozen=True)
 class FirstReadings:
@@ -56,9 +61,10 @@ class FirstReadings:
     exactly. ``colour`` (n,): number of the colour, if later readings of the colour share an error, otherwise −1.
     ``error`` (n, 3, 3): changes of these readings by 1 σ of that error, cd/m²: noise of the first session, or the
     discrepancy of curves at a colour that the first session has not read.
-    ``discrepancy_factor`` (n,): factor of the discrepancy's covariance, at colours that were read only once, in a later
-    session; otherwise 0. ``counts`` (n,): effective number of readings; 0 for ``exact``, whose information is in
-    ``light``; below 1 if the errors are correlated, or an unknown of the colour absorbs part of the reading.
+    ``inflation``: factor of the discrepancy's variance at colours that the first session has not read. ``once`` (n,):
+    whether the colour of the reading was read only once, in a later session. ``counts`` (n,): effective number of
+    readings; 0 for ``exact``, whose information is in ``light``; below 1 if the errors are correlated, or an unknown of
+    the colour absorbs part of the reading.
     """
 
     residual_light: ResidualLight
@@ -66,13 +72,27 @@ class FirstReadings:
     exact: NDArray[np.bool_]
     colour: NDArray[np.intp]
     error: Array
-    discrepancy_factor: Array
+    inflation: float
+    once: NDArray[np.bool_]
     counts: Array
 
     @property
     def light(self) -> Array:
         """Residual light of the curves, (n, 3), in units of full red, green and blue."""
         return self.residual_light.light
+
+    def covariance_once(self, discrepancy: Discrepancy, xyz_cd_m2: Array) -> Array:
+        """Covariance (n, 3, 3) of the errors of curves at light (n, 3), for colours that were read ``once``; else 0."""
+        return _of_unread(discrepancy, xyz_cd_m2, self.inflation) * self.once[:, np.newaxis, np.newaxis]
+
+
+def _of_unread(discrepancy: Discrepancy, xyz_cd_m2: Array, inflation: float) -> Array:
+    """Covariance (n, 3, 3) of the errors of curves at light (n, 3) that no reading of the first session shows.
+
+    X, Y and Z are independent: their correlation is that of the colours from which the discrepancy was estimated.
+    """
+    variance = np.diagonal(discrepancy.covariance(xyz_cd_m2), axis1=1, axis2=2) * inflation
+    return np.asarray((variance + (UNREAD * xyz_cd_m2) ** 2)[:, :, np.newaxis] * np.eye(3))
 
 
 @dataclass(frozen=True)
@@ -113,8 +133,8 @@ class FirstSessionModel:
         weight = np.ones(len(first)) if problem.weights is None else problem.weights[first]
         known = np.where(times > 0, same.T.astype(np.float64) @ weight, 1.0)
         noise = problem.noise.covariance(mean) / known[:, np.newaxis, np.newaxis]
-        discrepancy = problem.discrepancy.covariance(plain) * inflation
-        spread = np.linalg.cholesky(np.where(is_unread[:, np.newaxis, np.newaxis], discrepancy, noise))
+        of_unread = _of_unread(problem.discrepancy, plain, inflation)
+        spread = np.linalg.cholesky(np.where(is_unread[:, np.newaxis, np.newaxis], of_unread, noise))
         once = is_unread & (later == 1)
         light = np.linalg.solve(self._channels[0], residual.T).T
         colour = np.where(exact | ((times == 0) & ~is_unread | once)[place], -1, place)
@@ -125,7 +145,8 @@ class FirstSessionModel:
             exact=exact,
             colour=colour,
             error=self._aged @ spread[place] * (colour >= 0)[:, np.newaxis, np.newaxis],
-            discrepancy_factor=once[place] * inflation,
+            inflation=inflation,
+            once=once[place],
             counts=np.where(exact, 0.0, 1.0 - absorbed),
         )
 

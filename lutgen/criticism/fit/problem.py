@@ -224,7 +224,9 @@ class Problem(FitData):
             return meter
         # The model predicts black and the tips exactly: they have no discrepancy.
         drive, first = self.drive, self.first_readings
-        factor = first.discrepancy_factor if first else np.asarray(drive.any(axis=1) & ~is_tip(drive).any(axis=1))
+        if first:
+            return np.asarray(meter + first.covariance_once(self.discrepancy, xyz_cd_m2))
+        factor = np.asarray(drive.any(axis=1) & ~is_tip(drive).any(axis=1))
         return np.asarray(meter + self.discrepancy.covariance(xyz_cd_m2) * factor[:, np.newaxis, np.newaxis])
 
     @cached_property

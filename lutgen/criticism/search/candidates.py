@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 #: doi:10.1080/01621459.1995.10476572).
 STRONG = 6.0
 
-#: A form with at most ``FORMULA`` free parameters, and an effect's first form, is a *formula*. A longer form is
+#: A form with at most ``FORMULA`` free parameters, and a simple form of an effect, is a *formula*. A longer form is
 #: accepted only if a formula reaches more than ``HALF`` of its gain in χ².
 FORMULA, HALF = 3, 0.5
 
@@ -176,8 +176,10 @@ def family(
 
 
 def _is_formula(effect: Effect, form: tuple[str, ...]) -> bool:
-    """Whether a form is short enough to be a formula of the effect; the effect's first form always is."""
-    return len(form) <= max(FORMULA, len(effect.forms[0]) if effect.forms else 0)
+    """Whether a form is short enough to be a formula of the effect; the effect's simple forms always are."""
+    return (
+        len(form) <= max(FORMULA, len(effect.forms[0]) if effect.forms else 0) or form in effect.forms[: effect.refined]
+    )
 
 
 def _without_mimics(base: Fit, fitted: Sequence[Candidate]) -> list[Candidate]:

@@ -180,7 +180,15 @@ def is_shown_apart(
     for other in others:
         unchanged &= (np.abs(without.score.switched_on(other)) < UNCHANGED).all(axis=1)
     gain = float((without.residual[unchanged] ** 2).sum() - (final.residual[unchanged] ** 2).sum())
-    return gain > STRONG + len(each.form) * float(np.log(final.readings))
+    penalty = STRONG + len(each.form) * float(np.log(final.readings))
+    if gain > penalty and problem.native and others:
+        # The model of a native display is fitted with the effects: the residual of another effect's formula reaches all
+        # readings through it. So the readings that the other effects change are left out, except those of the tips.
+        names = {other.effect.name for other in others}
+        plain = tuple(term for term in without.terms if term.effect.name not in names)
+        part = problem.without(problem.rows[~unchanged & ~problem.is_tip_anchor])
+        gain = fit(part, plain).chi2 - fit(part, (*plain, each.term)).chi2
+    return gain > penalty
 
 
 def _only_dims(without: Fit, whole: Fit, term: Term) -> bool:

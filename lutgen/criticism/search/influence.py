@@ -107,7 +107,7 @@ def _largest_outlier(current: Fit) -> int | None:
 
 
 def wrong_sessions(current: Fit, scale: float) -> tuple[float, ...]:
-    """Return the hours with nearly all of the misfit if later hours are sound: aging is not reversible.
+    """Return the hours with nearly all of the misfit, if the others are sound, later ones too: aging is not reversible.
 
     ``scale`` is the variance of the noise in the units of the fit.
     """
@@ -131,8 +131,10 @@ def wrong_sessions(current: Fit, scale: float) -> tuple[float, ...]:
         return ()
     # White and primaries fit any model: a session of these alone is not sound, it shows nothing.
     shows = np.unique(problem.hour_of[rest & ~problem.is_tip_anchor])
-    later = np.setdiff1d(shows[shows > bad[0]], bad)
-    if not later.size or (mean[later] > SOUND * usual).any():
+    others = np.setdiff1d(shows, bad)
+    # A native display's first session shows nothing: the display goes through it.
+    judged = others[others > 0] if problem.native else others
+    if others.max(initial=0) < bad[0] or (mean[judged] > SOUND * usual).any():
         return ()
     return tuple(float(problem.hours[hour]) for hour in bad)
 

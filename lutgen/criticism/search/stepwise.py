@@ -364,7 +364,7 @@ def _sufficient_alone(
     left, apart = free_term(final, error), stand_apart(chosen, base)
     if is_noise(final, error) and not left.names and apart:
         return []
-    if all(ages_light(each.effect) for each in chosen) and explain_together(final, first, error):
+    if apart and all(ages_light(each.effect) for each in chosen) and explain_together(final, first, error):
         return []
     whole = base.chi2 - final.chi2 + left.gain
     sufficient = [each for each in first if each.best.gain > MOST_OF_IT * whole]

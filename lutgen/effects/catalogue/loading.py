@@ -1,9 +1,10 @@
-"""A bright screen pulls its supply down: all colours darken with the mean drive of the whole screen.
+"""A bright screen pulls its supply down: all light falls with the mean drive of the whole screen, that of black too.
 
-l' = l·(1 − ξ(τ)·m), with m the mean code value of patch and surround. Supply lines droop, and the brightness limiters
-of OLED screens reduce the light. On full-field patches loading looks like crosstalk, because bright mixtures are bright
-screens. The refined forms average another power of the code values (their light), make the loss proportional to a power
-of m (a limiter's knee), and let the channels droop unequally.
+P' = P·(1 − ξ(τ)·m) for white and all primaries, with m the mean code value of patch and surround. Supply lines droop,
+and the brightness limiters of OLED screens reduce the light. On full-field patches loading looks like crosstalk,
+because bright mixtures are bright screens. The refined forms average another power of the code values (their light),
+with the weight of each channel in the power of the screen, and make the loss proportional to a power of m (a limiter's
+knee).
 
 Meaning of 0 and 1: ξ = 0 is a screen on which the size of a patch does not matter. ξ = 1 would switch a white screen
 off. ξ is never negative: no supply gains by its load. A screen that brightens with its load has ``dynamic-contrast``.
@@ -22,7 +23,7 @@ from lutgen.effects.shapes import POWER, SATURATION, growth
 
 
 @effect(
-    stage="mixing",
+    stage="emission",
     neutral={"new": 0.0, "grown": 0.0},
     forms=(
         ("new",),
@@ -33,8 +34,7 @@ from lutgen.effects.shapes import POWER, SATURATION, growth
         ("new", "grown", "bend"),
         ("new", "grown", "power", "exponent", "bend"),
         ("new", "grown", "power", "saturation", "exponent", "bend"),
-        ("new", "grown", "weight_red", "weight_blue"),
-        ("new", "grown", "exponent", "tint_red", "tint_blue"),
+        ("new", "grown", "exponent", "weight_red", "weight_blue"),
     ),
     refined=3,
     confused_with={
@@ -53,15 +53,13 @@ from lutgen.effects.shapes import POWER, SATURATION, growth
     bend=Parameter(1.0, (0.3, 8.0), "1", "power of that mean to which the loss is proportional; large for a limiter"),
     weight_red=Parameter(0.0, (-0.9, 3.0), "1", "weight of red in the mean relative to green's, less 1"),
     weight_blue=Parameter(0.0, (-0.9, 3.0), "1", "weight of blue in the mean relative to green's, less 1"),
-    tint_red=Parameter(0.0, (-1.0, 1.0), "1", "red's loss relative to green's, less 1"),
-    tint_blue=Parameter(0.0, (-1.0, 1.0), "1", "blue's loss relative to green's, less 1"),
 )
 def loading(
-    linear: Array, scene: Scene, *,
+    tips: Array, scene: Scene, *,
     new: float, grown: float, power: float, saturation: float, exponent: float, bend: float,
-    weight_red: float, weight_blue: float, tint_red: float, tint_blue: float,
+    weight_red: float, weight_blue: float,
 ) -> Array:  # fmt: skip
-    """Darken by the mean code value of the screen, patch and surround."""
+    """Darken white and all primaries by the mean code value of the screen, patch and surround."""
     weights = np.array([1.0 + weight_red, 1.0, 1.0 + weight_blue]) / (3.0 + weight_red + weight_blue)
     patch, surround = scene.code, scene.surround
     if exponent != 1.0:
@@ -70,4 +68,4 @@ def loading(
     if bend != 1.0:
         load = np.maximum(load, 0.0) ** bend
     loss = np.maximum(growth(scene.tau, new=new, grown=grown, power=power, saturation=saturation), 0.0) * load
-    return np.asarray(linear * np.maximum(1.0 - loss * np.array([1.0 + tint_red, 1.0, 1.0 + tint_blue]), 0.0))
+    return np.asarray(tips * np.maximum(1.0 - loss, 0.0)[..., np.newaxis])
