@@ -91,6 +91,7 @@ CASES = {
         ("black-level", "crosstalk"),
         (("black-level", "same", 5.0), ("crosstalk", "same", 5.0)),
         "% of the excess χ²)",
+        FULL,  # without a capped lens, a leak of this size may be the meter's zero, which differs between sessions
     ),
     "a kink in the driver": Case("unexplained", (), (("driver-segment", "outside", 9.0),), "level near"),
     "a colour across the screen": Case(
@@ -180,7 +181,8 @@ def test_several_effects_share_the_excess() -> None:
     verdict = diagnosed("two faults").verdict
     assert set(verdict.shares) == {"black-level", "crosstalk"}
     assert all(share > 0.2 for share in verdict.shares.values())
-    assert sum(verdict.shares.values()) == pytest.approx(1.0, abs=0.1)
+    # The noise of this campaign is a few per cent larger than its replicates say: no effect explains that part.
+    assert sum(verdict.shares.values()) == pytest.approx(0.9, abs=0.1)
 
 
 def test_without_the_truth_in_the_catalogue_nothing_is_named_with_confidence() -> None:
@@ -254,8 +256,8 @@ def test_an_unknown_effect_to_leave_out_is_refused() -> None:
 
 
 MIMICKED = (
-    Case("one-of", (), (("eotf-drift", "other", 10.0),), "or by an effect like it that the catalogue lacks", FULL),
-    Case("one-of", (), (("channel-gamma", "same", 10.0),), "or by an effect like it that the catalogue lacks", FULL),
+    Case("one-of", (), (("eotf-drift", "other", 10.0),), "or by another effect that the catalogue lacks", FULL),
+    Case("one-of", (), (("channel-gamma", "same", 10.0),), "or by another effect that the catalogue lacks", FULL),
 )
 
 
@@ -269,7 +271,10 @@ def test_what_the_catalogue_lacks_is_not_named_after_two_that_mimic_it(case: Cas
     base = diagnosis.explanation.base
     for family in diagnosis.explanation.first:
         if len(family.best.form) > 3:
-            formulas = [form.gain for form in forms_of(base, family.effect) if len(form.form) <= 3]
+            simple = family.effect.forms[: family.effect.refined]
+            formulas = [
+                form.gain for form in forms_of(base, family.effect) if len(form.form) <= 3 or form.form in simple
+            ]
             assert max(formulas) > 0.5 * family.best.gain, family.name
 
 

@@ -39,8 +39,8 @@ DETERMINED = 1e-9
 #: Shifts are jagged if they gain more χ² than a smooth function by this number of standard deviations of chance.
 BEYOND_CHANCE = 3.0
 
-#: Largest shift of one code value in units of the root mean square of all shifts. A rounding shifts no code value by
-#: more than half a step, which is 1.7 times the root mean square; noise and tables of unknown slopes give up to 5.
+#: Largest shift of one code value in units of the root mean square of the others. A rounding shifts no code value by
+#: more than half a step, which is 1.7 times the root mean square; noise and tables of unknown slopes give up to 6.5.
 LARGEST = 8.0
 
 #: Number of proposed settings that are fitted.
@@ -117,8 +117,10 @@ class CodeShifts:
         """Whether no shift is certainly (2 σ) too large for a rounding, beside the other shifts."""
         variances = np.linalg.pinv(self.information, rcond=DETERMINED, hermitian=True)
         shifts, deviations = variances @ self.pull, np.sqrt(np.maximum(np.diag(variances), 0.0))
-        rms = float(np.sqrt(np.average(shifts**2, weights=np.diag(self.information)))) if shifts.size else 0.0
-        return bool((np.abs(shifts) - 2.0 * deviations <= LARGEST * rms).all())
+        weights = np.diag(self.information)
+        squares = weights * shifts**2
+        others = np.maximum(squares.sum() - squares, 0.0) / np.maximum(weights.sum() - weights, 1e-300)
+        return bool((np.abs(shifts) - 2.0 * deviations <= LARGEST * np.sqrt(others)).all())
 
     @cached_property
     def _jagged(self) -> tuple[float, int]:

@@ -181,7 +181,7 @@ def is_shown_apart(
         unchanged &= (np.abs(without.score.switched_on(other)) < UNCHANGED).all(axis=1)
     gain = float((without.residual[unchanged] ** 2).sum() - (final.residual[unchanged] ** 2).sum())
     penalty = STRONG + len(each.form) * float(np.log(final.readings))
-    if gain > penalty and problem.native and others:
+    if gain > penalty and problem.native and others and not problem.from_first_hour:
         # The model of a native display is fitted with the effects: the residual of another effect's formula reaches all
         # readings through it. So the readings that the other effects change are left out, except those of the tips.
         names = {other.effect.name for other in others}

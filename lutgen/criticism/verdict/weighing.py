@@ -36,7 +36,8 @@ class Weighed:
     kept
         Effects that the readings need, the most visible first.
     minor
-        Further needed effects that explain almost none of the error; they are not separate faults.
+        Further needed effects that explain almost none of the error; they are not separate faults. An effect that
+        shows in readings of its own is minor only if BIC does not clearly (2 · ``STRONG``) ask for it.
     shares, seen
         Effect → share of the excess χ², and of the excess mean ΔE2000, that it explains.
     base_free_term, final_free_term
@@ -90,7 +91,8 @@ class Weighed:
         minor = [
             step
             for step in needed[1:]
-            if step.name not in explanation.certain and _is_minor(step, max(seen[step.name], shares[step.name]), final)
+            if _is_minor(step, max(seen[step.name], shares[step.name]), final)
+            and not (step.name in explanation.certain and step.without.bic > final.bic + 2.0 * STRONG)
         ]
         kept = [step for step in needed if step not in minor]
         chosen, gain = [step.chosen for step in kept], base.chi2 - lenient.chi2
@@ -102,11 +104,13 @@ class Weighed:
         # residual of the others: otherwise the search may have combined them to imitate another effect.
         own = [step.without.chi2 - final.chi2 for step in kept]
         enough = explained > MOST_OF_IT and (is_rest_noise or all(each > MOST_OF_IT * (each + missed) for each in own))
-        # The gain of the effects that are not kept must not exceed the residual that formulas may leave.
+        # The gain of the effects that are not kept must not exceed the residual that formulas may leave, unless the
+        # kept effects leave nothing but noise.
         not_kept = 0.0
         if len(kept) < len(steps):
             kept_fit = together(base, chosen)
-            not_kept = (kept_fit if lenient is final else with_drive_errors(kept_fit)).chi2 - lenient.chi2
+            if not (is_noise(kept_fit, error) and not free_term(kept_fit, error, base_term.names).names):
+                not_kept = (kept_fit if lenient is final else with_drive_errors(kept_fit)).chi2 - lenient.chi2
         clean = leaves_noise and not final_term.names
         # Even scatter above the noise may be an effect that the catalogue lacks: half of the excess must be explained.
         half = is_within_scatter(error, lenient) or gain > HALF * excess
