@@ -12,6 +12,7 @@ from lutgen.criticism.diagnose import diagnose
 from lutgen.criticism.fit.least_squares import Fit, fit
 from lutgen.criticism.fit.linear import State, Term, predict
 from lutgen.criticism.fit.problem import Problem
+from lutgen.criticism.noise.session_errors import with_shared_errors
 from lutgen.criticism.rehearse import with_readings_of
 from lutgen.criticism.verdict.verdict import Verdict
 from lutgen.criticism.verdict.visibility import Visibility, threshold, visibility
@@ -31,7 +32,7 @@ HOURS = (0.0, 2500.0, 6000.0, 11_500.0, 18_000.0)
 @cache
 def healthy(design: str, baseline: str = "colour-points", hours: tuple[float, ...] = HOURS) -> Fit:
     text = csv_text(Campaign(design=design, hours=hours, seed=6, baseline=baseline))
-    return fit(Problem.of(read(text, file="null.csv", sha256=""), baseline=baseline))
+    return fit(with_shared_errors(Problem.of(read(text, file="null.csv", sha256=""), baseline=baseline)))
 
 
 def seen(effect: Effect | str, design: str = "colours", baseline: str = "colour-points") -> Visibility:

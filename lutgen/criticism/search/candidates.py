@@ -183,11 +183,15 @@ def _is_formula(effect: Effect, form: tuple[str, ...]) -> bool:
 
 
 def _without_mimics(base: Fit, fitted: Sequence[Candidate]) -> list[Candidate]:
-    """Leave out each long form if no formula has half of its gain: with many parameters a form imitates any effect."""
+    """Leave out each long form if no formula has half of its gain: with many parameters a form imitates any effect.
+
+    A formula with more than ``FORMULA`` parameters counts only for forms with up to ``FORMULA`` further parameters.
+    """
     formulas = [each for each in fitted if _is_formula(each.effect, each.form)]
-    best = max(formulas, key=lambda each: each.gain, default=None)
 
     def has_formula(long: Candidate) -> bool:
+        near = [each for each in formulas if len(each.form) <= FORMULA or len(long.form) <= len(each.form) + FORMULA]
+        best = max(near, key=lambda each: each.gain, default=None)
         needed = HALF * long.gain
         return best is not None and (best.gain > needed or _with_time_course(base, best, long).gain > needed)
 

@@ -30,6 +30,7 @@ from lutgen.effects.shapes import POWER, SATURATION, growth
         ("new",),
         ("new", "grown"),
         ("new", "grown", "power"),
+        ("new", "tint_x", "tint_z"),
         ("new", "grown", "tint_x", "tint_z"),
         ("new", "grown", "power", "tint_x", "tint_z"),
         ("new", "grown", "power", "saturation", "tint_x", "tint_z"),
