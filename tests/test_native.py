@@ -26,6 +26,8 @@ from lutgen.criticism.fit.system import System
 from lutgen.criticism.noise.discrepancy import discrepancy_of_native
 from lutgen.criticism.noise.session_errors import with_shared_errors
 from lutgen.criticism.refine import refine
+from lutgen.criticism.search.candidates import STRONG, family, forms_of
+from lutgen.criticism.search.explanation import UNCHANGED, is_shown_apart, together
 from lutgen.criticism.search.influence import wrong_rows, wrong_sessions
 from lutgen.criticism.verdict.pronounce import AGREES, NOTHING_COMPARED
 from lutgen.display import MODES, REFERENCES, SELECTIONS, DisplayModel, load_model, save_model
@@ -587,6 +589,19 @@ def test_what_curves_miss_of_mixtures_is_a_discrepancy() -> None:
     # Fits predict later mixtures from the first session. The baked model has only the curves.
     sentence = compare(bright_mixtures(("black-level", 0.01, "same")), baseline="native").sentence()
     assert sentence.startswith("The model as it is baked, with curves alone, fails by")
+
+
+def test_what_a_formula_misses_reaches_earlier_sessions_and_proves_no_other_effect() -> None:
+    """The residual of a recalibration's formula moves the curves of the first session, from which all are predicted."""
+    base = fit(with_shared_errors(Problem.of(bright_mixtures(("recalibration", 0.1, "same")), baseline="native")))
+    formula = next(each for each in forms_of(base, catalogue()["recalibration"]) if len(each.form) <= 3)
+    without = together(base, [formula])
+    shift = family(without, catalogue()["primary-shift"]).best
+    both = together(base, [formula, shift])
+    unchanged = (np.abs(without.score.switched_on(formula.term)) < UNCHANGED).all(axis=1)
+    gain = (without.residual[unchanged] ** 2).sum() - (both.residual[unchanged] ** 2).sum()
+    assert gain > STRONG + len(shift.form) * np.log(both.readings)
+    assert not is_shown_apart(shift, [formula.term], without, both)
 
 
 @pytest.mark.slow

@@ -177,9 +177,8 @@ def family(
 
 def _is_formula(effect: Effect, form: tuple[str, ...]) -> bool:
     """Whether a form is short enough to be a formula of the effect; the effect's simple forms always are."""
-    return (
-        len(form) <= max(FORMULA, len(effect.forms[0]) if effect.forms else 0) or form in effect.forms[: effect.refined]
-    )
+    simple = effect.forms[: effect.refined]
+    return form in simple or len(form) <= max((FORMULA, *(len(each) for each in simple[:1])))
 
 
 def _without_mimics(base: Fit, fitted: Sequence[Candidate]) -> list[Candidate]:
