@@ -750,7 +750,7 @@ def test_no_instruments_gain_wanders_by_more_than_two_percent(spread: float, wan
     ("evidence", "told"),
     [
         (40.0, "no known effect explains for certain: here. crosstalk would explain it, but a smooth change"),
-        (10.0, "no known effect explains: here. crosstalk explains nearly all of the misfit, but not this."),
+        (10.0, "no known effect explains: here. crosstalk explains nearly all of the misfit, but not this part."),
     ],
 )
 def test_an_effect_that_a_free_term_beats_is_not_called_no_explanation(

@@ -120,7 +120,7 @@ def sketch(diagnosis: Diagnosis) -> str:
     where, course = strongest(diagnosis.explanation)
     if follows:
         return sketched(follows[0], misfit=f"it follows {' and '.join(follows[:2])}")
-    return sketched(f"{where}, {course}", misfit=f"it is strongest in the readings called '{where}', {course}")
+    return sketched(f"{where}, {course}", misfit=f"it is largest in the readings called '{where}', {course}")
 
 
 def sketched(name: str, *, misfit: str) -> str:

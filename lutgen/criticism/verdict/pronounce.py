@@ -142,9 +142,9 @@ def _unexplained(explanation: Explanation, remarks: tuple[str, ...], residual_te
         is_likelier = base.bic - residual_term.evidence < final.bic
         if len(explanation.steps) == 1 and left < 1.0 - MOST_OF_IT and is_likelier:
             alone = " for certain"
-            tried = f" {nearest.name} would explain it, but a smooth change that is no known effect is likelier."
+            tried = f" {nearest.name} would explain it, but a smooth change that is no known effect is more probable."
         elif left < 1.0 - MOST_OF_IT:
-            tried = f" {nearest.name} explains nearly all of the misfit, but not this."
+            tried = f" {nearest.name} explains nearly all of the misfit, but not this part."
     if len(explanation.steps) > 1:
         names, left = listed(step.name for step in explanation.steps), _left(final.chi2, explanation)
         if left < 1.0 - MOST_OF_IT:
@@ -155,8 +155,8 @@ def _unexplained(explanation: Explanation, remarks: tuple[str, ...], residual_te
                 f" Together, {names} leave {percent(left)} of it, and may imitate an effect that the catalogue lacks."
             )
     sentence = (
-        f"Something is there that no known effect explains{alone}: {where}.{tried} An effect of your own can be tried: "
-        f"lutgen refine --effects my_effect.py."
+        f"These readings hold an error that no known effect explains{alone}: {where}.{tried} You can try an effect of "
+        f"your own: lutgen refine --effects my_effect.py."
     )
     if more := more_light(base):
         command = "To find out whether settings or the meter changed: lutgen sessions explain"

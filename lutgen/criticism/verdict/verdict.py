@@ -16,7 +16,7 @@ VERDICTS = {
     "form": "one effect, but not with its simple formula",
     "one-of": "one of several effects that these readings cannot distinguish, or an effect like it that has no name",
     "several": "more than one effect, each with its share",
-    "unexplained": "something is there that no known effect explains",
+    "unexplained": "the readings hold an error that no known effect explains",
     "measurement-problem": "the fault is in the measurement, not in the display",
 }
 

@@ -41,8 +41,19 @@ def structure(explanation: Explanation, residual_term: FreeTerm = NO_FREE_TERM) 
     """Say where the residual of the final fit is largest: family or condition, and its free term, or its course."""
     worst, course = strongest(explanation)
     # The signatures of a free term already state how the residual changes with the hours.
-    rest = f"; it follows {' and '.join(residual_term.names[:2])}" if residual_term.names else f", {course}"
-    return f"it is strongest in the readings called '{worst}'{rest}"
+    rest = (
+        f"; {' and '.join(_change(name) for name in residual_term.names[:2])}" if residual_term.names else f", {course}"
+    )
+    return f"it is largest in the readings called '{worst}'{rest}"
+
+
+def _change(name: str) -> str:
+    """Say in words what a signature of a free term does."""
+    if name.startswith("light by "):
+        return f"light changes with {name.removeprefix('light by ')}"
+    if name.startswith("light added "):
+        return f"light is added {name.removeprefix('light added ')}"
+    return f"it follows {name}"
 
 
 def strongest(explanation: Explanation) -> tuple[str, str]:
