@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from lutgen.readings.conditions import COLUMNS
+
 pytestmark = pytest.mark.numbers
 
 ROOT = Path(__file__).parents[1]
@@ -154,10 +156,17 @@ def test_no_class_name_is_used_by_two_packages(modules: dict[str, str]) -> None:
     assert {name: sorted(packages) for name, packages in homes.items() if len(packages) > 1} == {}
 
 
+def test_only_its_file_and_effects_name_a_condition(modules: dict[str, str]) -> None:
+    """``window`` is no name here: a window of the explore page has the same word."""
+    violations = {name: named_columns(source) for name, source in modules.items() if not name.startswith(OF_CONDITIONS)}
+    assert {name: found for name, found in violations.items() if found} == {}
+
+
 def test_the_readers_of_imports_and_habits_see_them() -> None:
     violations = {(source, path): len(climbs(source, path)) for source, path in CLIMBS}
     assert violations == CLIMBS
     assert {source: len(banned(source, may_print=False)) for source in HABITS} == HABITS
+    assert {source: named_columns(source) for source in COLUMNS_NAMED} == COLUMNS_NAMED
 
 
 #: An import of lutgen, the module with the import, and the number of violations.
@@ -195,6 +204,25 @@ def banned(source: str, *, may_print: bool) -> list[str]:
                 violations.append(f"line {node.lineno}: {called}()")
     return violations
 
+
+#: Folders whose modules may name a column of a condition.
+OF_CONDITIONS = ("readings/conditions/", "effects/catalogue/")
+NAMES_OF_COLUMNS = {column.name for column in COLUMNS.values() if len(column.name) > 1} - {"window"}
+
+
+def named_columns(source: str) -> list[str]:
+    """The columns of conditions that code names as a text of its own, or reads from a scene in a formula."""
+    texts = [node.value for node in nodes(source) if isinstance(node, ast.Constant) and isinstance(node.value, str)]
+    return [name for text in texts for name in NAMES_OF_COLUMNS if text == name or f"scene.{name}" in text]
+
+
+#: Code, and the columns that it names.
+COLUMNS_NAMED = {
+    'readings.conditions.get("temperature_c")': ["temperature_c"],
+    '"xyz * scene.ambient_lx"': ["ambient_lx"],
+    'help = "such as ambient_lx=60"': [],
+    "scene.surround": [],
+}
 
 #: Code, and the number of its violations outside the command line.
 HABITS = {

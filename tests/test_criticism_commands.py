@@ -8,6 +8,7 @@ import shlex
 from functools import partial
 from typing import TYPE_CHECKING
 
+import numpy as np
 import pytest
 
 from lutgen.criticism.compare.direction import placed
@@ -26,7 +27,7 @@ from tests.command import Done, words
 from tests.quick import mostly_slow
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
     from pathlib import Path
 
     from lutgen.readings.conditions import Condition
@@ -166,16 +167,24 @@ def test_where_nothing_known_explains_it_an_effect_is_sketched_that_does_better(
     assert (tmp_path / "mine.py").read_text().strip() in printed.out
 
 
-@pytest.mark.parametrize("told", [
+def told_of(condition: Condition) -> Iterator[str]:
+    """Names of residuals that follow a condition: its signatures, alone, mixed and as added light; and its cell."""
+    values = {column.name: np.array([column.shown]) for column in condition.columns}
+    for name in condition.signatures(values, values):
+        yield from (f"light by {name}", f"light by {name} and mixture, growing in Z", f"light added by {name} in X")
+    yield f"{condition.cell}, x"
+
+
+TOLD = [
     "light by level near 0.4, growing", "light by red near 0.8", "light by blue near 0.1 in Z", "light by red × green",
-    "light by level near 0.1 at 500 h", "light by side, growing in X", "light by height and level²",
-    "light by distance from the centre to the fourth", "light by room light", "light by minutes in Z",
-    "light by minutes, slower", "light by window and mixture", "light by surround", "light by temperature and red",
-    "light added everywhere", "light added everywhere, growing in Z", "light added before the lens cap",
-    "light added to black", "light added by room light in Z", "light added by side", "tips, at all hours alike",
+    "light by level near 0.1 at 500 h", "light added everywhere", "light added everywhere, growing in Z",
+    "light added before the lens cap", "light added to black", "tips, at all hours alike",
     "black, growing with the hours", "grey, x", "red ramp, x", "secondary, x", "mixture, x", "lens cap, x",
-    "position, x", "ambient, x", "cold, x", "window, x", "heat, x",
-])  # fmt: skip
+    *(told for condition in CONDITIONS for told in told_of(condition)),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("told", TOLD)
 def test_whatever_the_leftover_follows_its_sketch_keeps_the_contract(tmp_path: Path, told: str) -> None:
     path = tmp_path / "sketch.py"
     path.write_text(sketched(told, misfit="a test"))
@@ -200,10 +209,16 @@ def test_a_condition_without_a_sketch_of_its_own_is_sketched_from_its_declaratio
 
 
 def test_every_sketch_is_tried_above() -> None:
-    marks = test_whatever_the_leftover_follows_its_sketch_keeps_the_contract.pytestmark  # type: ignore[attr-defined]
-    tried = marks[0].args[1]
-    first = {next(pattern for pattern in FOLLOWS if re.match(pattern, told)) for told in tried}
+    first = {next(pattern for pattern in FOLLOWS if re.match(pattern, told)) for told in TOLD}
     assert first == set(FOLLOWS)
+
+
+@pytest.mark.parametrize("condition", CONDITIONS, ids=lambda condition: condition.cell)
+def test_what_follows_a_condition_is_sketched_with_a_column_of_it(condition: Condition) -> None:
+    columns = {column.name for column in condition.columns}
+    for told in told_of(condition):
+        pattern = next(pattern for pattern in FOLLOWS if re.match(pattern, told))
+        assert columns & set(FOLLOWS[pattern].needs), told
 
 
 @pytest.mark.parametrize(

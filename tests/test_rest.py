@@ -100,7 +100,7 @@ def test_temperatures_of_the_heated_readings_alone_are_not_at_rest() -> None:
     """Most people log a temperature only where it is unusual, here in readings of three colour points out of four."""
     heated = table("temperature_c", ("0", PATCHES, ""), ("0", (*PATCHES[:2], PATCHES[3]), "33"))
     assert away(heated, "heat") == [8, 9, 10]
-    assert heated.warmer()[heated.rest.away["heat"]].tolist() == [8.0, 8.0, 8.0]
+    assert heated.above_rest("temperature_c")[heated.rest.away["heat"]].tolist() == [8.0, 8.0, 8.0]
     mostly_logged = table("temperature_c", ("0", PATCHES, "33"), ("0", PATCHES[:1], ""))
     assert away(mostly_logged, "heat") == []
 

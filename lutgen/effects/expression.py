@@ -13,6 +13,7 @@ import re
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from itertools import combinations
+from math import inf
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from lutgen.effects.declare import Effect, Parameter, check_declaration
 from lutgen.effects.formula import FUNCTIONS, QUANTITIES, SIGNALS, Formula, number_of, read_formula, refuse
 from lutgen.effects.probe import parameter_draws, readings
 from lutgen.errors import LutgenError
+from lutgen.readings.conditions import COLUMNS, OF_COLUMN
 
 #: Largest length and largest number of parameters of a one-line effect; a larger effect belongs in a file.
 MAX_LETTERS, MAX_PARAMETERS = 500, 8
@@ -142,13 +144,14 @@ def _amplitudes(formula: Formula, given: Mapping[str, _Given]) -> tuple[str, ...
         ]
         if fitting:
             return max(fitting, key=lambda some: _is_linear(formula, some, draws))
+    infinite = [name for name in formula.quantities if name in COLUMNS and COLUMNS[name].usual == inf]
     return refuse(
         formula.text,
         f"is not {formula.signal} itself when its parameters are 0. Add a change to the signal, as in "
         f"`xyz + k*tau*white`, `xyz*(1 - k*tau)` or `linear**(1 + k)`, with 0 inside the bounds of k. "
         f"Read here as quantities: {', '.join(formula.quantities) or 'none'}; as parameters: "
         f"{', '.join(formula.parameters) or 'none'}"
-        + ("; warmup_min is infinite when warm" if "warmup_min" in formula.quantities else ""),
+        + "".join(f"; {name} is infinite when {OF_COLUMN[name].label(inf)}" for name in infinite),
     )
 
 

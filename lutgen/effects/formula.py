@@ -22,6 +22,7 @@ from lutgen.effects.scene import Scene
 from lutgen.errors import LutgenError
 from lutgen.readings.conditions import COLUMNS
 from lutgen.readings.conditions.position import PLACE
+from lutgen.readings.conditions.window import PICTURE
 
 #: Name of a signal → the stage of an effect on it.
 SIGNALS = {"code": "drive", "linear": "transfer", "xyz": "optics"}
@@ -38,7 +39,7 @@ QUANTITIES: dict[str, tuple[Callable[[Scene], Array], tuple[str, ...]]] = {
     "fresh_white": (attrgetter("fresh_white"), ()),
     "rho": (attrgetter("radius"), PLACE),
     **{name: (attrgetter(name), (name,)) for name in COLUMNS},
-    "mean_drive": (attrgetter("mean_drive"), ("window", "surround")),
+    "mean_drive": (attrgetter("mean_drive"), PICTURE),
     "pi": (lambda _scene: np.array(pi), ()),
 }
 

@@ -13,6 +13,7 @@ from lutgen.errors import LutgenError
 from lutgen.history.pair import UNKNOWN
 from lutgen.history.patches import CHANNELS, mean_xyz, primaries
 from lutgen.history.transfer import calibration
+from lutgen.readings.conditions import COLUMNS
 from lutgen.readings.session import Session
 
 #: Δu'v' of a primary between two sessions that is too large for aging: another panel, mode or correction of the meter.
@@ -22,7 +23,7 @@ ANOTHER = 0.02
 #: Keys that only a person can fill in, for the display and for a session → question.
 OF_DISPLAY = {"hours_per_day": "Hours a day that the display is on"}
 OF_SESSION = {
-    "ambient_lx": "Light in the room in lux (0: dark)",
+    **{name: column.question for name, column in COLUMNS.items() if column.question},
     "settings": "Settings of the display (brightness, mode)",
 }
 
@@ -98,7 +99,9 @@ def _entry(session: Session, beside: Path, answers: Answers) -> list[str]:
     lines.append(f"date = {session.created.date()}" if session.created else "# TODO date = 2020-05-26, or hours = 0.0")
     known = f"instrument = {toml_text(session.instrument)}"
     lines.append(known if session.instrument else '# TODO instrument = "maker and model"')
-    lines.append(_answered("ambient_lx", answers, "0.0", "light in the room"))
+    lines += [
+        _answered(name, answers, str(column.usual), column.words) for name, column in COLUMNS.items() if column.question
+    ]
     lines.append(_answered("settings", answers, '"brightness 30 %"', "the display's own"))
     if not session.absolute:
         lines.append("# TODO white_cd_m2 = 120.0  # luminance of white; the file is relative to white")

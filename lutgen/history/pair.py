@@ -12,6 +12,7 @@ from lutgen.history.patches import CHANNELS, mean_xyz, tip_rows
 from lutgen.history.steadiness import drift_by_order, steadiness
 from lutgen.history.transfer import bend, full_light_ratio
 from lutgen.readings.campaign import CampaignEntry
+from lutgen.readings.conditions.ambient import LUX
 from lutgen.readings.session import Session
 from lutgen.readings.steadiness import SessionDrift, drift_by_repeats
 
@@ -235,7 +236,7 @@ class SessionPair:
     @property
     def room_light_change(self) -> float | None:
         """Change of the room's light in lux, from the campaign; None if the campaign lacks it for a session."""
-        one, other = (each.conditions.get("ambient_lx") for each in (self.before, self.after))
+        one, other = (each.conditions.get(LUX.name) for each in (self.before, self.after))
         return None if one is None or other is None else other - one
 
 

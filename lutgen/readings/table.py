@@ -94,19 +94,21 @@ class Measurements:
 
     def __post_init__(self) -> None:
         check_rows(self)
-        self._darken_shrouded()
+        self._settle_shrouded()
         self._part_constants()
         check_tips(self)
 
-    def _darken_shrouded(self) -> None:
-        """Set the room's light to 0 lx if a note says that a shroud blocked the light; a remark says so."""
-        shrouded, lux = is_shrouded(self), self.column("ambient_lx")
-        lit = np.flatnonzero(shrouded & (lux > 0))
-        if not lit.size:
-            return
-        remark = f"A shroud blocked the room's light at {self.places(lit)}: 0 lx there."
-        object.__setattr__(self, "conditions", {**self.conditions, "ambient_lx": np.where(shrouded, 0.0, lux)})
-        object.__setattr__(self, "remarks", (*self.remarks, remark))
+    def _settle_shrouded(self) -> None:
+        """Set the conditions that a shroud changes where a note says that it blocked the light; a remark says so."""
+        blocked = is_shrouded(self)
+        for name, value in ((name, each.shrouded) for name, each in COLUMNS.items() if each.shrouded is not None):
+            changed = blocked & (self.column(name) != value)
+            if changed.any():
+                where, unit = self.places(np.flatnonzero(changed)), COLUMNS[name].unit
+                remark = f"A shroud blocked the room's light at {where}: {value:g} {unit} there."
+                conditions = {**self.conditions, name: np.where(changed, value, self.column(name))}
+                object.__setattr__(self, "conditions", conditions)
+                object.__setattr__(self, "remarks", (*self.remarks, remark))
 
     def _part_constants(self) -> None:
         """Move columns with the same value in every row from ``conditions`` to ``constants``."""
@@ -186,9 +188,9 @@ class Measurements:
         middles = {name: middle(at) for name, at in self.rest.values.items()}
         return {name: value for name, value in middles.items() if not np.isnan(value)}
 
-    def warmer(self) -> Array:
-        """Return the temperature minus the session's temperature at rest, in kelvins, (n,); NaN: not logged."""
-        return self.conditions["temperature_c"] - self.rest.values["temperature_c"]
+    def above_rest(self, name: str) -> Array:
+        """Return a column minus its value at rest in the reading's session, (n,); NaN: not logged."""
+        return self.conditions[name] - self.rest.values[name]
 
     def tips(self) -> tuple[Array, Array]:
         """Return the hours at which the tips were measured, (N,), and their mean xyY in cd/m², (N, 4, 3).

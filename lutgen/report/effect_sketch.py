@@ -2,7 +2,6 @@
 
 import re
 from math import isfinite
-from typing import NamedTuple
 
 import numpy as np
 
@@ -10,20 +9,10 @@ from lutgen.criticism.diagnose import Diagnosis
 from lutgen.criticism.search.free_term import probe
 from lutgen.criticism.verdict.words import strongest
 from lutgen.effects import STAGES
-from lutgen.readings.conditions import CONDITIONS, Condition
+from lutgen.readings.conditions import CONDITIONS, Condition, Sketch
 
 #: Suggested name of the file, and the name of the effect in it.
 STUB_FILE, STUB_NAME = "my_effect.py", "my-effect"
-
-
-class Sketch(NamedTuple):
-    """A draft of an effect: stage, needed columns, meaning of its size, formula with ``{size}``, default and bounds."""
-
-    stage: str
-    needs: tuple[str, ...]
-    meaning: str
-    formula: str
-    range: str = "0.01, (-0.5, 0.5)"
 
 
 _LEVEL = Sketch("transfer", (), "change of the exponent", "linear ** (1.0 + {size})")
@@ -37,45 +26,8 @@ _ADDED = Sketch("optics", (), "share of white's light that is added", "xyz + {si
 _CAPPED = Sketch("instrument", (), "cd/m² that the meter adds in the dark", "xyz + {size}")
 
 
-def _light(need: str, factor: str, what: str, **given: str) -> Sketch:
-    return Sketch("optics", (need,), f"share of the light {what}", f"xyz * (1.0 + {{size}} * {factor})", **given)
-
-
-#: Pattern of the name of the condition, or of added light, with which the residual correlates → draft of an effect.
-_OF_CONDITIONS = {
-    r"light added by (room light|ambient)": Sketch(
-        "viewing",
-        ("ambient_lx",),
-        "light per lux, as a share of white",
-        "xyz + {size} * scene.ambient_lx * scene.white",
-        "0.00001, (-0.001, 0.001)",
-    ),
-    r"light added before": _CAPPED,
-    r"light added (everywhere|to black)": _ADDED,
-    r".*\b(side)": _light("u", "(2.0 * scene.u - 1.0)", "at the right edge"),
-    r".*\b(height)": _light("v", "(2.0 * scene.v - 1.0)", "at the lower edge"),
-    r".*\b(distance|position)": Sketch(
-        "optics", ("u", "v"), "share of the light in the corners", "xyz * (1.0 + {size} * scene.radius**2)"
-    ),
-    r".*\b(room light|ambient)": _light(
-        "ambient_lx", "scene.ambient_lx / (scene.ambient_lx + 100.0)", "in a bright room"
-    ),
-    r".*\bminutes, slower": _light("warmup_min", "np.exp(-scene.warmup_min / 25.0)", "at power-on"),
-    r".*\b(minutes|cold)": _light("warmup_min", "np.exp(-scene.warmup_min / 5.0)", "at power-on"),
-    r".*\b(window)": Sketch(
-        "mixing", ("window",), "share of the light in a small window", "linear * (1.0 + {size} * (1.0 - scene.window))"
-    ),
-    r".*\b(surround)": Sketch(
-        "mixing", ("surround",), "share of the light in a white surround", "linear * (1.0 + {size} * scene.surround)"
-    ),
-    r".*\b(temperature|heat)": _light(
-        "temperature_c", "(scene.temperature_c - 25.0)", "a kelvin", range="0.005, (-0.05, 0.05)"
-    ),
-}
-
-
 def of_condition(condition: Condition) -> tuple[str, Sketch]:
-    """Return pattern and draft for a condition without an entry above: proportional to the distance from usual."""
+    """Return pattern and draft for a condition without ``sketches``: proportional to the distance from usual."""
     column = condition.columns[0]
     reach = abs(column.axis[1] - column.axis[0])
     values = {each.name: np.array([each.shown]) for each in condition.columns}
@@ -85,18 +37,19 @@ def of_condition(condition: Condition) -> tuple[str, Sketch]:
         factor = f"(scene.{column.name} - {column.usual:g}) / {reach:g}"
     else:
         factor = f"np.exp(-scene.{column.name} / {reach:g})"
-    return pattern, _light(column.name, factor, f"at the far end of the {condition.name}")
+    what = f"share of the light at the far end of the {condition.name}"
+    return pattern, Sketch("optics", (column.name,), what, f"xyz * (1.0 + {{size}} * {factor})")
 
 
 #: Pattern → draft for all names; the first pattern that matches is used.
 FOLLOWS = {
-    **_OF_CONDITIONS,
-    **dict(
-        of_condition(condition)
+    r"light added before": _CAPPED,
+    r"light added (everywhere|to black)": _ADDED,
+    **{
+        pattern: sketch
         for condition in CONDITIONS
-        if not {need for sketch in _OF_CONDITIONS.values() for need in sketch.needs}
-        & {column.name for column in condition.columns}
-    ),
+        for pattern, sketch in (condition.sketches or dict([of_condition(condition)])).items()
+    },
     r".*(×|secondary|mixture)": _MIXING,
     r".*(level|red|green|blue|grey)": _LEVEL,
     r"lens cap": _CAPPED,

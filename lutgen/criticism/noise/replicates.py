@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.readings.conditions.temperature import FEW_KELVINS
+from lutgen.readings.conditions import OF_COLUMN
 from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
@@ -26,16 +28,12 @@ RELATIVE, FLOOR_CD_M2 = 0.002, 0.003
 #: Smallest number of contrasts between replicates with which the noise counts as measured.
 ENOUGH = 6
 
-#: Largest gap in kelvins between sorted temperatures of replicates. Logged temperatures scatter by less; deliberate
-#: changes of the temperature are larger.
-SCATTER_K = 0.75
-
 #: Number of rounds, each of which estimates the gains and offsets of sessions, and then the means of replicates.
 ROUNDS = 20
 
 
 def replicate_groups(readings: Measurements) -> NDArray[np.intp]:
-    """Number of each reading's group; readings of a group differ by noise, and by at most a few kelvins: (n,)."""
+    """Number of each reading's group; readings of a group differ by noise and scattered conditions only: (n,)."""
     return _numbered([readings.hours, readings.sessions.astype(float), *_patches(readings)])
 
 
@@ -59,18 +57,18 @@ class Replicates:
     @classmethod
     def of(cls, readings: Measurements, rows: NDArray[np.intp], *, across_sessions: bool = False) -> Replicates:
         """Group readings, by their indices, within sessions; or within hours, with sessions corrected."""
-        xyz, temperature = readings.xyz_cd_m2[rows], readings.conditions.get("temperature_c")
-        temperatures = None if temperature is None else temperature[rows]
+        xyz = readings.xyz_cd_m2[rows]
+        scattered = [values[rows] for name, values in readings.conditions.items() if OF_COLUMN[name].scatters]
         if not across_sessions:
             groups = replicate_groups(readings)[rows]
-            return cls(groups, replicate_deviations(xyz, groups, temperatures), np.zeros(rows.size))
+            return cls(groups, replicate_deviations(xyz, groups, scattered), np.zeros(rows.size))
         groups = _numbered([readings.hours, *_patches(readings)])[rows]
         session = _numbered([readings.hours, readings.sessions.astype(float)])[rows]
         corrected, leverage = _as_one_session(xyz, groups, session)
         _, of_hour = np.unique(readings.hours[rows], return_inverse=True)
         sessions = np.bincount(of_hour[np.unique(session, return_index=True)[1]])[of_hour]
         # S sessions of an hour have S − 1 free gains and offsets: the mean of the sessions is not corrected.
-        return cls(groups, replicate_deviations(corrected, groups, temperatures), leverage * (sessions - 1) / sessions)
+        return cls(groups, replicate_deviations(corrected, groups, scattered), leverage * (sessions - 1) / sessions)
 
 
 def _as_one_session(xyz: Array, groups: NDArray[np.intp], session: NDArray[np.intp]) -> tuple[Array, Array]:
@@ -113,33 +111,30 @@ def _numbered(columns: list[Array]) -> NDArray[np.intp]:
 
 def _repeated(readings: Measurements, name: str) -> Array:
     """Values of a condition, equal for replicates, (n,)."""
-    if name == "temperature_c":
-        # Logged temperatures rarely agree to the last digit: ``replicate_deviations`` corrects for temperature instead.
-        warmer = readings.warmer()
-        kelvins, place = np.unique(warmer, return_inverse=True)
-        cluster = np.concatenate([[0], np.cumsum(np.diff(kelvins) > SCATTER_K)])[place.reshape(-1)]
-        numbers = cluster + warmer.size * np.round(warmer / (2 * FEW_KELVINS))
-        return np.asarray(np.where(np.isnan(warmer), np.nan, numbers))
-    return readings.settled(name)
+    clusters = OF_COLUMN[name].clusters
+    # Logged temperatures rarely agree to the last digit: ``replicate_deviations`` corrects for temperature instead.
+    return readings.settled(name) if clusters is None else clusters(readings.above_rest(name))
 
 
-def replicate_deviations(xyz: Array, groups: NDArray[np.intp], temperature: Array | None) -> Array:
+def replicate_deviations(xyz: Array, groups: NDArray[np.intp], scattered: Sequence[Array]) -> Array:
     """Deviation of readings from the mean of their replicates, (n, 3), cd/m².
 
-    Replicates at different temperatures differ by more than noise: the deviations are corrected by a share of the light
-    per kelvin, one for X, Y and Z each, the same for all patches.
+    ``scattered``: columns of conditions, (n,) each, whose logged values scatter, such as the temperature. Replicates at
+    different values differ by more than noise: for each column the deviations are corrected by a share of the light per
+    unit, one for X, Y and Z each, the same for all patches.
     """
     mean = group_means(xyz, groups)
     deviations = xyz - mean
-    if temperature is None or np.isnan(temperature).all():
-        return deviations
-    kelvins = np.nan_to_num(temperature, nan=float(np.nanmedian(temperature)))[:, np.newaxis]
-    slope = mean * (kelvins - group_means(kelvins, groups))
     weight = 1.0 / (np.abs(mean) * RELATIVE + FLOOR_CD_M2) ** 2
-    strength = (weight * slope * slope).sum(axis=0)
-    if (strength <= 0).any():
-        return deviations
-    return np.asarray(deviations - slope * (weight * slope * deviations).sum(axis=0) / strength)
+    for column in scattered:
+        if np.isnan(column).all():
+            continue
+        values = np.nan_to_num(column, nan=float(np.nanmedian(column)))[:, np.newaxis]
+        slope = mean * (values - group_means(values, groups))
+        strength = (weight * slope * slope).sum(axis=0)
+        if (strength > 0).all():
+            deviations = deviations - slope * (weight * slope * deviations).sum(axis=0) / strength
+    return np.asarray(deviations)
 
 
 def group_means(values: Array, groups: NDArray[np.intp]) -> Array:

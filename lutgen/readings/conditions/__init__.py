@@ -1,14 +1,16 @@
 """Conditions under which a reading is taken: one file for each condition. Every file in this folder is registered.
 
 A file declares one ``CONDITION``: its columns with unit, range and the meaning of a blank cell; the span of values that
-count as rest; its words in tables and sentences; and its variation in a measurement plan. The readers and checks of
-tables, rest, tables of errors, ``--at``, plans, effects and plots use this registry.
+count as rest; its words in tables and sentences; its variation in a measurement plan; and drafts of effects that depend
+on it. The readers and checks of tables, rest, replicates, tables of errors, ``--at``, plans, effects and plots use this
+registry.
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import import_module
 from pkgutil import iter_modules
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +44,20 @@ class Column:
     shown: float
     axis: tuple[float, float]
     words: str
+    #: Value in readings whose note says that a shroud blocked the room's light; None: a shroud changes nothing.
+    shrouded: float | None = None
+    #: Question about the value of a whole session, which the draft of a campaign file leaves to a person; "": none.
+    question: str = ""
+
+
+class Sketch(NamedTuple):
+    """A draft of an effect: stage, needed columns, meaning of its size, formula with ``{size}``, default and bounds."""
+
+    stage: str
+    needs: tuple[str, ...]
+    meaning: str
+    formula: str
+    range: str = "0.01, (-0.5, 0.5)"
 
 
 #: A patch of a measurement plan: code values, values of columns, and a note ("shrouded").
@@ -94,9 +110,9 @@ class Condition:
     #: Whether a session contains readings under several values of the condition. Of other conditions, a session of a
     #: table contains the readings at rest alone.
     of_readings: bool = False
-    #: Whether logged values scatter from reading to reading, so that readings of one patch have several values, and a
-    #: session has too few values for a curve.
-    scatters: bool = False
+    #: If logged values scatter from reading to reading: values minus the value at rest, (n,) → numbers, (n,), which are
+    #: equal if replicates may have these values, although the light of replicates may change with them.
+    clusters: Callable[[Array], Array] | None = None
     #: Values → for each reading, whether the condition can affect the reading, (n,); default: it can.
     matters: Callable[[Values], NDArray[np.bool_]] = lambda values: np.ones(
         len(next(iter(values.values()))), dtype=bool
@@ -106,8 +122,17 @@ class Condition:
     signatures: Callable[[Values, Values], dict[str, Array]] = lambda _values, _rest: {}
     #: Names of the signatures that no effect of the catalogue has.
     strange: tuple[str, ...] = ()
+    #: Pattern of the name of what a residual follows, a signature ("light by side, growing") or the cell ("cold, x") →
+    #: draft of an effect that depends on the condition. The first pattern that matches is used. Empty: a draft is
+    #: derived from the first column.
+    sketches: Mapping[str, Sketch] = field(default_factory=dict)
     #: Name of a set of patches in a measurement plan, and the patches, which show the influence of the condition.
     varied: tuple[str, list[PlannedPatch]]
+
+    @property
+    def scatters(self) -> bool:
+        """Whether logged values scatter, so that readings of one patch have several values, too few for a curve."""
+        return self.clusters is not None
 
     @property
     def key(self) -> str:

@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 
-from lutgen.readings.conditions import Array, Column, Condition, Values, greys, within
+from lutgen.readings.conditions import Array, Column, Condition, Sketch, Values, greys, within
 
 #: The columns of the position.
 PLACE = ("u", "v")
@@ -62,5 +62,16 @@ CONDITION = Condition(
     of_readings=True,
     signatures=_signatures,
     strange=("side", "height"),
+    sketches={
+        r".*\b(side)": Sketch(
+            "optics", ("u",), "share of the light at the right edge", "xyz * (1.0 + {size} * (2.0 * scene.u - 1.0))"
+        ),
+        r".*\b(height)": Sketch(
+            "optics", ("v",), "share of the light at the lower edge", "xyz * (1.0 + {size} * (2.0 * scene.v - 1.0))"
+        ),
+        r".*\b(distance|position)": Sketch(
+            "optics", PLACE, "share of the light in the corners", "xyz * (1.0 + {size} * scene.radius**2)"
+        ),
+    },
     varied=("nine positions", [patch for u, v in _NEAR_EDGES for patch in greys((1.0, 0.5), u=u, v=v)]),
 )

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from lutgen.readings.conditions import Column, Condition, Values, greys, within
+from lutgen.readings.conditions import Column, Condition, Sketch, Values, greys, within
 from lutgen.readings.conditions.window import in_words
 
 
@@ -39,5 +39,13 @@ CONDITION = Condition(
     before="in a ",
     matters=_matters,
     signatures=lambda values, _rest: {"surround": values["surround"]},
+    sketches={
+        r".*\b(surround)": Sketch(
+            "mixing",
+            ("surround",),
+            "share of the light in a white surround",
+            "linear * (1.0 + {size} * scene.surround)",
+        )
+    },
     varied=("black in a white surround", greys((0.0, 0.1, 0.2), window=0.1, surround=1.0)),
 )

@@ -4,7 +4,7 @@ from math import inf, isfinite, nan
 
 import numpy as np
 
-from lutgen.readings.conditions import Array, Column, Condition, Values, greys
+from lutgen.readings.conditions import Array, Column, Condition, Sketch, Values, greys
 
 #: Largest ratio of the minutes of neighbouring readings within one span of rest. The minutes of a normal session have
 #: smaller ratios; the readings of a warm-up (2, 5, 10, 20, 40, 60) have larger ratios.
@@ -54,6 +54,15 @@ CONDITION = Condition(
     short="{:g} min",
     before="after ",
     signatures=_signatures,
+    sketches={
+        rf".*\b{words}": Sketch(
+            "optics",
+            ("warmup_min",),
+            "share of the light at power-on",
+            f"xyz * (1.0 + {{size}} * np.exp(-scene.warmup_min / {minutes}))",
+        )
+        for words, minutes in (("minutes, slower", 25.0), ("(minutes|cold)", 5.0))
+    },
     varied=(
         "after power-on",
         [patch for minutes in (2.0, 5.0, 10.0, 20.0, 40.0) for patch in greys((1.0, 0.6), warmup_min=minutes)],

@@ -2,7 +2,10 @@
 
 from collections.abc import Mapping
 
-from lutgen.readings.conditions import Column, Condition, within
+from lutgen.readings.conditions import Column, Condition, Sketch, within
+
+#: The columns on which the mean of the whole picture depends.
+PICTURE = ("window", "surround")
 
 #: White, the primaries, and the secondaries at two levels.
 _COLOURS = (
@@ -46,5 +49,13 @@ CONDITION = Condition(
     before="in a ",
     axis="share of the screen",
     signatures=lambda values, _rest: {"window": 1.0 - values["window"]},
+    sketches={
+        r".*\b(window)": Sketch(
+            "mixing",
+            ("window",),
+            "share of the light in a small window",
+            "linear * (1.0 + {size} * (1.0 - scene.window))",
+        )
+    },
     varied=("10 % windows", [(code, {"window": 0.1}, "") for code in _COLOURS]),
 )
