@@ -31,7 +31,7 @@ from lutgen.display.chain import SrgbTransfer, outside_gamut
 from lutgen.display.effect_chain import without_steps
 from lutgen.display.inverse import ON_BORDER, drive_of
 from lutgen.display.paper import Selection, matrices_of
-from lutgen.display.search import _Problem, searched
+from lutgen.display.search import _DriveSearch, searched
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError
 from lutgen.readings import Measurements
@@ -255,7 +255,7 @@ def test_starting_from_neighbours_finds_what_each_colour_finds_alone(
     colours = np.random.default_rng(4).random((4_000, 3))
     together = sent.drive(colours)
     apart = np.concatenate([sent.drive(part) for part in np.split(colours, 8)])
-    problem = _Problem.of(sent.aged)
+    problem = _DriveSearch.of(sent.aged)
     wanted = problem.light(sent.target(colours))
     missed, alone = (
         np.square(wanted - problem.shown(np.clip(drive, 0.0, 1.0))).sum(axis=1) for drive in (together, apart)
@@ -272,13 +272,13 @@ def test_neighbours_make_a_search_short(readings: Measurements, monkeypatch: pyt
     colours = np.random.default_rng(6).random((20_000, 3))
     sent.drive(colours)
     evaluated = []
-    shown = _Problem.shown
+    shown = _DriveSearch.shown
 
-    def counted(self: _Problem, drive: Array) -> Array:
+    def counted(self: _DriveSearch, drive: Array) -> Array:
         evaluated.append(len(drive))
         return shown(self, drive)
 
-    monkeypatch.setattr(_Problem, "shown", counted)
+    monkeypatch.setattr(_DriveSearch, "shown", counted)
     sent.drive(colours)
     assert sum(evaluated) < 16 * len(colours)
 

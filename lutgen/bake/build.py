@@ -91,7 +91,7 @@ def build(
         recipe = recipe_of(model_as_json(model, output), plan.as_json())
         paths = paths_of(plan)
         folder = claim(output, recipe, paths, force=force)
-        work, parts = _Work(model, plan, output, beside), _parts(plan)
+        work, parts = _BuildWork(model, plan, output, beside), _parts(plan)
         if plan.tolerance is not None:
             work = replace(work, sizes=dict(chain(*in_parallel(partial(_smallest_sizes, work), parts, jobs))))
         prepare(plan.display(model, plan.modes[-1], plan.hours[-1]), plan)
@@ -126,7 +126,7 @@ def _parts(plan: BuildPlan) -> list[tuple[tuple[str, float, str], ...]]:
 
 
 @dataclass(frozen=True)
-class _Work:
+class _BuildWork:
     """The data that all workers share.
 
     ``scratch`` is the private folder of this build, for all workers. ``sizes`` are the table sizes by folder and
@@ -164,7 +164,7 @@ def prepare(aged: AgedDisplay, plan: BuildPlan) -> None:
         format_named(name).bake(JUDGE.sampler, aged, plan.cubesize)
 
 
-def _bake(work: _Work, displays: tuple[tuple[str, float, str], ...]) -> list[FileRecord]:
+def _bake(work: _BuildWork, displays: tuple[tuple[str, float, str], ...]) -> list[FileRecord]:
     records = []
     for mode, hours, folder in displays:
         aged = work.plan.display(work.model, mode, hours)
@@ -180,7 +180,9 @@ def _bake(work: _Work, displays: tuple[tuple[str, float, str], ...]) -> list[Fil
     return records
 
 
-def _smallest_sizes(work: _Work, displays: tuple[tuple[str, float, str], ...]) -> list[tuple[tuple[str, str], int]]:
+def _smallest_sizes(
+    work: _BuildWork, displays: tuple[tuple[str, float, str], ...]
+) -> list[tuple[tuple[str, str], int]]:
     """Return for each display and format the smallest size whose largest smooth error meets the tolerance."""
     sizes = []
     for mode, hours, folder in displays:
@@ -190,7 +192,7 @@ def _smallest_sizes(work: _Work, displays: tuple[tuple[str, float, str], ...]) -
     return sizes
 
 
-def _smallest_size(work: _Work, aged: AgedDisplay, form: Format) -> int:
+def _smallest_size(work: _BuildWork, aged: AgedDisplay, form: Format) -> int:
     tolerance, path = work.plan.tolerance or 0.0, work.scratch / f"{os.getpid()}-{form.file}"
     for size in SIZES:
         lut, provenance = best_candidate(work.model, aged, form, size)
@@ -205,7 +207,7 @@ def _smallest_size(work: _Work, aged: AgedDisplay, form: Format) -> int:
     )
 
 
-def _bake_lut(work: _Work, aged: AgedDisplay, path: str, form: Format, size: int) -> FileRecord:
+def _bake_lut(work: _BuildWork, aged: AgedDisplay, path: str, form: Format, size: int) -> FileRecord:
     lut, provenance = best_candidate(work.model, aged, form, size)
     data, certificate = form.write(lut, provenance), None
     with replacing(work.output / path) as staged:

@@ -154,7 +154,7 @@ def check(
     remarks += [*foreign_files(strange), *unknown_values(plan)]
     same = model is None and manifest.recipe.get("generator") == f"lutgen {__version__}"
     with scratch() as beside:
-        work = _Work(folder, manifest, model or built_from, plan, budget or Budget(), gpu, same, beside)
+        work = _CheckWork(folder, manifest, model or built_from, plan, budget or Budget(), gpu, same, beside)
         with suppress(LutgenError):  # the check of each file reports the same error
             prepare(plan.display(model or built_from, plan.modes[-1], plan.hours[-1]), plan)
         certificates: dict[str, Certificate] = {}
@@ -180,7 +180,7 @@ def check_lut(path: str | Path, aged: AgedDisplay, *, budget: Budget | None = No
 
 
 @dataclass(frozen=True)
-class _Work:
+class _CheckWork:
     folder: Path
     manifest: Manifest
     model: DisplayModel
@@ -220,7 +220,7 @@ def _manifest(folder: Path) -> tuple[Manifest | None, list[Finding]]:
     return manifest, findings
 
 
-def _check_part(work: _Work, records: tuple[FileRecord, ...]) -> Checked:
+def _check_part(work: _CheckWork, records: tuple[FileRecord, ...]) -> Checked:
     findings: list[Finding] = []
     certificates: dict[str, Certificate] = {}
     shaders: dict[str, GpuRun] = {}
@@ -264,7 +264,7 @@ def _shader_findings(path: str, run: GpuRun) -> list[Finding]:
     ]
 
 
-def _config_problems(path: Path, record: FileRecord, aged: AgedDisplay | None, work: _Work) -> list[str]:
+def _config_problems(path: Path, record: FileRecord, aged: AgedDisplay | None, work: _CheckWork) -> list[str]:
     try:
         refuse_unlikely(path)
     except LutgenError as error:
@@ -288,7 +288,7 @@ def _through(lut: Path) -> tuple[Array, Array]:
 
 
 def _check_built_lut(
-    file: HeldFile, aged: AgedDisplay, record: FileRecord, work: _Work
+    file: HeldFile, aged: AgedDisplay, record: FileRecord, work: _CheckWork
 ) -> tuple[list[Finding], Certificate | None]:
     """Compare a LUT with a newly baked LUT, and its certificate with a new certificate."""
     form = format_named(str(record.format))

@@ -79,7 +79,7 @@ def check_config(
         last_mode = next(reversed(every), ("", 0.0))[0]
         last = last_mode, max((hours for mode, hours in every if mode == last_mode), default=0.0)
         for (mode, hours), lut in every.items():
-            run = _Run(config, root / lut.path, words, through=through, context=(mode, hour_name(hours)[:-1]))
+            run = _ConfigRun(config, root / lut.path, words, through=through, context=(mode, hour_name(hours)[:-1]))
             faults = run.problems() if differs or (mode, hours) == last else run.elsewhere(written.lut)
             problems += [f"AGING_MODE={mode}, AGING_HOURS={hour_name(hours)[:-1]}: {fault}" for fault in faults]
         return problems
@@ -88,10 +88,10 @@ def check_config(
     own = every.get((str(record.mode), float(record.hours or 0.0)))
     if own is None:
         return [*problems, "the manifest names no LUT for it"]
-    return [*problems, *_Run(config, root / own.path, words, through=through, context=None).problems()]
+    return [*problems, *_ConfigRun(config, root / own.path, words, through=through, context=None).problems()]
 
 
-class _Run:
+class _ConfigRun:
     """The comparison of one config in one context with its LUT."""
 
     def __init__(

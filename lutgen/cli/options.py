@@ -35,7 +35,7 @@ else:
     _ParamType = click.ParamType
 
 
-class _Digits(_ParamType):
+class _InDigits(_ParamType):
     """Reads a number with digits 0 to 9 only; click's own type, the next base class, then checks the number."""
 
     whole = False
@@ -51,23 +51,23 @@ class _Digits(_ParamType):
         return super().convert(value, param, ctx)
 
 
-class _Number(_Digits, click.types.FloatParamType):
+class _Number(_InDigits, click.types.FloatParamType):
     """A finite number."""
 
 
-class _Whole(_Digits, click.types.IntParamType):
+class _Whole(_InDigits, click.types.IntParamType):
     """A whole number."""
 
     whole = True
 
 
-class WholeFrom(_Digits, click.IntRange):
+class WholeFrom(_InDigits, click.IntRange):
     """A whole number of at least ``min``."""
 
     whole = True
 
 
-class NumberFrom(_Digits, click.FloatRange):
+class NumberFrom(_InDigits, click.FloatRange):
     """A finite number of at least ``min``."""
 
 

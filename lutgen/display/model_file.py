@@ -227,12 +227,12 @@ def load_model(path: str | Path, effects: Mapping[str, Effect] | None = None) ->
             f"file written by a newer one? Update lutgen."
         )
     try:
-        return _model_of(_Table(content, "the file"), path, effects or {})
+        return _model_of(_TomlTable(content, "the file"), path, effects or {})
     except LutgenError as error:
         raise LutgenError(f"{path}: {str(error).removeprefix(f'{path}: ')}") from None
 
 
-def _model_of(content: _Table, path: Path, effects: Mapping[str, Effect]) -> DisplayModel:
+def _model_of(content: _TomlTable, path: Path, effects: Mapping[str, Effect]) -> DisplayModel:
     folder = path.parent
     content.allow("schema", "display", "model", "conditions", "fit", "native", "tips", "covariance", "effects")
     model, fit = content.table("model", _MODEL_KEYS), content.table("fit", None)
@@ -243,7 +243,7 @@ def _model_of(content: _Table, path: Path, effects: Mapping[str, Effect]) -> Dis
         reference=model.text("reference", ""),
         selection=model.text("selection", "nearest"),
         luminance=_law(model, folder),
-        effects=tuple(_effect(_Table(each, "[[effects]]"), folder, effects) for each in content.tables("effects")),
+        effects=tuple(_effect(_TomlTable(each, "[[effects]]"), folder, effects) for each in content.tables("effects")),
         latent=LatentTips(tips.numbers("hours"), tips.numbers("xyz_cd_m2")) if tips.values else None,
         covariance=FitCovariance.from_record(errors.values) if errors.values else None,
         baseline=model.text("baseline", "colour-points"),
@@ -264,7 +264,7 @@ _NATIVE_KEYS = ("source", "black", *CHANNELS, "remarks", "own", "own_sha256")
 _PARAMETER_KEYS = ("value", "stderr", "unit", "bounds", "free", "at_bound")
 
 
-def _readings(display: _Table, folder: Path) -> Measurements:
+def _readings(display: _TomlTable, folder: Path) -> Measurements:
     file = folder / display.text("file", "") if "file" in display.values else default_display()
     readings, made_from = read_measurements(file), display.text("sha256", "")
     if made_from and readings.sha256 != made_from:
@@ -275,7 +275,7 @@ def _readings(display: _Table, folder: Path) -> Measurements:
     return readings
 
 
-def _own(native: _Table, folder: Path) -> StoredModel | None:
+def _own(native: _TomlTable, folder: Path) -> StoredModel | None:
     """Return the display's own model that the table [native] names, or None."""
     name = native.text("own", "")
     if not name:
@@ -298,7 +298,7 @@ def _own(native: _Table, folder: Path) -> StoredModel | None:
     return own
 
 
-def _law(model: _Table, folder: Path) -> LuminanceLaw:
+def _law(model: _TomlTable, folder: Path) -> LuminanceLaw:
     if not {"luminance", "luminance_table"} & set(model.values):
         return UNSTATED
     name = model.text("luminance", "table")
@@ -310,7 +310,7 @@ def _law(model: _Table, folder: Path) -> LuminanceLaw:
     return luminance_law(str(folder / name) if name.endswith(".csv") else name)
 
 
-def _effect(each: _Table, folder: Path, effects: Mapping[str, Effect]) -> AppliedEffect:
+def _effect(each: _TomlTable, folder: Path, effects: Mapping[str, Effect]) -> AppliedEffect:
     each.allow("name", "origin", "sha256", "parameters")
     name = each.text("name", "")
     record: dict[str, str] = {key: each.text(key, "") for key in ("origin", "sha256") if key in each.values}
@@ -328,7 +328,7 @@ def _effect(each: _Table, folder: Path, effects: Mapping[str, Effect]) -> Applie
     return AppliedEffect(effect, estimates, tuple(free))
 
 
-def _check_unit(parameter: _Table, effect: Effect, name: str) -> None:
+def _check_unit(parameter: _TomlTable, effect: Effect, name: str) -> None:
     """Raise LutgenError for a unit other than the effect's; bounds in a file are informative only."""
     declared = effect.parameters.get(name)
     if declared and parameter.text("unit", declared.unit) != declared.unit:
@@ -339,7 +339,7 @@ def _check_unit(parameter: _Table, effect: Effect, name: str) -> None:
         raise LutgenError(f"{parameter.where}: bounds are two numbers, the smaller first.")
 
 
-class _Table:
+class _TomlTable:
     """A table of the file; its methods return checked values or raise LutgenError."""
 
     def __init__(self, values: Any, where: str) -> None:
@@ -353,8 +353,8 @@ class _Table:
         if unknown:
             raise LutgenError(f"unknown key {unknown[0]!r} in {self.where}. Pick one of: {', '.join(keys)}.")
 
-    def table(self, key: str, allowed: tuple[str, ...] | None, where: str = "") -> _Table:
-        table = _Table(self.values.get(key, {}), where or f"[{key}]")
+    def table(self, key: str, allowed: tuple[str, ...] | None, where: str = "") -> _TomlTable:
+        table = _TomlTable(self.values.get(key, {}), where or f"[{key}]")
         if allowed is not None:
             table.allow(*allowed)
         return table

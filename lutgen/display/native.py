@@ -169,7 +169,7 @@ class NativeDisplay:
         cls, readings: Measurements, leave_out: Sequence[int], source: str, *, strict: bool
     ) -> "NativeDisplay":
         """Return the display with curves of ``source`` (ramps or greys), or of the other if that has too few levels."""
-        session = _Session.of(readings, leave_out, source)
+        session = _SessionAtRest.of(readings, leave_out, source)
         remarks = []
         black = session.black / session.tips[0]
         if (black < 0).any():
@@ -320,7 +320,7 @@ def _black_of(sample: Sample) -> tuple[float, float, float]:
 
 
 @dataclass(frozen=True)
-class _Session:
+class _SessionAtRest:
     """The first session at rest: black, tips, and the ramps for the curves.
 
     ``codes`` (m, 3) and ``xyz_cd_m2`` (m, 3) are the colours, with replicates averaged.
@@ -334,7 +334,7 @@ class _Session:
     has_ramps: bool
 
     @classmethod
-    def of(cls, readings: Measurements, leave_out: Sequence[int], source: str) -> "_Session":
+    def of(cls, readings: Measurements, leave_out: Sequence[int], source: str) -> "_SessionAtRest":
         rows = first_session_rows(readings, leave_out)
         codes, place = np.unique(readings.drive[rows], axis=0, return_inverse=True)
         place = place.reshape(-1)

@@ -63,7 +63,7 @@ def searched(
     ``start``: starting values; default: the drives of an additive display, without slopes. ``thorough``: whether
     colours that were not found at once are searched longer, and from other starts.
     """
-    problem = _Problem.of(aged)
+    problem = _DriveSearch.of(aged)
     target = problem.light(xyz)
     near = target if start is None else np.where(np.isnan(start.drive), target, start.drive)
     near = np.clip(near, 0.0, 1.0)
@@ -85,7 +85,7 @@ def searched(
 
 
 @dataclass(frozen=True)
-class _Problem:
+class _DriveSearch:
     """A display in the light of its own primaries, minus black."""
 
     aged: AgedDisplay
@@ -93,7 +93,7 @@ class _Problem:
     black: Array
 
     @classmethod
-    def of(cls, aged: AgedDisplay) -> "_Problem":
+    def of(cls, aged: AgedDisplay) -> "_DriveSearch":
         xyz = aged.code_to_xyz(_TIPS)
         return cls(aged, inverse((xyz[:3] - xyz[3]).T), xyz[3])
 
@@ -114,7 +114,7 @@ class _Problem:
         return np.asarray(rises / step.T)
 
 
-def _search_stuck_again(problem: _Problem, target: Array, drive: Array, missing: Array) -> None:
+def _search_stuck_again(problem: _DriveSearch, target: Array, drive: Array, missing: Array) -> None:
     """Search failed colours inside 0..1 from other starts; update ``drive`` and ``missing``, (n, 3), in place."""
     # A jump between a start and the solution stops the search; another start may lie on the solution's side of the
     # jump.
@@ -137,7 +137,7 @@ def _ends(drive: Array, missing: Array) -> NDArray[np.bool_]:
 
 
 def _descended(
-    problem: _Problem, target: Array, start: Array, slopes: Array, rounds: int
+    problem: _DriveSearch, target: Array, start: Array, slopes: Array, rounds: int
 ) -> tuple[Array, Array, NDArray[np.intp]]:
     """Search from drives, (n, 3), and slopes, (3, 3, n), which are updated in place.
 

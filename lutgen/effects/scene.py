@@ -31,7 +31,7 @@ def _column(value: float) -> Array:
 
 if TYPE_CHECKING:
 
-    class _Conditions:
+    class _SceneColumns:
         """The columns of conditions; ``COLUMNS`` holds their names."""
 
         def __getattr__(self, name: str) -> Array: ...
@@ -39,8 +39,8 @@ if TYPE_CHECKING:
 else:
     #: One field for each column of conditions, (n, 1) or (1, 1). The default is the usual value: centre, dark room,
     #: warm, ….
-    _Conditions = make_dataclass(
-        "_Conditions",
+    _SceneColumns = make_dataclass(
+        "_SceneColumns",
         [
             (name, np.ndarray, field(default_factory=partial(_column, column.usual), kw_only=True))
             for name, column in COLUMNS.items()
@@ -76,7 +76,7 @@ class CodeScene(HourScene):
 
 
 @dataclass(frozen=True)
-class Scene(_Conditions):
+class Scene(_SceneColumns):
     """Hours, code values, white, conditions and spectra of n readings, in arrays that broadcast with the signal.
 
     Attributes

@@ -105,7 +105,7 @@ class Decay:
 
 
 @dataclass(frozen=True)
-class _Sample:
+class _DecaySample:
     """Sampled points of a law's shapes and scatter, and the posterior of the coefficients at each point."""
 
     #: Logarithm of a point's share of the evidence, (n,).
@@ -143,7 +143,7 @@ def decay_of(time: Array, figures: Array, errors: Array, ahead: Array, *, draws:
     return Decay(dict(sorted(weight.items(), key=lambda item: -item[1])), scatter, curves)
 
 
-def _sample(law: Law, history: tuple[Array, Array, Array], rng: np.random.Generator) -> _Sample:
+def _sample(law: Law, history: tuple[Array, Array, Array], rng: np.random.Generator) -> _DecaySample:
     """Draw cells of the grid by their evidence, and a point in each cell: a posterior may be narrower than a cell."""
     axes = (*law.axes, _SCATTER)
     # Centres of the cells, (s, p + 1).
@@ -158,7 +158,7 @@ def _sample(law: Law, history: tuple[Array, Array, Array], rng: np.random.Genera
     evidence, mean, precision = _posterior(law, points, history)
     # Importance weights: replace the evidence at a cell's centre by the evidence at the point drawn in the cell.
     weights = evidence + _log_prior(axes, points) - of_cells[chosen] + np.log(share.sum()) + of_cells.max() - whole
-    return _Sample(weights, points[:, :-1], points[:, -1], mean, precision)
+    return _DecaySample(weights, points[:, :-1], points[:, -1], mean, precision)
 
 
 def _log_prior(axes: Sequence[Axis], points: Array) -> Array:

@@ -7,11 +7,10 @@ reads the file without trusting its header, and defines ``FORMAT``: the suffixes
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING
 
+from lutgen.callable_package import make_callable
 from lutgen.errors import LutgenError
 from lutgen.lint.formats import formats
 
@@ -48,10 +47,4 @@ def lint(path: str | Path, *, ask_readers: bool = False) -> Linted:
     return form.lint(path, ask_readers)
 
 
-class _Callable(ModuleType):
-    """A callable package, for ``lutgen.lint(path)``: the import of this package replaces the function of that name."""
-
-    __call__ = staticmethod(lint)
-
-
-sys.modules[__name__].__class__ = _Callable
+make_callable(__name__, lint)

@@ -15,16 +15,15 @@ from __future__ import annotations
 
 import os
 import shutil
-import sys
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from lutgen import bindings
 from lutgen.bake.config import CONFIG
 from lutgen.bake.manifest import MANIFEST, FileRecord, read_manifest
+from lutgen.callable_package import make_callable
 from lutgen.display import hour_name
 from lutgen.errors import LutgenError, in_one_line, refuse_unknown
 from lutgen.files import PARTIAL, cannot_write
@@ -327,10 +326,4 @@ def _writing(place: Path) -> Iterator[None]:
         raise cannot_write(place, error) from None
 
 
-class _Callable(ModuleType):
-    """A callable package, for ``lutgen.merge(…)``: the import of this package replaces the function of that name."""
-
-    __call__ = staticmethod(merge)
-
-
-sys.modules[__name__].__class__ = _Callable
+make_callable(__name__, merge)

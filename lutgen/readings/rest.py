@@ -21,7 +21,7 @@ TIP_DRIVES = np.array([[1.0, 1.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 
 
 
 @dataclass(frozen=True)
-class Rest:
+class RestOfSessions:
     """Conditions at rest of each reading's session, and the readings away from rest."""
 
     #: Column → value at rest, (n,); NaN: not logged.
@@ -42,7 +42,7 @@ def is_tip(drive: Array) -> NDArray[np.bool_]:
 
 def rest_of(
     sessions: NDArray[np.intp], hours: Array, drive: Array, capped: NDArray[np.bool_], columns: Mapping[str, Array]
-) -> Rest:
+) -> RestOfSessions:
     """Return the rest of every session.
 
     ``sessions``, ``hours``: session number and hour of each reading, (n,). ``drive``: code values, (n, 3). ``capped``:
@@ -68,7 +68,7 @@ def rest_of(
         condition.cell: np.logical_or.reduce([outside[name] for name in names]) & condition.matters(columns)
         for condition, names in _logged(columns)
     }
-    return Rest(at, away)
+    return RestOfSessions(at, away)
 
 
 def _logged(columns: Mapping[str, Array]) -> list[tuple[Condition, list[str]]]:

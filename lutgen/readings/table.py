@@ -14,7 +14,7 @@ import numpy as np
 from lutgen.colorimetry import Array, xyz_to_xyY
 from lutgen.errors import LutgenError, listed
 from lutgen.readings.conditions import COLUMNS, CONDITIONS, OF_COLUMN
-from lutgen.readings.rest import Rest, is_tip, middle, rest_of
+from lutgen.readings.rest import RestOfSessions, is_tip, middle, rest_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping
@@ -160,7 +160,7 @@ class Measurements:
         return np.asarray(np.unique(pairs, axis=0, return_inverse=True)[1].reshape(-1))
 
     @cached_property
-    def rest(self) -> Rest:
+    def rest(self) -> RestOfSessions:
         """The conditions under which the colour points of each reading's session were read."""
         # Constant columns also have an influence: a patch with a constant window below 1 has a surround.
         columns = {name: self.column(name) for name in COLUMNS if name in self.conditions or name in self.constants}

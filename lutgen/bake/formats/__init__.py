@@ -112,6 +112,16 @@ class Format:
         return self.file if direction == "simulate" else self.file.replace("aged", direction, 1)
 
 
+def rows_after(
+    head: Callable[[Lut | MatrixLut, Provenance], bytes], lut: Lut | MatrixLut, provenance: Provenance
+) -> bytes:
+    """Return the bytes of a file of text: ``head``, then the rows of the table; the ``write`` of such formats."""
+    from lutgen.bake.digits import rows_of_text
+    from lutgen.bake.lut import table_of
+
+    return rows_of_text(table_of(lut).reshape(-1, 3), head=head(lut, provenance))
+
+
 def format_names() -> list[str]:
     """Return the names of all formats, in alphabetical order."""
     return sorted(_modules())

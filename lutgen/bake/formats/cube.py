@@ -4,9 +4,10 @@ LF, a quoted TITLE in ASCII, ``#`` comments before ``LUT_3D_SIZE``, seven decima
 DOMAIN, no INPUT_RANGE, no 1D part. Tables in the tests list the faults of readers with other forms.
 """
 
-from lutgen.bake.digits import rows_of_text
-from lutgen.bake.formats import Format, Provenance
-from lutgen.bake.lut import Lut, MatrixLut, table_of
+from functools import partial
+
+from lutgen.bake.formats import Format, Provenance, rows_after
+from lutgen.bake.lut import Lut, MatrixLut
 
 
 def head(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
@@ -16,9 +17,4 @@ def head(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     return b"".join((first, provenance.comments(title=False), b"LUT_3D_SIZE %d\n" % lut.size))
 
 
-def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
-    """Return the file's bytes."""
-    return rows_of_text(table_of(lut).reshape(-1, 3), head=head(lut, provenance))
-
-
-FORMAT = Format(name="cube", suffix=".cube", unclipped=False, write=write, head=head)
+FORMAT = Format(name="cube", suffix=".cube", unclipped=False, write=partial(rows_after, head), head=head)

@@ -6,11 +6,13 @@ without a curve is more faithful, the file has no curve and no input range. dark
 file with a curve, and they read the two numbers of an input range as a row.
 """
 
+from functools import partial
+
 import numpy as np
 
 from lutgen.bake.digits import rows_of_text
-from lutgen.bake.formats import Format, Provenance
-from lutgen.bake.lut import Lut, MatrixLut, shaper, table_of
+from lutgen.bake.formats import Format, Provenance, rows_after
+from lutgen.bake.lut import Lut, MatrixLut, shaper
 
 #: Points of the shaper. Linear interpolation between them has an error of 5e-8.
 CURVE_POINTS = 4096
@@ -28,16 +30,11 @@ def head(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     return b"".join((provenance.comments(), header.encode(), curve_rows))
 
 
-def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
-    """Return the file's bytes."""
-    return rows_of_text(table_of(lut).reshape(-1, 3), head=head(lut, provenance))
-
-
 FORMAT = Format(
     name="resolve",
     suffix=".cube",
     unclipped=False,
-    write=write,
+    write=partial(rows_after, head),
     spaces=("code", "shaped"),
     head=head,
     stem="aged-resolve",

@@ -50,7 +50,7 @@ STEP = 1e-4
 
 
 @dataclass(frozen=True)
-class _Evidence:
+class _ShiftEvidence:
     """Evidence of the readings on the shift of each code value (m,): gradient ``pull`` (m,), ``information`` (m, m)."""
 
     code: Array
@@ -90,7 +90,7 @@ class _Evidence:
 
 def _proposed(code: Array, pull: Array, information: Array) -> tuple[list[dict[str, float]], int]:
     """Return settings of tables and panels whose shifts of code values fit the readings best, best first."""
-    evidence = _Evidence(code, pull, information)
+    evidence = _ShiftEvidence(code, pull, information)
     proposals = []
     for part in np.split(ALL_STEPS, PARTS):
         gain, steps, _ = _best_steps(evidence, "table_gamma", 1.0, 0.5, part)
@@ -107,7 +107,7 @@ def _proposed(code: Array, pull: Array, information: Array) -> tuple[list[dict[s
     return [setting for _, setting in sorted(proposals, key=lambda each: -each[0])], tried
 
 
-def _promising(evidence: _Evidence, name: str, powers: Array, added: float) -> list[tuple[float, float]]:
+def _promising(evidence: _ShiftEvidence, name: str, powers: Array, added: float) -> list[tuple[float, float]]:
     """Return the powers and numbers of steps with the largest gains; of ``ALIKE`` neighbouring powers only the best."""
     results = []
     for power in powers:
@@ -118,7 +118,9 @@ def _promising(evidence: _Evidence, name: str, powers: Array, added: float) -> l
     return [(power, steps) for _, power, steps in sorted(neighbours, reverse=True)[:FEW]]
 
 
-def _best_steps(evidence: _Evidence, name: str, power: float, added: float, steps: Array) -> tuple[float, float, float]:
+def _best_steps(
+    evidence: _ShiftEvidence, name: str, power: float, added: float, steps: Array
+) -> tuple[float, float, float]:
     """Return the gain of the best number of steps after a power, that number, and the power."""
     bent, slope = evidence.bent(**{name: power})
     gain = evidence.gain(_shifts(bent, slope, added, steps))

@@ -67,7 +67,7 @@ class ClfScan:
 
 def scan_clf(path: Path) -> ClfScan:
     """Scan a CLF in one pass, then try the installed OpenColorIO. Raises LutgenError: the file cannot be read."""
-    reader = _Reader()
+    reader = _ClfReader()
     broken, line = "", 0
     with readable(path, "a LUT"), path.open("rb") as file:
         try:
@@ -90,7 +90,7 @@ class _EntityError(Exception):
 
 
 @dataclass
-class _Reader:
+class _ClfReader:
     root: dict[str, str] = field(default_factory=dict)
     nodes: list[Node] = field(default_factory=list)
     depth: int = 0
