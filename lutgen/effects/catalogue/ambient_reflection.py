@@ -9,8 +9,9 @@ Meaning of 0 and 1: ``reflectance`` 0 is a screen that reflects nothing. ``refle
 every lx: about three times the reflection of a perfectly white matt surface (1/π).
 Valid for diffuse reflection. The mirror image of a lamp depends on the position of the eye or the meter, and is not
 modelled.
-Sources: definition: Samei et al. (AAPM TG18), Med. Phys. 32, 1205 (2005), doi:10.1118/1.1861159. R_d of 0.025 and
-0.058 1/sr on two cathode-ray tubes: J. Digit. Imaging 12 (1999), doi:10.1007/BF03168843.
+Sources: definition: Samei et al. (AAPM TG18), Med. Phys. 32, 1205 (2005), doi:10.1118/1.1861159. R_d of 0.025 and 0.058
+1/sr on two cathode-ray tubes: Flynn & Badano, "Image quality degradation by light scattering in display devices", J.
+Digit. Imaging 12, 50 (1999), doi:10.1007/BF03168843.
 Assumption: R_d is as small as 0.002 1/sr on flat panels, at 4 to 150 lx.
 """
 

@@ -10,7 +10,8 @@ modelled.
 Sources: a constant light under all colours as a term of an LCD's model: Day, Taplin & Berns, Color Res. Appl. 29, 365
 (2004), doi:10.1002/col.20046; Yoshida & Yamamoto (2003), doi:10.1002/ecjc.10074. Size when new: 0.43 to 0.87 cd/m² of
 black and 263 to 715 cd/m² of white on five medical LCDs, in "Luminance and contrast performance of liquid crystal
-displays for mammographic applications".
+displays for mammographic applications", whose abstract is at
+https://researcher.watson.ibm.com/publications/luminance-and-contrast-performance-of-liquid-crystal-displays-for-mammographic-applications.
 Assumption: the leak grows by a factor of 1.2 to 3 over the life of a display.
 """
 

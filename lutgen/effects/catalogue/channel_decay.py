@@ -6,7 +6,8 @@ Meaning of 0 and 1: ℓ_c = 0 keeps the channel's light of hour 0. ℓ_c = 1 lea
 Valid where each channel has its own light source, whose spectrum keeps its shape while the source fades.
 Source: stretched exponential in time: Féry et al., Appl. Phys. Lett. 87, 213502 (2005), doi:10.1063/1.2133922.
 Unequal rates: two sets of an early OLED, Sony's XEL-1, lost 12 % of blue, 8 % of green and 7 % of red in 1000 h
-(DisplaySearch, "OLED characterization report: Sony XEL-1", 2008, as the press reported).
+(DisplaySearch, "OLED characterization report: Sony XEL-1", 2008; reported on 8 May 2008 at
+https://www.engadget.com/2008/05/08/sony-xel-1-estimated-to-last-customers-only-half-as-long-as-expe/).
 Assumption: later displays are of that kind.
 """
 

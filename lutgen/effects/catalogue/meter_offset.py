@@ -7,7 +7,9 @@ with age by 1 + g·τ.
 Meaning of 0 and 1: ``offset`` 0 is a meter that reads nothing in the dark. ``offset`` 1 would add 1 cd/m² to every
 reading. ``grown`` 1 is a dark signal that has doubled at 18 000 h.
 Valid for the dark signal of one meter over the whole campaign. Never baked: a meter adds no light to the display.
-Assumption: from about 0.003 cd/m² on.
+Source: the dark signal of array spectroradiometers: CIE 233:2019, "Calibration, Characterization and Use of Array
+Spectroradiometers".
+Assumption: the form for colorimeters, and sizes from about 0.003 cd/m² on.
 """
 
 import numpy as np
@@ -28,7 +30,7 @@ from lutgen.effects.scene import REFERENCE_C, Scene
     ),
     confused_with={"black-level": "read with the lens capped", "ambient-reflection": "read with the lens capped"},
     says="the meter adds {offset:.2g} cd/m² to every reading",
-    source="size: an assumption",
+    source="CIE 233:2019 (dark signal of array spectroradiometers); form and size: an assumption",
     offset=Parameter(0.01, (-0.5, 0.5), "cd/m²", "luminance that is added, with X and Z in the ratio of D65"),
     offset_x=Parameter(0.0, (-0.5, 0.5), "cd/m²", "X that is added in addition"),
     offset_z=Parameter(0.0, (-0.5, 0.5), "cd/m²", "Z that is added in addition"),

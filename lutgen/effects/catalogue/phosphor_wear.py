@@ -12,7 +12,10 @@ Meaning of 0 and 1: ``wear`` 0 keeps the spectrum. ``wear`` 1 leaves 1/e, 37 %, 
 Valid as far as the spectra are. With an estimated spectrum the size is an estimate too. The LUT is correct in both
 cases, because it is fitted to XYZ. No form frees three parts at once: where a sensor holds white, the readings do not
 show the common loss of the parts.
-Assumption: which part wears first, its exponential loss, and Δu'v' of 0.002 to 0.007 at 6000 h.
+Sources: phosphors of fluorescent lamps deteriorate: Lehmann, "Phosphor deterioration in fluorescent lamps", J.
+Electrochem. Soc. 130, 426 (1983). The light of a whole LED falls exponentially: IES TM-21-11, "Projecting Long Term
+Lumen Maintenance of LED Light Sources".
+Assumption: which part wears first, the exponential loss of a part, and Δu'v' of 0.002 to 0.007 at 6000 h.
 """
 
 import numpy as np
@@ -46,7 +49,7 @@ from lutgen.effects.spectra import WAVELENGTHS, mapped, of_scene
         "meter-drift": "a second meter or a check source",
         "channel-decay": "spectra of the primaries: a worn phosphor also moves their chromaticities",
     },
-    source="which part wears, form and size: an assumption",
+    source="IES TM-21-11 (loss of a whole LED); which part wears, form and size: an assumption",
     wear=Parameter(0.15, (0.0, 3.0), "1", "nepers that the part that wears first has lost by 18 000 h"),
     second=Parameter(0.0, (-0.3, 3.0), "1", "nepers that the next part has lost by 18 000 h"),
     third=Parameter(0.0, (-0.3, 3.0), "1", "nepers that the part after that has lost by 18 000 h"),

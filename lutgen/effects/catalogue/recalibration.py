@@ -8,6 +8,8 @@ only Γ and the clipping are visible there.
 Meaning of 0 and 1: g = 0 and Γ = 0 are a calibration that changed nothing. g = 1 would double the drive. Γ = 1 would
 double the exponent.
 Valid for one event in a campaign. Two events need two recalibrations.
+Source: quality assurance checks displays and calibrates them again: Bevins et al., "Practical application of AAPM
+Report 270 in display quality assurance" (2020), doi:10.1002/mp.14227.
 Assumption: the form and the size.
 """
 
@@ -30,7 +32,7 @@ LEVELS = level_parameters("level", "change of the exponent near code value {}")
         "eotf-drift": "readings at more dates: a step or a slow growth",
     },
     says="somebody recalibrated the display {when}",
-    source="form and size: an assumption",
+    source="Bevins et al. 2020, doi:10.1002/mp.14227 (event); form and size: an assumption",
     hour=Parameter(9000.0, (0.0, 100_000.0), "h", "hour of the recalibration", "gaps"),
     gamma=Parameter(0.05, (-0.6, 2.0), "1", "change of the exponent of the code value since then"),
     red=Parameter(0.0, (-0.6, 2.0), "1", "change of red's exponent in addition to gamma"),

@@ -7,8 +7,9 @@ Meaning of 0 and 1: ``headroom`` 0 is a lamp at its limit from the start, which 
 ``headroom`` 1 is a lamp that could give twice the held light. ``loss`` 1 leaves 1/e of the lamp's own light at 18 000
 h.
 Valid for a display whose sensor holds white at one set luminance.
-Source: of 249 medical displays 4, 20 and 39 could not give 170 cd/m² in three successive years: Radiol. Phys. Technol.
-(2017), doi:10.1007/s12194-017-0401-x.
+Source: of 249 medical displays 4, 20 and 39 could not give 170 cd/m² in three successive years: "Effective luminance
+deterioration of medical liquid crystal displays in clinical use", Radiol. Phys. Technol. (2017),
+doi:10.1007/s12194-017-0401-x.
 Assumption: the form of the knee, and the size of the reserve.
 """
 

@@ -7,8 +7,8 @@ that dust on the screen scatters belongs to this effect. Light that dust absorbs
 Meaning of 0 and 1: g = 0 scatters nothing. g = 1 would add the whole mean light of the screen to every patch.
 Valid for light that spreads evenly over the screen. A halo near a bright edge is not modelled.
 Sources: definition, and a test with a dark spot in a bright field: Samei et al. (AAPM TG18), Med. Phys. 32, 1205
-(2005), doi:10.1118/1.1861159. Glare ratios of 25 and 89 on two cathode-ray tubes: J. Digit. Imaging 12 (1999),
-doi:10.1007/BF03168843.
+(2005), doi:10.1118/1.1861159. Glare ratios of 25 and 89 on two cathode-ray tubes: Flynn & Badano, "Image quality
+degradation by light scattering in display devices", J. Digit. Imaging 12, 50 (1999), doi:10.1007/BF03168843.
 Assumption: the size on flat panels.
 """
 

@@ -6,7 +6,9 @@ on its temperature. LEDs are brighter when cold: a < 0. The refined forms replac
 
 Meaning of 0 and 1: a = 0 is a display that is warm at once. a = 1 would be a display that is dark at power-on.
 Valid for a display that was off long enough to be cold, and whose luminance no sensor holds.
-Assumption: 2 to 20 % within 30 to 100 minutes.
+Source: luminance of displays during 70 minutes after power-on: Bird, "Display Warm Up Rates" (SpectraCal, 2010),
+https://kb.portrait.com/help/display-warm-up-rates.
+Assumption: the form, and 2 to 20 % within 30 to 100 minutes.
 """
 
 import numpy as np
@@ -39,7 +41,7 @@ LEAST_TAIL = 1e-7
     },
     says="a cold display lacks {size} of its light",
     says_less="a cold display gives {size} more light",
-    source="size: an assumption",
+    source="Bird, Display Warm Up Rates, SpectraCal 2010 (effect); form and size: an assumption",
     amount=Parameter(0.08, (-0.5, 0.9), "1", "share of the warm display's light that is missing at power-on"),
     grown=Parameter(0.0, (-0.5, 0.5), "1", "growth of that share by 18 000 h"),
     minutes=Parameter(30.0, (1.0, 300.0), "min", "time constant (63 %)"),
