@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 from docs.generate.__main__ import REFERENCE, generated, pages
-from docs.generate.effects import MOST, plot
+from docs.generate.effects import CAUSES, MOST, plot
 from docs.generate.markup import docstring
 from lutgen.effects import catalogue
 
@@ -46,6 +46,11 @@ def test_every_effect_says_what_0_and_1_mean_where_it_holds_and_what_it_rests_on
         assumed = any(line.startswith("Assumption:") for line in lines)
         assert assumed or "assumption" not in effect.source, effect.name
         assert ".md" not in effect.text + effect.source, f"{effect.name} cites a page that the repository lacks"
+
+
+def test_every_effect_but_the_choice_of_a_matrix_has_a_cause() -> None:
+    physical = {name for name, effect in catalogue().items() if effect.stage != "selection"}
+    assert {name for names in CAUSES.values() for name in names} == physical
 
 
 def test_a_docstring_becomes_markdown() -> None:

@@ -24,7 +24,8 @@ COLOURS, ROUNDS = 32, 3
 _POINTS = re.compile(r"^(?=Meaning of 0 and 1:|Valid |Sources?:|Assumption:)", re.MULTILINE)
 
 
-#: Causes of aging, according to the paper's first section and for present displays, and the effects of each cause.
+#: Causes of aging, according to the paper's first section and for present displays, and of errors of measurement, and
+#: the effects of each cause. An effect that only selects a matrix of the paper has no cause.
 CAUSES = {
     "phosphors wear out": ("phosphor-wear", "backlight-decay"),
     "optical layers absorb more: short wavelengths most; all alike": ("yellowing", "backlight-decay"),
@@ -38,6 +39,15 @@ CAUSES = {
     "emitters of an OLED burn in, at first quickly": ("burn-in-decay", "channel-decay"),
     "local dimming, dynamic contrast": ("dynamic-contrast",),
     "the curve moves with the temperature": ("temperature-gamma",),
+    "channels disturb one another": ("crosstalk",),
+    "the drivers of one channel drift": ("channel-gamma",),
+    "the colour of a primary depends on its level": ("primary-shift",),
+    "the power of the light is limited": ("loading",),
+    "a sensor holds white until the lamp has no reserve": ("stabilizer-headroom",),
+    "a table of drive levels is too coarse": ("quantization",),
+    "somebody calibrates the display again": ("recalibration",),
+    "the display is cold after power-on; warmer than before": ("warm-up", "temperature"),
+    "a meter's dark signal is added": ("meter-offset",),
     "a colorimeter's filters drift; match the observer less and less": ("meter-drift", "meter-mismatch"),
 }  # fmt: skip
 
