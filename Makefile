@@ -14,7 +14,7 @@ ALONE := OPENBLAS_NUM_THREADS=1
 # An idle process takes tests from another process.
 PYTEST := $(PYTHON) -m pytest --numprocesses auto --dist worksteal
 
-.PHONY: help setup programs more-programs demo test test-quick test-all test-slow test-other lint lint-page vendor explore-picture bench consumers fuzz hidden sessions study-level reference docs figures configs check-configs display table1 dist clean
+.PHONY: help setup programs more-programs demo test test-quick test-all test-slow test-other lint lint-page vendor explore-picture bench consumers fuzz hidden sessions study-level trend-coverage reference docs figures configs check-configs display table1 dist clean
 
 help: ## list the targets (this text)
 	@awk -F ':.*## ' '/^[a-z0-9-]+:.*## / { printf "make %-16s %s\n", $$1, $$2 }' Makefile

@@ -94,6 +94,13 @@ def working_copy(*patterns: str) -> set[str]:
     return {name for name in files if "__pycache__" not in name and Path(ROOT, name).is_file()}
 
 
+def test_make_runs_its_targets_whatever_files_have_their_names() -> None:
+    text = (ROOT / "Makefile").read_text(encoding="utf-8")
+    targets = set(re.findall(r"^([a-z0-9-]+):", text, re.MULTILINE))
+    assert {"test", "lint"} <= targets
+    assert set(re.findall(r"^\.PHONY: (.*)$", text, re.MULTILINE)[0].split()) == targets
+
+
 @pytest.mark.slow
 def test_sdist_carries_the_whole_project(built: Built) -> None:
     wanted = working_copy("*.md", "*.cff", "*.yml", "LICENSE", "Makefile", "pyproject.toml", ".ci/*", ".github/**/*")
