@@ -1,6 +1,7 @@
 """Names that users type: one list for each kind, in a module that imports nothing slow."""
 
 import ast
+import re
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
@@ -11,6 +12,7 @@ from click import Choice
 import lutgen
 from lutgen import names
 from lutgen.bake.formats import format_named, format_names, lut_suffixes
+from lutgen.lint import KINDS
 from tests.examples_folder import COMMANDS
 
 pytestmark = pytest.mark.texts
@@ -69,6 +71,19 @@ def test_an_option_offers_the_names_of_a_list(command: str) -> None:
     for option in COMMANDS[command].params:
         if isinstance(option.type, Choice):
             assert tuple(option.type.choices) in offered, option.name
+
+
+def suffixes_in(text: str) -> set[str]:
+    return set(re.findall(r"(?<![\w.])\.[a-z0-9]+", text))
+
+
+def test_help_names_the_suffixes_of_the_registries() -> None:
+    """Help states them as text, since it must not import the modules of formats."""
+    (lut,) = [option for option in COMMANDS["apply"].params if option.name == "lut"]
+    assert suffixes_in(str(lut.help)) == set(lut_suffixes())  # type: ignore[attr-defined]
+    in_words = {".icc", ".icm", ".png"}
+    assert suffixes_in(str(COMMANDS["lint"].help).partition("--try runs")[0]) == set(KINDS) - in_words
+    assert in_words < set(KINDS)
 
 
 def test_luts_that_opencolorio_reads_are_those_without_a_reader_of_lutgens() -> None:

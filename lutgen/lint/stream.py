@@ -52,8 +52,8 @@ def blocks(path: Path) -> Iterator[LineBlock]:
             rest = data[cut:]
             if len(rest) > LONGEST_LINE:
                 raise LutgenError(
-                    f"{path}:{line}: a line of more than {LONGEST_LINE >> 20} MiB, so it is no text of a LUT. "
-                    "Give a .cube, .clf, .ctf, .3dl, .spi3d, .csp or .ocio file."
+                    f"{path}:{line}: a line of more than {LONGEST_LINE >> 20} MiB, so it is no text of a LUT or "
+                    "config. Write the file again with the program that made it."
                 )
             if cut:
                 block = _block(line, data[:cut])
