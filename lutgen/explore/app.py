@@ -113,7 +113,10 @@ def _page_with(windows: Windows) -> Response:
 
 
 def _begins(content: dict[str, Any], *addresses: str) -> bytes:
-    """Return HTML with a window's first data, and with the addresses that the page fetches first."""
+    """Return HTML with a window's first data, and with the addresses that the page fetches first.
+
+    No template: the page is a file without gaps, sent before the window is open, and these elements follow it.
+    """
     # In a script element only "<" is special, since it may end the element.
     text = json.dumps(content).replace("<", "\\u003c")
     fetched = (f'<link rel="preload" as="fetch" crossorigin href="{escape(each)}">' for each in addresses)

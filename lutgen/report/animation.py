@@ -2,7 +2,7 @@
 
 APNG is animated PNG (PNG Third Edition, https://www.w3.org/TR/png-3/). It is written frame by frame, with the same
 bytes on every run. Programs without support for animations show the first frame. Pillow compresses each frame. Pillow's
-own writer of animations is not used, since it holds all frames in memory.
+own writer of animations (``save_all``) is not used, since it holds all frames in memory, and joins equal frames.
 """
 
 import shutil
