@@ -80,7 +80,7 @@ def suffixes_in(text: str) -> set[str]:
 def test_help_names_the_suffixes_of_the_registries() -> None:
     """Help states them as text, since it must not import the modules of formats."""
     (lut,) = [option for option in COMMANDS["apply"].params if option.name == "lut"]
-    assert suffixes_in(str(lut.help)) == set(lut_suffixes())  # type: ignore[attr-defined]
+    assert suffixes_in(str(lut.help)) == set(lut_suffixes())
     in_words = {".icc", ".icm", ".png"}
     assert suffixes_in(str(COMMANDS["lint"].help).partition("--try runs")[0]) == set(KINDS) - in_words
     assert in_words < set(KINDS)
