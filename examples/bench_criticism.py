@@ -125,7 +125,8 @@ def _fitting(work: Work, problem: Problem, size: str) -> Row:
     # Both fits stop where another step reduces χ² by almost nothing.
     if abs(mine - theirs) > 1e-3 * theirs:
         raise SystemExit(f"bench: the fits end elsewhere: chi2 {mine:.2f}, and {theirs:.2f} by least_squares")
-    title = f"fit of {name}, {len(form)} parameters and {at_once.start.size - len(form)} unknown tips and gains, {size}"
+    unknowns = f"{at_once.start.size - len(form)} unknowns of white, primaries and gains"
+    title = f"fit of {name}, {len(form)} parameters and {unknowns}, {size}"
     peer = Peer("scipy.optimize.least_squares, all unknowns at once", at_once.chi2)
     return race(title, partial(fit, problem, terms), peer, times=work.races)[0]
 

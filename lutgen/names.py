@@ -29,9 +29,9 @@ REFERENCES = ("relative", "absolute")
 #: Model of the fresh display → what the model knows of the display.
 BASELINES = {
     "colour-points": "white and primaries as measured at each hour",
-    "first-hour": "white and primaries of hour 0 alone: the effects do the aging",
+    "first-hour": "white and primaries of hour 0 alone: all aging comes from the effects",
     "native": "white and primaries as measured at each hour, the display's own model as in the first session",
-    "native-first-hour": "the display's own model of the first session alone: the effects do the aging",
+    "native-first-hour": "the display's own model of the first session alone: all aging comes from the effects",
 }
 
 #: Baselines that include the aging without any effects.
@@ -46,7 +46,7 @@ NATIVE_BASELINES = ("native", "native-first-hour")
 #: Direction of a build → meaning.
 DIRECTIONS = {
     "simulate": "what the aged display shows, for an un-aged viewer",
-    "compensate": "what to send the aged display, for it to show what it showed when it was new",
+    "compensate": "the code values with which the aged display looks un-aged",
 }
 
 #: Treatment of colours that the aged display can no longer show → meaning.

@@ -53,6 +53,11 @@ def percent(share: float | None) -> str:
     return f"{100 * share:.0f} %"
 
 
+def in_percent(share: float, digits: int = 0, *, signed: bool = False) -> str:
+    """Format a share in percent with ``digits`` decimals: 0.02 %; ``signed``: +20.0 %."""
+    return f"{100 * share:{'+' if signed else ''}.{digits}f} %"
+
+
 def times(ratio: float) -> str:
     """Format the ratio of an error to the noise with three figures: 40.1 ×, 0.978 ×, 1230 ×."""
     return f"{ratio:.3g} ×" if ratio < 999.5 else f"{float(f'{ratio:.2e}'):.0f} ×"

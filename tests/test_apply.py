@@ -836,5 +836,5 @@ def test_the_output_says_which_age_it_shows_and_that_the_display_was_not_measure
     source = write(tmp_path / "in.png", np.zeros((8, 8, 3), np.uint8))
     assert run("apply", source, "--mode", "chroma-luma", "--hours", "10000", "-o", tmp_path / "out.png") == 0
     first, second = capsys.readouterr().out.replace("\N{NO-BREAK SPACE}", " ").splitlines()
-    assert ": chroma-luma at 10 000 h, 8 × 8, 0.00% of the pixels" in first
+    assert ": chroma-luma at 10 000 h, 8 × 8, 0.00 % of the pixels" in first
     assert second == "This display is reconstructed, not measured."

@@ -165,7 +165,7 @@ FAULTS: list[tuple[str, Callable[[Path], None], str, str]] = [
     ),
     ("a file that the manifest forgot", forgotten(CUBE), CUBE, "does not list it"),
     ("a manifest without files", forgotten(""), CONFIG, "does not list it"),
-    ("a LUT that nobody asked for", another_folder, "chroma/5h/aged.cube", "not in the manifest"),
+    ("a LUT that nobody asked for", another_folder, "chroma/5h/aged.cube", "the manifest does not list this file"),
     ("a folder for a LUT", a_folder_instead, CUBE, "no file any more"),
     ("an unknown mode", edit("manifest.json", r'"mode": "chroma"', '"mode": "sepia"'), "config.ocio", "sepia"),
     (

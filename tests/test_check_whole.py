@@ -219,7 +219,7 @@ PUT_IN = ("chroma/9000h/aged.spi3d", "chroma/9000h/other.cube", "extra.clf", "su
 def test_a_file_that_programs_take_for_the_builds_is_a_fault(built: Path, name: str) -> None:
     (built / name).parent.mkdir(exist_ok=True)
     shutil.copyfile(built / "chroma/0h/aged.cube", built / name)
-    assert problems(built) == [f"{name}: is not in the manifest, so nothing says what it should be"]
+    assert problems(built) == [f"{name}: the manifest does not list this file, so it cannot be checked"]
 
 
 def test_every_other_file_that_does_not_belong_is_named(built: Path) -> None:

@@ -70,7 +70,7 @@ def test_the_page_has_a_line_a_slide_the_median_and_its_interval(run: Callable[.
         assert lines[head + 8] == " ".join(["median of 7 slides", *middles])
         ranges = [f"{told(min(column))} to {told(max(column))}" for column in columns]
         assert lines[head + 9] == " ".join(["95 % interval", *ranges])
-    assert "holds the median of all slides like these with 98.4%" in words(done.out)
+    assert "holds the median of all slides like these with 98.4 %" in words(done.out)
     assert "RECONSTRUCTED" in done.out
 
 

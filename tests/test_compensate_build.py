@@ -205,15 +205,15 @@ def test_the_command_tells_what_is_out_of_reach(lutgen: Callable[..., Done], tmp
     assert done.code == 0
     row = next(line.split() for line in done.lines if line.startswith("chroma-luma  18000"))
     certificate = manifest_of(tmp_path / "clip")["files"][1]["certificate"]
-    assert row[2] == f"{certificate['unreachable_lattice_share']:.1%}"
-    assert row[3] == f"{certificate['unreachable_tissue_share']:.1%}"
+    assert row[2] == f"{certificate['unreachable_lattice_share'] * 100:.1f} %"
+    assert row[3] == f"{certificate['unreachable_tissue_share'] * 100:.1f} %"
     assert f"; up to {row[2]} of the colours out of reach (more with --verbose)." in short.lines[2]
-    assert row[4] == "100.0%"
+    assert row[4] == "100.0 %"
     assert "clipped by channels of the drive" in done.out
     scaled = lutgen(*arguments, "--unreachable", "scale", "-o", str(tmp_path / "scale"), "--jobs", "1", "--verbose")
     assert next(line.split() for line in scaled.lines if line.startswith("chroma-luma  18000"))[3:5] == [
-        "0.0%",
-        "30.9%",
+        "0.0 %",
+        "30.9 %",
     ]
 
 

@@ -98,7 +98,7 @@ def test_diagnose_says_what_is_missing_then_what_to_do_then_what_can_be_seen(
         return next(number for number, line in enumerate(done.lines) if re.match(pattern, line))
 
     assert place(verdict) == 0
-    assert place("Next") < place("What would refute this") < place("What these data can see")
+    assert place("Next") < place("What would refute this") < place("Smallest detectable size")
     assert "ΔBIC" not in done.out
     for word in words:
         assert word in done.out
@@ -367,7 +367,7 @@ BAD: dict[str, str] = {
     "plan {leak} --between crosstalk": "--between takes two effects, A,B; 'crosstalk' names 1",
     "plan {leak} --between a,b,c": "names 3",
     "plan {leak} --between crosstalk,gravity": "unknown effect 'gravity'",
-    "plan {leak} --between crosstalk,crosstalk": "cannot be told from itself",
+    "plan {leak} --between crosstalk,crosstalk": "crosstalk was given twice",
     "plan {leak} --between crosstalk,loading --effect warm-up": "Leave one out",
     "plan {leak} --effect gravity": "unknown effect 'gravity'",
     "plan {leak} -o plan.ti1": "give a name that ends in .csv",

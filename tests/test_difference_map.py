@@ -281,7 +281,7 @@ def test_what_lies_above_the_scale_is_marked_and_said(whole_map: DifferenceMap) 
     assert whole_map.share(8.0) == pytest.approx(float((whole_map.shown > 8.0).mean()), abs=1e-4)
     assert (
         share_above(whole_map, (0.0, 8.0))
-        == f"{whole_map.share(8.0):.1%} above; --range 0,{np.ceil(whole_map.largest):g} holds all"
+        == f"{100 * whole_map.share(8.0):.1f} % above; --range 0,{np.ceil(whole_map.largest):g} holds all"
     )
     axes = Figure().add_subplot()
     draw_histogram(axes, whole_map, (0.0, 8.0), drawn)

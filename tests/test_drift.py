@@ -144,7 +144,7 @@ def test_compare_names_the_reading(tmp_path: Path, run: Callable[..., Done]) -> 
     content = json.loads(run("compare", "drifts.csv", "--baseline", "native", "--json", "-").out)
     validator("compare").validate(content)
     (drift,) = content["drifts"]
-    assert f"code 1, 1, 1, read again in {drift['line']}, changed by {drift['change']:+.1%}." in page
+    assert f"code 1, 1, 1, read again in {drift['line']}, changed by {100 * drift['change']:+.1f} %." in page
 
 
 def test_slips_of_an_instrument_with_heavy_tails_are_no_drift() -> None:

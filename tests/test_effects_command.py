@@ -262,7 +262,7 @@ def test_a_check_on_data_that_show_nothing_of_it_says_so() -> None:
 def test_a_check_on_data_rehearses_what_is_sound(rehearsed: list[Any]) -> None:
     text = " ".join(run("--check", "glue.py", "--data", str(default_display())).split())
     assert "These readings would show a glow of 0.0004." in text
-    assert "hidden by white and primaries 12%" in text
+    assert "hidden by white and primaries 12 %" in text
     assert "smallest detectable size 0.0004 " in text
     assert "black-level 0.98, meter-offset 0.61" in text
     ((effect, measurements, others),) = rehearsed

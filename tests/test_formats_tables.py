@@ -163,7 +163,7 @@ def test_a_3dl_that_readers_would_show_twice_as_bright_is_refused() -> None:
             return [Lut("code", np.full((2, 2, 2, 3), 0.4))]
 
     aged = model().at("chroma-luma", 18_000)
-    with pytest.raises(LutgenError, match=r"a \.3dl cannot hold a display whose brightest code value is 40%"):
+    with pytest.raises(LutgenError, match=r"a \.3dl cannot hold a display whose brightest code value is 40 %"):
         format_named("3dl").bake(Dim(), aged, 17)  # type: ignore[arg-type]
 
 

@@ -115,9 +115,9 @@ def test_a_display_that_brightens_while_it_is_read_is_called_unsteady(tmp_path: 
     inspection = changed(tmp_path, light() * ramp[:, np.newaxis])
     assert inspection.steadiness is not None
     assert inspection.steadiness.drift == pytest.approx(0.2, abs=1e-6)
-    assert inspection.remarks[0].startswith("Unsteady: luminance of a repeated patch changed by +20.0%")
+    assert inspection.remarks[0].startswith("Unsteady: luminance of a repeated patch changed by +20.0 %")
     slight = changed(tmp_path, light() * (1.0 + 0.05 * (ramp - 1.0))[:, np.newaxis])
-    assert slight.remarks[0].startswith("Drift: luminance changed by +1.0%")
+    assert slight.remarks[0].startswith("Drift: luminance changed by +1.0 %")
 
 
 def test_noise_is_the_pooled_scatter_of_repeats(tmp_path: Path) -> None:
@@ -246,7 +246,7 @@ def test_uneven_screens_are_told_from_the_middle(tmp_path: Path) -> None:
     )
     inspection = inspected(tmp_path, f"position,row,col,level_index,X,Y,Z\n{rows}", "u.csv")
     assert inspection.uniformity == pytest.approx((140 / 170, 200 / 170))
-    assert "Uneven: over the screen white has 82% to 118%" in inspection.remarks[0]
+    assert "Uneven: over the screen white has 82 % to 118 %" in inspection.remarks[0]
     plot_inspection(inspection, tmp_path / "u.png")
 
 

@@ -155,7 +155,7 @@ def test_a_bound_stops_a_parameter_and_what_follows_it() -> None:
 @pytest.mark.parametrize(
     ("of", "matrix", "says"),
     [
-        ((), np.eye(5), "5 rows are 5 beside those of parameters; tips take 12 an hour"),
+        ((), np.eye(5), "5 rows are 5 beside those of parameters; white and primaries take 12 an hour"),
         ((("a", "b"),), np.zeros((0, 0)), "1 parameters need 1 rows and columns"),
         ((("a", "b"),), np.array([[np.nan]]), "all numbers must be finite"),
         ((("a", "b"), ("a", "c")), np.array([[1.0, 2.0], [2.0, 1.0]]), "larger than the errors"),
@@ -171,7 +171,7 @@ def test_a_covariance_of_another_model_is_refused() -> None:
     free = {("black-level", "new"), ("black-level", "grown")}
     with pytest.raises(LutgenError, match=r"\[covariance\]: leak\.new is not a fitted parameter"):
         FitCovariance((("leak", "new"),), np.eye(1)).check(free, 3)
-    with pytest.raises(LutgenError, match="it holds the tips of 1 hours, but 3 are fitted"):
+    with pytest.raises(LutgenError, match="it holds white and primaries of 1 hours, but 3 are fitted"):
         FitCovariance((), np.eye(12)).check(free, 3)
     with pytest.raises(LutgenError, match=r"black-level\.new is there twice"):
         FitCovariance((("black-level", "new"),) * 2, np.eye(2)).check(free, 3)

@@ -96,7 +96,7 @@ def test_tissue_says_its_threshold(run: Callable[..., Done], tmp_path: Path) -> 
     picture = imread(tmp_path / "a.png") // 2
     imsave(tmp_path / "c.png", np.concatenate([picture, np.full_like(picture, 240)]), check_contrast=False)
     out = words(run("c.png", "--tissue", "--hours", "0,9000").out)
-    assert re.search(r"c\.png: 2 304 pixels of .*; 50\.0% left out as bare glass, L\* of \d\d\.\d and more\.", out)
+    assert re.search(r"c\.png: 2 304 pixels of .*; 50\.0 % left out as bare glass, L\* of \d\d\.\d and more\.", out)
     stained = np.tile(np.array([[[225, 150, 190]], [[90, 50, 130]]], np.uint8), (8, 16, 1))
     imsave(tmp_path / "d.png", stained, check_contrast=False)
     assert "no bare glass was found, nothing was left out." in words(run("d.png", "--tissue", "--hours", "0,9000").out)

@@ -330,7 +330,7 @@ def test_latent_tips_that_are_no_history_are_refused(hours: Any, xyz: Any, says:
 def test_models_with_singular_tips_or_an_effect_twice_are_refused(readings: Measurements) -> None:
     hours, xyY = readings.tips()
     line = np.repeat(xyY_to_xyz(xyY[:, :1]), 4, axis=1) * np.array([1.0, 0.3, 0.4, 0.3])[:, np.newaxis]
-    with pytest.raises(LutgenError, match=r"latent tips of .*lie on one line"):
+    with pytest.raises(LutgenError, match=r"fitted white and primaries of .*lie on one line"):
         DisplayModel(readings, latent=LatentTips(hours, line))
     with pytest.raises(LutgenError, match="'black-level' is given twice"):
         a_model(readings, named("black-level"), named("black-level", {"new": 0.0}))
@@ -649,13 +649,16 @@ def test_conditions_of_the_command_line_come_over_those_of_the_file(readings: Me
 def test_what_luts_carry_names_what_is_fixed_and_what_is_left_out(readings: Measurements) -> None:
     effects = ("black-level", "edge-falloff", "ambient-reflection", "warm-up", "meter-offset", "quantization")
     model = a_model(readings, *map(named, effects))
+    quantized = (
+        "quantization gives the curves steps that are smaller than the spacing of a LUT; the error is part of 'border'."
+    )
     assert what_luts_carry(model) == [
         "Baked at: centre, dark room, warm.",
         "warm-up depends on the minutes since power-on, which a LUT cannot carry.",
         "edge-falloff depends on position, which a LUT cannot carry.",
         "ambient-reflection depends on the room's light, which a LUT cannot carry.",
         "meter-offset is left out: it belongs to the instrument, not to the display.",
-        "quantization makes stairs of the curves, which are finer than a LUT's grid: its error is in the group border.",
+        quantized,
     ]
     elsewhere = replace(model, conditions=Conditions(u=0.1, ambient_lx=60, warmup_min=5, temperature_c=30, window=0.1))
     assert what_pictures_carry(elsewhere)[0] == (
@@ -813,7 +816,7 @@ def test_a_build_is_true_to_its_own_model(built: Path) -> None:
 def test_a_build_is_stale_when_its_model_has_changed(built: Path) -> None:
     text = (built / "my.toml").read_text(encoding="utf-8")
     (built / "my.toml").write_text(text.replace("value = 0.01 ", "value = 0.010001 "), encoding="utf-8")
-    stale = "stale: the model my.toml is not the one that was built from; build again"
+    stale = "stale: the build was made from another version of the model my.toml; build again"
     assert problems(built) == stale
     assert problems(built, load_model(built / "my.toml")) == stale
     (built / "my.toml").write_text("schema = 1\n[")

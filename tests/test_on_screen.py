@@ -173,8 +173,8 @@ def test_the_brightest_grey_is_taken_and_the_table_is_said() -> None:
     table = MeasuredUniformity.of(session(grey=0.75))
     assert table.grey == 0.75
     assert table.sentence() == (
-        "table.csv: grey 0.75 at 9 places has 78 to 100 % of its luminance in the middle. The table is taken for every "
-        "hour, and the un-aged display for even."
+        "table.csv: grey 0.75 at 9 places has 78 to 100 % of its luminance in the middle. The table applies at every "
+        "hour; the un-aged display is assumed to be uniform."
     )
 
 
@@ -304,7 +304,7 @@ def test_what_falls_off_on_the_first_day_shows_on_a_display_with_a_model_of_its_
         (lambda _model: OnScreen(0.0, 0.0, 0.0, 1.0), "does not lie on the screen"),
         (lambda _model: OnScreen.parse("0,0,1"), "--place 0,0,1: give left, top, width and height"),
         (lambda model: OnScreen().aged(replace(model, effects=())), "nothing in this model depends on the place"),
-        (lambda model: OnScreen().aged(replace(model, conditions=Conditions(u=0.1))), "--at u states one place"),
+        (lambda model: OnScreen().aged(replace(model, conditions=Conditions(u=0.1))), "--at u gives one position"),
         (
             lambda model: OnScreen(uniformity=MeasuredUniformity.of(session())).aged(model),
             "edge-falloff of the model and the uniformity table .* count twice",

@@ -199,7 +199,7 @@ def test_a_ti1_is_cgats_with_codes_in_percent() -> None:
 
 
 @pytest.mark.parametrize(("asked", "told"), [
-    ({"between": ("crosstalk", "crosstalk")}, "cannot be told from itself"),
+    ({"between": ("crosstalk", "crosstalk")}, "--between needs two different effects; crosstalk was given twice"),
     ({"between": ("crosstalk", "loadding")}, r"effect 'loadding'.*Pick one of"),
     ({"effect": "leak"}, "effect 'leak'"),
     ({"effect": "backlight-decay"}, "Use --baseline first-hour"),

@@ -162,7 +162,7 @@ def test_levels_that_a_cable_clips_are_part_of_the_model() -> None:
 
 def test_a_session_whose_brightness_drifts_is_said_to_hold_no_model() -> None:
     (remark,) = own_model("MacBook*2018-06-03_14-59").remarks()
-    assert "no display's model holds here" in remark
+    assert "no model of a display fits these readings" in remark
 
 
 #: Sessions whose white or primaries contradict their mixtures beyond the discrepancy: the fit is a compromise.

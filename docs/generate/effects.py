@@ -69,8 +69,8 @@ def _index() -> str:
         "page gives the equation, what 0 and 1 mean, where it holds, what its size rests on, and what it is confused "
         "with. Most sizes are assumptions and say so: a fit starts from them, and its bounds are wide.",
         table(("effect", "stage", "what happens", "seen with `--baseline`", "columns it needs"), rows),
-        "What ages or disturbs, and the effects that it is inside. Causes that give the same readings share an effect: "
-        "a further one would be a rival that no reading could refute.",
+        "Causes of aging and of measurement errors, and the effects that model them. Causes with the same effect on "
+        "readings share one effect, because no reading could separate two.",
         table(("cause", "inside"), [(cause, _inside(names)) for cause, names in CAUSES.items()]),
         "A stage is where an effect acts, and on which signal:",
         table(("stage", "signal"), STAGES.items()),

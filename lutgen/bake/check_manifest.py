@@ -44,7 +44,7 @@ def unlisted(manifest: Manifest, strangers: Sequence[str]) -> list[tuple[str, st
             if stated != wanted:
                 faults.append((path, f"{MANIFEST}: {name} is {stated!r}, and the options ask for {wanted!r}"))
     return faults + [
-        (path, "is not in the manifest, so nothing says what it should be")
+        (path, "the manifest does not list this file, so it cannot be checked")
         for path in strangers
         if _looks_built(path) and path not in expected
     ]
@@ -212,4 +212,4 @@ def _stale_model(folder: Path, manifest: Manifest, model: DisplayModel | None) -
     if current is None or same_model(built_from, model_as_json(current, folder)):
         return [], []
     which = Path(current.file or name or "given").name
-    return [f"stale: the model {which} is not the one that was built from; build again"], []
+    return [f"stale: the build was made from another version of the model {which}; build again"], []

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from lutgen.bake.formats import format_named
 from lutgen.bake.manifest import FileRecord
 from lutgen.colorimetry import Array
+from lutgen.numerals import in_percent
 
 #: Limits that a .cube of 33³ meets for smooth colours on any plausible display: largest ΔE2000, and 99 % quantile.
 MAX_DELTA_E, P99 = 1.0, 0.2
@@ -97,7 +98,7 @@ def worst_error(records: Sequence[FileRecord], *, verbose: bool) -> str:
     groups = ", ".join(f"{group} {error:.4f}" for group, error in worst.items())
     certificates = [each.certificate for each in records if each.certificate]
     shares = [float(each[_OUT_OF_REACH]) for each in certificates if _OUT_OF_REACH in each]
-    reach = f"; up to {max(shares):.1%} of the colours out of reach" if shares else ""
+    reach = f"; up to {in_percent(max(shares), 1)} of the colours out of reach" if shares else ""
     more = "" if verbose else " (more with --verbose)"
     return f"Largest ΔE2000 of the files against the model: {groups}{reach}{more}."
 

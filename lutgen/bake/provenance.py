@@ -10,6 +10,7 @@ from lutgen.bake.formats import Provenance
 from lutgen.bake.littlecms import source_profile_in
 from lutgen.bake.manifest import sha256
 from lutgen.display import MODES, compensation_of, hour_name
+from lutgen.numerals import in_percent
 from lutgen.version import __version__
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from lutgen.display import AgedDisplay, DisplayModel
     from lutgen.display.trace import Applied
 
-_SENDS = "what to send an aged display, for it to show what it showed when it was new"
+_SENDS = "the code values with which an aged display looks un-aged"
 _OUTSIDE = "drives outside 0..1 are for the display to clip"
 
 
@@ -52,9 +53,11 @@ def _refinements(model: DisplayModel) -> list[str]:
     """Return the choices of a model that differ from the paper, one per line, in ASCII as a .cube requires."""
     lines = {
         "colour-points": [],
-        "first-hour": ["baseline: white and primaries of hour 0 alone, the effects do the aging"],
+        "first-hour": ["baseline: white and primaries of hour 0 alone, all aging comes from the effects"],
         "native": ["baseline: native, the display's own model of the first session"],
-        "native-first-hour": ["baseline: the display's own model of the first session alone, the effects do the aging"],
+        "native-first-hour": [
+            "baseline: the display's own model of the first session alone, all aging comes from the effects"
+        ],
     }[model.baseline]
     acting: tuple[Applied, ...] = (*model.known, *model.baked)
     for each in acting:
@@ -70,7 +73,7 @@ def config_of_display(aged: AgedDisplay, lut: str, *, unclipped: bool) -> AgedCo
     shown = f"mode {aged.mode} ({MODES[aged.mode]}), {hour}."
     if link is None:
         return AgedConfig(f"{aged.mode}_{hour}", f"An aged display: {shown} {_reach(unclipped=unclipped)}", lut)
-    dimmed = f" Everything is dimmed to {link.scale:.1%} of its light." if link.scale < 1.0 else ""
+    dimmed = f" Everything is dimmed to {in_percent(link.scale, 1)} of its light." if link.scale < 1.0 else ""
     text = f"Compensated for an aged display: {shown}{dimmed} Other displays show it wrong."
     return AgedConfig(f"compensate_{aged.mode}_{hour}", text, lut, words=CORRECTION)
 

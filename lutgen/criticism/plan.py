@@ -142,7 +142,7 @@ def plan(
 
 def _between(base: Fit, known: Mapping[str, Effect], pair: tuple[str, str]) -> MeasurementPlan:
     if pair[0] == pair[1]:
-        raise LutgenError(f"{pair[0]} cannot be told from itself. Name two different effects: --between A,B.")
+        raise LutgenError(f"--between needs two different effects; {pair[0]} was given twice.")
     separations = []
     for one, other in (pair, pair[::-1]):
         truth = _as_truth(base, known[one])

@@ -22,6 +22,7 @@ from lutgen.criticism.search.stepwise import explain
 from lutgen.criticism.verdict.visibility import threshold, visibility
 from lutgen.effects.declare import PROPOSED
 from lutgen.errors import listed
+from lutgen.numerals import in_percent
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -194,7 +195,8 @@ def _unseen(effect: Effect, seen: Visibility) -> str:
             if effect.baseline == "colour-points"
             else ""
         )
-        return f"White and primaries take up {seen.absorbed:.1%} of it: no size of it shows in these readings.{advice}"
+        absorbed = f"White and primaries take up {in_percent(seen.absorbed, 1)} of it"
+        return f"{absorbed}: no size of it shows in these readings.{advice}"
     least = _with_unit(seen.smallest_detectable, seen.unit)
     most = max(map(abs, effect.parameters[seen.parameter].bounds))
     return f"It would show from {seen.parameter} = {least} on, and its bounds end at {most:g}."
@@ -212,7 +214,8 @@ def _recovery(base: Fit, term: Term, rivals: Sequence[Effect], seen: Visibility)
     size, is_right = _recovered_size(simulated, term, seen)
     others = [step.name for step in explanation.steps if step.name not in names]
     if others:
-        return f"{start}it is found, but together with {listed(others)}, which was not put in{size}.", False
+        wrong = f"the search finds it, but also finds {listed(others)}, which the simulation does not contain"
+        return f"{start}{wrong}{size}.", False
     rest = [name for name in names if name != term.effect.name]
     if rest:
         size += f"; these readings cannot tell it from {listed(rest, 'or')}"

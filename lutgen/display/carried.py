@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 def what_luts_carry(model: DisplayModel) -> list[str]:
     """Return a sentence on each condition that a bake of ``model`` fixes, and on each effect that no LUT can carry."""
-    stairs = "makes stairs of the curves, which are finer than a LUT's grid: its error is in the group border."
+    stairs = "gives the curves steps that are smaller than the spacing of a LUT; the error is part of 'border'."
     return _fixed(model, "Baked at", "which a LUT cannot carry") + [
         f"{name} {stairs}" for name in model.names_of_steps()
     ]

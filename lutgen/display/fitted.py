@@ -142,7 +142,7 @@ class LatentTips:
 
     def over_time(self, source: str) -> Tips:
         """Return the tips over time. Raises LutgenError: the primaries lie on a line."""
-        return Tips(self.hours, xyz_to_xyY(self.xyz_cd_m2), source=f"latent tips of {source}")
+        return Tips(self.hours, xyz_to_xyY(self.xyz_cd_m2), source=f"fitted white and primaries of {source}")
 
 
 def constant_tips(hours: Array, xyY: Array, source: str) -> Tips:
@@ -178,8 +178,8 @@ class FitCovariance:
             raise LutgenError(message)
         if (matrix.shape[0] - count) % 12:
             raise LutgenError(
-                f"covariance: {matrix.shape[0]} rows are {matrix.shape[0] - count} beside those of parameters; tips "
-                f"take 12 an hour."
+                f"covariance: {matrix.shape[0]} rows are {matrix.shape[0] - count} beside those of parameters; white "
+                f"and primaries take 12 an hour."
             )
         if not np.isfinite(matrix).all():
             raise LutgenError("covariance: all numbers must be finite.")
@@ -228,7 +228,8 @@ class FitCovariance:
             )
         if self.hours not in {0, hours}:
             raise LutgenError(
-                f"[covariance]: it holds the tips of {self.hours} hours, but {hours} are fitted. Leave them out."
+                f"[covariance]: it holds white and primaries of {self.hours} hours, but {hours} are fitted. "
+                f"Leave them out."
             )
 
     def among(self, free: Collection[tuple[str, str]]) -> FitCovariance:

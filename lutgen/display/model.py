@@ -37,12 +37,12 @@ DEFAULT_DISPLAY = "reconstructed-ccfl"
 
 @dataclass(frozen=True)
 class DisplayModel:
-    """A display: the paper's model of its tips, and effects that the paper does not model.
+    """A display: the paper's model of its white and primaries, and effects that the paper does not model.
 
     Attributes
     ----------
     measurements
-        The readings, whose tips are the input of the model.
+        The readings, whose white and primaries are the input of the model.
     reference, selection
         One of ``REFERENCES`` and one of ``SELECTIONS``. Reference "" means ``relative``, or ``absolute`` for readings
         of one session, for which ``relative`` would be the identity.
@@ -52,9 +52,9 @@ class DisplayModel:
     effects
         Effects in addition to the paper's model, sorted in chain order.
     latent
-        The fitted tips before the effects; None: the measured tips.
+        White and primaries before the effects, as fitted; None: as measured.
     covariance
-        Covariance of the fitted parameters and latent tips; None: not known. Parameters of effects that were removed
+        Covariance of the fitted parameters and of ``latent``; None: not known. Parameters of effects that were removed
         from the model are ignored.
     baseline
         One of ``BASELINES``.
@@ -134,7 +134,7 @@ class DisplayModel:
 
     @property
     def fitted_hours(self) -> int:
-        """Number of hours with fitted tips; 1 for baselines that predict later hours from hour 0."""
+        """Number of hours with fitted white and primaries; 1 for baselines that predict later hours from hour 0."""
         if self.latent is None:
             return 0
         return 1 if self.baseline in FORETELLING_BASELINES else int(self.latent.hours.size)

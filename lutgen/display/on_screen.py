@@ -25,6 +25,7 @@ from lutgen.display.model import DisplayModel
 from lutgen.effects import Effect, Scene
 from lutgen.effects.probe import reacts_to
 from lutgen.errors import LutgenError
+from lutgen.numerals import in_percent
 from lutgen.readings.conditions.position import PLACE
 from lutgen.readings.session import DRIVE_TOLERANCE, Session
 
@@ -92,7 +93,7 @@ class MeasuredUniformity:
         low, high = (f"{100 * share:.0f}" for share in (self.ratio[:, 1].min(), self.ratio[:, 1].max()))
         return (
             f"{Path(self.file).name}: grey {self.grey:.3g} at {len(self.places)} places has {low} to {high} % of its "
-            f"luminance in the middle. The table is taken for every hour, and the un-aged display for even."
+            f"luminance in the middle. The table applies at every hour; the un-aged display is assumed to be uniform."
         )
 
     def _dimmed(self, xyz: Array, scene: Scene, /, **_none: float) -> Array:
@@ -171,7 +172,7 @@ class OnScreen:
         """
         stated = [name for name in model.conditions.stated() if name in PLACE]
         if stated:
-            raise LutgenError(f"--at {stated[0]} states one place of the screen. Leave it out: a picture has many.")
+            raise LutgenError(f"--at {stated[0]} gives one position; a picture covers many. Leave it out.")
         names = [each.effect.name for each in model.baked if set(PLACE) & set(reacts_to(each.effect))]
         if self.uniformity is None:
             if not names:
@@ -213,11 +214,10 @@ class OnScreen:
         """Return sentences on the position of the picture, and on the uniformity table."""
         where = "fills the screen"
         if (self.left, self.top, self.width, self.height) != (0.0, 0.0, 1.0, 1.0):
-            right, bottom = self.left + self.width, self.top + self.height
-            where = (
-                f"lies from {self.left:.0%} to {right:.0%} of the screen's width and from {self.top:.0%} to "
-                f"{bottom:.0%} of its height"
+            left, right, top, bottom = map(
+                in_percent, (self.left, self.left + self.width, self.top, self.top + self.height)
             )
+            where = f"lies from {left} to {right} of the screen's width and from {top} to {bottom} of its height"
         table = [self.uniformity.sentence()] if self.uniformity else []
         return [f"The picture {where}. No LUT carries what depends on the place.", *table]
 

@@ -19,7 +19,7 @@ from lutgen.display.trace import SELECTION_STAGE, panel, reported
 from lutgen.effects import Effect, Scene
 from lutgen.effects.scene import LIFE_H
 from lutgen.effects.spectra import SpectralDisplay, class_of
-from lutgen.numerals import spaced
+from lutgen.numerals import percent, spaced
 from lutgen.readings import read_measurements
 from lutgen.readings.conditions import COLUMNS, of_one_picture
 from lutgen.readings.rest import TIP_DRIVES
@@ -112,9 +112,10 @@ class Signature:
         code = ", ".join(f"{value:g}" for value in CODES[int(np.argmax(whole))])
         remaining = float(np.sqrt((rest**2).sum() / (whole**2).sum()))
         size = f"Up to {whole.max():.2g} ΔE2000 (code {code} at {spaced(hour)} h), {whole.mean():.2g} in the mean. "
+        again = f"{size}If white and primaries are measured again, "
         if remaining < ABSORBED:
-            return f"{size}Tips measured again absorb it all: --baseline first-hour sees it."
-        return f"{size}Beside re-measured white and primaries, {remaining:.0%} of that is left."
+            return f"{again}nothing of this change remains: use --baseline first-hour."
+        return f"{again}{percent(remaining)} of this change remains."
 
 
 @cache

@@ -107,8 +107,8 @@ class Tips:
         if no_colour.any():
             name = TIP_NAMES[int(np.argmax(no_colour))]
             raise LutgenError(
-                f"{self.source}: by hour {hours:g} {name} has moved so far that sRGB's {name}, moved alike, is no "
-                f"colour any more. Check these rows, or use --reference absolute."
+                f"{self.source}: by hour {hours:g} {name} has moved so far that, with the same shift, sRGB's {name} "
+                f"lies outside all real colours. Check these rows, or use --reference absolute."
             )
         return np.column_stack([moved, luminance * (now[:, 2] / fresh[:, 2])])
 

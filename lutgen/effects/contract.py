@@ -40,7 +40,7 @@ class Broken(LutgenError):  # noqa: N818 - the name says that a clause is broken
 def examine(effect: Effect) -> Iterator[Clause]:
     """Check the clauses one after the other, in this process; stop after a broken clause of ``BASIC``."""
     if effect.stage == "selection":
-        yield Clause("runs", passed=True, sentence="There is nothing to run: it chooses among the paper's matrices.")
+        yield Clause("runs", passed=True, sentence="This effect has no function: it only selects the paper's matrix.")
         return
     for name, clause in CLAUSES.items():
         try:
@@ -63,7 +63,7 @@ def _shapes(effect: Effect) -> str:
         result = _apply(effect, reading, effect.typical())
         expected = reading.signal.shape
         # Tips of one hour under many conditions: the result may have one set of tips, or one for each reading.
-        shared = case == "tips shared by all readings"
+        shared = case == "white and primaries shared by all readings"
         if shared and result.shape == (probe.READINGS, *expected[-2:]):
             continue
         if result.shape != expected:
@@ -126,7 +126,9 @@ def _input(effect: Effect) -> str:
 def _repeatable(effect: Effect) -> str:
     first, second = (_apply(effect, probe.readings(effect.stage), effect.typical()) for _ in range(2))
     if not np.array_equal(first, second, equal_nan=True):
-        raise Broken("Gives another result when it is called again. Take out chance, clock and memory.")
+        raise Broken(
+            "Gives another result when it is called again. Remove random numbers, the time of day and stored state."
+        )
     return "Gives the same bits when it is called again."
 
 
@@ -148,7 +150,7 @@ def _pointwise(effect: Effect) -> str:
                 scene = replace(stack.scene, white=stack.scene.white[index])
                 alone = _apply(effect, replace(stack, signal=stack.signal[index], scene=scene), values)
                 if not np.allclose(part, alone, rtol=0, atol=tolerance, equal_nan=True):
-                    raise Broken("Gives another result for one set of tips than for the same among twelve at once.")
+                    raise Broken("Gives another result for white and primaries alone than among twelve sets at once.")
     return "Gives each reading the same result alone as among others."
 
 
@@ -218,9 +220,9 @@ def _cases(stage: str) -> dict[str, ProbeReading]:
     one_hour = replace(rest, scene=replace(rest.scene, hours=np.full((1, 1), 9000.0), white=rest.scene.white[:1]))
     cases = {"many readings": full, "one reading": one_reading, "one hour": one_hour}
     if stage in _STACKED:
-        cases["twelve sets of tips"] = probe.at_once(full)
+        cases["twelve sets of white and primaries"] = probe.at_once(full)
     if stage == "emission":
-        cases["tips shared by all readings"] = replace(full, signal=full.signal[:1])
+        cases["white and primaries shared by all readings"] = replace(full, signal=full.signal[:1])
     return cases
 
 
@@ -246,7 +248,7 @@ def _hint(effect: Effect, message: str) -> str:
         known = [name for name in dir(Scene) if not name.startswith("_")]
         return f" A scene has: {', '.join([*probe.arrays(probe.readings(effect.stage).scene), *known])}."
     if effect.stage == "emission" and "broadcast" in message:
-        return " Columns such as scene.tau are (n, 1) and tips (n, 4, 3): write scene.tau[..., np.newaxis]."
+        return " Columns such as scene.tau are (n, 1), white and primaries (n, 4, 3): write scene.tau[..., np.newaxis]."
     return ""
 
 

@@ -8,6 +8,7 @@ from lutgen.colorimetry import SRGB_XY, Array, xy_to_uv, xyz_to_xyY
 from lutgen.errors import listed
 from lutgen.history.patches import CHANNELS, Primaries, mean_xyz, ramp, repeats, tips
 from lutgen.history.transfer import Calibration, GreyTracking, Transfer
+from lutgen.numerals import in_percent
 from lutgen.readings.session import Session
 from lutgen.readings.steadiness import Steadiness
 
@@ -43,7 +44,7 @@ def on_steadiness(steady: Steadiness | None) -> Iterator[str]:
     """Report drift and noise within the session."""
     if steady is None:
         return
-    change = f"{steady.drift:+.1%}"
+    change = in_percent(steady.drift, 1, signed=True)
     if abs(steady.drift) >= UNSTEADY:
         yield (
             f"Unsteady: luminance of a repeated patch changed by {change} within the session: automatic brightness, "
@@ -52,7 +53,8 @@ def on_steadiness(steady: Steadiness | None) -> Iterator[str]:
     elif abs(steady.drift) >= DRIFT:
         yield f"Drift: luminance changed by {change} within the session, as in warm-up."
     if steady.noise >= NOISY and abs(steady.drift) < UNSTEADY:
-        yield f"Noisy: repeated patches scatter by {steady.noise:.2%} (1 σ); a colorimeter in contact has 0.1 to 0.3 %."
+        scatter = in_percent(steady.noise, 2)
+        yield f"Noisy: repeated patches scatter by {scatter} (1 σ); a colorimeter in contact has 0.1 to 0.3 %."
 
 
 def on_black(session: Session, white: Array | None, black: Array | None) -> Iterator[str]:
@@ -89,7 +91,7 @@ def on_calibration(loop: Calibration | None) -> Iterator[str]:
     elif not loop.at_stop:
         yield f"Calibration ends at {ends}: no channel is at its limit."
     if loop.cost is not None and loop.cost >= COST:
-        yield f"The calibration costs {loop.cost:.0%} of white's luminance."
+        yield f"The calibration costs {in_percent(loop.cost)} of white's luminance."
     if not loop.monotonic:
         yield "A calibration curve falls in a part of its range: brightness steps invert there."
     if loop.starts.max() > 1e-3:
@@ -133,7 +135,7 @@ def on_primaries(tips: Primaries | None) -> Iterator[str]:
         return
     shift = tips.shift[tips.nearest]
     worst = max(shift, key=lambda name: shift[name])
-    covered = "" if tips.coverage is None else f"; covers {tips.coverage:.0%} of sRGB in u'v'"
+    covered = "" if tips.coverage is None else f"; covers {in_percent(tips.coverage)} of sRGB in u'v'"
     if shift[worst] >= COLOUR:
         yield f"Primaries: nearest to {tips.nearest}, {worst} Δu'v' {shift[worst]:.3f} off{covered}."
     else:
@@ -171,7 +173,7 @@ def on_uniformity(extremes: tuple[float, float] | None) -> Iterator[str]:
     if extremes is not None:
         low, high = extremes
         word = "Uneven" if max(1.0 - low, high - 1.0) >= UNEVEN else "Even"
-        share = f"{low:.0%}" if f"{low:.0%}" == f"{high:.0%}" else f"{low:.0%} to {high:.0%}"
+        share = " to ".join(dict.fromkeys((in_percent(low), in_percent(high))))
         yield f"{word}: over the screen white has {share} of the middle's luminance."
 
 

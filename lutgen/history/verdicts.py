@@ -17,7 +17,7 @@ from lutgen.history.colour_points import COLOURS, ColourFit
 from lutgen.history.pair import SessionPair
 from lutgen.history.patches import CHANNELS
 from lutgen.history.transfer import DARKEST
-from lutgen.numerals import spaced
+from lutgen.numerals import in_percent, spaced
 
 #: Verdict → what it means.
 KINDS = {
@@ -291,7 +291,8 @@ def in_succession(pairs: Sequence[SessionPair], verdicts: Sequence[SessionVerdic
         for name in _with_course("steady", verdicts[place]):
             each = revised[place]
             if len(each.names) > 1 and (later := _brighter_later(pair, pairs)):
-                revised[place] = without(each, name, f"light came back by {later:+.0%} in a later session")
+                why = f"light came back by {in_percent(later, signed=True)} in a later session"
+                revised[place] = without(each, name, why)
             elif _with_course("step", each) and (within := _lost_within(pair, still)):
                 revised[place] = without(each, name, f"hardly any of this light was lost until {within} before")
     steady = [place for place, each in enumerate(revised) if {*each.sure} <= {*_with_course("steady", each)} != set()]

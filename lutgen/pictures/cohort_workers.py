@@ -157,8 +157,8 @@ def _start(pool: ProcessPoolExecutor, jobs: int) -> None:
             each.result()
     except BrokenProcessPool:
         raise LutgenError(
-            "a worker process cannot be started. Where its complaint stands above, mend that (a script of your own "
-            "needs `if __name__ == '__main__':`), or run with --jobs 1."
+            "a worker process cannot be started. If an error of the process is printed above, correct that error (a "
+            "script of your own needs `if __name__ == '__main__':`), or run with --jobs 1."
         ) from None
 
 

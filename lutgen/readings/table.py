@@ -193,9 +193,9 @@ class Measurements:
         return self.conditions[name] - self.rest.values[name]
 
     def tips(self) -> tuple[Array, Array]:
-        """Return the hours at which the tips were measured, (N,), and their mean xyY in cd/m², (N, 4, 3).
+        """Return the hours with measured white and primaries, (N,), and their mean xyY in cd/m², (N, 4, 3).
 
-        Replicates are averaged in XYZ. Hours without a measured tip are left out.
+        Replicates are averaged in XYZ. Hours without white or a primary are left out.
         """
         rest, tip = self.at_rest() & ~is_capped(self), is_tip(self.drive)
         hours, rows = [], []

@@ -63,7 +63,10 @@ def diagnose_page(
     if before.first_session and before.first_session.is_another:
         yield from fresh_lines(before)
     yield ""
-    yield "What these data can see (an effect of the size given is found in nine of ten campaigns like this):"
+    yield (
+        "Smallest detectable size of each effect: a diagnosis finds an effect of this size in nine of ten such "
+        "campaigns."
+    )
     yield visibility_table(diagnosis.visibility, effects, verbose=verbose)
     if verbose and diagnosis.ranking:
         yield ""
@@ -99,7 +102,7 @@ def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect]
             typical = f"{readable(typical_size(effects[each.effect], each.parameter), 3)}{unit}"
         seen_from = size if each.visible else "cannot be seen"
         rows.append((each.effect, seen_from, typical, each.parameter, percent(each.absorbed)))
-    headings = ("effect", "seen from", "typical", "parameter", "hidden by re-measured white and primaries")
+    headings = ("effect", "detectable from", "typical", "parameter", "hidden by re-measured white and primaries")
     faint = [n for n, each in enumerate(ordered) if not each.visible]
     count = len(headings) if verbose else 3
     return Table(headings[:count], [row[:count] for row in rows], words=(0, 3)[: 2 if verbose else 1], faint=faint)
@@ -295,7 +298,7 @@ def refine_page(refinement: Refinement, effects: Mapping[str, Effect], data: str
     if not refinement.after.agrees and not refinement.diagnosis:
         keep = "" if refinement.improves else " --keep"
         first = "" if model else f"Write the model (-o MODEL.toml{keep}), then:  "
-        yield f"Something is left. {first}lutgen diagnose {data} --model {model or 'MODEL.toml'}"
+        yield f"Part of the error remains unexplained. {first}lutgen diagnose {data} --model {model or 'MODEL.toml'}"
     if model:
         last = f"{float(refinement.final.problem.hours[-1]):g}"
         yield f"Model written: {model}. Bake it:  lutgen build --model {model} --hours 0..{last} -o aged/"
@@ -320,7 +323,7 @@ def _steps_table(refinement: Refinement) -> Table:
 #: Purpose of a plan → headings of each set's two numbers: with the present readings, and with the set added.
 GAINS = {
     "between": ("χ² between them today", "with this set"),
-    "effect": ("seen from today", "with this set"),
+    "effect": ("detectable from today", "with this set"),
     "coverage": ("", "effects that it opens"),
 }
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.errors import LutgenError
-from lutgen.numerals import pixels_of_colours, spaced
+from lutgen.numerals import in_percent, pixels_of_colours, spaced
 from lutgen.pictures.difference_map import BIN, DifferenceMap
 from lutgen.report.drawing import BLACK, DPI, WIDTH, picture, tidy
 
@@ -145,7 +145,7 @@ def share_above(difference: DifferenceMap, ends: tuple[float, float]) -> str:
     # Another scale is suggested if more than 1 % of the pixels are above the scale.
     suggested = share > 0.01 and ends != MAP_RANGE
     more = f"; --range {ends[0]:g},{np.ceil(difference.largest):g} holds all" if suggested else ""
-    return f"{f'{share:.1%}' if share > 0.0005 else '< 0.1%'} above{more}"
+    return f"{in_percent(share, 1) if share > 0.0005 else '< 0.1 %'} above{more}"
 
 
 def draw_map(axes: Axes, difference: DifferenceMap, ends: tuple[float, float]) -> Any:

@@ -74,7 +74,7 @@ def _figures(each: Inspection) -> list[str]:
     grey, steady = each.curves.get("grey"), each.steadiness
     x, y, white = xyz_to_xyY(each.white).tolist() if each.white is not None else (None, None, None)
     return [
-        "–" if value is None else f"{value:{form}}"
+        "–" if value is None else f"{value:{form}}".replace("%", " %")
         for value, form in (
             (x, ".4f"),
             (y, ".4f"),

@@ -9,7 +9,7 @@ import numpy as np
 
 from lutgen.cells import csv_text
 from lutgen.display import seen_on
-from lutgen.numerals import pixels_of_colours, spaced
+from lutgen.numerals import in_percent, pixels_of_colours, spaced
 from lutgen.pictures.cohort import Cohort, Lives, coverage
 from lutgen.pictures.lifetime import TABLE_1, TABLE_1_COLUMNS, ImageLifetime, Lifetimes, csv_hours
 from lutgen.report.drawing import BLACK, BLUE, GREY, RED, hour_axis, named_once, picture, tidy
@@ -77,7 +77,7 @@ def counted(image: ImageLifetime) -> str:
     if image.tissue.threshold is None:
         return f"{sentence}; no bare glass was found, nothing was left out."
     share, threshold = image.tissue.left_out_share, image.tissue.threshold
-    return f"{sentence}; {share:.1%} left out as bare glass, L* of {threshold:.1f} and more."
+    return f"{sentence}; {in_percent(share, 1)} left out as bare glass, L* of {threshold:.1f} and more."
 
 
 def life_table(lifetimes: Lifetimes, image: ImageLifetime, hours_per_day: float | None = None) -> Table:
@@ -333,8 +333,8 @@ def explained(cohort: Cohort) -> str:
     if chance is None:
         return f"{sentence} Fewer than six slides give no 95 % interval of a median."
     return (
-        f"{sentence} The interval holds the median of all slides like these with {chance:.1%}, if they were drawn "
-        f"independently; it does not include the model's own uncertainty."
+        f"{sentence} The interval holds the median of all slides like these with {in_percent(chance, 1)}, if they were "
+        f"drawn independently; it does not include the model's own uncertainty."
     )
 
 

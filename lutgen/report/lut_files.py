@@ -6,6 +6,7 @@ from lutgen.bake.figures import SummaryRow
 from lutgen.bake.manifest import FileRecord
 from lutgen.lint.finding import LEVELS, READS, Linted
 from lutgen.merge import Merged
+from lutgen.numerals import in_percent
 from lutgen.report.parts import Headline, Part, Table
 
 _UNREACHABLE = {
@@ -28,8 +29,12 @@ def simulation(luts: list[FileRecord]) -> Iterator[Part]:
     """Yield the largest share of clipped colours, and definitions of the groups of colours."""
     worst = max(luts, key=lambda record: record.certificate["clipped_share"] if record.certificate else 0.0)
     share = worst.certificate["clipped_share"] if worst.certificate else 0.0
-    yield f"Up to {share:.1%} of the test colours leave the viewer's sRGB gamut ({worst.mode}, {worst.hours:g} h)."
-    yield "smooth: the model without its jumps and clipping; gamut, border: where it clips, where it jumps."
+    where = f"({worst.mode}, {worst.hours:g} h)"
+    yield f"Up to {in_percent(share, 1)} of the test colours leave the viewer's sRGB gamut {where}."
+    yield (
+        "smooth: colours where the model neither jumps nor clips; gamut: colours where it clips; border: colours where "
+        "it jumps."
+    )
 
 
 def compensation(luts: list[FileRecord], unreachable: str) -> Iterator[Part]:
@@ -43,7 +48,7 @@ def compensation(luts: list[FileRecord], unreachable: str) -> Iterator[Part]:
         if certificate and (record.mode, record.hours) not in rows:
             shares = [certificate[key] for key in ("unreachable_lattice_share", "unreachable_tissue_share", "scale")]
             groups = [certificate[group][figure] for group in ("reached", "unreachable") for figure in ("mean", "p99")]
-            cells = [f"{share:.1%}" for share in shares] + [f"{value:.3f}" for value in groups]
+            cells = [in_percent(share, 1) for share in shares] + [f"{value:.3f}" for value in groups]
             rows[record.mode, record.hours] = (str(record.mode), f"{record.hours:g}", *cells)
     yield Table(heads, list(rows.values()), words=range(len(heads)))
     yield _UNREACHABLE[unreachable]

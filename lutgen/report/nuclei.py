@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.errors import listed
-from lutgen.numerals import spaced
+from lutgen.numerals import in_percent, spaced
 from lutgen.pictures.conspicuity import Conspicuity, outlines
 from lutgen.report.drawing import BLUE, GREY, RED, hour_axis, new_png, picture, save_page, tidy
 from lutgen.report.parts import Headline, Part, Table
@@ -81,7 +81,7 @@ def table_of(conspicuity: Conspicuity) -> Table:
             ends = None if contrast.intervals is None else contrast.intervals[place]
             spread = (f"{median:.1f}", f"{first:.1f}–{third:.1f}", f"{low:.1f}–{high:.1f}")
             change = f"{percent(contrast.change[place])}{_between(ends, 1)}"
-            lost = f"{contrast.lost[place]:.0%}{_between(ends, 2)}"
+            lost = f"{in_percent(contrast.lost[place])}{_between(ends, 2)}"
             rows.append((mode, spaced(conspicuity.hours[place]), *spread, change, lost))
     return Table(("mode", "hours", *heads), rows, unbroken=True)
 
@@ -102,7 +102,7 @@ def percent(change: float) -> str:
 def _between(ends: Sequence[Sequence[float]] | None, number: int) -> str:
     if ends is None or not all(map(isfinite, ends[number])):
         return ""
-    low, high = (percent(end) if number == 1 else f"{end:.0%}" for end in ends[number])
+    low, high = (percent(end) if number == 1 else in_percent(end) for end in ends[number])
     return "" if low == high else f" ({low} to {high})"
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from lutgen.errors import listed
 from lutgen.history.history import QUANTITIES
 from lutgen.history.trend import ENOUGH, FEWEST, HORIZON, STATUSES, Passing, Trend, name_of
-from lutgen.numerals import counted, spaced
+from lutgen.numerals import counted, in_percent, spaced
 from lutgen.report.drawing import BAND, BLACK, BLUE, DPI, GREY, RED, beside, picture, tidy
 from lutgen.report.inspection import simulated
 from lutgen.report.parts import Part, Table
@@ -192,7 +192,10 @@ def sessions(trend: Trend) -> Table:
     rows = []
     for place, time in enumerate(seen.time):
         figures = ((name, seen.values[name][place]) for name in shown)
-        cells = [f"{value:{QUANTITIES[name].digits}}" if np.isfinite(value) else "–" for name, value in figures]
+        cells = [
+            f"{value:{QUANTITIES[name].digits}}".replace("%", " %") if np.isfinite(value) else "–"
+            for name, value in figures
+        ]
         hour = spaced(float(time))
         rows.append((name_of(seen, place), hour if trend.kept[place] else f"({hour})", *cells))
     return Table(("session", seen.unit, *shown), rows)
@@ -202,7 +205,7 @@ def laws(trend: Trend) -> Table:
     """Tabulate for each quantity the likeliest law, its share of the evidence, and the laws beside it."""
     followed = [(name, course.as_good, course.decay) for name, course in trend.courses.items()]
     rows = [
-        (name, decay.law, f"{decay.weights[decay.law]:.0%}", "; ".join(also) or "–", f"{decay.scatter:.1f}")
+        (name, decay.law, in_percent(decay.weights[decay.law]), "; ".join(also) or "–", f"{decay.scatter:.1f}")
         for name, also, decay in followed
         if decay
     ]
@@ -310,7 +313,7 @@ def _covered(axes: Axes, corner: tuple[float, float], size: tuple[float, float],
 
 def _name_law(axes: Axes, decay: Decay, drawn: Array) -> Array:
     """Write the likeliest law on the left, where it covers the fewest points, (n, 2); return points of it, (m, 2)."""
-    text = f"{decay.law}: {decay.weights[decay.law]:.0%}"
+    text = f"{decay.law}: {in_percent(decay.weights[decay.law])}"
     size = _size(axes, text)
     low = min((0.03, 0.91, 0.80, 0.14, 0.5), key=lambda low: _covered(axes, (0.02, low), size, drawn))
     axes.text(0.02, low, text, transform=axes.transAxes, color=BLUE, fontsize=9)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from lutgen.errors import refuse_unknown
 from lutgen.names import INTERVALS
-from lutgen.numerals import counted
+from lutgen.numerals import counted, in_percent
 from lutgen.study import comparisons
 from lutgen.study.answers import sensible
 from lutgen.study.comparisons import corrected, samples, table_4
@@ -109,8 +109,9 @@ def figure_limits(
         after = sum(test.p_holm < ALPHA for test in corrected)
         chance = 1 - (1 - ALPHA) ** len(corrected)
         yield (
-            f"{len(corrected)} tests at 5 %: if no difference existed and the tests were independent, {chance:.0%} of "
-            f"such studies would report a difference. {alone} of the p are below 0.05, {after} after Holm's correction."
+            f"{len(corrected)} tests at 5 %: if no difference existed and the tests were independent, "
+            f"{in_percent(chance)} of such studies would report a difference. {alone} of the p are below 0.05, {after} "
+            "after Holm's correction."
         )
     yield from _depending_on_the_test(table_4, further)
 
@@ -121,8 +122,8 @@ def _width(share: float, pairs: int) -> str:
     if fall is None:
         return f"{with_pairs}, no fall of agreement is found four times in five by the one-tailed test."
     return (
-        f"{with_pairs}, a fall of agreement from {share:.0%} by less than about {100 * fall:.0f} percentage points is "
-        "missed more often than once in five, by the one-tailed test."
+        f"{with_pairs}, a fall of agreement from {in_percent(share)} by less than about {100 * fall:.0f} percentage "
+        "points is missed more often than once in five, by the one-tailed test."
     )
 
 

@@ -33,6 +33,7 @@ from typing import Any
 import numpy as np
 
 from lutgen.colorimetry import Array
+from lutgen.numerals import in_percent
 from lutgen.study.answers import Answer
 from lutgen.study.statistics import UNAGED, Interval, ReadingPair
 
@@ -130,7 +131,7 @@ def _of_answers(
     share = float(np.mean(values == values.max()))
     # With at least this share of answers at the highest ease, errors cannot be normal.
     if measure == "ease" and share >= 0.25:
-        at_the_end = f"{share:.0%} of the answers are {values.max():g}, the highest given"
+        at_the_end = f"{in_percent(share)} of the answers are {values.max():g}, the highest given"
         notes.append(f"{at_the_end}: no normal errors, rely on it less")
     sd = {name: variance**0.5 for name, variance in fit.variances.items()}
     # Readers usually react alike: then their variance in the table is 0, which needs no note.

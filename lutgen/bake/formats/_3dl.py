@@ -10,6 +10,7 @@ from lutgen.bake.formats import Format, Provenance
 from lutgen.bake.lut import Lut, MatrixLut, Sampler, table_of
 from lutgen.display import AgedDisplay
 from lutgen.errors import LutgenError
+from lutgen.numerals import in_percent
 
 #: Largest number of the table, and of the line of places. With 1024 the places of 17, 33 and 65 points are integers in
 #: equal steps, as three.js requires. OpenColorIO treats 1023 and 1024 alike, as 10 bit without a curve.
@@ -23,8 +24,8 @@ def candidates(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | Mat
     if brightest <= LARGEST // 2:
         raise LutgenError(
             f"{aged.mode} at {aged.hours:g} h: a .3dl cannot hold a display whose brightest code value is "
-            f"{brightest / LARGEST:.0%} of the viewer's, since readers guess its depth from the largest number. Leave "
-            f"the format 3dl out, or that hour."
+            f"{in_percent(brightest / LARGEST)} of the viewer's, since readers guess its depth from the largest "
+            f"number. Leave the format 3dl out, or that hour."
         )
     return luts
 

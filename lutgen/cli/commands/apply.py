@@ -13,7 +13,7 @@ from lutgen.cli.options import NUMBER, PlaceOptions, model_from, model_options, 
 from lutgen.cli.outputs import print_json, progress_bar, say
 from lutgen.errors import LutgenError
 from lutgen.names import MODES
-from lutgen.numerals import spaced
+from lutgen.numerals import in_percent, spaced
 
 if TYPE_CHECKING:
     from lutgen.display import AgedDisplay
@@ -157,7 +157,7 @@ def _sentence(applied: AppliedImage, age: str) -> str:
     if applied.clipped_share is None:
         parts.append("clipped colours unknown to a LUT")
     else:
-        parts.append(f"{applied.clipped_share:.2%} of the pixels clipped to the viewer's gamut")
+        parts.append(f"{in_percent(applied.clipped_share, 2)} of the pixels clipped to the viewer's gamut")
     if applied.source_clipped_share:
-        parts.append(f"{applied.source_clipped_share:.2%} of the source's beyond what a display shows")
+        parts.append(f"{in_percent(applied.source_clipped_share, 2)} of the source's beyond what a display shows")
     return ", ".join(parts)

@@ -11,6 +11,7 @@ from lutgen.cli.command import Command, Section
 from lutgen.cli.options import NumberFrom
 from lutgen.cli.outputs import print_json, print_page
 from lutgen.errors import refuse_unknown
+from lutgen.numerals import in_percent
 from lutgen.report.parts import Headline, Page, Table
 
 if TYPE_CHECKING:
@@ -235,7 +236,7 @@ def _rehearsal_json(rehearsal: Any) -> dict[str, Any]:
 def _rehearsed(rehearsal: Any) -> Page:
     if rehearsal is None:
         return []
-    absorbed = "it leaves no trace" if rehearsal.absorbed is None else f"{rehearsal.absorbed:.0%}"
+    absorbed = "it leaves no trace" if rehearsal.absorbed is None else in_percent(rehearsal.absorbed)
     unit = "" if rehearsal.unit == "1" else f" {rehearsal.unit}"
     size = rehearsal.smallest_detectable
     likeness = ", ".join(f"{name} {share:.2f}" for name, share in rehearsal.likeness)

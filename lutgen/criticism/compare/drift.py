@@ -14,6 +14,7 @@ import numpy as np
 from lutgen.criticism.noise.replicates import replicate_groups
 from lutgen.criticism.noise.tails import OUTLIER
 from lutgen.errors import listed
+from lutgen.numerals import in_percent
 from lutgen.readings.steadiness import FEWEST, SessionDrift, steadiness_of
 from lutgen.readings.table import is_capped
 
@@ -46,9 +47,9 @@ class Drift:
         code = ", ".join(f"{value:.4g}" for value in self.code)
         return (
             f"Luminance changed within the session at {self.hour:g} h: code {code}, read again in {self.line}, changed "
-            f"by {self.change:+.1%}. Unless one of the two readings is wrong, the cause is automatic brightness, "
-            f"dimming or warm-up, and all readings of the session are uncertain by as much. Switch these off, or wait, "
-            f"and measure again."
+            f"by {in_percent(self.change, 1, signed=True)}. Unless one of the two readings is wrong, the cause is "
+            f"automatic brightness, dimming or warm-up, and all readings of the session are uncertain by as much. "
+            f"Switch these off, or wait, and measure again."
         )
 
 
@@ -65,7 +66,7 @@ def drift_problem(problem: Problem, verdict: str) -> str:
     unsteady = drifts(problem) if verdict in MEANING else ()
     if not unsteady:
         return ""
-    at = listed(f"at {each.hour:g} h by {each.change:+.1%}" for each in unsteady)
+    at = listed(f"at {each.hour:g} h by {in_percent(each.change, 1, signed=True)}" for each in unsteady)
     return (
         f"The measurement cannot be trusted: luminance changed within the session {at}, and {MEANING[verdict]}. "
         f"Measure again when brightness is steady."

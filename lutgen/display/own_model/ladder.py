@@ -102,7 +102,8 @@ class OwnModel:
         count, sample = len(self.misread), self.sample
         if count > MOST_MISREAD * len(sample.drive):
             many = f"{count} of {len(sample.drive)} readings contradict the others and count little"
-            return (f"{sample.file}: {many}: no display's model holds here. Did brightness change within the session?",)
+            why = "no model of a display fits these readings. Did brightness change within the session?"
+            return (f"{sample.file}: {many}: {why}",)
         codes = [", ".join(f"{value:.4g}" for value in sample.drive[row]) for row in self.misread]
         return tuple(
             f"{sample.file}, line {int(sample.lines[row])}: the reading of code {code} contradicts all others and "

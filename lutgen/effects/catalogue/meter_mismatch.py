@@ -6,10 +6,10 @@ number, Δ.
 
 Light is additive, so white, primaries and mixtures pass through the same matrix. Where white and primaries are measured
 again in every session, the readings cannot show the mismatch. The mismatch of the first session belongs to the
-display's tips. Only the change of the mismatch is visible, and only where the first session predicts the later
-sessions. A free matrix could describe almost every change of white and primaries by aging. A shift of the filters has a
-pattern of its own: red and blue lie on opposite flanks of ȳ, so one gains luminance and the other loses luminance;
-green hardly changes.
+display's white and primaries. Only the change of the mismatch is visible, and only where the first session predicts the
+later sessions. A free matrix could describe almost every change of white and primaries by aging. A shift of the filters
+has a pattern of its own: red and blue lie on opposite flanks of ȳ, so one gains luminance and the other loses
+luminance; green hardly changes.
 
 Meaning of 0 and 1: ``shift`` 0 are filters that do not move. ``shift`` 1 are filters that have moved by 1 nm towards
 red at 18 000 h.

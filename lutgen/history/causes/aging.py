@@ -1,7 +1,7 @@
 """True aging: light falls over months, short wavelengths most. Black falls too, or leaks, and curves may drift.
 
-Yellowing happens in a part before all channels, such as a sheet or a lens, or in the blue channel: filter, prism,
-emitter.
+A layer that yellows lies in front of all channels (a sheet, a lens) or only in front of blue (a filter, a prism); an
+emitter of blue may fade too.
 """
 
 import numpy as np

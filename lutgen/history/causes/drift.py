@@ -4,6 +4,7 @@ from lutgen.errors import listed
 from lutgen.history.causes import Cause
 from lutgen.history.pair import SessionPair
 from lutgen.history.steadiness import FEWEST_SHARED, shared, steadiness
+from lutgen.numerals import in_percent
 
 _HOW = {
     "repeats": "as patches that were read again show",
@@ -13,7 +14,7 @@ _HOW = {
 
 def _proof(pair: SessionPair) -> str:
     changes = [
-        f"within {whose} luminance changed by {each.change:+.1%}, {_HOW[each.by]}"
+        f"within {whose} luminance changed by {in_percent(each.change, 1, signed=True)}, {_HOW[each.by]}"
         for each, whose in zip(pair.drifts, ("the reference", "the session"), strict=True)
         if each.ran_away
     ]

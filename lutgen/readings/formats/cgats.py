@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from lutgen.cells import number
 from lutgen.colorimetry import D65, Array, xyY_to_xyz
 from lutgen.errors import LutgenError, listed
+from lutgen.numerals import in_percent
 from lutgen.readings.formats._cgats_tables import CgatsTable, tables
 from lutgen.readings.formats._source import WHITE_CD_M2, FileText, date_of, full_drive, whites
 from lutgen.readings.session import Session
@@ -278,7 +279,7 @@ def _contradiction(luminance: Array, xyz: Array, places: NDArray[np.intp]) -> tu
         return ()
     first = xyz[places[0]] / xyz[places[0], 1]
     off = float(np.abs(first * luminance[1] / luminance - 1.0).max())
-    remark = f"LUMINANCE_XYZ_CDM2 and the first white differ in colour by {off:.0%}: one of them was edited."
+    remark = f"LUMINANCE_XYZ_CDM2 and the first white differ in colour by {in_percent(off)}: one of them was edited."
     return (remark,) if off > 0.02 else ()
 
 
