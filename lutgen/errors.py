@@ -32,12 +32,16 @@ def listed(names: Iterable[str], conjunction: str = "and") -> str:
 
 def pick_one(what: str, given: object, choices: Iterable[str]) -> LutgenError:
     """Return the error for a name ``given`` that is not among ``choices``; the error names a similar choice."""
+    names = list(choices)
+    return LutgenError(f"unknown {what} {str(given)!r}. Pick one of: {', '.join(names)}.{guess(given, names)}")
+
+
+def guess(given: object, names: Iterable[str]) -> str:
+    """Return `` Did you mean NAME?`` with the name that is most similar to ``given``; "" if none is similar."""
     from difflib import get_close_matches
 
-    names = list(choices)
-    similar = get_close_matches(str(given), names, n=1, cutoff=0.75)
-    guess = f" Did you mean {similar[0]}?" if similar else ""
-    return LutgenError(f"unknown {what} {str(given)!r}. Pick one of: {', '.join(names)}.{guess}")
+    similar = get_close_matches(str(given), list(names), n=1, cutoff=0.75)
+    return f" Did you mean {similar[0]}?" if similar else ""
 
 
 def refuse_unknown(what: str, given: object, choices: Collection[object]) -> None:

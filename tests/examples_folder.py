@@ -20,6 +20,7 @@ from lutgen.bake import icc_profile
 from lutgen.bake.spaces import linear_to_xyz_d50
 from lutgen.cli.command import group
 from lutgen.display import DisplayModel, default_display
+from lutgen.errors import INTERRUPTED
 from lutgen.readings import read_measurements
 from lutgen.report.effect_sketch import sketched
 from tests.command import here
@@ -92,5 +93,5 @@ def run_until_served(command: list[str], folder: Path) -> str:
         printed = list(takewhile(lambda line: "http://" not in line, process.stdout))
         process.send_signal(signal.SIGINT)
         printed += process.stdout
-    assert process.returncode == 0, (command, printed)
+    assert process.returncode == INTERRUPTED, (command, printed)
     return "".join(printed)

@@ -13,11 +13,13 @@ import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import click
 import pytest
 from click import Context
 
 from lutgen.cli import outputs
 from lutgen.cli.command import Command, Section, group
+from lutgen.cli.options import Choice
 from lutgen.cli.outputs import wrapped
 from tests.command import Done, here, in_process
 from tests.examples_folder import COMMANDS, ROOT, make_folder
@@ -122,6 +124,65 @@ def test_an_option_with_a_value_too_few_or_too_many_shows_the_example_too(
     assert done.err.rstrip().endswith(f"{why}.")
 
 
+@pytest.mark.parametrize(
+    ("arguments", "example", "message"),
+    [
+        (("build", "--mode", "foo"), "lutgen build --hours", "unknown mode 'foo'"),
+        (("build", "--cubesize", "20"), "lutgen build", "unknown cube size '20'"),
+        (("build", "--hours", "abc"), "lutgen build --hours", "--hours abc: 'abc' is not a number of hours"),
+        (("build", "--format", "cube,cubb"), "lutgen build", "unknown format 'cubb'"),
+        (("effects", "crostalk"), "lutgen effects", "unknown effect 'crostalk'"),
+        (("plan", DISPLAY_A, "--between", "crosstalk,crosstalk"), "lutgen plan", "--between needs two different"),
+        (
+            ("lifetime", ROOT / "examples/tissue.jpg", "--tolerance", "x"),
+            "lutgen lifetime",
+            "--tolerance x: give numbers above 0",
+        ),
+    ],
+)
+def test_an_error_about_the_value_of_an_option_shows_an_example_too(
+    arguments: tuple[object, ...],
+    example: str,
+    message: str,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    done = in_process(monkeypatch, capsys)(*arguments)
+    assert done.code == 2
+    assert done.err.startswith(f"Example: {example}")
+    assert done.err.splitlines()[1].startswith(f"lutgen: error: {message}")
+
+
+def test_an_error_about_a_file_shows_no_example(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = in_process(monkeypatch, capsys)("compare", "gone.csv")
+    assert (done.code, done.err.startswith("lutgen: error: gone.csv")) == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "ending"),
+    [
+        (("diagnose", DISPLAY_A, "--baseline", "natve"), "Did you mean native?"),
+        (("apply", "a.png", "--mode", "chroma_luma", "-o", "b.png"), "Did you mean chroma-luma?"),
+        (("apply", "a.png", "--mode", "xyz", "-o", "b.png"), "'chroma-luma'."),
+    ],
+)
+def test_a_value_that_is_no_choice_is_answered_with_the_most_similar_choice(
+    arguments: tuple[object, ...], ending: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    done = in_process(monkeypatch, capsys)(*arguments)
+    assert done.code == 2
+    assert done.err.rstrip().endswith(ending)
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_choice_names_the_most_similar_one(name: str) -> None:
+    for option in COMMANDS[name].params:
+        assert isinstance(option.type, Choice) or not isinstance(option.type, click.Choice), option.name
+
+
 @pytest.mark.parametrize("words", [(), ("study",), ("sessions",)])
 def test_a_group_alone_prints_its_help(
     words: tuple[str, ...], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
@@ -145,6 +206,43 @@ def test_no_line_ends_inside_a_number(width: int) -> None:
     lines = wrapped("white by 18 000 h, black by 1 048 576 h, 5 at 3 times", width).split("\n")
     assert " ".join(lines) == "white by 18 000 h, black by 1 048 576 h, 5 at 3 times"
     assert not [line for line in lines if re.match(r"\d{3}\b", line)]
+
+
+@pytest.mark.parametrize("width", range(8, 60))
+def test_no_line_ends_before_a_unit(width: int) -> None:
+    text = "white falls to 6.6 % by 18 000 h at 120 cd/m² and 25 °C, 3 σ from 10 % of 5 honest readings"
+    lines = wrapped(text, width).split("\n")
+    assert " ".join(lines) == text
+    assert not [line for line in lines if re.match(r"(h|%|cd/m²|°C|σ)(?!\w)", line)]
+
+
+@pytest.mark.parametrize(
+    ("sentence", "command"),
+    [
+        ("An effect of your own can be tried: {}. It fits.", "lutgen refine --effects my_effect.py"),
+        ("An effect of your own can be tried: {}.", "lutgen refine --effects my_effect.py"),
+        ("40 answers. Analyse them: {}", "lutgen study analyse --answers out/answers.csv"),
+        ("Give a folder that {} made, or leave it out.", "`lutgen build --hours 0,5`"),
+        ("Something remains. See {}.", "lutgen diagnose --baseline native --verbose"),
+    ],
+)
+@pytest.mark.parametrize("width", [20, 30, 40, 60, 80])
+def test_no_line_ends_inside_a_command(sentence: str, command: str, width: int) -> None:
+    text = sentence.format(command)
+    lines = wrapped(text, width).split("\n")
+    assert " ".join(lines) == text
+    assert any(command in line for line in lines)
+    assert all(len(line) <= max(width, len(command) + 1) for line in lines)
+
+
+@pytest.mark.parametrize("width", [60, 80])
+def test_a_terminal_gets_the_draft_of_an_effect_as_it_is_in_the_file(width: int, tmp_path: Path) -> None:
+    stub = tmp_path / "stub.py"
+    shown = "\n".join(line.rstrip() for line in on_terminal(width, "diagnose", str(ROOT / "examples/display-b.csv")))
+    assert here("diagnose", ROOT / "examples/display-b.csv", "--stub", stub).returncode == 0
+    assert stub.read_text().strip() in shown
+    assert "lutgen refine --effects my_effect.py" in shown
+    assert not re.search(r"\d\n(000|h|%)", shown)
 
 
 @pytest.mark.parametrize("width", [33, 60])

@@ -240,7 +240,10 @@ def test_a_primary_with_which_srgbs_would_leave_all_colours_is_refused(
     if stays:
         assert np.isfinite(model.at("chroma", 1000.0).code_to_xyz(DRIVES)).all()
     else:
-        with pytest.raises(LutgenError, match=f"by hour 1000 {name} has moved so far .* lies outside all real colours.*--reference absolute"):
+        with pytest.raises(
+            LutgenError,
+            match=f"by hour 1000 {name} has moved so far .* lies outside all real colours.*--reference absolute",
+        ):
             model.at("chroma", 1000.0).code_to_xyz(DRIVES)
 
 

@@ -372,12 +372,12 @@ def running(study: Path, *arguments: str) -> Iterator[tuple[subprocess.Popen[str
             process.kill()
 
 
-@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
-def test_a_stopped_server_ends_cleanly_and_says_how_many_are_left(study: Path, stop: signal.Signals) -> None:
+@pytest.mark.parametrize(("stop", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_stopped_server_ends_cleanly_and_says_how_many_are_left(study: Path, stop: signal.Signals, code: int) -> None:
     with running(study) as (process, _):
         process.send_signal(stop)
         out, err = process.communicate(timeout=60)
-    assert process.returncode == 0
+    assert process.returncode == code
     assert "Session 1 of Dr A: 0 of 4 images are read and saved, 4 left." in out
     assert err == ""
 

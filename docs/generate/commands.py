@@ -25,7 +25,8 @@ def pages() -> dict[str, str]:
         f"## lutgen {name}\n\n```text\n{help_text(command, f'lutgen {name}')}\n```" for name, command in named.items()
     ]
     intro = (
-        "Each command as its `--help` tells it. Exit codes of all commands: 0 done, 1 a check failed, 2 bad input. "
+        "Each command as its `--help` tells it. Exit codes of all commands: 0 done, 1 a check failed, 2 bad input, "
+        "130 interrupted, 143 terminated. "
         'Shell completion for bash (zsh and fish alike): `eval "$(_LUTGEN_COMPLETE=bash_source lutgen)"`.'
     )
     return {"commands.md": page("Commands", intro, names, *sections)}

@@ -5,6 +5,7 @@ the group lists the commands by section, and the help of a command lists rarely 
 """
 
 import os
+import re
 import signal
 import sys
 import threading
@@ -19,6 +20,7 @@ from shutil import get_terminal_size
 from typing import Any, NoReturn
 
 import click
+from click.core import ParameterSource
 
 from lutgen.cli.outputs import STANDARD_OUTPUT, say, tolerate_closed_pipes, with_fixed_spaces, with_plain_spaces
 from lutgen.errors import INTERRUPTED, LutgenError, reason_of
@@ -149,7 +151,25 @@ class Command(click.Command):
                     both = f"twice with {name}" if other == name else f"with {other} and with {name}"
                     raise LutgenError(f"{path}: is given {both}. Give each output a name of its own.")
                 written[path.absolute()] = name
-        return super().invoke(ctx)
+        try:
+            return super().invoke(ctx)
+        except LutgenError as error:
+            if example := self._example_for(ctx, str(error)):
+                error.add_note(f"Example: {example}")
+            raise
+
+    def _example_for(self, ctx: click.Context, message: str) -> str:
+        """Return an example of the given option that a message names, or whose value it quotes; "" if there is none."""
+        for option in self.get_params(ctx):
+            name = option.opts[0]
+            if ctx.get_parameter_source(option.name or "") is not ParameterSource.COMMANDLINE:
+                continue
+            texts = _texts(ctx.params.get(option.name or ""))
+            values = {part.strip() for text in texts for part in text.split(",")} - {""}
+            named = name.startswith("--") and re.search(rf"{name}(?![\w-])", message)
+            if named or any(repr(value) in message for value in values):
+                return next((each for each in self.examples if f"{name} " in each), next(iter(self.examples), ""))
+        return ""
 
     @property
     def examples(self) -> list[str]:
@@ -168,6 +188,11 @@ class Command(click.Command):
             if rows:
                 with formatter.section(heading):
                     formatter.write_dl(rows)
+
+
+def _texts(value: object) -> list[str]:
+    """Return the texts of a parameter with one value or several."""
+    return [str(each) for each in (value if isinstance(value, tuple) else (value,)) if isinstance(each, str | int)]
 
 
 def _paths(value: object) -> list[Path]:
@@ -290,6 +315,8 @@ def _exit_code() -> int:
     except click.ClickException as error:
         say(f"Error: {error.format_message()}", err=True)
     except LutgenError as error:
+        for note in getattr(error, "__notes__", ()):
+            click.echo(note, err=True)
         say(f"lutgen: error: {error}", err=True)
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""

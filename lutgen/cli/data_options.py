@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lutgen.cli.options import replace_option, say_remarks, stacked
+from lutgen.cli.options import Choice, replace_option, say_remarks, stacked
 from lutgen.names import BASELINES, INSTRUMENTS, SELECTIONS
 
 if TYPE_CHECKING:
@@ -64,14 +64,14 @@ def data_options(*, expressions: bool = True) -> Callable[..., Any]:
 _MODEL = (
     click.option(
         "--baseline",
-        type=click.Choice(BASELINES),
+        type=Choice(BASELINES),
         help="What the model knows: `colour-points`, white and primaries measured again at each hour; `first-hour`, "
         "only hour 0; `native`, as colour-points, from the display's own model of the first session; "
         "`native-first-hour`, only that model [default: colour-points].",
     ),
     click.option(
         "--selection",
-        type=click.Choice(SELECTIONS),
+        type=Choice(SELECTIONS),
         help="Matrix of a colour: the paper's `nearest`, or `continuous` without jumps [default: nearest].",
     ),
     click.option("--model", metavar="FILE", help="Start from a saved model (.toml) instead of the paper's."),

@@ -14,7 +14,7 @@ import click
 from lutgen.cells import number, number_list, whole
 from lutgen.cli.command import Advanced
 from lutgen.cli.outputs import say
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, guess
 from lutgen.names import AGING_BASELINES, REFERENCES, SELECTIONS, SOURCES
 
 if TYPE_CHECKING:
@@ -31,8 +31,21 @@ _MOST_WHOLE = 10**15
 
 if TYPE_CHECKING:
     _ParamType = click.ParamType[Any]
+    _Choice = click.Choice[str]
 else:
-    _ParamType = click.ParamType
+    _ParamType, _Choice = click.ParamType, click.Choice
+
+
+class Choice(_Choice):
+    """One of several names. The error for another value names the most similar name."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Read the value of an option."""
+        try:
+            return super().convert(value, param, ctx)
+        except click.BadParameter as error:
+            error.message += guess(value, map(str, self.choices))
+            raise
 
 
 class _InDigits(_ParamType):
@@ -87,7 +100,7 @@ NUMBER, WHOLE = _Number(), _Whole()
 image_argument = click.argument("image", metavar="IMAGE")
 source_option = click.option(
     "--source",
-    type=click.Choice(SOURCES),
+    type=Choice(SOURCES),
     default="auto",
     show_default=True,
     help="What the image stores: signal (code values) or linear light; auto: EXR linear, others signal.",
@@ -114,20 +127,20 @@ model_options = stacked(
     click.option(
         "--baseline",
         cls=Advanced,
-        type=click.Choice(AGING_BASELINES),
+        type=Choice(AGING_BASELINES),
         help="Fresh display: the paper's sRGB with the measured `colour-points`, or `native`, the first "
         "session's own curves and black, which --reference absolute shows [default: colour-points].",
     ),
     click.option(
         "--selection",
         cls=Advanced,
-        type=click.Choice(SELECTIONS),
+        type=Choice(SELECTIONS),
         help="Matrix of a colour: the paper's `nearest`, or `continuous` without jumps [default: nearest].",
     ),
     click.option(
         "--reference",
         cls=Advanced,
-        type=click.Choice(REFERENCES),
+        type=Choice(REFERENCES),
         help="relative: the measured change since hour 0, applied to sRGB; absolute: the measured colours "
         "themselves [default: relative; absolute for one session].",
     ),

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from rich.table import Table as TerminalTable
 
     from lutgen.progress import Progress
-    from lutgen.report.parts import Headline, Page, Table
+    from lutgen.report.parts import Code, Headline, Page, Table
 
 #: ``--json`` to standard output.
 STANDARD_OUTPUT = "-"
@@ -65,7 +65,7 @@ def _plain(content: Any) -> Any:
 
 
 def print_page(page: Page) -> None:
-    """Print sentences, wrapped at words on a terminal, and complete tables."""
+    """Print sentences and headlines, wrapped at words on a terminal, code as it is, and complete tables."""
     for part in page:
         if isinstance(part, str):
             # rich would replace emoji codes in paths, and takes long to import.
@@ -74,14 +74,18 @@ def print_page(page: Page) -> None:
             _print(part)
 
 
-def _print(part: Headline | Table) -> None:
+def _print(part: Headline | Code | Table) -> None:
     from rich.console import Console
 
-    from lutgen.report.parts import Headline, headline_text, terminal_table
+    from lutgen.report.parts import Code, Headline, headline_text, terminal_table
 
+    if isinstance(part, Code):
+        click.echo(part.text)
+        return
     console = Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH)
     if isinstance(part, Headline):
-        console.print(headline_text(part), soft_wrap=not sys.stdout.isatty())
+        text = wrapped(part.text, console.width) if sys.stdout.isatty() else part.text
+        console.print(headline_text(Headline(text)), soft_wrap=True)
         return
     laid_out = terminal_table(part)
     fitted(laid_out, console).print(laid_out)
@@ -141,13 +145,27 @@ def say(text: str, *, err: bool = False) -> None:
     click.echo(wrapped(text, get_terminal_size().columns) if stream.isatty() else text, err=err)
 
 
-#: A space in a number, such as 18 000, at which no line may break, and the letter that replaces it during wrapping.
-_IN_A_NUMBER, _FIXED_SPACE = re.compile(r"(?<=\d) (?=\d{3}(?!\d))"), "\u2007"
+#: A space in a number or before its unit, such as 18 000 h, at which no line may break.
+_IN_A_NUMBER = re.compile(r"(?<=\d)[ \N{NO-BREAK SPACE}](?=\d{3}(?!\d)|(?:h|%|lx|nm|°C|cd/m²|σ|×)(?!\w))")
+#: The letter that replaces such a space during wrapping.
+_FIXED_SPACE = "\N{FIGURE SPACE}"
+
+#: A command inside a sentence: in backquotes; after a colon, to the end of the sentence; elsewhere, with its options.
+_COMMAND = re.compile(
+    r"`[^`]+`"
+    r"|(?<=: )lutgen [a-z].*?(?=[.,;)]?$|[.,;)]+ )"
+    r"|\blutgen [a-z]+(?: --?[a-z][a-z-]*(?: (?!-)[^\s.,;)]+)?)*"
+)
 
 
 def with_fixed_spaces(text: str) -> str:
-    """Replace the spaces in numbers, such as 18 000, with spaces at which no line breaks."""
+    """Replace the spaces in numbers and before units, such as 18 000 h, with spaces at which no line breaks."""
     return _IN_A_NUMBER.sub(_FIXED_SPACE, text)
+
+
+def _with_whole_commands(text: str) -> str:
+    """Replace the spaces in commands, such as ``lutgen build --hours 0``, with spaces at which no line breaks."""
+    return _COMMAND.sub(lambda command: command[0].replace(" ", _FIXED_SPACE), text)
 
 
 def with_plain_spaces(text: str) -> str:
@@ -156,7 +174,7 @@ def with_plain_spaces(text: str) -> str:
 
 
 def wrapped(text: str, width: int) -> str:
-    """Wrap each line at words. Continuation lines keep the indent; long words and commands are not broken."""
+    """Wrap each line at words. Continuation lines keep the indent; long words and commands are never broken."""
     return "\n".join(part for line in text.split("\n") for part in _wrapped_line(line, width))
 
 
@@ -169,7 +187,7 @@ def _wrapped_line(line: str, width: int) -> list[str]:
     if colon:
         return [*_wrapped_line(f"{before}:", width), f"{indent}  lutgen {command}"]
     parts = wrap(
-        with_fixed_spaces(words),
+        _with_whole_commands(with_fixed_spaces(words)),
         width,
         initial_indent=indent,
         subsequent_indent=indent,

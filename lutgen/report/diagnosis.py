@@ -24,7 +24,7 @@ from lutgen.readings.conditions import COLUMNS, OF_COLUMN
 from lutgen.readings.table import is_capped, is_shrouded, says_cap, says_shroud
 from lutgen.report.comparison import data_line, fresh_lines, from_own_model
 from lutgen.report.effect_sketch import STUB_FILE, STUB_NAME, sketch
-from lutgen.report.parts import Headline, Part, Table
+from lutgen.report.parts import Code, Headline, Part, Table
 
 #: Most rows of the ranking, and most parameters in a row.
 RANKED, LISTED = 6, 2
@@ -265,7 +265,7 @@ def _next(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[s
         else:
             yield f"An effect of your own to start from (--stub {STUB_FILE} writes it):"
             yield ""
-            yield sketch(diagnosis)
+            yield Code(sketch(diagnosis))
             yield f"Next, write the file and edit it:  lutgen diagnose {again} --stub {file}"
         yield f"{'Next' if stub_file else 'Then'}:  lutgen refine {again} --effects {file} --add {STUB_NAME}"
     elif verdict.name == "measurement-problem":
@@ -297,8 +297,8 @@ def refine_page(refinement: Refinement, effects: Mapping[str, Effect], data: str
     yield ""
     if not refinement.after.agrees and not refinement.diagnosis:
         keep = "" if refinement.improves else " --keep"
-        first = "" if model else f"Write the model (-o MODEL.toml{keep}), then:  "
-        yield f"Part of the error remains unexplained. {first}lutgen diagnose {data} --model {model or 'MODEL.toml'}"
+        first = "Next" if model else f"Write the model (-o MODEL.toml{keep}), then"
+        yield f"Part of the error remains unexplained. {first}:  lutgen diagnose {data} --model {model or 'MODEL.toml'}"
     if model:
         last = f"{float(refinement.final.problem.hours[-1]):g}"
         yield f"Model written: {model}. Bake it:  lutgen build --model {model} --hours 0..{last} -o aged/"

@@ -20,7 +20,7 @@ from lutgen.numerals import spaced
 from lutgen.pictures.lifetime import Lifetimes
 from lutgen.pictures.viewer import FOLDER
 from lutgen.report.drawing import BLUE, RED
-from lutgen.report.parts import Headline, Table
+from lutgen.report.parts import Code, Headline, Table
 
 
 @dataclass(frozen=True)
@@ -52,6 +52,7 @@ def environment() -> Environment:
     templates.tests |= {
         "table": lambda part: isinstance(part, Table),
         "headline": lambda part: isinstance(part, Headline),
+        "code": lambda part: isinstance(part, Code),
     }
     templates.policies["json.dumps_kwargs"] = {"ensure_ascii": False}
     return templates

@@ -1,4 +1,4 @@
-"""The parts of a page: sentences, headlines and tables. The same parts are shown in the terminal and in HTML."""
+"""The parts of a page: sentences, headlines, code and tables. The same parts are shown in the terminal and in HTML."""
 
 from __future__ import annotations
 
@@ -14,6 +14,13 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Headline:
     """An emphasised sentence: the finding of a page, or the title of the following parts."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Code:
+    """The text of a file, whose lines are shown as they are: no line is wrapped."""
 
     text: str
 
@@ -45,8 +52,8 @@ class Table:
                 raise ValueError(f"{len(row)} cells under {len(self.headings)} headings: {list(row)}")
 
 
-#: A sentence, a headline or a table; "" is an empty line.
-Part = str | Headline | Table
+#: A sentence, a headline, code or a table; "" is an empty line.
+Part = str | Headline | Code | Table
 
 #: The parts that a command prints, in order.
 Page = Iterable[Part]

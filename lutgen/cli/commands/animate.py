@@ -5,7 +5,7 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import NUMBER, WHOLE, image_argument, model_from, picture_options
+from lutgen.cli.options import NUMBER, WHOLE, Choice, image_argument, model_from, picture_options
 from lutgen.cli.outputs import progress_bar, say
 from lutgen.files import check_new_file
 from lutgen.names import AGING_MODES, ANIMATION_SUFFIXES
@@ -16,7 +16,7 @@ SECONDS, SIZE = 8.0, 640
 
 @click.command(cls=Command, section=Section.PICTURES, place=6)
 @image_argument
-@click.option("--mode", type=click.Choice(AGING_MODES), required=True, help="Aging mode.")
+@click.option("--mode", type=Choice(AGING_MODES), required=True, help="Aging mode.")
 @click.option(
     "--hours",
     metavar="HOURS",

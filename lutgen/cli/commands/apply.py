@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import NUMBER, PlaceOptions, model_from, model_options, screen_options, source_option
+from lutgen.cli.options import NUMBER, Choice, PlaceOptions, model_from, model_options, screen_options, source_option
 from lutgen.cli.outputs import print_json, progress_bar, say
 from lutgen.errors import LutgenError
 from lutgen.names import MODES
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @click.command(cls=Command, section=Section.SIMULATE, place=3)
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
-@click.option("--mode", type=click.Choice(MODES), help="Aging mode.")
+@click.option("--mode", type=Choice(MODES), help="Aging mode.")
 @click.option("--hours", type=NUMBER, metavar="HOUR", help="Operating hours of the display.")
 @click.option(
     "--lut",

@@ -9,7 +9,7 @@ import click
 
 from lutgen.bake.formats import format_names
 from lutgen.cli.command import Advanced, Command, Section
-from lutgen.cli.options import NUMBER, WHOLE, WholeFrom, hours_option, model_from, model_options, split_list
+from lutgen.cli.options import NUMBER, WHOLE, Choice, WholeFrom, hours_option, model_from, model_options, split_list
 from lutgen.cli.outputs import print_json, progress_bar, say
 from lutgen.names import AGING_MODES, DIRECTIONS, MODES, UNREACHABLE
 
@@ -55,7 +55,7 @@ def _modes(context: click.Context, option: click.Parameter, text: str) -> tuple[
 @click.option("--force", is_flag=True, help="Replace another build of lutgen in the folder.")
 @click.option(
     "--direction",
-    type=click.Choice(DIRECTIONS),
+    type=Choice(DIRECTIONS),
     default="simulate",
     show_default=True,
     help="simulate: what the aged display shows; compensate: the correction that makes this one display look un-aged.",
@@ -63,7 +63,7 @@ def _modes(context: click.Context, option: click.Parameter, text: str) -> tuple[
 @click.option(
     "--unreachable",
     cls=Advanced,
-    type=click.Choice(UNREACHABLE),
+    type=Choice(UNREACHABLE),
     help="With compensate, for colours that the display cannot show any more: clip each channel of the drive, or scale "
     "all colours down to a dimmer picture [default: clip].",
 )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import NUMBER, WholeFrom, model_from, model_options
+from lutgen.cli.options import NUMBER, Choice, WholeFrom, model_from, model_options
 from lutgen.cli.outputs import print_json, progress_bar, say
 from lutgen.errors import LutgenError
 from lutgen.names import MODES
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @click.command(cls=Command, section=Section.SIMULATE, place=2)
 @click.argument("paths", nargs=-1, required=True, metavar="DIR|LUT…")
-@click.option("--mode", type=click.Choice(MODES), help="For LUT files: the aging mode that they should show.")
+@click.option("--mode", type=Choice(MODES), help="For LUT files: the aging mode that they should show.")
 @click.option("--hours", type=NUMBER, metavar="HOUR", help="For LUT files: the hour that they should show.")
 @click.option(
     "--max-delta-e", type=NUMBER, help="Largest smooth ΔE2000 allowed [default: 1, or the file's own certificate]."

@@ -3,7 +3,7 @@
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import WHOLE
+from lutgen.cli.options import WHOLE, Choice
 from lutgen.cli.outputs import say
 from lutgen.names import BASELINES
 
@@ -13,7 +13,7 @@ from lutgen.names import BASELINES
 @click.option("--image", metavar="IMAGE", help="Look at this image [default: stained tissue].")
 @click.option("--model", metavar="FILE", help="Start from a saved model (.toml); without DATA, from its readings too.")
 @click.option(
-    "--baseline", type=click.Choice(BASELINES), help="What the model knows, as for compare [default: colour-points]."
+    "--baseline", type=Choice(BASELINES), help="What the model knows, as for compare [default: colour-points]."
 )
 @click.option("--port", type=WHOLE, default=0, metavar="PORT", help="Port on this computer [default: any free one].")
 @click.option("--no-browser", is_flag=True, help="Only print the address.")
@@ -33,7 +33,6 @@ def command(
       lutgen explore examples/display-a.csv --image slide.png
     """
     import webbrowser
-    from contextlib import suppress
     from threading import Thread
 
     from lutgen.explore.commands import WindowState, example_readings, tissue
@@ -51,5 +50,4 @@ def command(
     with port_taken(port) as listening:
         readings = data or ("" if model else str(example_readings()))
         state = WindowState(readings, image or str(tissue()), model, baseline)
-        with suppress(KeyboardInterrupt):
-            serve(state, listening, opened=opened, wait=bool(data or image or model))
+        serve(state, listening, opened=opened, wait=bool(data or image or model))

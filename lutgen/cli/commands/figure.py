@@ -5,14 +5,14 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import PlaceOptions, image_argument, model_from, picture_options, screen_options
+from lutgen.cli.options import Choice, PlaceOptions, image_argument, model_from, picture_options, screen_options
 from lutgen.cli.outputs import progress_bar, say
 from lutgen.files import check_new_file
 from lutgen.names import FIGURES
 
 
 @click.command(cls=Command, section=Section.PICTURES, place=7)
-@click.argument("number", type=click.Choice(FIGURES), metavar="2|3|4|5|6")
+@click.argument("number", type=Choice(FIGURES), metavar="2|3|4|5|6")
 @image_argument
 @click.option("-o", "--output", required=True, metavar="FILE.png", help="Picture to write.")
 @picture_options

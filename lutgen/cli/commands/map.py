@@ -10,6 +10,7 @@ from lutgen.cells import number_list
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import (
     NUMBER,
+    Choice,
     PlaceOptions,
     image_argument,
     model_from,
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
 @click.command(cls=Command, section=Section.PICTURES, place=4)
 @image_argument
-@click.option("--mode", type=click.Choice(AGING_MODES), required=True, help="Aging mode.")
+@click.option("--mode", type=Choice(AGING_MODES), required=True, help="Aging mode.")
 @click.option("--hours", type=NUMBER, required=True, metavar="HOUR", help="Operating hours of the display.")
 @click.option(
     "-o",

@@ -3,7 +3,7 @@
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import numbers, replace_option
+from lutgen.cli.options import Choice, numbers, replace_option
 from lutgen.cli.outputs import Outputs
 from lutgen.names import MODES
 
@@ -12,7 +12,7 @@ from lutgen.names import MODES
 @click.argument("build", metavar="BUILD_DIR")
 @click.option("--into", required=True, metavar="CONFIG", help="Your config; unchanged, unless -o is its own folder.")
 @click.option("-o", "--output", required=True, metavar="DIR", help="Folder for the merged config and its LUT files.")
-@click.option("--mode", type=click.Choice(MODES), default="chroma", show_default=True, help="The aging mode.")
+@click.option("--mode", type=Choice(MODES), default="chroma", show_default=True, help="The aging mode.")
 @click.option("--hours", required=True, metavar="LIST", help="Hours of the build, in a list.")
 @click.option("--source-space", metavar="NAME", help="Your colour space whose code values are sent to the display.")
 @click.option("--onto", multiple=True, metavar="DISPLAY", help="Display that gets the views [default: sRGB displays].")

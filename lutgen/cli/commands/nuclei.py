@@ -8,6 +8,7 @@ from lutgen.cli.command import Command, Section
 from lutgen.cli.options import (
     NUMBER,
     WHOLE,
+    Choice,
     hours_option,
     json_option,
     model_from,
@@ -24,7 +25,7 @@ from lutgen.names import STAINS
 @click.argument("image", metavar="IMAGE")
 @click.option(
     "--stain",
-    type=click.Choice(("auto", *STAINS)),
+    type=Choice(("auto", *STAINS)),
     help="H&E, or haematoxylin and DAB (immunohistochemistry); auto: H-DAB if the image has brown [default: auto].",
 )
 @click.option(

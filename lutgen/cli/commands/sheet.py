@@ -5,7 +5,7 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import PlaceOptions, image_argument, model_from, picture_options, screen_options
+from lutgen.cli.options import Choice, PlaceOptions, image_argument, model_from, picture_options, screen_options
 from lutgen.cli.outputs import progress_bar, say
 from lutgen.files import check_new_file
 from lutgen.names import AGING_MODES
@@ -25,7 +25,7 @@ _COLUMNS = 4
 @click.option(
     "--mode",
     "modes",
-    type=click.Choice(AGING_MODES),
+    type=Choice(AGING_MODES),
     multiple=True,
     help="A mode to draw as a row; may be repeated [default: both].",
 )

@@ -5,12 +5,12 @@ from typing import Any
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import json_option, model_from, model_options, replace_option, source_option
+from lutgen.cli.options import Choice, json_option, model_from, model_options, replace_option, source_option
 from lutgen.cli.outputs import Outputs, progress_bar
 
 
 @click.command(cls=Command, section=Section.PICTURES, place=8)
-@click.argument("number", type=click.Choice(("1",)), metavar="1")
+@click.argument("number", type=Choice(("1",)), metavar="1")
 @click.argument("images", nargs=-1, required=True, metavar="IMAGE...")
 @json_option
 @click.option("--csv", "csv_to", metavar="FILE", help="Write the table, a line for each cell.")

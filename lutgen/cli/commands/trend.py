@@ -3,7 +3,7 @@
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import json_option, replace_option, say_remarks
+from lutgen.cli.options import Choice, json_option, replace_option, say_remarks
 from lutgen.cli.outputs import Outputs, progress_bar
 from lutgen.errors import LutgenError
 from lutgen.files import check_new_file
@@ -18,7 +18,7 @@ MOST_AMBIENT = 1000.0
 @click.option(
     "--limits",
     "sets",
-    type=click.Choice(LIMIT_SETS),
+    type=Choice(LIMIT_SETS),
     multiple=True,
     help="A published set; may be repeated [default: tg18-secondary and drift].",
 )

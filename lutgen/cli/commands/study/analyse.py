@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from lutgen.cli.command import Command
-from lutgen.cli.options import json_option, replace_option
+from lutgen.cli.options import Choice, json_option, replace_option
 from lutgen.cli.outputs import Outputs, progress_bar
 from lutgen.errors import LutgenError
 from lutgen.files import check_new_file, write_atomically
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 @click.option("--summary", metavar="FILE", help="Analyse printed figures: a .csv of condition,measure,n,mean,ci95.")
 @click.option(
     "--ci",
-    type=click.Choice(INTERVALS),
+    type=Choice(INTERVALS),
     default="normal",
     show_default=True,
     help="Intervals of means, read and written: ± 1.96 SD/√n as the paper's, or ± t SD/√n.",

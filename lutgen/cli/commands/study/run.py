@@ -38,7 +38,6 @@ def command(*, study: str, reader: str, session: int, override: str | None, port
     """
     import signal
     import webbrowser
-    from contextlib import suppress
 
     from lutgen.server import port_taken
     from lutgen.study.reading import begin_reading
@@ -51,14 +50,14 @@ def command(*, study: str, reader: str, session: int, override: str | None, port
         if not no_browser:
             webbrowser.open(address)
 
-    # Treat SIGTERM as Ctrl-C. A shell starts background jobs with SIGINT ignored: handle it again.
-    for each in (signal.SIGTERM, signal.SIGINT):
-        signal.signal(each, signal.default_int_handler)
+    # A shell starts background jobs with SIGINT ignored: handle it again.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     # The port comes first: if the port is busy, the reader takes no place.
     with port_taken(port) as listening, progress_bar("checking the images") as progress:
         begun = begin_reading(Path(study), reader=reader, session=session, override=override, progress=progress)
         with begun as now:
-            with suppress(KeyboardInterrupt):
+            try:
                 serve(now, opened=opened, say=lambda text: say(f"lutgen: {text}", err=True), listening=listening)
-            done = f"Session {session} of {now.reader}: {now.read} of {len(now.images)} images are read and saved"
-            say(f"{done}, {now.left} left." if now.left else f"{done}. {now.following()}".rstrip())
+            finally:
+                done = f"Session {session} of {now.reader}: {now.read} of {len(now.images)} images are read and saved"
+                say(f"{done}, {now.left} left." if now.left else f"{done}. {now.following()}".rstrip())
