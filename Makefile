@@ -105,6 +105,7 @@ figures: setup ## renew the examples' data, and the outputs and pictures of READ
 	@$(PYTHON) -m examples.make_session
 	@$(ALONE) $(PYTHON) -m tests.pages --write $(ARGS)
 
+# --mode all: `stable` too, whose files are the identity, so that programs find every mode and hour by the same path.
 configs: setup ## rebuild configs/default
 	@.venv/bin/lutgen build --hours 0..18000 --mode all --selection continuous --format clf --force -o configs/default
 

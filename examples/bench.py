@@ -8,7 +8,7 @@
 
 A ratio is the peer's time divided by lutgen's: above 1 lutgen is faster. lutgen and its peers run in turn. Each turn
 gives a ratio. The table has the median ratio and, in brackets, the smallest and largest ratio. Times are medians.
-Files are in the cache and on one file system. Goals are those of the project's issues 2 to 4.
+Files are in the cache and on one file system. Each row states its goal.
 """
 
 from __future__ import annotations

@@ -2,7 +2,8 @@
 
 The readings are simulated (``tests/virtual_display``): 1094 readings at 10 hours. Eight hours are sessions of the full
 design; at the two hours between them white and primaries are not read. A further campaign has half of the sessions, and
-only its hidden effect ages the display. Goals are those of the project's issue 3, section 2.
+only its hidden effect ages the display. The goals: a comparison within 2 s, a diagnosis within 10 s, and at most 500 MB
+of memory.
 """
 
 from __future__ import annotations

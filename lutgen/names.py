@@ -64,6 +64,9 @@ STAINS = {"he": ("H&E", "hed_from_rgb"), "hdab": ("haematoxylin and DAB", "hdx_f
 #: Suffix of a numeric map → OpenImageIO's name of the format.
 MAP_SUFFIXES = {".exr": "openexr", ".tif": "tiff", ".tiff": "tiff"}
 
+#: Suffixes of the LUT files that OpenColorIO reads, in the order of the formats' names.
+LUT_SUFFIXES = (".3dl", ".clf", ".csp", ".cube", ".spi3d")
+
 #: Suffixes of animations.
 ANIMATION_SUFFIXES = (".png", ".apng", ".mp4")
 

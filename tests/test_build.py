@@ -203,7 +203,10 @@ def test_a_build_prints_one_line_of_worst_error_and_details_when_asked(tmp_path:
         group: max(each[group]["max"] for each in certificates if each[group]["colours"])
         for group in ("smooth", "gamut", "border")
     }
-    figures = ", ".join(f"{group} {error:.4f}" for group, error in groups.items())
+    smooth, gamut, border = groups.values()
+    figures = (
+        f"{smooth:.2f} where the model is smooth, {gamut:.2f} where the model clips, {border:.2f} where the model jumps"
+    )
     assert worst == f"Largest ΔE2000 of the files against the model: {figures} (more with --verbose)."
     verbose = here(*asked, "--jobs", "1", "--verbose").stdout.splitlines()
     assert verbose[:3] == [law, first, worst.replace(" (more with --verbose)", "")]

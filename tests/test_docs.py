@@ -1,19 +1,31 @@
 """README.md and docs/ against the code: every command runs, prints the page's text, and every link has a target."""
 
+import math
 import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
+import yaml
 from PIL import Image
 
 from docs.generate.markup import anchor
 from examples import make_displays
 from lutgen import LutgenError, __version__, read_measurements
 from lutgen.bake.formats import format_names
+from lutgen.criticism.first_session.model import ALLOWANCE
+from lutgen.criticism.fit.heldout import STANDARD_ERRORS
+from lutgen.criticism.fit.lack_of_fit import SIGNIFICANT, TOO_LARGE
+from lutgen.criticism.noise.dark_offsets import ODDS
+from lutgen.criticism.search.candidates import HALF, STRONG
+from lutgen.criticism.search.explanation import UNCHANGED
+from lutgen.criticism.search.stepwise import MOST_OF_IT
+from lutgen.criticism.verdict.imitation import APART, DEPARTURE
 from lutgen.display import MODES, REFERENCES, SELECTIONS
 from lutgen.readings.conditions import COLUMNS as CONDITION_COLUMNS
 from tests.examples_folder import COMMANDS, ROOT, make_folder
@@ -152,6 +164,62 @@ def test_the_public_workflow_runs_the_commands_of_readme() -> None:
 
 def test_the_citation_names_this_version() -> None:
     assert f"\nversion: {__version__}\n" in (ROOT / "CITATION.cff").read_text(encoding="utf-8")
+
+
+def test_readme_names_every_extra_that_a_user_may_install() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    for extra in set(project["optional-dependencies"]) - {"test", "docs"}:
+        assert re.search(rf"`{extra}`|lutgen\[{extra}\]", TEXTS[ROOT / "README.md"]), extra
+
+
+def test_the_index_links_every_page() -> None:
+    index = DOCS / "index.md"
+    linked = {(DOCS / target).resolve() for target in re.findall(r"\]\(([^)#]+\.md)", TEXTS[index])}
+    of_one_effect = {page for page in (DOCS / "reference/effects").glob("*.md") if page.name != "index.md"}
+    assert {*DOCS.rglob("*.md")} - {index} - of_one_effect == linked
+
+
+def test_a_recipe_takes_ten_lines() -> None:
+    sections = re.split(r"^## ", TEXTS[ROOT / "CONTRIBUTING.md"], flags=re.MULTILINE)
+    recipes = [section.splitlines() for section in sections if section.startswith("Add ")]
+    assert len(recipes) == 7
+    for heading, *lines in recipes:
+        assert sum(map(bool, lines)) <= 10, heading
+
+
+def test_the_steps_of_continuous_integration_are_commands() -> None:
+    (block,) = re.findall(
+        r"^```yaml\n(.*?)^```$", TEXTS[DOCS / "guides/continuous-integration.md"], re.DOTALL | re.MULTILINE
+    )
+    packages, install, check = (step["run"] for step in yaml.safe_load(block))
+    setup = (ROOT / ".ci/setup").read_text(encoding="utf-8")
+    assert all(package in setup for package in shlex.split(packages) if package.startswith("python3-"))
+    assert "--system-site-packages" in install
+    program, command, _ = shlex.split(check, comments=True)
+    assert program.endswith("/lutgen")
+    assert command in COMMANDS
+
+
+#: Name of a number in noise-and-verdicts.md → the constant.
+NUMBERS = {
+    "difference in BIC": STRONG,
+    "α": SIGNIFICANT,
+    "α of the size": TOO_LARGE,
+    "held out": STANDARD_ERRORS,
+    "share": MOST_OF_IT,
+    "half": HALF,
+    "apart": APART,
+    "unchanged": UNCHANGED,
+    "departure": DEPARTURE,
+    "odds of a leak": math.exp(ODDS),
+    "allowance": math.sqrt(ALLOWANCE),  # a standard deviation; the constant is a variance
+}
+
+
+def test_the_numbers_of_the_verdicts_are_those_of_the_code() -> None:
+    text = TEXTS[DOCS / "explanation/noise-and-verdicts.md"].partition("| number | value |")[2].partition("\n\n")[0]
+    stated = dict(re.findall(r"^\| ([^|]+?) \| ([0-9.]+)[^|]*\|", text, flags=re.MULTILINE))
+    assert {name: float(value) for name, value in stated.items()} == pytest.approx(NUMBERS)
 
 
 # The table of readings

@@ -1,4 +1,4 @@
-"""The scoring of all generators: its questions, the sizes of hidden effects, and the issue's counts of replies."""
+"""The scoring of all generators: its questions, the sizes of hidden effects, and the required counts of replies."""
 
 from __future__ import annotations
 

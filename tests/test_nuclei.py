@@ -270,7 +270,7 @@ def test_painted_nuclei_are_found_where_they_were_painted(
     field = read_field(save(tmp_path / "in.png", painted(labels, matrix=matrix)))
     segments = segment(field, stain=stain)
     assert segments.count == 36
-    assert message in segments.found
+    assert message in segments.method
     both = np.count_nonzero((segments.labels > 0) & (labels > 0))
     assert 2 * both / (np.count_nonzero(segments.labels > 0) + np.count_nonzero(labels)) > 0.95
     # One to one: each painted disc matches exactly one label.
@@ -358,7 +358,7 @@ def test_width_is_that_of_most_of_the_area() -> None:
 def test_real_immunohistochemistry(model: DisplayModel, tmp_path: Path) -> None:
     analysis = nuclei(save(tmp_path / "ihc.png", np.asarray(immunohistochemistry())), model, hours=HOURS)
     assert 250 < analysis.nuclei.count < 400
-    assert "DAB" in analysis.nuclei.found
+    assert "DAB" in analysis.nuclei.method
     chroma, luma = (analysis.contrasts[mode] for mode in AGING_MODES)
     assert chroma.median[0] == pytest.approx(9.0, abs=1.0)
     assert luma.change[2] == pytest.approx(-0.24, abs=0.05)
@@ -372,7 +372,7 @@ def test_real_immunohistochemistry(model: DisplayModel, tmp_path: Path) -> None:
 @pytest.mark.parametrize(("name", "count", "unaged"), [("he_a", 1360, 22.5), ("he_b", 955, 30.1)])
 def test_real_haematoxylin_and_eosin(name: str, count: int, unaged: float, model: DisplayModel) -> None:
     analysis = nuclei((real_data() / f"images/{name}.png"), model, hours=HOURS)
-    assert "H&E" in analysis.nuclei.found
+    assert "H&E" in analysis.nuclei.method
     assert analysis.nuclei.count == pytest.approx(count, rel=0.15)
     chroma, luma = (analysis.contrasts[mode] for mode in AGING_MODES)
     assert chroma.median[0] == pytest.approx(unaged, abs=2.0)
@@ -400,7 +400,7 @@ def test_masks_of_every_kind_say_the_same(tmp_path: Path) -> None:
         mask = read_mask(save(tmp_path / name, values), field)
         assert mask.count == 3, name
         np.testing.assert_array_equal(mask.labels, labels)
-        assert name in mask.found
+        assert name in mask.method
 
 
 def test_labels_part_what_touches(tmp_path: Path) -> None:

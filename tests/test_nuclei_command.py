@@ -163,7 +163,7 @@ def test_nothing_is_replaced_without_force(option: str, run: Callable[..., Done]
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("gone.png",), "gone.png: there is no such image"),
+        (("gone.png",), "gone.png: there is no such image. Check the name and the folder."),
         (("flat.png",), "flat.png: all pixels have one colour"),
         (("a.png", "--mask", "flat.png"), "flat.png: the mask has 8 × 8 pixels, the image a.png 128 × 128."),
         (("a.png", "--mask", "gone.png"), "gone.png: cannot read the mask: no such file or directory."),

@@ -1,4 +1,4 @@
-"""A display's own model on real sessions, compared with the issue's figures, the slow twin, and sRGB."""
+"""A display's own model on real sessions, compared with target figures, the slow twin, and sRGB."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 pytestmark = [pytest.mark.numbers, pytest.mark.slow]
 
-#: Sessions of the table in issue 13, section 1, and their held-out mean ΔE2000 with a smooth residual.
+#: Sessions, and the held-out mean ΔE2000 of a prototype with a smooth residual, which the own model must reach.
 TABLE = (
     ("ThinkPad_X61*2020-05-26_15-02", 0.22),
     ("ThinkPad_X61*2017-04-19_15-14", 0.29),

@@ -445,6 +445,6 @@ def test_status_is_as_its_schema_says_and_its_page_names_what_comes_next(
     content["readers"][0]["sessions"][0]["answers"] = []
     assert list(validator("study-status").iter_errors(content))
     page = lutgen("status", str(study)).out
-    assert "1 of 4 sessions are complete" in page
+    assert "1 of 4 reading sessions are complete" in page
     assert "may begin 2026-03-26 09:00 UTC" in page
     assert "place 2, free" in page

@@ -49,7 +49,7 @@ def rounded(value: Any) -> Any:
 
 
 #: Groups of a certificate that compare a file with the model. The other groups compare displays.
-_OF_FILES = ("smooth", "gamut", "border")
+_OF_FILES = {"smooth": "is smooth", "gamut": "clips", "border": "jumps"}
 
 #: Key of a certificate: the share of the lattice's colours that a corrected display cannot show.
 _OUT_OF_REACH = "unreachable_lattice_share"
@@ -95,7 +95,7 @@ def worst_error(records: Sequence[FileRecord], *, verbose: bool) -> str:
     for row in summarise(records):
         if row.group in _OF_FILES:
             worst[row.group] = max(worst.get(row.group, 0.0), row.max)
-    groups = ", ".join(f"{group} {error:.4f}" for group, error in worst.items())
+    groups = ", ".join(f"{error:.2f} where the model {_OF_FILES[group]}" for group, error in worst.items())
     certificates = [each.certificate for each in records if each.certificate]
     shares = [float(each[_OUT_OF_REACH]) for each in certificates if _OUT_OF_REACH in each]
     reach = f"; up to {in_percent(max(shares), 1)} of the colours out of reach" if shares else ""

@@ -210,7 +210,7 @@ class Conspicuity:
             "width": columns,
             "height": rows,
             "nuclei": self.nuclei.count,
-            "found": self.nuclei.found,
+            "method": self.nuclei.method,
             "left_out": {"small": self.nuclei.small, "large": self.nuclei.large, "without_ring": self.ringless},
             "nucleus_width": self.nuclei.width,
             "ring": {"gap": self.rings.gap, "width": self.rings.width},

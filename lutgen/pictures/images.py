@@ -208,7 +208,7 @@ def first_bytes(path: Path, what: str) -> bytes:
 
 def _sniff(path: Path) -> ImageFormat:
     if not path.exists():
-        raise LutgenError(f"{path}: there is no such image.")
+        raise LutgenError(f"{path}: there is no such image. Check the name and the folder.")
     if not path.is_file():
         raise LutgenError(f"{path}: is not a file. Give the path of an image.")
     start = first_bytes(path, "the image")

@@ -67,7 +67,7 @@ class Nuclei:
     small: int
     large: int
     #: How the nuclei were found: a clause for reports.
-    found: str
+    method: str
 
 
 def segment(field: Field, *, stain: str = "auto", min_area: int | None = None) -> Nuclei:

@@ -63,7 +63,7 @@ def counted(conspicuity: Conspicuity) -> str:
     """Return one or two sentences on the number of nuclei compared and left out."""
     nuclei, rings = conspicuity.nuclei, conspicuity.rings
     sentence = (
-        f"{spaced(nuclei.count)} {'nucleus' if nuclei.count == 1 else 'nuclei'}, {nuclei.found}, typically "
+        f"{spaced(nuclei.count)} {'nucleus' if nuclei.count == 1 else 'nuclei'}, {nuclei.method}, typically "
         f"{nuclei.width:.0f} pixels wide; rings of {rings.width} pixels after a gap of {rings.gap}"
     )
     kinds = {"too small": nuclei.small, "too large": nuclei.large, "without room for a ring": conspicuity.ringless}

@@ -257,9 +257,9 @@ def study_status_page(status: StudyStatus) -> Iterator[Part]:
     """Yield a sentence, and a table with one row for each reader and session, without answers."""
     sessions = [session for reader in status.readers for session in reader.sessions]
     complete = sum(session.state == "complete" for session in sessions)
-    yield f"{status.protocol.title}: {complete} of {len(sessions)} sessions are complete."
+    yield f"{status.protocol.title}: {complete} of {len(sessions)} reading sessions are complete."
     yield ""
-    headings = ("reader", "session", "state", "images", "began", "ended", "remarks")
+    headings = ("reader", "reading session", "state", "images", "began", "ended", "remarks")
     rows = [
         (
             reader.reader or f"place {reader.place}, free",

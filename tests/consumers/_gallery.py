@@ -22,7 +22,7 @@ from tests.consumers import Consumer, Job, Picture
 
 MODES, HOURS = ("chroma", "chroma-luma"), (10_000.0, 18_000.0)
 
-#: Largest error in 8-bit codes for 99 % of the values. Issue 2 requires one code for the interpolation for which the
+#: Largest error in 8-bit codes for 99 % of the values. The goal is one code for the interpolation for which the
 #: files are made. With another interpolation the picture must only be the right one: an un-aged picture is 16 or more
 #: codes off.
 GATES = {"tetrahedral": 1.0, "trilinear": 2.0, "matrix": 2.0}

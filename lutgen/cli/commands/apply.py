@@ -11,8 +11,8 @@ import click
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import NUMBER, Choice, PlaceOptions, model_from, model_options, screen_options, source_option
 from lutgen.cli.outputs import print_json, progress_bar, say
-from lutgen.errors import LutgenError
-from lutgen.names import MODES
+from lutgen.errors import LutgenError, listed
+from lutgen.names import LUT_SUFFIXES, MODES
 from lutgen.numerals import in_percent, spaced
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 @click.option(
     "--lut",
     metavar="FILE",
-    help="Apply this LUT instead of the model, tetrahedrally: .3dl, .clf, .csp, .cube or .spi3d.",
+    help=f"Apply this LUT instead of the model, tetrahedrally: {listed(LUT_SUFFIXES, 'or')}.",
 )
 @click.option("--build", metavar="DIR", help="Apply the LUT for --mode and --hours of a folder that lutgen build made.")
 @click.option("--side-by-side", is_flag=True, help="Un-aged on the left, aged on the right.")

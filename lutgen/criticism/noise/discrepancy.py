@@ -171,12 +171,12 @@ def discrepancy_of_native(
     in_fold = sample.fold >= 0
     residual, light = ((sample.share - held_out) * sample.white)[in_fold], (sample.share * sample.white)[in_fold]
     rows = first_session_rows(readings, leave_out)[in_fold]
-    found = discrepancy_of(residual, light, noise.covariance(light), sample.white, rows)
-    if not found.misread:
-        return found
+    estimate = discrepancy_of(residual, light, noise.covariance(light), sample.white, rows)
+    if not estimate.misread:
+        return estimate
     # A curve without its own level cuts a corner, such as the end of a clipped ramp; a curve with its level meets it.
     misread = {int(rows[place]) for place in np.flatnonzero(_visibly_missed(native.ladder)[in_fold])}
-    return replace(found, misread=tuple(row for row in found.misread if row in misread))
+    return replace(estimate, misread=tuple(row for row in estimate.misread if row in misread))
 
 
 def _visibly_missed(own: OwnModel) -> NDArray[np.bool_]:

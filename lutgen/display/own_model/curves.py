@@ -36,7 +36,7 @@ SCALAR_NAME = "one curve of each channel"
 XYZ_NAME = "X, Y and Z curves of each channel"
 PRODUCTS_NAME = "products of code values"
 
-#: Number of splines of a gain: about one for every 12 codes of 8 bits. The largest shared sessions have 97 greys.
+#: Number of splines of a gain: about one for every 12 codes of 8 bits. The largest public sessions have 97 greys.
 SPLINES = 24
 
 #: Factor of the penalty: with stiffness 1 a bend of 0.01 in the gain costs as much as one CIELAB unit in one reading.

@@ -6,7 +6,8 @@ from lutgen.history.pair import CLEAR_SHIFT, SessionPair, line_shift
 #: Largest disagreement of two good meters about luminance, as a natural logarithm.
 _GAUGE = 0.06
 
-#: Largest Δu'v' of a primary by a wrong correction of one instrument: that of the shared U2718Q moved red by 0.030.
+#: Largest Δu'v' of a primary by a wrong correction of one instrument: in a public session of a Dell U2718Q red
+#: moved by 0.030.
 _COLOUR = 0.04
 
 

@@ -1,5 +1,6 @@
 """The picture viewer of `lutgen explore` and of `lutgen report`: its script, its style, and the tables that it applies.
 
+``viewer.js`` and ``viewer.css`` serve both pages and import nothing. A further file here must serve both pages too.
 A table holds colours, and each colour's ΔE2000 from the un-aged colour, in numbers of 16 bits.
 """
 

@@ -1,4 +1,8 @@
-"""``lutgen sessions``: a group, one module per command in this folder."""
+"""The group ``lutgen sessions``: commands on the sessions of one display.
+
+Each module of this folder is one command of the group. It has the command's name and declares ``command``, as in
+``lutgen/cli/commands``.
+"""
 
 import click
 

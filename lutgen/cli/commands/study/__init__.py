@@ -1,4 +1,8 @@
-"""``lutgen study``: a group, one module per command in this folder."""
+"""The group ``lutgen study``: commands on a reader study.
+
+Each module of this folder is one command of the group. It has the command's name and declares ``command``, as in
+``lutgen/cli/commands``.
+"""
 
 import click
 

@@ -117,7 +117,7 @@ def _of_study(study: str, ci: str) -> Analysis:
     protocol = read_protocol(folder)
     given = read_answers(folder)
     if not given:
-        raise LutgenError(f"{study}: nobody has answered yet. Run a session with lutgen study run.")
+        raise LutgenError(f"{study}: nobody has answered yet. Hold a reading session with `lutgen study run`.")
     names = [condition.name for condition in protocol.conditions]
     missing = len(protocol.trials) - len(given)
     left = f" {missing} of {len(protocol.trials)} are still to be given." if missing else ""

@@ -22,13 +22,16 @@ if TYPE_CHECKING:
 @click.option(
     "--conditions",
     metavar="LIST",
-    help="Conditions of session 1: none (un-aged) and modes at an hour [default: none,chroma@18000,chroma-luma@18000].",
+    help="Conditions of reading session 1: none (un-aged) and modes at an hour "
+    "[default: none,chroma@18000,chroma-luma@18000].",
 )
 @click.option(
     "--per-condition", type=WHOLE, metavar="N", help="Images that a reader reads under each condition [default: 40]."
 )
 @click.option("--readers", type=WHOLE, metavar="R", help="How many readers [default: 1].")
-@click.option("--sessions", type=WHOLE, metavar="S", help="Sessions of each reader; un-aged from 2 on [default: 2].")
+@click.option(
+    "--sessions", type=WHOLE, metavar="S", help="Reading sessions of each reader; un-aged from 2 on [default: 2]."
+)
 @click.option(
     "--design",
     metavar="FILE",
@@ -40,7 +43,7 @@ if TYPE_CHECKING:
     default=24.0,
     show_default=True,
     metavar="DAYS",
-    help="Minimum days between sessions.",
+    help="Minimum days between a reader's sessions.",
 )
 @click.option(
     "--practice",
@@ -82,10 +85,10 @@ def command(
     """Plan a reader study: draw the design, freeze it with hashes, render the images that readers will see.
 
     IMAGE: PNG, TIFF or JPEG of 8 or 16 bits, or a folder of them. Each reader reads the same number of images under
-    each condition, in a random order that spreads the conditions evenly over the session, and later the same images
-    un-aged. With several readers the conditions rotate, so that every image is read under every condition. Images go
-    through certified LUTs and are named by a keyed hash: only STUDY/protocol.json, which belongs to the coordinator,
-    tells which image is which.
+    each condition, in a random order that spreads the conditions evenly over the reading session, and later the same
+    images un-aged. With several readers the conditions rotate, so that every image is read under every condition.
+    Images go through certified LUTs and are named by a keyed hash: only STUDY/protocol.json, which belongs to the
+    coordinator, tells which image is which.
 
     The table of --design names images by their file names without suffix. A row without reader is for all readers;
     without position the order is drawn at random.

@@ -19,7 +19,7 @@ def command(*, per_condition: int, readers: int, json_to: str | None, plots: str
     """Say what a reader study of this size can find: the smallest differences, and power for those the paper saw.
 
     At 80 % power and a level of 5 %, by the paper's tests: two-sample t on time to score and ease of reading,
-    one-tailed t on 0/1 values, and Fisher's exact test, on agreement between two sessions. No study is needed.
+    one-tailed t on 0/1 values, and Fisher's exact test, on agreement between two reading sessions. No study is needed.
 
     \b
     Example:

@@ -14,18 +14,18 @@ from lutgen.cli.outputs import progress_bar, say
 @click.option(
     "--reader", required=True, metavar="NAME", help="Name of the reader; a new name takes the next free place."
 )
-@click.option("--session", type=WHOLE, required=True, metavar="N", help="Number of the session, from 1.")
+@click.option("--session", type=WHOLE, required=True, metavar="N", help="Number of the reading session, from 1.")
 @click.option("--override", metavar="REASON", help="Begin before the washout is over, or with a clock set back.")
 @click.option("--port", type=WHOLE, default=0, metavar="PORT", help="Port on this computer [default: any free one].")
 @click.option("--no-browser", is_flag=True, help="Only print the address.")
 def command(*, study: str, reader: str, session: int, override: str | None, port: int, no_browser: bool) -> None:
-    """Read a session in the browser: one image at a time, pixel by pixel on neutral grey, names hidden.
+    """Hold a reading session in the browser: one image at a time, pixel by pixel on neutral grey, names hidden.
 
-    Serves a page to this computer only (127.0.0.1) until the session is complete or Ctrl-C. Practice images come
-    first. For each image the page records the diagnosis, the ease of reading, and the time from the first paint of the
-    image to the diagnosis. An answer is on disk (STUDY/answers, one file for each reader) before the page shows the
-    next image. The same command continues a session that was stopped; an image that was shown without an answer is
-    shown again. A session begins when the session before is complete and the washout is over; --override begins
+    Serves a page to this computer only (127.0.0.1) until the reading session is complete or Ctrl-C. Practice images
+    come first. For each image the page records the diagnosis, the ease of reading, and the time from the first paint of
+    the image to the diagnosis. An answer is on disk (STUDY/answers, one file for each reader) before the page shows the
+    next image. The same command continues a reading session that was stopped; an image that was shown without an answer
+    is shown again. A reading session begins when the one before is complete and the washout is over; --override begins
     earlier, and the reason is recorded.
 
     The page warns about zoom, a window smaller than the images, a screen wider than sRGB or in HDR, and a browser that

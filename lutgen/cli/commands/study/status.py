@@ -14,7 +14,7 @@ from lutgen.cli.outputs import Outputs
 @json_option
 @click.option("--force", is_flag=True, help="Replace a file that exists.")
 def command(*, study: str, json_to: str | None, force: bool) -> None:
-    """Show who has read what in a study, and when the next session may begin; answers stay hidden.
+    """Show who has read what in a study, and when the next reading session may begin; answers stay hidden.
 
     lutgen verifies every file of answers; a file that was altered by hand is named, with the row. Times are UTC.
 
