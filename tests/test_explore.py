@@ -496,7 +496,7 @@ def exploring(*arguments: str) -> Iterator[str]:
             yield line.split()[-1]
             process.send_signal(2)
             out, err = process.communicate(timeout=60)
-            assert (process.returncode, out, err) == (130, "", "")
+            assert (process.returncode, out, err) == (130, "", "\n")
         finally:
             process.kill()
 
