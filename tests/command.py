@@ -32,6 +32,14 @@ def words(text: str) -> str:
     return " ".join(text.replace("\N{NO-BREAK SPACE}", " ").split())
 
 
+def error_of(printed: str) -> str:
+    """Return the one line of an error; one example of the command may follow it."""
+    error, *example = printed.splitlines()
+    assert len(example) <= 1
+    assert all(line.startswith("Example: lutgen ") for line in example)
+    return error
+
+
 def replaces_by_force_alone(run: Callable[..., Done], old: Path, *arguments: str) -> None:
     """Fail unless a command keeps an existing file of the user, and overwrites it with ``--force``."""
     old.write_text("mine")

@@ -149,8 +149,9 @@ def test_an_error_about_the_value_of_an_option_shows_an_example_too(
 ) -> None:
     done = in_process(monkeypatch, capsys)(*arguments)
     assert done.code == 2
-    assert done.err.startswith(f"Example: {example}")
-    assert done.err.splitlines()[1].startswith(f"lutgen: error: {message}")
+    error, shown = done.err.splitlines()
+    assert error.startswith(f"lutgen: error: {message}")
+    assert shown.startswith(f"Example: {example}")
 
 
 def test_an_error_about_a_file_shows_no_example(
@@ -158,7 +159,7 @@ def test_an_error_about_a_file_shows_no_example(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     done = in_process(monkeypatch, capsys)("compare", "gone.csv")
-    assert (done.code, done.err.startswith("lutgen: error: gone.csv")) == (2, True)
+    assert (done.code, done.err.startswith("lutgen: error: gone.csv"), len(done.err.splitlines())) == (2, True, 1)
 
 
 @pytest.mark.parametrize(

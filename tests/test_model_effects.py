@@ -51,7 +51,7 @@ from lutgen.errors import LutgenError
 from lutgen.pictures.apply import apply_to_image
 from lutgen.readings import Measurements, read_measurements
 from lutgen.readings.conditions import COLUMNS
-from tests.command import exit_code
+from tests.command import error_of, exit_code
 from tests.quick import draws, mostly_slow
 from tests.twin import PAPER_LAW, Twin, rows_of_csv
 
@@ -633,9 +633,8 @@ def test_conditions_that_are_not_allowed_are_one_sentence(
         more = ("--mode", "chroma", "--hours", "1") if command[0] == "apply" else ()
         assert exit_code(monkeypatch, *command, *more, "--at", text) == 2
         output = capsys.readouterr()
-        assert says in output.err
+        assert says in error_of(output.err)
         assert output.err.startswith("lutgen: error: ")
-        assert output.err.count("\n") == 1
 
 
 def test_conditions_of_the_command_line_come_over_those_of_the_file(readings: Measurements, tmp_path: Path) -> None:

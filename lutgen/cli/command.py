@@ -159,15 +159,16 @@ class Command(click.Command):
             raise
 
     def _example_for(self, ctx: click.Context, message: str) -> str:
-        """Return an example of the given option that a message names, or whose value it quotes; "" if there is none."""
+        """Return an example of the option whose given value is the subject of a message; "" if there is none."""
         for option in self.get_params(ctx):
             name = option.opts[0]
             if ctx.get_parameter_source(option.name or "") is not ParameterSource.COMMANDLINE:
                 continue
             texts = _texts(ctx.params.get(option.name or ""))
             values = {part.strip() for text in texts for part in text.split(",")} - {""}
-            named = name.startswith("--") and re.search(rf"{name}(?![\w-])", message)
-            if named or any(repr(value) in message for value in values):
+            named = isinstance(option, click.Option) and re.match(rf"{name}(?![\w-])", message)
+            of_option = named and any(value in message for value in values)
+            if of_option or (message.startswith("unknown ") and any(repr(value) in message for value in values)):
                 return next((each for each in self.examples if f"{name} " in each), next(iter(self.examples), ""))
         return ""
 
@@ -315,9 +316,7 @@ def _exit_code() -> int:
     except click.ClickException as error:
         say(f"Error: {error.format_message()}", err=True)
     except LutgenError as error:
-        for note in getattr(error, "__notes__", ()):
-            click.echo(note, err=True)
-        say(f"lutgen: error: {error}", err=True)
+        say("\n".join((f"lutgen: error: {error}", *getattr(error, "__notes__", ()))), err=True)
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         say(f"lutgen: error: {where}{reason_of(error)}.", err=True)

@@ -44,8 +44,7 @@ class Choice(_Choice):
         try:
             return super().convert(value, param, ctx)
         except click.BadParameter as error:
-            error.message += guess(value, map(str, self.choices))
-            raise
+            self.fail(f"{error.message}{guess(value, map(str, self.choices))}", param, ctx)
 
 
 class _InDigits(_ParamType):

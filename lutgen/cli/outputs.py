@@ -180,7 +180,7 @@ def wrapped(text: str, width: int) -> str:
 
 def _wrapped_line(line: str, width: int) -> list[str]:
     words = line.lstrip()
-    if len(line) <= width or words.startswith("lutgen "):
+    if len(line) <= width or words.startswith(("lutgen ", "Example: lutgen ")):
         return [line]
     indent = line[: len(line) - len(words)]
     before, colon, command = line.partition(":  lutgen ")

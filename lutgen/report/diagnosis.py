@@ -243,7 +243,7 @@ _REFUTES = {
 }
 
 
-def _advice(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[str]:
+def _advice(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[Part]:
     """Yield what to do next; for something unexplained, first what the readings have in themselves as a cause."""
     verdict = diagnosis.verdict
     own = from_own_model(diagnosis.comparison, again) if verdict.name != "consistent" else ""
@@ -256,7 +256,7 @@ def _advice(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator
         yield from _next(diagnosis, again, stub_file)
 
 
-def _next(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[str]:
+def _next(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[Part]:
     verdict = diagnosis.verdict
     if verdict.name == "unexplained":
         file = stub_file or STUB_FILE
