@@ -259,7 +259,7 @@ def study_status_page(status: StudyStatus) -> Iterator[Part]:
     complete = sum(session.state == "complete" for session in sessions)
     yield f"{status.protocol.title}: {complete} of {len(sessions)} reading sessions are complete."
     yield ""
-    headings = ("reader", "reading session", "state", "images", "began", "ended", "remarks")
+    headings = ("reader", "session", "state", "images", "began", "ended", "remarks")
     rows = [
         (
             reader.reader or f"place {reader.place}, free",
