@@ -468,7 +468,7 @@ def test_levels_that_its_curves_run_through_are_no_white_and_primaries() -> None
 
 @pytest.mark.parametrize(
     ("more", "sentence_part"),
-    mostly_slow([(1.02, "at 18000 h it is 2.0% more than predicted from 0 h"), (1.0, "")], 1.02),
+    mostly_slow([(1.02, "at 18000 h it is 2.0 % more than predicted from 0 h"), (1.0, "")], 1.02),
 )
 def test_what_a_whole_session_has_more_is_said_beside_nothing_else(more: float, sentence_part: str) -> None:
     """The comparison fails, since the usual gain of a session is 0.3 %. No effect is named for the difference."""

@@ -167,7 +167,7 @@ def test_without_replicates_the_noise_is_assumed_and_the_remark_says_so() -> Non
     assert noise.correlation[0, 1] == CORRELATION
     remarks = diagnose(single).verdict.remarks
     assert remarks[0].startswith(
-        "Too few replicates: the noise is assumed, 0.20% and 0.003 cd/m². Repeat readings three times"
+        "Too few replicates: the noise is assumed, 0.20 % and 0.003 cd/m². Repeat readings three times"
     )
 
 
@@ -185,7 +185,7 @@ def test_a_few_whites_that_agree_do_not_make_the_assumed_noise_smaller() -> None
         assert (noise.source, noise.contrasts) == ("assumed", 4 + dark)
         assert noise.relative == RELATIVE
         assert floor <= noise.floor_cd_m2 <= FLOOR_CD_M2
-        assert "assumed, 0.20% and" in diagnose(several).verdict.remarks[0]
+        assert "assumed, 0.20 % and" in diagnose(several).verdict.remarks[0]
 
 
 @pytest.mark.parametrize(("metadata", "instrument", "figures"), [

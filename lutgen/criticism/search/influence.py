@@ -10,7 +10,7 @@ from scipy.special import chdtrc, chdtri, fdtrc
 
 from lutgen.criticism.fit.least_squares import fit
 from lutgen.criticism.noise.replicates import patch_numbers
-from lutgen.numerals import percent
+from lutgen.numerals import in_percent, percent
 from lutgen.readings.rest import TIP_DRIVES
 
 if TYPE_CHECKING:
@@ -154,9 +154,10 @@ def suspicious_noise(problem: Problem) -> str:
         )
     if noise.source == "replicates" and noise.copied > MOST_COPIES:
         return (
-            f"replicates of {noise.copied:.0%} of the patches agree to the last digit, so they are copies of one "
-            f"reading and do not show the noise; give each reading of its own, or state the noise with --instrument"
+            f"replicates of {in_percent(noise.copied)} of the patches agree to the last digit, so they are copies of "
+            f"one reading and do not show the noise; give each reading of its own, or state the noise with --instrument"
         )
     if noise.source == "replicates" and noise.relative > WORST_INSTRUMENT:
-        return f"replicates scatter by {noise.relative:.1%} of the light, more than those of any sound colorimeter"
+        scatter = in_percent(noise.relative, 1)
+        return f"replicates scatter by {scatter} of the light, more than those of any sound colorimeter"
     return ""

@@ -20,7 +20,7 @@ from lutgen.criticism.verdict.verdict import Verdict
 from lutgen.criticism.verdict.weighing import Weighed, is_of_curves, shares_of_delta_e
 from lutgen.criticism.verdict.words import NO_FREE_TERM, clause, excess, like_both, more_light, one, several, structure
 from lutgen.errors import listed
-from lutgen.numerals import percent
+from lutgen.numerals import in_percent, percent
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -76,8 +76,8 @@ def _under_assumed_noise(verdict: Verdict, explanation: Explanation) -> Verdict:
     if noise.source != "assumed" or verdict.name in {"consistent", "measurement-problem"}:
         return verdict
     condition = (
-        f"These readings do not show the noise of the meter. If it is at most twice {noise.relative:.2%} and "
-        f"{noise.floor_cd_m2:.2g} cd/m², "
+        f"These readings do not show the noise of the meter. If it is at most twice "
+        f"{in_percent(noise.relative, 2)} and {noise.floor_cd_m2:.2g} cd/m², "
     )
     sentence = condition + verdict.sentence[0].lower() + verdict.sentence[1:]
     return replace(verdict, sentence=sentence)
@@ -101,7 +101,7 @@ def _without_steps(
         compared = not base.problem.is_tip_anchor.all()
         return Verdict("consistent", _agrees(base) if compared else NOTHING_COMPARED, remarks=remarks)
     if residual_term.names == (IN_ORDER,):
-        change = f"{change_in_order(base):+.1%}"
+        change = in_percent(change_in_order(base), 1, signed=True)
         sentence = (
             f"The fault is in the measurement: light changes by {change} from the first to the last reading of a "
             f"session, in the order of reading. No other pattern is above the noise. Let the meter and the display "

@@ -11,6 +11,7 @@ from lutgen.criticism.compare.drift import drifts
 from lutgen.criticism.first_session.model import white_moved
 from lutgen.criticism.noise.tails import OUTLIER
 from lutgen.errors import listed
+from lutgen.numerals import in_percent
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,15 +33,16 @@ def remarks_of(explanation: Explanation, blind: Sequence[str], suspicion: Suspic
     noise, remarks = problem.noise, [each.sentence() for each in drifts(problem)]
     if noise.source == "assumed":
         remarks.append(
-            f"Too few replicates: the noise is assumed, {noise.relative:.2%} and {noise.floor_cd_m2:.2g} cd/m². Repeat "
-            f"readings three times, or give --instrument."
+            f"Too few replicates: the noise is assumed, {in_percent(noise.relative, 2)} and "
+            f"{noise.floor_cd_m2:.2g} cd/m². Repeat readings three times, or give --instrument."
         )
     if problem.from_first_hour and problem.hours.size > 1:
         remarks.append(_what_changed(problem))
     if problem.from_first_hour and problem.readings.metadata.get("luminance") == "held" and not problem.held:
+        change = in_percent(white_moved(problem.readings), signed=True)
         remarks.append(
-            f"The file says that luminance is held, but white has changed by {white_moved(problem.readings):+.0%}: no "
-            f"sensor held it, or the sensor had no reserve left. Luminance is taken as free."
+            f"The file says that luminance is held, but white has changed by {change}: no sensor held it, or the "
+            f"sensor had no reserve left. Luminance is taken as free."
         )
     if problem.offset_cd_m2 > UNUSUAL * noise.offset_cd_m2 and not problem.is_capped.any():
         remarks.append(

@@ -16,7 +16,7 @@ from lutgen.criticism.search.stepwise import MOST_OF_IT
 from lutgen.criticism.verdict.verdict import Verdict
 from lutgen.effects.clause import in_words
 from lutgen.errors import listed
-from lutgen.numerals import percent, spaced
+from lutgen.numerals import in_percent, percent, spaced
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -242,4 +242,4 @@ def more_light(current: Fit) -> str:
         return ""
     (hour, name), (other_hour, other) = keys[most], keys[least]
     at, than = (name, other) if hour == other_hour else (f"{hour:g} h", f"{other_hour:g} h")
-    return f"at {at} it is {more:.1%} more than predicted from {than}, equally in all colours"
+    return f"at {at} it is {in_percent(more, 1)} more than predicted from {than}, equally in all colours"
