@@ -20,7 +20,7 @@ from lutgen.criticism.diagnose import diagnose
 from lutgen.criticism.first_session.baselines import first_session
 from lutgen.criticism.fit.anchored import anchored_tips
 from lutgen.criticism.fit.least_squares import fit
-from lutgen.criticism.fit.linear import State, Term, linearise
+from lutgen.criticism.fit.linear import State, Term, linearise, predict
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.fit.system import System
 from lutgen.criticism.noise.discrepancy import discrepancy_of_native
@@ -602,6 +602,22 @@ def test_what_a_formula_misses_reaches_earlier_sessions_and_proves_no_other_effe
     gain = (without.residual[unchanged] ** 2).sum() - (both.residual[unchanged] ** 2).sum()
     assert gain > STRONG + len(shift.form) * np.log(both.readings)
     assert not is_shown_apart(shift, [formula.term], without, both)
+
+
+@pytest.mark.parametrize("name", ["temperature-gamma", "ambient-reflection"])
+def test_a_column_with_one_value_in_all_rows_gives_no_effect_a_signature(name: str) -> None:
+    """The prediction is relative to the first session, which has the same temperature and the same room light."""
+    codes = [*TIPS * 2, BLACK, *GREYS, *RAMPS, *MIXTURES]
+    plain = session(Panel(), codes, hours=(0.0, 9000.0, 18_000.0))
+    effect = catalogue()[name]
+    seen = []
+    for constants in ({}, {"temperature_c": 24.3, "ambient_lx": 5.0}):
+        problem = Problem.of(replace(plain, constants=constants), baseline="native", instrument="0.002,0.003")
+        term = Term.at_rest(effect, effect.forms[0], **effect.typical())
+        seen.append(problem.panel((term,)).emit(problem.measured_tips[problem.hour_of]))
+        seen.append(predict(problem, State((term,), problem.measured_tips, np.zeros(problem.gain_count))))
+    assert np.array_equal(seen[0], seen[2])
+    assert np.array_equal(seen[1], seen[3])
 
 
 @pytest.mark.slow

@@ -258,7 +258,10 @@ class FirstSessionModel:
     def _first_scene(self) -> Scene:
         """The scene of the distinct code values at hour 0, at the rest conditions of the campaign."""
         defaults = {name: column.usual for name, column in COLUMNS.items()}
-        rest = defaults | self.problem.readings.usual() | dict(self.problem.assumed)
+        # A column with the same value in all rows is no condition of the readings: effects see its default there too.
+        readings = self.problem.readings
+        usual = {name: value for name, value in readings.usual().items() if name in readings.conditions}
+        rest = defaults | usual | dict(self.problem.assumed)
         white = self.problem.measured_tips[:1, 0]
         columns = {name: np.full((1, 1), value) for name, value in rest.items()}
         return Scene(np.zeros((1, 1)), self.codes[0], white, white, light=self.problem.light, **columns)
