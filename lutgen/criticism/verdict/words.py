@@ -42,7 +42,7 @@ def structure(explanation: Explanation, residual_term: FreeTerm = NO_FREE_TERM) 
     worst, course = strongest(explanation)
     # The signatures of a free term already state how the residual changes with the hours.
     rest = (
-        f"; {' and '.join(_change(name) for name in residual_term.names[:2])}" if residual_term.names else f", {course}"
+        f"; {', and '.join(_change(name) for name in residual_term.names[:2])}" if residual_term.names else f", {course}"
     )
     return f"it is largest in the readings called '{worst}'{rest}"
 
