@@ -41,9 +41,8 @@ def structure(explanation: Explanation, residual_term: FreeTerm = NO_FREE_TERM) 
     """Say where the residual of the final fit is largest: family or condition, and its free term, or its course."""
     worst, course = strongest(explanation)
     # The signatures of a free term already state how the residual changes with the hours.
-    rest = (
-        f"; {', and '.join(_change(name) for name in residual_term.names[:2])}" if residual_term.names else f", {course}"
-    )
+    changes = ", and ".join(_change(name) for name in residual_term.names[:2])
+    rest = f"; {changes}" if changes else f", {course}"
     return f"it is largest in the readings called '{worst}'{rest}"
 
 
