@@ -176,6 +176,13 @@ TWINS: tuple[tuple[str, Mapping[str, float], Scene, object, object], ...] = (
         TIPS[None],
         TIPS[None] * (1 - 0.4 * 0.8**2) / (1 - 0.4 * 0.6**2),
     ),
+    (
+        "dynamic-contrast",
+        {"depth": 0.4, "held": 0.0, "average": 2.0},
+        at(code=(0.2, 0.4, 0.6), window=0.5, surround=1.0),
+        TIPS[None],
+        TIPS[None] * (1 - 0.4 * (1 - 0.5 * 0.56 / 3 - 0.5)),
+    ),
     ("dynamic-contrast", {"depth": 0.4}, at(code=(0, 0, 0), window=0.1, surround=1.0), TIPS[None], TIPS[None] * 1.6),
     ("dynamic-contrast", {"depth": 0.4}, at(code=(0.3, 0.3, 0.3)), TIPS[None], TIPS[None]),
     ("backlight-decay", {"loss": 0.5}, at(HALF), TIPS[None], TIPS[None] * np.exp(-0.25)),

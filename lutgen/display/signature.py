@@ -112,10 +112,10 @@ class Signature:
         code = ", ".join(f"{value:g}" for value in CODES[int(np.argmax(whole))])
         remaining = float(np.sqrt((rest**2).sum() / (whole**2).sum()))
         size = f"Up to {whole.max():.2g} ΔE2000 (code {code} at {spaced(hour)} h), {whole.mean():.2g} in the mean. "
-        again = f"{size}If white and primaries are measured again, "
+        again = f"{size}With white and primaries measured again, "
         if remaining < ABSORBED:
-            return f"{again}nothing of this change remains: use --baseline first-hour."
-        return f"{again}{percent(remaining)} of this change remains."
+            return f"{again}nothing remains: use --baseline first-hour."
+        return f"{again}{percent(remaining)} remains."
 
 
 @cache

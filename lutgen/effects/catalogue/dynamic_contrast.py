@@ -2,9 +2,9 @@
 
 P' = P·B(m)/B(d)^h for white and all primaries, with B(m) = 1 − a·(1 − m)^p, the backlight behind a screen of mean code
 value m. m is the mean over patch and surround; d is the mean of the patch alone. A curve measured on patches that fill
-the screen contains their dimming: h = 1. A curve that is assumed, such as sRGB's, does not: h = 0. Dynamic contrast
-dims the whole backlight. Local dimming dims zone by zone; the model describes local dimming where a patch and its
-surround share a zone.
+the screen contains their dimming: h = 1. A curve that is assumed, such as sRGB's, does not: h = 0. The refined form
+averages another power of the code values, such as their light. Dynamic contrast dims the whole backlight. Local dimming
+dims zone by zone; the model describes local dimming where a patch and its surround share a zone.
 
 Meaning of 0 and 1: a = 0 is a steady backlight. a = 1 switches the backlight off behind a black screen. Behind a white
 screen the backlight is full.
@@ -25,7 +25,13 @@ from lutgen.effects.scene import Scene
 @effect(
     stage="emission",
     neutral={"depth": 0.0},
-    forms=(("depth",), ("depth", "exponent"), ("depth", "held"), ("depth", "held", "exponent")),
+    forms=(
+        ("depth",),
+        ("depth", "exponent"),
+        ("depth", "held"),
+        ("depth", "held", "exponent"),
+        ("depth", "held", "exponent", "average"),
+    ),
     needs=("window",),
     confused_with={
         "loading": "a dark patch in a bright surround: dimming makes it brighter than on a dark screen, loading darker",
@@ -38,11 +44,16 @@ from lutgen.effects.scene import Scene
         1.0, (0.3, 8.0), "1", "power of the darkness of the screen; large: only nearly black screens dim"
     ),
     held=Parameter(1.0, (0.0, 1.0), "1", "share of a full-screen patch's dimming that the curve contains"),
+    average=Parameter(1.0, (0.3, 4.0), "1", "power of the code values that is averaged; 2.2 for their light"),
 )
-def dynamic_contrast(tips: Array, scene: Scene, *, depth: float, exponent: float, held: float) -> Array:
+def dynamic_contrast(
+    tips: Array, scene: Scene, *, depth: float, exponent: float, held: float, average: float
+) -> Array:  # fmt: skip
     """Multiply all tips by the backlight behind the screen; divide by the dimming that the curve contains."""
-    behind, alone = (
-        1.0 - depth * np.clip(1.0 - mean, 0.0, 1.0) ** exponent
-        for mean in (scene.mean_drive, scene.code.mean(axis=-1, keepdims=True))
-    )
+    patch, surround = scene.code, scene.surround
+    if average != 1.0:
+        patch, surround = np.maximum(patch, 0.0) ** average, np.maximum(surround, 0.0) ** average
+    own = patch.mean(axis=-1, keepdims=True)
+    screen = scene.window * own + (1.0 - scene.window) * surround
+    behind, alone = (1.0 - depth * np.clip(1.0 - mean, 0.0, 1.0) ** exponent for mean in (screen, own))
     return np.asarray(tips * (behind / alone**held)[..., np.newaxis])
