@@ -648,8 +648,8 @@ def test_effects_that_leave_noise_without_an_imitation_are_named_without_it(monk
     weighed = three_kept(error, seen=0.3, clean=True)
     named = ("black-level", "edge-falloff")
     for name, result in {
-        "Weighed.of": weighed, "_overlap": False, "_imitations": ["eotf-drift"], "is_noise": True,
-        "free_term": _stub(names=()), "shares_of_delta_e": dict.fromkeys(named, 0.5),
+        "Weighed.of": weighed, "_overlap": False, "_imitations": ["eotf-drift"],
+        "leaves_only_noise": True, "shares_of_delta_e": dict.fromkeys(named, 0.5),
     }.items():  # fmt: skip
         monkeypatch.setattr(f"lutgen.criticism.verdict.pronounce.{name}", lambda *_, result=result: result)
     monkeypatch.setattr(Explanation, "of", lambda self, _: replace(self, steps=weighed.kept[:2]))

@@ -820,6 +820,16 @@ def test_a_session_of_white_and_primaries_alone_is_no_sound_one() -> None:
     assert wrong_sessions(cast("Fit", SimpleNamespace(problem=problem, residual=residual)), 1.0) == ()
 
 
+def test_the_first_session_is_not_wrong_where_later_ones_have_white_and_primaries_alone() -> None:
+    hours, hour_of = np.array([0.0, 500.0, 3000.0, 6000.0, 9000.0]), np.repeat(np.arange(5), 40)
+    problem = SimpleNamespace(
+        from_first_hour=False, native=None, hours=hours, hour_of=hour_of, rows=np.arange(200),
+        is_at_rest=np.ones(200, dtype=bool), is_tip_anchor=hour_of > 0,
+    )  # fmt: skip
+    residual = np.random.default_rng(1).normal(size=(200, 3)) * np.where(hour_of == 0, 30.0, 1.0)[:, np.newaxis]
+    assert wrong_sessions(cast("Fit", SimpleNamespace(problem=problem, residual=residual)), 1.0) == ()
+
+
 def test_of_an_effect_a_native_display_holds_what_was_there_at_first() -> None:
     """The sizes of an effect at hour 0 are then no unknowns."""
     sentence = catalogue()["crosstalk"].since_first_session()

@@ -1,4 +1,4 @@
-"""Functions that several effects share: growth in time, a gamma by level, and primaries that fade unequally.
+"""Functions that several effects share: growth in time, a gamma by level, unequal primaries, and the mean of a picture.
 
 *Growth.* :func:`growth` is a power of time (``power``) that may saturate (``saturation``). An effect with several
 amplitudes declares them at 18 000 h; ``onset`` is the share of all amplitudes at hour 0.
@@ -19,9 +19,10 @@ import numpy as np
 from lutgen.effects.declare import Parameter
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from lutgen.colorimetry import Array
+    from lutgen.effects.scene import Scene
 
 POWER = Parameter(1.0, (0.3, 6.0), "1", "power of time in the growth")
 SATURATION = Parameter(0.0, (0.0, 20.0), "1", "saturation of the growth by 18 000 h, in nepers; 0: a power of time")
@@ -100,3 +101,15 @@ def scaled(tips: Array, gain: Array) -> Array:
     faded = primaries * gain[..., np.newaxis]
     new_white = faded[..., 0, :] + faded[..., 1, :] + faded[..., 2, :] + remainder * gain.mean(axis=-1, keepdims=True)
     return np.concatenate([new_white[..., np.newaxis, :], faded], axis=-2)
+
+
+def over_screen(scene: Scene, power: float, mean: Callable[[Array], Array]) -> tuple[Array, Array]:
+    """Return means of code values to a power: over the whole screen, and over the patch alone, (n, 1) each.
+
+    ``mean``: function from the three powers of a patch (n, 3) to their mean (n, 1).
+    """
+    patch, surround = scene.code, scene.surround
+    if power != 1.0:
+        patch, surround = np.maximum(patch, 0.0) ** power, np.maximum(surround, 0.0) ** power
+    own = mean(patch)
+    return scene.window * own + (1.0 - scene.window) * surround, own

@@ -7,7 +7,7 @@ import numpy as np
 
 from lutgen.criticism.diagnose import Diagnosis
 from lutgen.criticism.search.free_term import probe
-from lutgen.criticism.verdict.words import strongest
+from lutgen.criticism.verdict.words import changes, strongest
 from lutgen.effects import STAGES
 from lutgen.readings.conditions import CONDITIONS, Condition, Sketch
 
@@ -72,7 +72,7 @@ def sketch(diagnosis: Diagnosis) -> str:
     follows = probe(diagnosis.explanation.base, diagnosis.error).names
     where, course = strongest(diagnosis.explanation)
     if follows:
-        return sketched(follows[0], misfit=f"it follows {' and '.join(follows[:2])}")
+        return sketched(follows[0], misfit=changes(follows))
     return sketched(f"{where}, {course}", misfit=f"it is largest in the readings called '{where}', {course}")
 
 

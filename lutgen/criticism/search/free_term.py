@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.criticism.fit.lack_of_fit import is_even, is_within_scatter
+from lutgen.criticism.fit.lack_of_fit import is_even, is_noise, is_within_scatter
 from lutgen.criticism.fit.linear import whiten
 from lutgen.criticism.search.candidates import STRONG
 from lutgen.readings.conditions import CONDITIONS
@@ -127,6 +127,11 @@ def free_term(current: Fit, error: PureError, known: Sequence[str] = ()) -> Free
     if not is_within_scatter(error, current) and is_even(current):
         error = replace(error, squares=current.chi2, freedom=max(current.freedom, 1), inside=None)
     return probe(current, error, known)
+
+
+def leaves_only_noise(current: Fit, error: PureError, known: Sequence[str] = ()) -> bool:
+    """Whether the residual of a fit is noise, by its size, and has no free term."""
+    return is_noise(current, error) and not free_term(current, error, known).names
 
 
 def change_in_order(current: Fit) -> float:

@@ -134,7 +134,7 @@ def wrong_sessions(current: Fit, scale: float) -> tuple[float, ...]:
     others = np.setdiff1d(shows, bad)
     # A native display's first session shows nothing: the display goes through it.
     judged = others[others > 0] if problem.native else others
-    if others.max(initial=0) < bad[0] or (mean[judged] > SOUND * usual).any():
+    if not (others > bad[0]).any() or (mean[judged] > SOUND * usual).any():
         return ()
     return tuple(float(problem.hours[hour]) for hour in bad)
 

@@ -29,7 +29,7 @@ from lutgen.criticism.search.candidates import (
     forms_of,
 )
 from lutgen.criticism.search.explanation import Explanation, Step, ages_light, bends_curves, is_shown_apart, together
-from lutgen.criticism.search.free_term import free_term, probe
+from lutgen.criticism.search.free_term import free_term, leaves_only_noise, probe
 from lutgen.criticism.search.unknown_table import rounding_behind_table
 from lutgen.criticism.search.ways_of_aging import explain_together, light_alone, of_one_size
 
@@ -345,7 +345,7 @@ def _with_shown_apart(main: Candidate, chosen: Sequence[Candidate], base: Fit, e
     if shown:
         kept = refined([main, *shown], base)
         final = together(base, kept)
-        if is_noise(final, error) and not free_term(final, error).names:
+        if leaves_only_noise(final, error):
             return kept
     dark = [each for each, both in pairs if is_shown_apart(each, [main.term], main.fit, both, in_the_dark=True)]
     return refined([main, *dark], base)

@@ -12,10 +12,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from lutgen.criticism.first_session.slope_errors import bic_gain, with_drive_errors
-from lutgen.criticism.fit.lack_of_fit import is_noise
 from lutgen.criticism.search.candidates import STRONG, family
 from lutgen.criticism.search.explanation import changes_colours, together
-from lutgen.criticism.search.free_term import free_term
+from lutgen.criticism.search.free_term import leaves_only_noise
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -36,7 +35,9 @@ def rounding_behind_table(
     only noise.
     """
     rounding = next((effect for effect in effects if effect.propose), None)
-    if not chosen or rounding is None or base.problem.native is None or _is_explained(together(base, chosen), error):
+    if not chosen or rounding is None or base.problem.native is None:
+        return []
+    if leaves_only_noise(together(base, chosen), error):
         return []
     others = [[each] for each in chosen if not changes_colours(each.effect)]
     for beside in ([], *others):
@@ -48,10 +49,6 @@ def rounding_behind_table(
         lenient = with_drive_errors(best.fit)
         is_needed = best.fit.bic < around.bic - STRONG
         are_needed = all(bic_gain(lenient, each.effect) > STRONG for each in beside)
-        if is_needed and are_needed and _is_explained(lenient, error):
+        if is_needed and are_needed and leaves_only_noise(lenient, error):
             return [*beside, best]
     return []
-
-
-def _is_explained(fitted: Fit, error: PureError) -> bool:
-    return is_noise(fitted, error) and not free_term(fitted, error).names

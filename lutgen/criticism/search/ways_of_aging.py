@@ -11,10 +11,9 @@ from itertools import combinations
 from typing import TYPE_CHECKING
 
 from lutgen.criticism.compare.comparison import CLEAR
-from lutgen.criticism.fit.lack_of_fit import is_noise
 from lutgen.criticism.search.candidates import HALF, STRONG, contenders
 from lutgen.criticism.search.explanation import ages_light, together
-from lutgen.criticism.search.free_term import free_term
+from lutgen.criticism.search.free_term import leaves_only_noise
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -57,7 +56,7 @@ def of_one_size(
     if not any(_sizes(each.effect) > 1 for each in chosen):
         return []
     final = together(base, chosen)
-    if len(chosen) == 1 and is_noise(final, error) and not free_term(final, error).names:
+    if len(chosen) == 1 and leaves_only_noise(final, error):
         return []
     most = min(2.0 * final.chi2, CLEAR**2 * final.freedom * error.scale)
     simple = [each for each in first if ages_light(each.effect) and _sizes(each.effect) == 1]

@@ -9,10 +9,10 @@ import numpy as np
 
 from lutgen.criticism.compare.comparison import CLEAR
 from lutgen.criticism.compare.drift import drift_problem
-from lutgen.criticism.fit.lack_of_fit import is_even, is_noise, is_within_scatter
+from lutgen.criticism.fit.lack_of_fit import is_even, is_within_scatter
 from lutgen.criticism.search.candidates import HALF, STRONG
 from lutgen.criticism.search.explanation import ages_light, bends_curves
-from lutgen.criticism.search.free_term import IN_ORDER, FreeTerm, change_in_order, free_term, probe
+from lutgen.criticism.search.free_term import IN_ORDER, FreeTerm, change_in_order, free_term, leaves_only_noise, probe
 from lutgen.criticism.search.stepwise import MOST_OF_IT
 from lutgen.criticism.verdict.imitation import Imitated, assumes_held_luminance, nearest, overlap, unproved
 from lutgen.criticism.verdict.remarks import lines_of, remarks_of
@@ -282,7 +282,7 @@ def _without_imitations(
 ) -> Verdict | None:
     """Name the kept effects without the imitations if they leave only noise; otherwise return None."""
     rest = explanation.of([step.name for step in weighed.kept if step.name not in imitations])
-    if not is_noise(rest.final, error) or free_term(rest.final, error).names:
+    if not leaves_only_noise(rest.final, error):
         return None
     if _overlap(rest.steps, rest):
         return None

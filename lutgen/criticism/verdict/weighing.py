@@ -13,7 +13,7 @@ from lutgen.criticism.fit.anchored import anchored, noise_only
 from lutgen.criticism.fit.lack_of_fit import is_noise, is_within_scatter
 from lutgen.criticism.search.candidates import HALF, STRONG
 from lutgen.criticism.search.explanation import bends_curves, is_shown_apart, together
-from lutgen.criticism.search.free_term import FreeTerm, free_term, probe
+from lutgen.criticism.search.free_term import FreeTerm, free_term, leaves_only_noise, probe
 from lutgen.criticism.search.stepwise import MOST_OF_IT, stand_apart
 
 if TYPE_CHECKING:
@@ -106,11 +106,11 @@ class Weighed:
         enough = explained > MOST_OF_IT and (is_rest_noise or all(each > MOST_OF_IT * (each + missed) for each in own))
         # The gain of the effects that are not kept must not exceed the residual that formulas may leave, unless the
         # kept effects leave nothing but noise.
-        not_kept = 0.0
+        kept_fit, not_kept = final, 0.0
         if len(kept) < len(steps):
             kept_fit = together(base, chosen)
-            if not (is_noise(kept_fit, error) and not free_term(kept_fit, error, base_term.names).names):
-                not_kept = (kept_fit if lenient is final else with_drive_errors(kept_fit)).chi2 - lenient.chi2
+            not_kept = (kept_fit if lenient is final else with_drive_errors(kept_fit)).chi2 - lenient.chi2
+        misses_much = not_kept > (1.0 - MOST_OF_IT) * gain and not leaves_only_noise(kept_fit, error, base_term.names)
         clean = leaves_noise and not final_term.names
         # Even scatter above the noise may be an effect that the catalogue lacks: half of the excess must be explained.
         half = is_within_scatter(error, lenient) or gain > HALF * excess
@@ -123,7 +123,7 @@ class Weighed:
             and half
             and visible
             and (is_clean or enough)
-            and not_kept <= (1.0 - MOST_OF_IT) * gain
+            and not misses_much
             and base.bic - base_term.evidence >= bic_of_both - STRONG
             and not any(step.chosen.is_at_limit for step in kept)
             and stand_apart(chosen, base)

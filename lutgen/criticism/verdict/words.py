@@ -19,7 +19,7 @@ from lutgen.errors import listed
 from lutgen.numerals import in_percent, percent, spaced
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from lutgen.criticism.fit.least_squares import Fit
     from lutgen.criticism.search.explanation import Explanation, Step
@@ -41,9 +41,13 @@ def structure(explanation: Explanation, residual_term: FreeTerm = NO_FREE_TERM) 
     """Say where the residual of the final fit is largest: family or condition, and its free term, or its course."""
     worst, course = strongest(explanation)
     # The signatures of a free term already state how the residual changes with the hours.
-    changes = ", and ".join(_change(name) for name in residual_term.names[:2])
-    rest = f"; {changes}" if changes else f", {course}"
+    rest = f"; {changes(residual_term.names)}" if residual_term.names else f", {course}"
     return f"it is largest in the readings called '{worst}'{rest}"
+
+
+def changes(names: Sequence[str]) -> str:
+    """Say in words what the first two signatures of a free term do."""
+    return ", and ".join(map(_change, names[:2]))
 
 
 def _change(name: str) -> str:

@@ -20,6 +20,7 @@ import numpy as np
 from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
 from lutgen.effects.scene import Scene
+from lutgen.effects.shapes import over_screen
 
 
 @effect(
@@ -50,10 +51,6 @@ def dynamic_contrast(
     tips: Array, scene: Scene, *, depth: float, exponent: float, held: float, average: float
 ) -> Array:  # fmt: skip
     """Multiply all tips by the backlight behind the screen; divide by the dimming that the curve contains."""
-    patch, surround = scene.code, scene.surround
-    if average != 1.0:
-        patch, surround = np.maximum(patch, 0.0) ** average, np.maximum(surround, 0.0) ** average
-    own = patch.mean(axis=-1, keepdims=True)
-    screen = scene.window * own + (1.0 - scene.window) * surround
-    behind, alone = (1.0 - depth * np.clip(1.0 - mean, 0.0, 1.0) ** exponent for mean in (screen, own))
+    means = over_screen(scene, average, lambda patch: np.asarray(patch.mean(axis=-1, keepdims=True)))
+    behind, alone = (1.0 - depth * np.clip(1.0 - mean, 0.0, 1.0) ** exponent for mean in means)
     return np.asarray(tips * (behind / alone**held)[..., np.newaxis])

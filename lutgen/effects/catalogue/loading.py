@@ -19,7 +19,7 @@ import numpy as np
 from lutgen.colorimetry import Array
 from lutgen.effects.declare import Parameter, effect
 from lutgen.effects.scene import Scene
-from lutgen.effects.shapes import POWER, SATURATION, growth
+from lutgen.effects.shapes import POWER, SATURATION, growth, over_screen
 
 
 @effect(
@@ -61,10 +61,7 @@ def loading(
 ) -> Array:  # fmt: skip
     """Darken white and all primaries by the mean code value of the screen, patch and surround."""
     weights = np.array([1.0 + weight_red, 1.0, 1.0 + weight_blue]) / (3.0 + weight_red + weight_blue)
-    patch, surround = scene.code, scene.surround
-    if exponent != 1.0:
-        patch, surround = np.maximum(patch, 0.0) ** exponent, np.maximum(surround, 0.0) ** exponent
-    load = scene.window * (patch * weights).sum(axis=-1, keepdims=True) + (1.0 - scene.window) * surround
+    load, _ = over_screen(scene, exponent, lambda patch: np.asarray((patch * weights).sum(axis=-1, keepdims=True)))
     if bend != 1.0:
         load = np.maximum(load, 0.0) ** bend
     loss = np.maximum(growth(scene.tau, new=new, grown=grown, power=power, saturation=saturation), 0.0) * load
