@@ -216,6 +216,22 @@ def test_what_shows_in_a_few_cells_of_many_is_confirmed_by_them() -> None:
     assert np.mean(gain > 2.0 * deviation) > 0.9
 
 
+@pytest.mark.parametrize(
+    ("gains", "confirmed"),
+    [
+        pytest.param([3.0, 2.0, -1.0], True, id="several cells improve"),
+        pytest.param([9.0, -1.0, -0.5], False, id="one cell alone improves"),
+        pytest.param([9.0], False, id="one cell"),
+        pytest.param([9.0, np.nan, 1.0], True, id="a cell that cannot be withheld"),
+        pytest.param([], False, id="no cell"),
+    ],
+)
+def test_one_cell_alone_confirms_nothing(gains: list[float], confirmed: bool) -> None:
+    count = len(gains)
+    plain = HeldOut(np.full(count, 20.0), np.full(count, 4))
+    assert HeldOut(20.0 - np.array(gains), np.full(count, 4)).falls_without_best_cell(plain) is confirmed
+
+
 def test_nothing_to_withhold_is_no_error_and_no_gain() -> None:
     patches = [each for hour in HOURS for each in session(hour) if each.code in TIPS]
     solution = fit(Problem.of(table(noisy(patches, display(), Fault(), {}, seed=8))))

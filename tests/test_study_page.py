@@ -220,7 +220,7 @@ def whole(page: Page, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, R
         assert "all 120 images are saved" in page.ask("document.getElementById('done-text').textContent")
         out, err = process.communicate(timeout=60)
     assert (process.returncode, err) == (0, "")
-    assert "120 of 120 images are read and saved. Session 2 may begin on" in out
+    assert "120 of 120 images are read and saved. Reading session 2 may begin on" in out
     return study, reader
 
 

@@ -100,8 +100,8 @@ def test_a_study_is_planned_whole(run: Callable[..., Done], tmp_path: Path) -> N
     assert (done.code, done.err) == (0, "")
     plan_text = words(done.out)
     assert plan_text.startswith("study: 6 images, 3 readers, 2 sessions, 19 pictures rendered.")
-    assert "Session 1: 6 images under none, chroma@18000, chroma-luma@18000." in plan_text
-    assert "Session 2: 6 images under none, from 24 days after a reader's session 1 on." in plan_text
+    assert "Reading session 1: 6 images under none, chroma@18000, chroma-luma@18000." in plan_text
+    assert "Reading session 2: 6 images under none, from 24 days after reading session 1 on." in plan_text
     assert "Read by nobody: 1 image given (s" in plan_text
     assert "Practice, un-aged and not analysed: try." in plan_text
     protocol = read_protocol(tmp_path / "study")
@@ -233,7 +233,7 @@ def test_the_page_tells_of_a_session_what_all_its_readers_read(run: Callable[...
     rows = ["1,s1,chroma@9000,1", "1,s2,none,2", "1,s3,stable@0,2"]
     (tmp_path / "design.csv").write_text("\n".join(["session,image,condition,reader", *rows]))
     done = run("in", "--design", "design.csv", "-o", "study")
-    assert "Session 1: 1 to 2 images under chroma@9000, none, stable@0." in words(done.out)
+    assert "Reading session 1: 1 to 2 images under chroma@9000, none, stable@0." in words(done.out)
 
 
 # The images -----------------------------------------------------------------------------------------------------------

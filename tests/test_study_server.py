@@ -384,7 +384,7 @@ def test_a_stopped_server_ends_cleanly_and_says_how_many_are_left(
         process.send_signal(stop)
         out, printed = process.communicate(timeout=60)
     assert (process.returncode, printed) == (code, err)
-    assert "Session 1 of Dr A: 0 of 4 images are read and saved, 4 left." in out
+    assert "Reading session 1 of Dr A: 0 of 4 images are read and saved, 4 left." in out
 
 
 def test_a_server_that_is_killed_between_answers_loses_none(study: Path) -> None:

@@ -249,8 +249,8 @@ def _sessions(planned: Planned) -> Iterator[str]:
         count = counted(images[-1], "image") if images[0] == images[-1] else f"{images[0]} to {images[-1]} images"
         used = {trial.condition for trial in trials}
         shown = ", ".join(dict.fromkeys(each.name for each in protocol.conditions if each.name in used))
-        begins = f", from {protocol.washout_days:g} days after a reader's session {number - 1} on" if number > 1 else ""
-        yield f"Session {number}: {count} under {shown}{begins}."
+        begins = f", from {protocol.washout_days:g} days after reading session {number - 1} on" if number > 1 else ""
+        yield f"Reading session {number}: {count} under {shown}{begins}."
 
 
 def study_status_page(status: StudyStatus) -> Iterator[Part]:

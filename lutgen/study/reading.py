@@ -130,7 +130,7 @@ class ReadingSession:
         begin = answers.may_begin(self._file.entries, self.session + 1, self.protocol.washout_days)
         if begin is None or self.session == self.protocol.sessions:
             return ""
-        return f"Session {self.session + 1} may begin on {when(begin)}."
+        return f"Reading session {self.session + 1} may begin on {when(begin)}."
 
     def note(self, kind: str, content: Mapping[str, Any]) -> None:
         """Record an event. Raises NotSavedError when the disk cannot be written."""

@@ -82,7 +82,7 @@ class CodeShifts:
         changed
             Function that returns the whitened change of the readings, (n, 3), by one more term.
         project
-            Function that returns the part of a whitened change (n, 3) that the fit's unknowns cannot absorb, (r,).
+            Function that returns the parts of whitened changes (m, n, 3) that the fit's unknowns cannot absorb, (m, r).
         residual
             The part of the residuals that the fit's unknowns cannot absorb, (r,).
 
@@ -91,11 +91,11 @@ class CodeShifts:
         slope = np.array([changed(shift_of(problem, channel)) for channel in range(3)]) / -STEP
         values = np.unique(drive[(drive > 0.0) & (drive < 1.0)])
         columns = [np.einsum("cni,nc->ni", slope, (drive == value).astype(float)) for value in values]
-        strength = np.array([float((column**2).sum()) for column in columns])
+        strength = np.array([np.vdot(column, column) for column in columns])
         kept = np.sort(np.argsort(-strength, kind="stable")[:MOST])
         if not kept.size:
             return cls(values, np.zeros((0, 0)), np.zeros(0))
-        matrix = np.array([project(columns[index]) for index in kept])
+        matrix = project(np.array([columns[index] for index in kept]))
         scatter = max(float(residual @ residual) / (3 * problem.rows.size), 1.0)
         return cls(values[kept], matrix @ matrix.T, matrix @ residual, scatter)
 

@@ -31,9 +31,6 @@ if TYPE_CHECKING:
 #: The χ² of held-out readings must fall by more than this number of standard errors.
 STANDARD_ERRORS = 2.0
 
-#: Expected excess of the gain of a fit over the gain on held-out readings, per parameter.
-OPTIMISM = 2.0
-
 #: A cell with more than this share of the information on a parameter is not withheld.
 NEARLY_ALL = 0.99
 
@@ -83,8 +80,7 @@ class HeldOut:
 
         Only cells that were withheld in both fits count.
         """
-        gain = other.squares - self.squares
-        gain = gain[np.isfinite(gain)]
+        gain = self._gains_over(other)
         if gain.size < 2:
             return 0.0, np.inf
         total, spread = float(gain.sum()), float(np.sqrt(gain.size) * gain.std(ddof=1))
@@ -92,13 +88,14 @@ class HeldOut:
         # distance of the predictions, and its standard error is twice that distance.
         return total, min(spread, 2.0 * float(np.sqrt(max(abs(total), 1.0))))
 
+    def falls_without_best_cell(self, other: HeldOut) -> bool:
+        """Whether held-out χ² falls from ``other`` to this even without the cell in which it falls most."""
+        gain = self._gains_over(other)
+        return gain.size > 1 and float(gain.sum() - gain.max()) > 0.0
 
-def confirmed_gain(parameters: int) -> float:
-    """Return the smallest gain of a fit in χ² with which held-out readings confirm an effect of some parameters.
-
-    The held-out gain g has a standard error of 2√g if the effect is true (:meth:`HeldOut.gain_over`).
-    """
-    return (2.0 * STANDARD_ERRORS) ** 2 + OPTIMISM * parameters
+    def _gains_over(self, other: HeldOut) -> Array:
+        gain = other.squares - self.squares
+        return np.asarray(gain[np.isfinite(gain)])
 
 
 def cells(problem: Problem) -> list[NDArray[np.intp]]:

@@ -169,6 +169,10 @@ def admissible(candidate: Candidate, current: Fit, error: PureError, tried: int)
         return False
     withheld = candidate.fit.withheld
     gain, deviation = withheld.gain_over(current.withheld)
+    # The first effect competes with noise alone. A further effect also competes with the residual that the formulas of
+    # the admitted effects leave, which has a pattern.
+    if not current.terms and withheld.falls_without_best_cell(current.withheld):
+        return True
     # If one cell alone determines a parameter, withheld readings cannot confirm the effect, but must not refute it.
     return gain > STANDARD_ERRORS * deviation or (withheld.may_miss and gain >= -STANDARD_ERRORS * deviation)
 

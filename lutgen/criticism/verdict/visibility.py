@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.criticism.fit.heldout import confirmed_gain
 from lutgen.criticism.fit.least_squares import switching_penalty
 from lutgen.criticism.fit.linear import Term
 from lutgen.criticism.noise.pure_error import PureError
@@ -61,15 +60,15 @@ class Visibility:
 def threshold(base: Fit, parameters: int = 1) -> float:
     """Return the strength (whitened norm) of an effect that nine of ten campaigns find.
 
-    The effect must pass the whole rule of admission: BIC under the allowed noise, the corrected F test, and held-out
-    readings. ``parameters``: number of parameters of the shortest form that can follow the effect. Each parameter costs
-    ln n in BIC, and gains 1 by chance.
+    The effect must pass the rule of admission: BIC under the allowed noise, and the corrected F test. Held-out readings
+    seldom refuse an effect of this strength. ``parameters``: number of parameters of the shortest form that can follow
+    the effect. Each parameter costs ln n in BIC, and gains 1 by chance.
     """
     error = PureError.of(base.problem)
     gain_for_bic = error.allowance * max(error.variance, 1.0) * (STRONG + parameters * np.log(base.readings))
     gain_for_f_test = error.gain_beyond(SIGNIFICANT / TRIED)
     by_chance = parameters - 1
-    needed = max(max(gain_for_bic, confirmed_gain(parameters)) - by_chance, gain_for_f_test)
+    needed = max(gain_for_bic - by_chance, gain_for_f_test)
     return float(np.sqrt(needed)) + NINE_OF_TEN
 
 

@@ -59,5 +59,6 @@ def command(*, study: str, reader: str, session: int, override: str | None, port
             try:
                 serve(now, opened=opened, say=lambda text: say(f"lutgen: {text}", err=True), listening=listening)
             finally:
-                done = f"Session {session} of {now.reader}: {now.read} of {len(now.images)} images are read and saved"
-                say(f"{done}, {now.left} left." if now.left else f"{done}. {now.following()}".rstrip())
+                read = f"{now.read} of {len(now.images)} images are read and saved"
+                rest = f", {now.left} left." if now.left else f". {now.following()}".rstrip()
+                say(f"Reading session {session} of {now.reader}: {read}{rest}")
