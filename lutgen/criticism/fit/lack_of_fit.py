@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.least_squares import Fit
     from lutgen.criticism.noise.pure_error import PureError
 
-#: Residuals are uneven if noise gives such residuals with a probability below this.
+#: α: probability of a false alarm, that of all forms of effects together, or that of residuals that look uneven.
 SIGNIFICANT = 0.01
 
 #: Residuals are larger than noise if noise gives such residuals with a probability below this. The noise model is

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.criticism.fit.heldout import STANDARD_ERRORS
-from lutgen.criticism.fit.lack_of_fit import is_noise
+from lutgen.criticism.fit.lack_of_fit import SIGNIFICANT, is_noise
 from lutgen.criticism.search.candidates import (
     HALF,
     OPTIMISM,
@@ -40,9 +40,6 @@ if TYPE_CHECKING:
     from lutgen.criticism.noise.pure_error import PureError
     from lutgen.criticism.search.candidates import Candidate
     from lutgen.effects import Effect
-
-#: Probability of a false alarm over all forms that were tried.
-SIGNIFICANT = 0.01
 
 #: The refined forms of a family are fitted if its BIC may be at most this much above the best BIC. Rivals are much
 #: nearer.

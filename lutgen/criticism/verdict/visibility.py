@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lutgen.criticism.fit.lack_of_fit import SIGNIFICANT
 from lutgen.criticism.fit.least_squares import switching_penalty
 from lutgen.criticism.fit.linear import Term
 from lutgen.criticism.noise.pure_error import PureError
 from lutgen.criticism.search.candidates import STRONG
 from lutgen.criticism.search.explanation import UNCHANGED
-from lutgen.criticism.search.stepwise import SIGNIFICANT
 from lutgen.effects.declare import PROPOSED
 
 if TYPE_CHECKING:
