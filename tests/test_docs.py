@@ -24,7 +24,7 @@ from lutgen.criticism.fit.lack_of_fit import SIGNIFICANT, TOO_LARGE
 from lutgen.criticism.noise.dark_offsets import ODDS
 from lutgen.criticism.search.candidates import HALF, STRONG
 from lutgen.criticism.search.explanation import UNCHANGED
-from lutgen.criticism.search.stepwise import MOST_OF_IT
+from lutgen.criticism.search.stepwise import MOST_OF_IT, UNDOUBTED
 from lutgen.criticism.verdict.imitation import APART, DEPARTURE
 from lutgen.display import MODES, REFERENCES, SELECTIONS
 from lutgen.readings.conditions import COLUMNS as CONDITION_COLUMNS
@@ -206,6 +206,7 @@ NUMBERS = {
     "α": SIGNIFICANT,
     "α of the size": TOO_LARGE,
     "held out": STANDARD_ERRORS,
+    "α of an undoubted effect": UNDOUBTED,
     "share": MOST_OF_IT,
     "half": HALF,
     "apart": APART,

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -230,6 +232,29 @@ def test_one_cell_alone_confirms_nothing(gains: list[float], confirmed: bool) ->
     count = len(gains)
     plain = HeldOut(np.full(count, 20.0), np.full(count, 4))
     assert HeldOut(20.0 - np.array(gains), np.full(count, 4)).falls_without_best_cell(plain) is confirmed
+
+
+@pytest.mark.parametrize(
+    ("chance", "admitted_before", "admitted"),
+    [
+        pytest.param(1e-4, False, True, id="a first effect that is hardly chance"),
+        pytest.param(5e-3, False, False, id="a first effect that may be chance"),
+        pytest.param(1e-4, True, False, id="a further effect, which may fit the residual of the first"),
+        pytest.param(2e-2, False, False, id="chance"),
+    ],
+)
+def test_a_first_effect_beyond_doubt_needs_any_improvement_of_held_out_readings(
+    chance: float, admitted_before: bool, admitted: bool
+) -> None:
+    # Three cells improve by 5 and the others worsen by 0.5: 6.5 in all, less than two standard errors (2 · 2√6.5).
+    squares = np.full(20, 20.0)
+    better = squares - np.where(np.arange(20) < 3, 5.0, -0.5)
+    numbers = np.full(20, 4)
+    plain = SimpleNamespace(bic=100.0, terms=("first",) if admitted_before else (), withheld=HeldOut(squares, numbers))
+    fitted = SimpleNamespace(bic=80.0, withheld=HeldOut(better, numbers))
+    candidate = SimpleNamespace(gain=28.0, form=("size",), settings=1, fit=fitted)
+    error = SimpleNamespace(allowance=1.0, variance=1.0, p_of_gain=lambda _gain, _parameters: chance / 50)
+    assert admissible(cast("Any", candidate), cast("Any", plain), cast("Any", error), 50) is admitted
 
 
 def test_nothing_to_withhold_is_no_error_and_no_gain() -> None:

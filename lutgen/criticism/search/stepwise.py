@@ -41,6 +41,10 @@ if TYPE_CHECKING:
     from lutgen.criticism.search.candidates import Candidate
     from lutgen.effects import Effect
 
+#: A first effect with a smaller probability of a false alarm needs any improvement of held-out readings, not one beyond
+#: their standard error.
+UNDOUBTED = 0.001
+
 #: The refined forms of a family are fitted if its BIC may be at most this much above the best BIC. Rivals are much
 #: nearer.
 NEAR = 60.0
@@ -161,14 +165,16 @@ def admissible(candidate: Candidate, current: Fit, error: PureError, tried: int)
     excess = candidate.gain * (1.0 - 1.0 / (error.allowance * max(error.variance, 1.0)))
     if bic(candidate) + excess > current.bic - STRONG:
         return False
-    tried *= candidate.settings
-    if candidate.form and error.p_of_gain(candidate.gain, len(candidate.form)) * tried > SIGNIFICANT:
+    chance = (
+        error.p_of_gain(candidate.gain, len(candidate.form)) * tried * candidate.settings if candidate.form else 0.0
+    )
+    if chance > SIGNIFICANT:
         return False
     withheld = candidate.fit.withheld
     gain, deviation = withheld.gain_over(current.withheld)
     # The first effect competes with noise alone. A further effect also competes with the residual that the formulas of
     # the admitted effects leave, which has a pattern.
-    if not current.terms and withheld.falls_without_best_cell(current.withheld):
+    if not current.terms and chance < UNDOUBTED and withheld.falls_without_best_cell(current.withheld):
         return True
     # If one cell alone determines a parameter, withheld readings cannot confirm the effect, but must not refute it.
     return gain > STANDARD_ERRORS * deviation or (withheld.may_miss and gain >= -STANDARD_ERRORS * deviation)

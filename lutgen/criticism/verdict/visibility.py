@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.criticism.fit.lack_of_fit import SIGNIFICANT
 from lutgen.criticism.fit.least_squares import switching_penalty
 from lutgen.criticism.fit.linear import Term
 from lutgen.criticism.noise.pure_error import PureError
 from lutgen.criticism.search.candidates import STRONG
 from lutgen.criticism.search.explanation import UNCHANGED
+from lutgen.criticism.search.stepwise import UNDOUBTED
 from lutgen.effects.declare import PROPOSED
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ def threshold(base: Fit, parameters: int = 1) -> float:
     """
     error = PureError.of(base.problem)
     gain_for_bic = error.allowance * max(error.variance, 1.0) * (STRONG + parameters * np.log(base.readings))
-    gain_for_f_test = error.gain_beyond(SIGNIFICANT / TRIED)
+    gain_for_f_test = error.gain_beyond(UNDOUBTED / TRIED)
     by_chance = parameters - 1
     needed = max(gain_for_bic - by_chance, gain_for_f_test)
     return float(np.sqrt(needed)) + NINE_OF_TEN
