@@ -92,8 +92,22 @@ class Fit:
             self._others[key] = _fitted(self.problem, start, self.first_errors, relaxations=0)
         return self._others[key]
 
+    def with_more(self, terms: Sequence[Term]) -> Fit:
+        """Fit further terms beside those of this fit. Terms of the same forms give the same fit, whatever their values.
+
+        A search comes to the same forms from many starts, which differ too little to fit the forms again.
+        """
+        key = tuple((id(term.effect), term.free, *(term.values[name] for name in term.gridded)) for term in terms)
+        if key not in self._by_forms:
+            self._by_forms[key] = self.with_terms((*self.terms, *terms)) if terms else self
+        return self._by_forms[key]
+
     @cached_property
     def _others(self) -> dict[tuple[object, ...], Fit]:
+        return {}
+
+    @cached_property
+    def _by_forms(self) -> dict[tuple[object, ...], Fit]:
         return {}
 
     @cached_property

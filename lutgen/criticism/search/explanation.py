@@ -132,8 +132,7 @@ class Explanation:
 
 def together(base: Fit, chosen: Sequence[Candidate]) -> Fit:
     """Fit candidates together with the terms of ``base``."""
-    terms = [each.term for each in chosen]
-    return base.with_terms((*base.terms, *terms)) if terms else base
+    return base.with_more([each.term for each in chosen])
 
 
 def _is_since_first_hour(effect: Effect) -> bool:
