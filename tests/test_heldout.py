@@ -235,16 +235,17 @@ def test_one_cell_alone_confirms_nothing(gains: list[float], confirmed: bool) ->
 
 
 @pytest.mark.parametrize(
-    ("chance", "admitted_before", "admitted"),
+    ("chance", "form", "admitted_before", "admitted"),
     [
-        pytest.param(1e-4, False, True, id="a first effect that is hardly chance"),
-        pytest.param(5e-3, False, False, id="a first effect that may be chance"),
-        pytest.param(1e-4, True, False, id="a further effect, which may fit the residual of the first"),
-        pytest.param(2e-2, False, False, id="chance"),
+        pytest.param(1e-4, ("size",), False, True, id="a first effect that is hardly chance"),
+        pytest.param(5e-3, ("size",), False, False, id="a first effect that may be chance"),
+        pytest.param(1e-4, ("size",), True, False, id="a further effect, which may fit the residual of the first"),
+        pytest.param(2e-2, ("size",), False, False, id="chance"),
+        pytest.param(1e-4, (), False, False, id="an effect without parameters, which no F test judges"),
     ],
 )
 def test_a_first_effect_beyond_doubt_needs_any_improvement_of_held_out_readings(
-    chance: float, admitted_before: bool, admitted: bool
+    chance: float, form: tuple[str, ...], admitted_before: bool, admitted: bool
 ) -> None:
     # Three cells improve by 5 and the others worsen by 0.5: 6.5 in all, less than two standard errors (2 · 2√6.5).
     squares = np.full(20, 20.0)
@@ -252,7 +253,7 @@ def test_a_first_effect_beyond_doubt_needs_any_improvement_of_held_out_readings(
     numbers = np.full(20, 4)
     plain = SimpleNamespace(bic=100.0, terms=("first",) if admitted_before else (), withheld=HeldOut(squares, numbers))
     fitted = SimpleNamespace(bic=80.0, withheld=HeldOut(better, numbers))
-    candidate = SimpleNamespace(gain=28.0, form=("size",), settings=1, fit=fitted)
+    candidate = SimpleNamespace(gain=28.0, form=form, settings=1, fit=fitted)
     error = SimpleNamespace(allowance=1.0, variance=1.0, p_of_gain=lambda _gain, _parameters: chance / 50)
     assert admissible(cast("Any", candidate), cast("Any", plain), cast("Any", error), 50) is admitted
 

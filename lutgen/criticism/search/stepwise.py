@@ -165,9 +165,7 @@ def admissible(candidate: Candidate, current: Fit, error: PureError, tried: int)
     excess = candidate.gain * (1.0 - 1.0 / (error.allowance * max(error.variance, 1.0)))
     if bic(candidate) + excess > current.bic - STRONG:
         return False
-    chance = (
-        error.p_of_gain(candidate.gain, len(candidate.form)) * tried * candidate.settings if candidate.form else 0.0
-    )
+    chance = _chance(candidate, error, tried)
     if chance > SIGNIFICANT:
         return False
     withheld = candidate.fit.withheld
@@ -178,6 +176,15 @@ def admissible(candidate: Candidate, current: Fit, error: PureError, tried: int)
         return True
     # If one cell alone determines a parameter, withheld readings cannot confirm the effect, but must not refute it.
     return gain > STANDARD_ERRORS * deviation or (withheld.may_miss and gain >= -STANDARD_ERRORS * deviation)
+
+
+def _chance(candidate: Candidate, error: PureError, tried: int) -> float:
+    """Return the probability that chance gives the gain of a candidate to any of the forms that were tried.
+
+    NaN for an effect without parameters: the F test does not apply, so the effect neither fails nor passes this test.
+    """
+    parameters = len(candidate.form)
+    return error.p_of_gain(candidate.gain, parameters) * tried * candidate.settings if parameters else np.nan
 
 
 def _ranked(
@@ -284,9 +291,8 @@ def _instead_of_free_term(first: Sequence[Family], base: Fit, error: PureError) 
     best = first[0].best if first else None
     if best is None or best.refined or bic(best) > base.bic - STRONG:
         return []
-    tried = sum(each.tried for each in first) * best.settings
-    beyond_chance = bool(best.form) and error.p_of_gain(best.gain, len(best.form)) * tried < SIGNIFICANT
-    if not beyond_chance or best.fit.withheld.gain_over(base.withheld)[0] <= 0.0:
+    is_beyond_chance = _chance(best, error, sum(each.tried for each in first)) < SIGNIFICANT
+    if not is_beyond_chance or best.fit.withheld.gain_over(base.withheld)[0] <= 0.0:
         return []
     term = probe(base, error)
     return [best] if term.names and base.bic - bic(best) > term.evidence - STRONG else []
