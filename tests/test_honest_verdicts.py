@@ -38,10 +38,12 @@ from lutgen.criticism.verdict.pronounce import (
     _unexplained,
     pronounce,
 )
+from lutgen.criticism.verdict.verdict import Verdict
 from lutgen.criticism.verdict.weighing import Weighed, _is_minor, is_of_curves
 from lutgen.effects import catalogue
 from lutgen.effects.clause import in_words
 from lutgen.effects.shapes import is_knot
+from lutgen.report.diagnosis import _error, _next
 from tests.campaigns import MORE_HOURS, single, text_of
 from tests.command import Done, in_process
 from tests.generators.meters import METERS
@@ -791,6 +793,38 @@ def test_what_black_shows_is_no_residual_of_a_changed_curve(
     verdict = _changed_curves(explanation, _stub(shares={}))
     assert (verdict.name, verdict.effects) == ("one-of", effects)
     assert told in verdict.sentence
+
+
+@pytest.mark.parametrize(
+    ("verdict", "told"),
+    [
+        (Verdict("one-of", "", ("a", "b")), "Next, add them together, since one alone fits these readings worse:  "),
+        (Verdict("one-of", "", ("a",)), "Next:  "),
+        (Verdict("several", "", ("a", "b")), "Next:  "),
+        (Verdict("one-of", "", ("a", "b"), (("a", "b"),)), "Next, go on with the likeliest:  "),
+    ],
+)
+def test_the_next_command_says_why_it_adds_effects_of_which_one_is_the_cause(verdict: Verdict, told: str) -> None:
+    """Effects that only together fit the readings are added together; of rivals that fit alone, the likeliest."""
+    (line,) = _next(_stub(verdict=verdict, measure_next=()), "x.csv", None)
+    added = "a" if verdict.rivals else ",".join(verdict.effects)
+    assert line == f"{told}lutgen refine x.csv --add {added} -o my-display.toml"
+
+
+@pytest.mark.parametrize(
+    ("share", "largest", "told"),
+    [
+        (0.0, 2.4, "Fails. The largest error of a reading is 2.40 (noise: 1.08)."),
+        (0.0, 1.0, "Fails."),
+        (0.3, 2.4, "Fails."),
+    ],
+)
+def test_a_mean_that_does_not_show_an_effect_does_not_hide_a_visible_reading(
+    share: float, largest: float, told: str
+) -> None:
+    error, floor = _stub(delta_e_mean=0.2, delta_e_max=largest), _stub(delta_e_mean=0.2, delta_e_max=1.08)
+    before = _stub(agrees=False, error=error, floor=floor, ratio=1.91, sentence=lambda: "Fails.")
+    assert _error(before, Verdict("named", "", ("warm-up",), shares_delta_e={"warm-up": share})) == told
 
 
 @pytest.mark.slow

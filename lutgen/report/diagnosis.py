@@ -68,6 +68,11 @@ def diagnose_page(
         "campaigns."
     )
     yield visibility_table(diagnosis.visibility, effects, verbose=verbose)
+    if verbose:
+        yield (
+            "Each detectable size allows for the hidden share: a precise meter may show an effect of which more than "
+            "99 % is hidden."
+        )
     if verbose and diagnosis.ranking:
         yield ""
         base = diagnosis.explanation.base
@@ -203,12 +208,17 @@ def _repetitions(each: Separation) -> int:
 
 def _error(before: Comparison, verdict: Verdict) -> str:
     """Return the sentence on the error of the model without the effects; it does not contradict the verdict."""
+    sentence, error, floor = before.sentence(), before.error, before.floor
     if before.agrees and verdict.name not in {"consistent", "measurement-problem"}:
-        error, floor = before.error.delta_e_mean, before.floor.delta_e_mean
-        return (
-            f"The mean over all readings does not show it: mean ΔE2000 {error:.2f} where noise alone gives {floor:.2f}."
+        sentence = (
+            f"All readings together hardly show it: {times(before.ratio)} the noise, mean ΔE2000 "
+            f"{error.delta_e_mean:.2f} where noise alone gives {floor.delta_e_mean:.2f}."
         )
-    return before.sentence()
+    # No named effect shows in the mean: single readings may show it all the same.
+    if verdict.effects and not any(verdict.shares_delta_e.values()) and error.delta_e_max > floor.delta_e_max:
+        largest = f"The largest error of a reading is {error.delta_e_max:.2f} (noise: {floor.delta_e_max:.2f})."
+        sentence = f"{sentence} {largest}"
+    return sentence
 
 
 def _refutation(diagnosis: Diagnosis, effects: Mapping[str, Effect]) -> list[str]:
@@ -277,7 +287,10 @@ def _next(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[P
         tests = [each for each in diagnosis.measure_next if each.before <= CLEARLY and _repetitions(each) <= TOO_OFTEN]
         yield f"Next, {'measure what separates them; or ' if tests else ''}go on with the likeliest:  {likeliest}"
     else:
-        yield f"Next:  lutgen refine {again} --add {','.join(verdict.effects)} -o my-display.toml"
+        # Effects of one-of without rivals were fitted together: the cause is uncertain, not the light that they give.
+        is_joint = verdict.name == "one-of" and len(verdict.effects) > 1
+        how = ", add them together, since one alone fits these readings worse" if is_joint else ""
+        yield f"Next{how}:  lutgen refine {again} --add {','.join(verdict.effects)} -o my-display.toml"
 
 
 def refine_page(refinement: Refinement, effects: Mapping[str, Effect], data: str, model: str | None) -> Iterator[Part]:
