@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from docs.generate.markup import inline, page, table
 from lutgen.effects import STAGES, catalogue
+from lutgen.errors import listed
 
 if TYPE_CHECKING:
     from PIL import Image
@@ -60,7 +61,7 @@ def pages() -> dict[str, str]:
 
 def _index() -> str:
     rows = [
-        (f"[{each.name}]({each.name}.md)", each.stage, inline(each.summary), f"`{each.baseline}`", _needs(each))
+        (f"[{each.name}]({each.name}.md)", each.stage, inline(each.summary), _baselines(each), _needs(each))
         for each in catalogue().values()
     ]
     return page(
@@ -92,7 +93,7 @@ def _page(effect: Effect) -> str:
     summary, _, rest = head.partition("\n\n")
     facts = [
         f"Stage `{effect.stage}`: {STAGES[effect.stage]}.",
-        f"Seen with `--baseline {effect.baseline}`.",
+        f"Baselines that show it: {_baselines(effect)}.{_contained(effect)}",
         f"Columns of readings that it needs: {_needs(effect)}.",
         f"Source in short: {inline(effect.source) or 'none given'}.",
     ]
@@ -107,6 +108,28 @@ def _page(effect: Effect) -> str:
         f"Drawn by `lutgen effects {effect.name} --plot {effect.name}.png`.",
     ]
     return page(effect.name, *parts)
+
+
+def _baselines(effect: Effect) -> str:
+    """Return the baselines under which readings can show an effect."""
+    if effect.baseline == "first-hour":
+        return "`first-hour` and `native-first-hour`"
+    # Behind a display's own curves no matrix of the paper is selected.
+    return "`colour-points` and `first-hour`" if effect.stage == "selection" else "every"
+
+
+def _contained(effect: Effect) -> str:
+    """Say which sizes at hour 0 a fit leaves to a display's own model of the first session; "" if it has none."""
+    forms = (effect.forms, effect.since_first_session().forms)
+    freed, later = ({name for form in each for name in form} for each in forms)
+    if contained := [f"`{name}`" for name in effect.parameters if name in freed - later]:
+        it = "them" if len(contained) > 1 else "it"
+        does = f"leaves {listed(contained)} out: the first session's own model contains {it}"
+    elif "new" in later:
+        does = "frees `new` too: the first session's own model is that of readings at rest"
+    else:
+        return ""
+    return f" With `native` and `native-first-hour` a fit {does}."
 
 
 def _parameters(effect: Effect) -> str:
@@ -128,7 +151,11 @@ def _parameters(effect: Effect) -> str:
         f"{number}. {', '.join(f'`{name}`' for name in form)}{' (refined)' if number > effect.refined else ''}"
         for number, form in enumerate(effect.forms, start=1)
     ]
-    return "\n\n".join([table(heads, rows), "A fit frees these, the simplest form first:", "\n".join(forms)])
+    says = (
+        "A fit frees one of these sets of parameters (a form), the simplest first. A refined form has the same physics "
+        "and a freer formula:"
+    )
+    return "\n\n".join([table(heads, rows), says, "\n".join(forms)])
 
 
 def _confused(effect: Effect) -> str:

@@ -9,6 +9,9 @@ A cable, driver or mode with fewer bits may be installed later: a fit tries one 
 A display's own model contains the rounding of the first session, so with this model the rounding begins after the first
 session.
 
+The forms: ``bits`` alone rounds d at every hour; with ``since`` from that hour on. With ``table_gamma`` d^g is rounded,
+with ``panel_gamma`` and ``added`` the panel's own code.
+
 Meaning of 0 and 1: ``bits`` 0 rounds nothing. ``bits`` 1 would leave only black and white, so the search begins at 4.
 Valid for one rounding. Dithering in space or time blurs the steps.
 Source: depths of medical displays, and the depth that a calibration to the greyscale standard needs: Kimpe &
