@@ -6,8 +6,9 @@
 A ``console`` block contains commands after ``$ ``, each followed by its output. ``…`` stands for whole lines that are
 left out; a renewed page leaves out the same lines. A command without output in the page has to succeed; its output is
 not compared. A block with ``title="NAME"`` is written to the file NAME before the commands after it run. A ``python``
-block without a title is run. The picture docs/images/NAME-PLOT.png is PLOT.png of a command with ``--plots out/NAME``,
-in fewer colours; other pictures keep their names.
+block without a title is run. An ``sh`` block is run by bash, unless ``NOT_RUN`` or ``LONG`` names its first words, or
+one of its programs is not installed. The picture docs/images/NAME-PLOT.png is PLOT.png of a command with ``--plots
+out/NAME``, in fewer colours; other pictures keep their names.
 """
 
 import argparse
@@ -17,6 +18,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterable
 from dataclasses import dataclass
 from difflib import SequenceMatcher
 from itertools import zip_longest
@@ -33,6 +35,18 @@ PAGES = (
     ROOT / "README.md",
     *sorted(path for path in DOCS.rglob("*.md") if MADE not in path.read_text(encoding="utf-8")),
 )
+
+#: First words of an ``sh`` block that no test runs → the reason. The page says so too, except beside set-up commands.
+NOT_RUN = {
+    "make demo": "set-up of a clone: .ci/run runs the targets of make",
+    "make setup": "set-up of a clone: .ci/run runs the targets of make",
+    "python -m tests.generators": "a score on real sessions: ten minutes, and exit code 1 if a share is below a gate",
+    "vips icc_transform": "it needs a picture with an embedded aged.icc and a PDF; make consumers runs both programs",
+}
+
+#: First words of an ``sh`` block that takes minutes and reads real sessions → the time. A test runs such a block before
+#: a release.
+LONG = {"python -m tests.own_model_table": "two minutes"}
 
 #: Placeholder for lines that are left out.
 LEFT_OUT = "…"
@@ -67,12 +81,40 @@ class File:
     text: str
 
 
-def items(text: str) -> list[Step | File]:
+@dataclass(frozen=True)
+class Shell:
+    """Lines of a shell, which other programs than lutgen read."""
+
+    text: str
+
+    def begins(self, words: Iterable[str]) -> bool:
+        """Return whether the first line begins with any of these words."""
+        return self.text.startswith(tuple(words))
+
+    @property
+    def missing(self) -> list[str]:
+        """The programs of the lines that are not installed."""
+        programs = [re.match(r"(?!export |\w+=)\S+", line) for line in self.text.splitlines()]
+        return [found[0] for found in programs if found and not shutil.which(found[0])]
+
+    @property
+    def is_run(self) -> bool:
+        """Whether the runner of the pages runs these lines here."""
+        return not self.begins((*NOT_RUN, *LONG)) and not self.missing
+
+    def run(self, folder: Path) -> None:
+        """Run the lines in a folder; fail if one fails."""
+        _run(["bash", "-euc", self.text], folder, what=self.text)
+
+
+def items(text: str) -> list[Step | File | Shell]:
     """Return all commands and files in a page, in order."""
-    parts: list[Step | File] = []
+    parts: list[Step | File | Shell] = []
     for language, title, body in _BLOCK.findall(text):
         if language == "console":
             parts += [_step(part) for part in _parts(body)]
+        elif language == "sh":
+            parts.append(Shell(body))
         elif title or language == "python":
             parts.append(File(title, body))
     return parts
@@ -81,6 +123,11 @@ def items(text: str) -> list[Step | File]:
 def steps(text: str) -> list[Step]:
     """Return all commands of a page, in order."""
     return [each for each in items(text) if isinstance(each, Step)]
+
+
+def shells(text: str) -> list[Shell]:
+    """Return all ``sh`` blocks of a page, in order."""
+    return [each for each in items(text) if isinstance(each, Shell)]
 
 
 def plain(command: str) -> str:
@@ -103,11 +150,12 @@ def _step(part: str) -> Step:
 
 
 def prepare(folder: Path) -> None:
-    """Put the files that commands of the pages name into an empty folder: the examples and the simulator."""
+    """Put the files that commands of the pages name into an empty folder: examples, simulator, default configs."""
     make_folder(folder)
     away = shutil.ignore_patterns("__pycache__", "*.jpg")
     shutil.copytree(ROOT / "examples", folder / "examples", ignore=away, dirs_exist_ok=True)
     shutil.copytree(ROOT / "tests/virtual_display", folder / "tests/virtual_display", ignore=away)
+    (folder / "configs").symlink_to(ROOT / "configs")
 
 
 def run_page(text: str, folder: Path) -> list[tuple[str, ...]]:
@@ -116,6 +164,9 @@ def run_page(text: str, folder: Path) -> list[tuple[str, ...]]:
     for each in items(text):
         if isinstance(each, Step):
             printed.append(run(each.command, folder))
+        elif isinstance(each, Shell):
+            if each.is_run:
+                each.run(folder)
         elif each.name:
             (folder / each.name).write_text(each.text, encoding="utf-8")
         else:
@@ -131,10 +182,15 @@ def run(command: str, folder: Path) -> tuple[str, ...]:
 
 
 def _python(arguments: list[str], folder: Path, *, what: str) -> str:
-    environment = os.environ | {"PYTHONUTF8": "1", "PYTHONPATH": os.pathsep.join(["", str(ROOT)])}
-    done = subprocess.run(
-        [sys.executable, *arguments], cwd=folder, env=environment, capture_output=True, encoding="utf-8", check=False
-    )
+    return _run([sys.executable, *arguments], folder, what=what)
+
+
+def _run(command: list[str], folder: Path, *, what: str) -> str:
+    programs = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)])
+    environment = os.environ | {
+        "PYTHONUTF8": "1", "PYTHONPATH": os.pathsep.join(["", str(ROOT)]), "PATH": programs
+    }  # fmt: skip
+    done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, encoding="utf-8", check=False)
     assert done.returncode == 0, f"{what}\nfails in {folder}:\n{done.stderr}"
     return done.stdout
 

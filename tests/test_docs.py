@@ -32,8 +32,11 @@ from tests.examples_folder import COMMANDS, ROOT, make_folder
 from tests.pages import (
     DOCS,
     LEFT_OUT,
+    LONG,
+    NOT_RUN,
     PAGES,
     File,
+    Shell,
     Step,
     all_commands,
     differences,
@@ -43,8 +46,10 @@ from tests.pages import (
     renewed,
     run_page,
     same,
+    shells,
     steps,
 )
+from tests.real_data import needs_sessions
 from tests.virtual_display.campaign import csv_text
 
 pytestmark = pytest.mark.texts
@@ -64,7 +69,7 @@ def of(page: Path) -> str:
 
 
 #: The tutorial runs the same commands as this page.
-LONG = DOCS / "guides/what-a-model-misses.md"
+SUMMARY = DOCS / "guides/what-a-model-misses.md"
 RUN = "test_a_page_says_what_its_commands_print_and_shows_what_they_draw"
 
 
@@ -72,7 +77,7 @@ RUN = "test_a_page_says_what_its_commands_print_and_shows_what_they_draw"
 @pytest.mark.parametrize(
     "page",
     [
-        pytest.param(page, marks=pytest.mark.rare(instead=RUN) if page == LONG else ())
+        pytest.param(page, marks=pytest.mark.rare(instead=RUN) if page == SUMMARY else ())
         for page in PAGES
         if items(TEXTS[page])
     ],
@@ -89,6 +94,34 @@ def test_a_page_says_what_its_commands_print_and_shows_what_they_draw(page: Path
     for shown, source in pictures(text).items():
         with Image.open(shown) as old, Image.open(tmp_path / source) as new:
             assert old.size == new.size, shown
+    if missing := sorted(
+        {name for each in shells(text) if not each.begins((*NOT_RUN, *LONG)) for name in each.missing}
+    ):
+        pytest.skip(f"not installed: {', '.join(missing)}; everything else in {of(page)} agrees")
+
+
+#: First line of each ``sh`` block → the block and its page.
+BLOCKS = {each.text.splitlines()[0]: (each, page) for page in PAGES for each in shells(TEXTS[page])}
+
+
+def test_a_page_says_which_lines_of_a_shell_no_test_runs_or_only_before_a_release() -> None:
+    assert {*NOT_RUN, *LONG} == {
+        words for words in (*NOT_RUN, *LONG) if any(each.begins([words]) for each, _ in BLOCKS.values())
+    }
+    for each, page in BLOCKS.values():
+        above = " ".join(TEXTS[page].partition(each.text)[0].split())[-300:]
+        if each.begins(LONG):
+            assert "--everything" in above, each.text
+        elif each.begins(NOT_RUN) and not each.begins(["make "]):
+            assert "no test runs" in above, each.text
+
+
+@needs_sessions
+@pytest.mark.slow
+@pytest.mark.rare(instead="test_a_page_says_which_lines_of_a_shell_no_test_runs_or_only_before_a_release")
+@pytest.mark.parametrize("line", [line for line, (each, _) in BLOCKS.items() if each.begins(LONG)])
+def test_lines_of_a_shell_that_take_minutes_run_before_a_release(line: str, tmp_path: Path) -> None:
+    BLOCKS[line][0].run(tmp_path)
 
 
 def test_a_command_stands_in_one_page_once() -> None:
@@ -223,6 +256,25 @@ def test_the_numbers_of_the_verdicts_are_those_of_the_code() -> None:
     assert {name: float(value) for name, value in stated.items()} == pytest.approx(NUMBERS)
 
 
+# The glossary
+
+GLOSSARY = DOCS / "explanation/glossary.md"
+MEANINGS = re.findall(r"^\| ([^|]+) \| ([^|]+) \|$", TEXTS[GLOSSARY], flags=re.MULTILINE)[2:]
+
+
+@pytest.mark.parametrize("term", [term for term, _ in MEANINGS])
+def test_a_word_of_the_glossary_is_used_elsewhere(term: str) -> None:
+    others = " ".join(" ".join(text.split()) for page, text in TEXTS.items() if page != GLOSSARY)
+    word = term.partition(" of a ")[0]
+    assert re.search(rf"(?<!\w){re.escape(word)}", others, flags=re.IGNORECASE)
+
+
+@pytest.mark.parametrize("code", sorted(set(re.findall(r"`([^`]+)`", "".join(says for _, says in MEANINGS)))))
+def test_a_code_word_of_the_glossary_is_one_of_the_reference(code: str) -> None:
+    reference = "".join(text for page, text in TEXTS.items() if page.is_relative_to(DOCS / "reference"))
+    assert re.search(rf"(?<![\w-]){re.escape(code)}(?![\w-])", reference)
+
+
 # The table of readings
 
 
@@ -345,4 +397,15 @@ def test_a_page_is_read_in_order() -> None:
     text = '```console\n$ one\na\n$ two\n```\n```toml title="a.toml"\nb\n```\n```python\nc\n```\n```sh\nd\n```\n'
     parts = items(text)
     assert parts[:2] == [Step("one", ("a",)), Step("two", ())]
-    assert parts[2:] == [File("a.toml", "b\n"), File("", "c\n")]
+    assert parts[2:] == [File("a.toml", "b\n"), File("", "c\n"), Shell("d\n")]
+
+
+def test_lines_of_a_shell_are_run_if_their_programs_are_installed(tmp_path: Path) -> None:
+    lines = Shell('export A=1\nB=2\npython -c "import lutgen"\ntrue > $A$B\n')
+    assert lines.is_run
+    lines.run(tmp_path)
+    assert (tmp_path / "12").is_file()
+    absent = Shell("true\nno-such-program a\n")
+    assert (absent.missing, absent.is_run) == (["no-such-program"], False)
+    with pytest.raises(AssertionError, match="no-such-program"):
+        absent.run(tmp_path)
