@@ -41,7 +41,7 @@ def command(
     if pair and effect:
         raise click.UsageError("--between and --effect ask for two different plans. Leave one out.")
     from lutgen.criticism.plan import plan
-    from lutgen.report.diagnosis import plan_page
+    from lutgen.report.measurement_plan import plan_page
 
     outputs = Outputs(json_to, force=force)
     outputs_of_plan = {path: suffix for path, suffix in ((output, ".csv"), (ti1, ".ti1")) if path}
