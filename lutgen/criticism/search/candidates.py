@@ -124,17 +124,17 @@ def families(
         fitted = simple[effect.name]
         if not fitted:
             continue
-        rest = [at for at in range(len(effect.forms)) if at not in _simple(effect, may_skip)]
+        rest = [form for form in effect.forms if form not in _simple(effect, may_skip)]
         refined = _fitted_forms(base, effect, ratio, rest, limit=best + within)
         both = _without_mimics(base, _with_skipped_formulas(base, ratio, [*fitted, *refined]))
         best = min(best, *map(bic, both))
         yield Family(effect, min(both, key=bic), fitted[0], len(both))
 
 
-def _simple(effect: Effect, may_skip: bool) -> list[int]:
-    """Return the indices of an effect's simple formulas; with ``may_skip`` also of its proposed settings."""
-    forms = enumerate(effect.forms)
-    return [at for at, form in forms if at < effect.refined or (may_skip and _is_proposed(effect, form))]
+def _simple(effect: Effect, may_skip: bool) -> list[tuple[str, ...]]:
+    """Return an effect's simple formulas; with ``may_skip`` also the forms of proposed settings."""
+    simple = effect.forms[: effect.refined]
+    return [form for form in effect.forms if form in simple or (may_skip and _is_proposed(effect, form))]
 
 
 def contenders(base: Fit, effects: Iterable[Effect], limit: float, ratio: GainRatio | None = None) -> list[Family]:
@@ -144,7 +144,7 @@ def contenders(base: Fit, effects: Iterable[Effect], limit: float, ratio: GainRa
     """
     ratio, below = ratio or GainRatio(), []
     for effect in effects:
-        fitted = _fitted_forms(base, effect, ratio, range(max(len(effect.forms), 1)), limit=limit, may_skip=True)
+        fitted = _fitted_forms(base, effect, ratio, _all_forms(effect), limit=limit, may_skip=True)
         if fitted and min(map(bic, fitted)) < limit:
             fitted = _without_mimics(base, _with_skipped_formulas(base, ratio, fitted))
             below.append(Family(effect, min(fitted, key=bic), fitted[0], len(fitted)))
@@ -167,12 +167,21 @@ def family(
     that have at most ``longest`` parameters.
     """
     ratio = ratio or GainRatio()
-    forms = [at for at, form in enumerate(effect.forms) if not at or longest is None or len(form) <= longest]
-    fitted = _fitted_forms(base, effect, ratio, forms or [0], limit=limit)
+    first, *others = _all_forms(effect)
+    forms = [first, *(form for form in others if longest is None or len(form) <= longest)]
+    fitted = _fitted_forms(base, effect, ratio, forms, limit=limit)
     if not fitted:
         raise _one_session(base, effect)
-    allowed = fitted if freely else _without_mimics(base, _with_skipped_formulas(base, ratio, fitted))
+    if freely:
+        allowed = [*fitted, *_joined(base, fitted)]
+    else:
+        allowed = _without_mimics(base, _with_skipped_formulas(base, ratio, fitted))
     return Family(effect, min(allowed, key=bic), fitted[0], len(fitted))
+
+
+def _all_forms(effect: Effect) -> Sequence[tuple[str, ...]]:
+    """Return the forms of an effect; an effect without parameters has one form, which is empty."""
+    return effect.forms or ((),)
 
 
 def _is_formula(effect: Effect, form: tuple[str, ...]) -> bool:
@@ -214,14 +223,14 @@ def _with_skipped_formulas(base: Fit, ratio: GainRatio, fitted: Sequence[Candida
     effect, known = fitted[0].effect, {each.form for each in fitted}
     if all(_is_formula(effect, form) for form in known):
         return list(fitted)
-    skipped = [at for at, form in enumerate(effect.forms) if _is_formula(effect, form) and form not in known]
+    skipped = [form for form in effect.forms if _is_formula(effect, form) and form not in known]
     return [*fitted, *_fitted_forms(base, effect, ratio, skipped)]
 
 
 def best_start(base: Fit, effect: Effect) -> Term:
     """Return the start, among an effect's simple forms, with the largest linear gain minus its penalty."""
     score, penalty = base.score, float(np.log(base.readings))
-    forms = effect.forms[: effect.refined] or ((),)
+    forms = _all_forms(effect)[: effect.refined]
     starts = [
         (gain - penalty * len(form), term)
         for form in forms
@@ -238,26 +247,58 @@ def _one_session(base: Fit, effect: Effect) -> LutgenError:
     )
 
 
-def forms_of(base: Fit, effect: Effect) -> list[Candidate]:
-    """Fit all forms of an effect together with the terms of ``base``; return them best by BIC first."""
-    fitted = _fitted_forms(base, effect, GainRatio(), range(max(len(effect.forms), 1)))
-    return sorted(_without_mimics(base, fitted), key=bic)
+def forms_of(base: Fit, effect: Effect, *, freely: bool = False) -> list[Candidate]:
+    """Fit all forms of an effect together with the terms of ``base``; return them best by BIC first.
+
+    ``freely``: allow a long form although no formula has half of its gain.
+    """
+    fitted = _fitted_forms(base, effect, GainRatio(), _all_forms(effect))
+    allowed = fitted if freely else _without_mimics(base, fitted)
+    return sorted([*allowed, *_joined(base, allowed)], key=bic)
+
+
+def _joined(base: Fit, fitted: Sequence[Candidate]) -> list[Candidate]:
+    """Join the best form of an effect with its other forms, one after another, while BIC clearly falls.
+
+    An effect declares a few forms; a display may need the parameters of two of them. The parameters of the other form
+    are freed at the best fit, where a linear step predicts their gain.
+    """
+    best, joined = min(fitted, key=bic), list[Candidate]()
+    effect, parameters = best.effect, best.effect.parameters
+    if _is_proposed(effect, best.form):
+        return []
+    while True:
+        longer = []
+        for form in effect.forms:
+            added = [name for name in form if name not in best.form and not parameters[name].grid]
+            if not added or base.parameters + len(best.form) + len(added) > base.problem.max_parameters:
+                continue
+            freed = replace(best.term, free=(*best.term.free, *added))
+            terms = tuple(freed if term is best.term else term for term in best.fit.terms)
+            system = best.fit.system_of(terms)
+            predicted = OPTIMISM * (system.chi2 - system.step(terms).chi2)
+            if predicted > STRONG + len(added) * float(np.log(base.readings)):
+                refitted = best.fit.with_terms(terms)
+                gain = base.chi2 - refitted.chi2
+                longer.append(replace(best, form=(*best.form, *added), fit=refitted, gain=gain, refined=True))
+        better = min(longer, key=bic, default=best)
+        if bic(better) > bic(best) - STRONG:
+            return joined
+        joined.append(best := better)
 
 
 def _fitted_forms(
     base: Fit,
     effect: Effect,
     ratio: GainRatio,
-    indices: Iterable[int],
+    forms: Iterable[tuple[str, ...]],
     *,
     limit: float = np.inf,
     may_skip: bool = False,
 ) -> list[Candidate]:
     """Fit the forms whose linear gain is large enough, and always the simplest form, unless ``may_skip``."""
     score, fitted = base.score, list[Candidate]()
-    forms = effect.forms or ((),)
-    for index in indices:
-        form = forms[index]
+    for form in forms:
         if base.parameters + len(form) > base.problem.max_parameters:
             continue  # the readings cannot determine this number of parameters
         penalty = len(form) * float(np.log(base.readings))
@@ -275,14 +316,15 @@ def _fitted_forms(
         starts = [_start(score, effect, form, grid) for grid in grids]
         linear_gain = max(gain for gain, _ in starts)
         hopeless = base.bic - ratio.ratio * linear_gain + penalty > limit
-        if (index or may_skip) and (hopeless or linear_gain < WORTH * penalty):
+        if (form != _all_forms(effect)[0] or may_skip) and (hopeless or linear_gain < WORTH * penalty):
             continue
         starts.sort(key=lambda start: -start[0])
         fits = [base.with_terms((*base.terms, term)) for _, term in starts[:2]]
         best = min(fits, key=lambda each: each.chi2)
         ratio.update(linear_gain, base.chi2 - best.chi2)
         settings = score.proposed(effect)[1] if _is_proposed(effect, form) else 1
-        fitted.append(Candidate(effect, form, best, base.chi2 - best.chi2, index >= effect.refined, settings))
+        refined = form not in _all_forms(effect)[: effect.refined]
+        fitted.append(Candidate(effect, form, best, base.chi2 - best.chi2, refined, settings))
     return fitted
 
 
@@ -293,7 +335,7 @@ def best_linear_gain(score: Score, effect: Effect, form: tuple[str, ...]) -> flo
 
 def _formula_gain(score: Score, effect: Effect) -> float:
     """Return the largest linear gain of an effect's formulas."""
-    return max(best_linear_gain(score, effect, form) for form in effect.forms or ((),) if _is_formula(effect, form))
+    return max(best_linear_gain(score, effect, form) for form in _all_forms(effect) if _is_formula(effect, form))
 
 
 def bic(candidate: Candidate) -> float:

@@ -28,7 +28,15 @@ from lutgen.criticism.search.candidates import (
     family,
     forms_of,
 )
-from lutgen.criticism.search.explanation import Explanation, Step, ages_light, bends_curves, is_shown_apart, together
+from lutgen.criticism.search.explanation import (
+    Explanation,
+    Step,
+    ages_light,
+    bends_curves,
+    changes_colours,
+    is_shown_apart,
+    together,
+)
 from lutgen.criticism.search.free_term import free_term, leaves_only_noise, probe
 from lutgen.criticism.search.unknown_table import rounding_behind_table
 from lutgen.criticism.search.ways_of_aging import explain_together, light_alone, of_one_size
@@ -78,7 +86,7 @@ def explain(
         chosen = larger
         current = together(base, chosen)
     chosen = chosen or _instead_of_free_term(first, base, error)
-    admitted = _without_free_term(_pruned(chosen, base), base, error)
+    admitted = _freer(_pruned(chosen, base), base, error)
     chosen = light_alone(admitted, base, first, error)
     sufficient = _sufficient_alone(chosen, together(base, chosen), first, base, error)
     if sufficient:
@@ -87,6 +95,8 @@ def explain(
         chosen, sufficient = [inside[0].best], inside
     if simpler := of_one_size(chosen, base, first, error, refined):
         chosen, sufficient = simpler, []
+    if alone := _one_for_several(chosen, effects, base, error):
+        chosen, sufficient = alone, []
     if rounded := rounding_behind_table(chosen, base, effects, error):
         chosen, sufficient = rounded, []
     final = together(base, chosen)
@@ -298,17 +308,35 @@ def _instead_of_free_term(first: Sequence[Family], base: Fit, error: PureError) 
     return [best] if term.names and base.bic - bic(best) > term.evidence - STRONG else []
 
 
-def _without_free_term(chosen: list[Candidate], base: Fit, error: PureError) -> list[Candidate]:
+def _freer(chosen: list[Candidate], base: Fit, error: PureError) -> list[Candidate]:
     """Replace the form of an only effect that leaves a free term.
 
-    The new form is the best one that has a smaller χ² and leaves no free term, if there is one.
+    The new form is the best one that has a smaller χ² and leaves no free term. If there is none, it is the best by BIC.
     """
     if len(chosen) != 1 or not probe(chosen[0].fit, error).names:
         return chosen
-    for freer in forms_of(base, chosen[0].effect):
-        if freer.fit.chi2 < chosen[0].fit.chi2 and not probe(freer.fit, error).names:
-            return [freer]
-    return chosen
+    freer = [each for each in forms_of(base, chosen[0].effect) if each.fit.chi2 < chosen[0].fit.chi2]
+    complete = (each for each in freer if not probe(each.fit, error).names)
+    better = (each for each in freer if bic(each) < bic(chosen[0]) - STRONG)
+    return [next(complete, None) or next(better, chosen[0])]
+
+
+def _one_for_several(
+    chosen: Sequence[Candidate], effects: Sequence[Effect], base: Fit, error: PureError
+) -> list[Candidate]:
+    """Return one effect that leaves only noise and can replace several of its kind: two that leave more, or three.
+
+    Any form of the effect is allowed: because one effect has a lower BIC than several, its formula need not explain
+    half. The list is empty if there is no such effect.
+    """
+    kinds = (changes_colours, ages_light)
+    kind = next((kind for kind in kinds if all(kind(each.effect) for each in chosen)), None)
+    final = together(base, chosen)
+    if len(chosen) < 2 or not kind or (len(chosen) == 2 and leaves_only_noise(final, error)):
+        return []
+    alone = [forms_of(base, effect, freely=True)[0] for effect in effects if kind(effect)]
+    better = [each for each in alone if bic(each) < final.bic - STRONG and leaves_only_noise(each.fit, error)]
+    return [min(better, key=bic)] if better else []
 
 
 def stand_apart(chosen: Sequence[Candidate], base: Fit) -> bool:

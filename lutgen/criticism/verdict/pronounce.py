@@ -194,7 +194,7 @@ def _with_steps(explanation: Explanation, error: PureError, remarks: tuple[str, 
     if weighed.sound and not _leaves_much(explanation, weighed, error):
         verdict = _sound(explanation, weighed, error, remarks)
     else:
-        verdict = _tied_with_free_term(explanation, weighed)
+        verdict = _beside_free_term(explanation, weighed)
     if verdict := verdict or _aging_in_several_ways(explanation, weighed):
         return replace(verdict, remarks=verdict.remarks or remarks)
     return _unexplained(explanation, remarks, residual_term)
@@ -326,14 +326,12 @@ def _aging_in_several_ways(explanation: Explanation, weighed: Weighed) -> Verdic
     return Verdict("one-of", sentence, names, shares=weighed.shares, shares_delta_e=seen)
 
 
-def _tied_with_free_term(explanation: Explanation, weighed: Weighed) -> Verdict | None:
-    """Name a single effect that leaves noise if a free term is as likely as this effect; otherwise return None."""
-    base, final = explanation.base, explanation.final
-    is_tied = abs(base.bic - weighed.base_free_term.evidence - final.bic) < STRONG
-    if len(explanation.steps) > 1 or weighed.kept or not weighed.clean or not is_tied:
+def _beside_free_term(explanation: Explanation, weighed: Weighed) -> Verdict | None:
+    """Name, with reserve, a single effect that leaves only noise although a free term explains the readings as well."""
+    if len(explanation.steps) > 1 or weighed.kept or not weighed.clean:
         return None
     (step,) = explanation.steps
-    seen = shares_of_delta_e(base, final, explanation.steps)
+    seen = shares_of_delta_e(explanation.base, explanation.final, explanation.steps)
     size = f"{clause(step)}: {excess(step, seen, weighed.shares)}"
     objection = "A smooth change that no effect of the catalogue describes explains these readings as well."
     return replace(one(step, size, objection=objection), shares=weighed.shares, shares_delta_e=seen)

@@ -26,7 +26,8 @@ LEVELS = level_parameters("level", "change of the exponent near code value {}")
 @effect(
     stage="drive",
     neutral=dict.fromkeys(("gamma", "red", "green", "blue", "gain", *LEVELS), 0.0),
-    forms=(("hour", "gamma"), ("hour", "gamma", "gain"), ("hour", "red", "green", "blue"), ("hour", *LEVELS)),
+    forms=(("hour", "gamma"), ("hour", "red", "green", "blue"), ("hour", "gamma", "gain"), ("hour", *LEVELS)),
+    refined=2,
     confused_with={
         "stabilizer-headroom": "a column or note of events; both change suddenly",
         "eotf-drift": "readings at more dates: a step or a slow growth",
