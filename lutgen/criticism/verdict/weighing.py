@@ -90,9 +90,9 @@ class Weighed:
         needed = sorted(needed, key=lambda step: (-seen[step.name], -shares[step.name]))
         minor = [
             step
-            for step in needed[1:]
+            for at, step in enumerate(needed[1:], start=1)
             if _is_minor(step, max(seen[step.name], shares[step.name]), final)
-            and not (step.name in explanation.certain and step.without.bic > final.bic + 2.0 * STRONG)
+            and not (at == 1 and step.name in explanation.certain and step.without.bic > final.bic + 2.0 * STRONG)
         ]
         kept = [step for step in needed if step not in minor]
         chosen, gain = [step.chosen for step in kept], base.chi2 - lenient.chi2
@@ -101,8 +101,10 @@ class Weighed:
         missed = max(rest_term.gain, not_smooth) if rest_term.names else max(excess - gain, 0.0)
         explained = gain / (gain + missed)
         # A single effect may leave the residual of its formula. Each of several effects must explain nearly all of the
-        # residual of the others: otherwise the search may have combined them to imitate another effect.
-        own = [step.without.chi2 - final.chi2 for step in kept]
+        # residual of the others: otherwise the search may have combined them to imitate another effect. Readings that
+        # no other effect changes prove an effect, however small.
+        certain = explanation.certain if len(kept) > 1 else frozenset[str]()
+        own = [step.without.chi2 - final.chi2 for step in kept if step.name not in certain]
         enough = explained > MOST_OF_IT and (is_rest_noise or all(each > MOST_OF_IT * (each + missed) for each in own))
         # The gain of the effects that are not kept must not exceed the residual that formulas may leave, unless the
         # kept effects leave nothing but noise.
@@ -114,10 +116,10 @@ class Weighed:
         clean = leaves_noise and not final_term.names
         # Even scatter above the noise may be an effect that the catalogue lacks: half of the excess must be explained.
         half = is_within_scatter(error, lenient) or gain > HALF * excess
-        # If the excess is visible and a residual is left, the kept effects must explain half of the excess in mean
-        # ΔE2000.
+        # If the excess is visible and a residual is left, the kept effects must together explain half of the excess in
+        # mean ΔE2000.
         is_clean = clean or explanation.unknown_table
-        visible = is_clean or not any(seen.values()) or sum(seen[step.name] for step in kept) > HALF
+        visible = is_clean or not any(seen.values()) or _returning_delta_e(base, final, [kept_fit])[0] < HALF
         sound = (
             bool(kept)
             and half
@@ -190,11 +192,17 @@ def shares_of_delta_e(base: Fit, final: Fit, steps: Sequence[Step]) -> dict[str,
     ΔE2000 measures visible differences. The unit of χ² is the noise of the meter, which is most sensitive to dark
     patches: an effect may explain nine tenths of χ² and still be the less visible effect.
     """
+    shares = _returning_delta_e(base, final, [step.without for step in steps])
+    return {step.name: share for step, share in zip(steps, shares, strict=True)}
+
+
+def _returning_delta_e(base: Fit, final: Fit, fits: Sequence[Fit]) -> list[float]:
+    """Return the share of the excess mean ΔE2000 of ``base`` over ``final`` that returns in each of some fits."""
     problem = base.problem
     # Colours that the first session has not read are excluded: the errors of the curves there would dominate.
     judged, white = ~problem.is_anchor & (problem.counts == 1.0), problem.measured_tips[0, 0]
     if not judged.any():
-        return {step.name: 0.0 for step in steps}
+        return [0.0 for _ in fits]
 
     def mean(predicted: Array, measured: Array) -> float:
         delta_e = delta_e_2000(xyz_to_lab(predicted, white), xyz_to_lab(measured, white))
@@ -207,5 +215,5 @@ def shares_of_delta_e(base: Fit, final: Fit, steps: Sequence[Step]) -> dict[str,
     floor = [mean(plain, plain + residual) for residual in noise_only(problem, plain)]
     excess, least = mean(plain, problem.xyz) - float(np.mean(floor)), error(final.terms)
     if excess <= max(floor) - float(np.mean(floor)):
-        return {step.name: 0.0 for step in steps}
-    return {step.name: min(max(error(step.without.terms) - least, 0.0) / excess, 1.0) for step in steps}
+        return [0.0 for _ in fits]
+    return [min(max(error(each.terms) - least, 0.0) / excess, 1.0) for each in fits]
