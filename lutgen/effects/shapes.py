@@ -19,7 +19,7 @@ import numpy as np
 from lutgen.effects.declare import Parameter
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from lutgen.colorimetry import Array
     from lutgen.effects.scene import Scene
@@ -103,13 +103,19 @@ def scaled(tips: Array, gain: Array) -> Array:
     return np.concatenate([new_white[..., np.newaxis, :], faded], axis=-2)
 
 
-def over_screen(scene: Scene, power: float, mean: Callable[[Array], Array]) -> tuple[Array, Array]:
+def over_screen(
+    scene: Scene, power: float, *, weight_red: float = 0.0, weight_blue: float = 0.0, brightest: float = 0.0
+) -> tuple[Array, Array]:
     """Return means of code values to a power: over the whole screen, and over the patch alone, (n, 1) each.
 
-    ``mean``: function from the three powers of a patch (n, 3) to their mean (n, 1).
+    The mean of a patch has weights 1 + ``weight_red``, 1 and 1 + ``weight_blue``; ``brightest`` is the share, 0 to 1,
+    that its largest code value has instead of this mean.
     """
     patch, surround = scene.code, scene.surround
     if power != 1.0:
         patch, surround = np.maximum(patch, 0.0) ** power, np.maximum(surround, 0.0) ** power
-    own = mean(patch)
+    weights = np.array([1.0 + weight_red, 1.0, 1.0 + weight_blue]) / (3.0 + weight_red + weight_blue)
+    own = (patch * weights).sum(axis=-1, keepdims=True)
+    if brightest:
+        own = (1.0 - brightest) * own + brightest * patch.max(axis=-1, keepdims=True)
     return scene.window * own + (1.0 - scene.window) * surround, own

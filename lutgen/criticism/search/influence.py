@@ -136,7 +136,22 @@ def wrong_sessions(current: Fit, scale: float) -> tuple[float, ...]:
     judged = others[others > 0] if problem.native else others
     if not (others > bad[0]).any() or (mean[judged] > SOUND * usual).any():
         return ()
+    if problem.native and _agrees_with_first(current, bad.tolist(), scale):
+        return ()
     return tuple(float(problem.hours[hour]) for hour in bad)
+
+
+def _agrees_with_first(current: Fit, bad: list[int], scale: float) -> bool:
+    """Whether the sessions ``bad`` follow a native display's first session and agree with it.
+
+    Then the display changed after them. Because most sessions come after the change, the fit takes the difference for
+    an error of the first session, and the few sessions before the change stand out.
+    """
+    problem = current.problem
+    if bad != list(range(1, len(bad) + 1)):
+        return False
+    before = fit(problem.without(problem.rows[problem.hour_of > bad[-1]]), current.terms)
+    return before.chi2 < SOUND * scale * before.freedom
 
 
 def suspicious_noise(problem: Problem) -> str:

@@ -2,9 +2,10 @@
 
 P' = P·B(m)/B(d)^h for white and all primaries, with B(m) = 1 − a·(1 − m)^p, the backlight behind a screen of mean code
 value m. m is the mean over patch and surround; d is the mean of the patch alone. A curve measured on patches that fill
-the screen contains their dimming: h = 1. A curve that is assumed, such as sRGB's, does not: h = 0. The refined form
-averages another power of the code values, such as their light. Dynamic contrast dims the whole backlight. Local dimming
-dims zone by zone; the model describes local dimming where a patch and its surround share a zone.
+the screen contains their dimming: h = 1. A curve that is assumed, such as sRGB's, does not: h = 0. The refined forms
+average another power of the code values, such as their light, with a weight for each channel, as in luma, or take the
+brightest channel of each patch. Dynamic contrast dims the whole backlight. Local dimming dims zone by zone; the model
+describes local dimming where a patch and its surround share a zone.
 
 Meaning of 0 and 1: a = 0 is a steady backlight. a = 1 switches the backlight off behind a black screen. Behind a white
 screen the backlight is full.
@@ -32,6 +33,8 @@ from lutgen.effects.shapes import over_screen
         ("depth", "held"),
         ("depth", "held", "exponent"),
         ("depth", "held", "exponent", "average"),
+        ("depth", "held", "exponent", "brightest"),
+        ("depth", "held", "exponent", "average", "weight_red", "weight_blue"),
     ),
     needs=("window",),
     confused_with={
@@ -46,11 +49,15 @@ from lutgen.effects.shapes import over_screen
     ),
     held=Parameter(1.0, (0.0, 1.0), "1", "share of a full-screen patch's dimming that the curve contains"),
     average=Parameter(1.0, (0.3, 4.0), "1", "power of the code values that is averaged; 2.2 for their light"),
+    weight_red=Parameter(0.0, (-0.9, 3.0), "1", "weight of red in the mean relative to green's, less 1"),
+    weight_blue=Parameter(0.0, (-0.9, 3.0), "1", "weight of blue in the mean relative to green's, less 1"),
+    brightest=Parameter(0.0, (0.0, 1.0), "1", "share of the brightest channel in place of the mean of the three"),
 )
 def dynamic_contrast(
-    tips: Array, scene: Scene, *, depth: float, exponent: float, held: float, average: float
+    tips: Array, scene: Scene, *, depth: float, exponent: float, held: float, average: float,
+    weight_red: float, weight_blue: float, brightest: float,
 ) -> Array:  # fmt: skip
     """Multiply all tips by the backlight behind the screen; divide by the dimming that the curve contains."""
-    means = over_screen(scene, average, lambda patch: np.asarray(patch.mean(axis=-1, keepdims=True)))
+    means = over_screen(scene, average, weight_red=weight_red, weight_blue=weight_blue, brightest=brightest)
     behind, alone = (1.0 - depth * np.clip(1.0 - mean, 0.0, 1.0) ** exponent for mean in means)
     return np.asarray(tips * (behind / alone**held)[..., np.newaxis])

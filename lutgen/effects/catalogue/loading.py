@@ -60,8 +60,7 @@ def loading(
     weight_red: float, weight_blue: float,
 ) -> Array:  # fmt: skip
     """Darken white and all primaries by the mean code value of the screen, patch and surround."""
-    weights = np.array([1.0 + weight_red, 1.0, 1.0 + weight_blue]) / (3.0 + weight_red + weight_blue)
-    load, _ = over_screen(scene, exponent, lambda patch: np.asarray((patch * weights).sum(axis=-1, keepdims=True)))
+    load, _ = over_screen(scene, exponent, weight_red=weight_red, weight_blue=weight_blue)
     if bend != 1.0:
         load = np.maximum(load, 0.0) ** bend
     loss = np.maximum(growth(scene.tau, new=new, grown=grown, power=power, saturation=saturation), 0.0) * load
