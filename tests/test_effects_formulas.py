@@ -183,6 +183,20 @@ TWINS: tuple[tuple[str, Mapping[str, float], Scene, object, object], ...] = (
         TIPS[None],
         TIPS[None] * (1 - 0.4 * (1 - 0.5 * 0.56 / 3 - 0.5)),
     ),
+    (
+        "dynamic-contrast",
+        {"depth": 0.4, "held": 0.0, "brightest": 0.75},
+        at(code=(0.2, 0.4, 0.6), window=0.5, surround=1.0),
+        TIPS[None],
+        TIPS[None] * (1 - 0.4 * (1 - 0.5 * (0.25 * 0.4 + 0.75 * 0.6) - 0.5)),
+    ),
+    (
+        "dynamic-contrast",  # the weights of luma in sRGB: 0.2126, 0.7152, 0.0722
+        {"depth": 0.4, "held": 0.0, "weight_red": 0.2126 / 0.7152 - 1, "weight_blue": 0.0722 / 0.7152 - 1},
+        at(code=(0.2, 0.4, 0.6)),
+        TIPS[None],
+        TIPS[None] * (1 - 0.4 * (1 - 0.2126 * 0.2 - 0.7152 * 0.4 - 0.0722 * 0.6)),
+    ),
     ("dynamic-contrast", {"depth": 0.4}, at(code=(0, 0, 0), window=0.1, surround=1.0), TIPS[None], TIPS[None] * 1.6),
     ("dynamic-contrast", {"depth": 0.4}, at(code=(0.3, 0.3, 0.3)), TIPS[None], TIPS[None]),
     ("backlight-decay", {"loss": 0.5}, at(HALF), TIPS[None], TIPS[None] * np.exp(-0.25)),

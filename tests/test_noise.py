@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from lutgen.criticism.compare.comparison import compare
 from lutgen.criticism.diagnose import diagnose
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.digits import digits_of
@@ -474,3 +475,18 @@ def test_heavy_tails_are_no_problem_of_the_measurement() -> None:
     assert diagnosis.problem.weights is not None
     # The display's black leaks 0.2 cd/m².
     assert "black-level" in diagnosis.verdict.effects
+
+
+def test_noise_of_a_capped_reading_is_that_of_the_meter_whatever_code_values_the_file_gives() -> None:
+    """The noise of white reaches the predictions of lit patches; behind a cap there is no light of the display."""
+    text = csv_text(Campaign(design="full", hours=(0.0, 6000.0), seed=3))
+    lines = [line.split(",") for line in text.splitlines()]
+    for cells in lines:
+        if cells[-1] == "lens cap":
+            assert cells[1:4] == ["0", "0", "0"]
+            cells[1:4] = ["1", "1", "1"]
+    black, white = (
+        compare(read(each, file="cap.csv", sha256="")) for each in (text, "\n".join(",".join(cells) for cells in lines))
+    )
+    assert white.floor.rms_sigma == pytest.approx(black.floor.rms_sigma, rel=0.02)
+    assert white.error.rms_sigma == pytest.approx(black.error.rms_sigma, rel=0.02)

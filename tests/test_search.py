@@ -14,7 +14,7 @@ from scipy import special, stats
 
 from lutgen.criticism.fit.code_shifts import CodeShifts
 from lutgen.criticism.fit.least_squares import Fit, fit, switching_penalty
-from lutgen.criticism.fit.linear import Term
+from lutgen.criticism.fit.linear import Term, predict
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.pure_error import PureError
 from lutgen.criticism.search import stepwise
@@ -222,6 +222,26 @@ def test_a_rounding_is_proposed_beside_another_effect_though_its_simplest_formul
     assert bic(best["quantization"]) < limit
     simplest = fit(beside.problem, (*beside.terms, Term.at_rest(catalogue()["quantization"], ("bits",), bits=11.0)))
     assert simplest.chi2 > beside.chi2 - 6.0
+
+
+def test_two_forms_of_an_effect_are_joined_where_a_display_needs_both() -> None:
+    """Channels that burn in unequally, with a stretched course: no declared form has ``beta`` beside the channels."""
+    effect, values = catalogue()["burn-in-decay"], {"share": 0.06, "red": -0.02, "blue": 0.05, "early_h": 400.0}
+    exact = Term(effect, effect.rest() | values | {"beta": 0.7, "loss": 0.1})
+    text = csv_text(Campaign(design="colours", seed=3, baseline="first-hour", ageing=0.0))
+    problem = Problem.of(read(text, file="burnt.csv", sha256=""), baseline="first-hour")
+    null = fit(problem)
+    state = null.state._replace(terms=(exact,))
+    burnt = replace(problem.readings, xyz_cd_m2=problem.readings.xyz_cd_m2 + predict(problem, state) - null.predicted)
+    base = fit(Problem.of(burnt, baseline="first-hour"))
+    tried = {frozenset(each.form): each for each in forms_of(base, effect, freely=True)}
+    declared = min((tried[form] for form in map(frozenset, effect.forms) if form in tried), key=bic)
+    best = min(tried.values(), key=bic)
+    assert best.form not in effect.forms
+    assert {*declared.form, "beta"} == {*best.form}
+    assert bic(best) < bic(declared) - STRONG
+    assert best.term.values["beta"] == pytest.approx(0.7, abs=0.1)
+    assert forms_of(null, effect, freely=True)[0].form in effect.forms
 
 
 def test_a_formula_is_judged_in_the_course_of_the_long_form() -> None:

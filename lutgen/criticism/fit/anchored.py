@@ -88,4 +88,5 @@ def noise_only(problem: Problem, predicted: Array, draws: int = DRAWS) -> Iterat
         shift = shift + (0.0 if first_hour_only else error)
         if problem.drawn:
             noise = noise - problem.curve_deviations[draw]
-        yield noise - before.emit(shift[problem.hour_of])
+        # No light of the display reaches the meter through a cap, whatever code values the display shows behind it.
+        yield noise - np.where(problem.is_capped[:, np.newaxis], 0.0, before.emit(shift[problem.hour_of]))
