@@ -75,3 +75,17 @@ def test_without_its_column_no_campaign_has_it_for_a_candidate(name: str, tmp_pa
     some = {each: known[each] for each in (name, "black-level")}
     rows = {row.effect: row.visible for row in diagnose(read_measurements(file), effects=some).visibility}
     assert rows == {name: False, "black-level": True}
+
+
+def test_two_effects_that_readings_of_their_own_prove_are_named_although_a_formula_leaves_more_than_one_explains(
+    tmp_path: Path,
+) -> None:
+    """The light at the places follows no formula: what a dim edge leaves is nearly as large as a cold start."""
+    campaign = Campaign(seed=5, hidden=(("edge-falloff", 0.12, "other"), ("warm-up", 0.03, "same")))
+    readings = campaign.readings
+    light = xyz_at_eye(campaign.panel, readings, campaign.hidden, seed=campaign.seed)
+    wave = 0.02 * np.sin(9.0 * readings.u) * np.sin(7.0 * readings.v) * ((readings.u != 0.5) | (readings.v != 0.5))
+    file = tmp_path / "places.csv"
+    file.write_text(text(campaign, light * (1.0 + wave)[:, np.newaxis], readings), encoding="utf-8")
+    verdict = diagnose(read_measurements(file)).verdict
+    assert (verdict.name, {*verdict.effects}) == ("several", {"edge-falloff", "warm-up"}), verdict.sentence

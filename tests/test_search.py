@@ -224,16 +224,30 @@ def test_a_rounding_is_proposed_beside_another_effect_though_its_simplest_formul
     assert simplest.chi2 > beside.chi2 - 6.0
 
 
-def test_two_forms_of_an_effect_are_joined_where_a_display_needs_both() -> None:
-    """Channels that burn in unequally, with a stretched course: no declared form has ``beta`` beside the channels."""
-    effect, values = catalogue()["burn-in-decay"], {"share": 0.06, "red": -0.02, "blue": 0.05, "early_h": 400.0}
-    exact = Term(effect, effect.rest() | values | {"beta": 0.7, "loss": 0.1})
-    text = csv_text(Campaign(design="colours", seed=3, baseline="first-hour", ageing=0.0))
-    problem = Problem.of(read(text, file="burnt.csv", sha256=""), baseline="first-hour")
+def with_light_of(problem: Problem, name: str, **values: float) -> Fit:
+    """Add to the readings what an effect of the catalogue changes; fit without the effect."""
+    effect = catalogue()[name]
     null = fit(problem)
-    state = null.state._replace(terms=(exact,))
-    burnt = replace(problem.readings, xyz_cd_m2=problem.readings.xyz_cd_m2 + predict(problem, state) - null.predicted)
-    base = fit(Problem.of(burnt, baseline="first-hour"))
+    changed = predict(problem, null.state._replace(terms=(Term(effect, effect.rest() | values),)))
+    shown = replace(problem.readings, xyz_cd_m2=problem.readings.xyz_cd_m2 + changed - null.predicted)
+    return fit(Problem.of(shown, baseline="first-hour" if problem.from_first_hour else "colour-points"))
+
+
+@cache
+def from_hour_0() -> Problem:
+    text = csv_text(Campaign(design="colours", seed=3, baseline="first-hour", ageing=0.0))
+    return Problem.of(read(text, file="burnt.csv", sha256=""), baseline="first-hour")
+
+
+@cache
+def burnt() -> Fit:
+    """Channels that burn in unequally, with a stretched course: no declared form has ``beta`` beside the channels."""
+    values = {"share": 0.06, "red": -0.02, "blue": 0.05, "early_h": 400.0, "beta": 0.7, "loss": 0.1}
+    return with_light_of(from_hour_0(), "burn-in-decay", **values)
+
+
+def test_two_forms_of_an_effect_are_joined_where_a_display_needs_both() -> None:
+    effect, base = catalogue()["burn-in-decay"], burnt()
     tried = {frozenset(each.form): each for each in forms_of(base, effect, freely=True)}
     declared = min((tried[form] for form in map(frozenset, effect.forms) if form in tried), key=bic)
     best = min(tried.values(), key=bic)
@@ -241,7 +255,29 @@ def test_two_forms_of_an_effect_are_joined_where_a_display_needs_both() -> None:
     assert {*declared.form, "beta"} == {*best.form}
     assert bic(best) < bic(declared) - STRONG
     assert best.term.values["beta"] == pytest.approx(0.7, abs=0.1)
-    assert forms_of(null, effect, freely=True)[0].form in effect.forms
+    assert forms_of(fit(from_hour_0()), effect, freely=True)[0].form in effect.forms
+
+
+def test_one_effect_that_leaves_noise_replaces_several_of_its_kind_that_do_not() -> None:
+    base, effects, error = burnt(), [*catalogue().values()], PureError.of(burnt().problem)
+    pair = [family(base, catalogue()[name]).best for name in ("yellowing", "backlight-decay")]
+    (alone,) = stepwise._one_for_several(pair, effects, base, error)
+    assert (alone.effect.name, alone.fit.parameters) == ("burn-in-decay", 6)
+    assert not stepwise._one_for_several(pair[:1], effects, base, error)
+    mixed = [pair[0], family(base, catalogue()["black-level"]).best]
+    assert not stepwise._one_for_several(mixed, effects, base, error)
+    others = [effect for effect in effects if effect.name not in {"burn-in-decay", "channel-decay"}]
+    assert not stepwise._one_for_several(pair, others, base, error)
+
+
+def test_three_exponents_that_differ_are_a_formula_of_a_recalibration() -> None:
+    """The display answers red with a larger exponent and blue with a smaller one: one exponent explains nothing."""
+    problem = campaign().problem
+    base = with_light_of(problem, "recalibration", hour=float(problem.hours[2]), red=0.05, blue=-0.05)
+    best = family(base, catalogue()["recalibration"]).best
+    assert set(best.form) == {"hour", "red", "green", "blue"}
+    assert not best.refined
+    assert best.fit.chi2 < 1.2 * best.fit.freedom
 
 
 def test_a_formula_is_judged_in_the_course_of_the_long_form() -> None:
