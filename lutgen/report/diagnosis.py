@@ -179,7 +179,7 @@ def _separation(each: Separation, again: str) -> str:
     first, second = each.separates
     if each.before > CLEARLY:
         return (
-            f"The formulas of {first} and {second} differ on these readings by a χ² of {each.before:.3g}, but neither "
+            f"The formulas of {first} and {second} differ on these readings by a χ² of {each.before:.0f}, but neither "
             f"is exact: either may be the cause."
         )
     times, gain = _repetitions(each), each.after - each.before

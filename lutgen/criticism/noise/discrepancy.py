@@ -23,7 +23,7 @@ from lutgen.display.native import NativeDisplay
 from lutgen.display.own_model.ladder import MISREAD_LAB
 from lutgen.display.own_model.native_curves import FEW, added_up, parts_of
 from lutgen.display.own_model.sample import first_session_rows, sample_of
-from lutgen.errors import LutgenError
+from lutgen.errors import LutgenError, listed
 from lutgen.readings.rest import is_tip
 
 if TYPE_CHECKING:
@@ -37,6 +37,9 @@ if TYPE_CHECKING:
 
 #: Starting values and bounds of the search: both shares, and the floor in cd/m².
 START, LOW, HIGH = (0.005, 0.005, 0.01), (1e-6, 1e-6, 1e-6), (0.3, 0.3, 10.0)
+
+#: A share, or a floor in cd/m², that is no larger is at the bound of the search: the sentence leaves it out.
+NEGLIGIBLE = 1e-5
 
 #: A reading with a larger Mahalanobis distance from the model is a misreading, and is left out.
 MISREAD = 8.0
@@ -96,10 +99,15 @@ class Discrepancy:
 
     def sentence(self) -> str:
         """State the size in one sentence."""
+        parts = {
+            f"{100 * self.share:.2g} % of X, Y and Z each": self.share,
+            f"{100 * self.of_luminance:.2g} % of the luminance": self.of_luminance,
+            f"{self.floor_cd_m2:.2g} cd/m² at every light": self.floor_cd_m2,
+        }
+        size = listed(part for part, value in parts.items() if value > NEGLIGIBLE)
         return (
-            f"Discrepancy of the display's own model: {100 * self.share:.2g} % of X, Y and Z each, "
-            f"{100 * self.of_luminance:.2g} % of the luminance and {self.floor_cd_m2:.2g} cd/m², from readings of the "
-            f"first session that it had not seen. Errors are judged against noise and discrepancy."
+            f"Discrepancy of the display's own model: {size or 'nearly none'}, from readings of the first session that "
+            f"it had not seen. Errors are judged against noise and discrepancy."
         )
 
 

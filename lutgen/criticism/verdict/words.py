@@ -179,9 +179,7 @@ def one(
         sentence = f"{step.name} is missing, or an effect like it that the catalogue lacks: {size}. {objection}"
         return Verdict("one-of", sentence, names)
     if step.chosen.refined:
-        sentence = (
-            f"{step.name} is missing, but not in its simple form: {freed} had to be free. {size[0].upper()}{size[1:]}."
-        )
+        sentence = f"{step.name} is missing: {size}. Its simple form does not fit: {freed} had to be free."
         return Verdict("form", sentence, names)
     if left:
         sentence = f"{step.name} is missing ({size}), but {left}"
