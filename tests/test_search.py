@@ -28,6 +28,7 @@ from lutgen.criticism.search.candidates import (
     family,
     forms_of,
 )
+from lutgen.criticism.search.one_for_several import one_for_several
 from lutgen.effects import Effect, catalogue
 from lutgen.effects.shapes import COURSE
 from lutgen.errors import LutgenError
@@ -261,13 +262,13 @@ def test_two_forms_of_an_effect_are_joined_where_a_display_needs_both() -> None:
 def test_one_effect_that_leaves_noise_replaces_several_of_its_kind_that_do_not() -> None:
     base, effects, error = burnt(), [*catalogue().values()], PureError.of(burnt().problem)
     pair = [family(base, catalogue()[name]).best for name in ("yellowing", "backlight-decay")]
-    (alone,) = stepwise._one_for_several(pair, effects, base, error)
+    (alone,) = one_for_several(pair, effects, base, error)
     assert (alone.effect.name, alone.fit.parameters) == ("burn-in-decay", 6)
-    assert not stepwise._one_for_several(pair[:1], effects, base, error)
+    assert not one_for_several(pair[:1], effects, base, error)
     mixed = [pair[0], family(base, catalogue()["black-level"]).best]
-    assert not stepwise._one_for_several(mixed, effects, base, error)
+    assert not one_for_several(mixed, effects, base, error)
     others = [effect for effect in effects if effect.name not in {"burn-in-decay", "channel-decay"}]
-    assert not stepwise._one_for_several(pair, others, base, error)
+    assert not one_for_several(pair, others, base, error)
 
 
 def test_three_exponents_that_differ_are_a_formula_of_a_recalibration() -> None:

@@ -263,14 +263,13 @@ def _joined(base: Fit, fitted: Sequence[Candidate]) -> list[Candidate]:
     An effect declares a few forms; a display may need the parameters of two of them. The parameters of the other form
     are freed at the best fit, where a linear step predicts their gain.
     """
-    best, joined = min(fitted, key=bic), list[Candidate]()
-    effect, parameters = best.effect, best.effect.parameters
-    if _is_proposed(effect, best.form):
+    best, joined = min(fitted, key=bic, default=None), list[Candidate]()
+    if best is None or _is_proposed(effect := best.effect, best.form):
         return []
     while True:
         longer = []
         for form in effect.forms:
-            added = [name for name in form if name not in best.form and not parameters[name].grid]
+            added = [name for name in form if name not in best.form and not effect.parameters[name].grid]
             if not added or base.parameters + len(best.form) + len(added) > base.problem.max_parameters:
                 continue
             freed = replace(best.term, free=(*best.term.free, *added))
@@ -323,8 +322,8 @@ def _fitted_forms(
         best = min(fits, key=lambda each: each.chi2)
         ratio.update(linear_gain, base.chi2 - best.chi2)
         settings = score.proposed(effect)[1] if _is_proposed(effect, form) else 1
-        refined = form not in _all_forms(effect)[: effect.refined]
-        fitted.append(Candidate(effect, form, best, base.chi2 - best.chi2, refined, settings))
+        is_refined = form not in _all_forms(effect)[: effect.refined]
+        fitted.append(Candidate(effect, form, best, base.chi2 - best.chi2, is_refined, settings))
     return fitted
 
 

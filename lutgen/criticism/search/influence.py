@@ -150,7 +150,7 @@ def _agrees_with_first(current: Fit, bad: list[int], scale: float) -> bool:
     problem = current.problem
     if bad != list(range(1, len(bad) + 1)):
         return False
-    before = fit(problem.without(problem.rows[problem.hour_of > bad[-1]]), current.terms)
+    before = fit(problem.without(problem.rows[problem.hour_of > bad[-1]].tolist()), current.terms)
     return before.chi2 < SOUND * scale * before.freedom
 
 

@@ -28,16 +28,9 @@ from lutgen.criticism.search.candidates import (
     family,
     forms_of,
 )
-from lutgen.criticism.search.explanation import (
-    Explanation,
-    Step,
-    ages_light,
-    bends_curves,
-    changes_colours,
-    is_shown_apart,
-    together,
-)
+from lutgen.criticism.search.explanation import MOST_OF_IT, Explanation, Step, ages_light, is_shown_apart, together
 from lutgen.criticism.search.free_term import free_term, leaves_only_noise, probe
+from lutgen.criticism.search.one_for_several import inside_limits, one_for_several
 from lutgen.criticism.search.unknown_table import rounding_behind_table
 from lutgen.criticism.search.ways_of_aging import explain_together, light_alone, of_one_size
 
@@ -64,9 +57,6 @@ CLEAR_EXCESS, LEAST_EXPLAINED = 0.2, (0.15, 0.5)
 #: Largest number of effects at once: no campaign distinguishes more.
 MOST = 3
 
-#: Share of an effect's χ² that its formula must explain.
-MOST_OF_IT = 0.95
-
 
 def explain(
     base: Fit,
@@ -91,11 +81,11 @@ def explain(
     sufficient = _sufficient_alone(chosen, together(base, chosen), first, base, error)
     if sufficient:
         chosen = _with_shown_apart(sufficient[0].best, chosen, base, error)
-    if inside := _inside_limits(chosen, first):
+    if inside := inside_limits(chosen, first):
         chosen, sufficient = [inside[0].best], inside
     if simpler := of_one_size(chosen, base, first, error, refined):
         chosen, sufficient = simpler, []
-    if alone := _one_for_several(chosen, effects, base, error):
+    if alone := one_for_several(chosen, effects, base, error):
         chosen, sufficient = alone, []
     if rounded := rounding_behind_table(chosen, base, effects, error):
         chosen, sufficient = rounded, []
@@ -321,24 +311,6 @@ def _freer(chosen: list[Candidate], base: Fit, error: PureError) -> list[Candida
     return [next(complete, None) or next(better, chosen[0])]
 
 
-def _one_for_several(
-    chosen: Sequence[Candidate], effects: Sequence[Effect], base: Fit, error: PureError
-) -> list[Candidate]:
-    """Return one effect that leaves only noise and can replace several of its kind: two that leave more, or three.
-
-    Any form of the effect is allowed: because one effect has a lower BIC than several, its formula need not explain
-    half. The list is empty if there is no such effect.
-    """
-    kinds = (changes_colours, ages_light)
-    kind = next((kind for kind in kinds if all(kind(each.effect) for each in chosen)), None)
-    final = together(base, chosen)
-    if len(chosen) < 2 or not kind or (len(chosen) == 2 and leaves_only_noise(final, error)):
-        return []
-    alone = [forms_of(base, effect, freely=True)[0] for effect in effects if kind(effect)]
-    better = [each for each in alone if bic(each) < final.bic - STRONG and leaves_only_noise(each.fit, error)]
-    return [min(better, key=bic)] if better else []
-
-
 def stand_apart(chosen: Sequence[Candidate], base: Fit) -> bool:
     """Whether several effects share less than half of what they explain together.
 
@@ -358,21 +330,6 @@ def stand_apart(chosen: Sequence[Candidate], base: Fit) -> bool:
     certain = together(base, list(compress(chosen, shown)))
     own = sum(other.chi2 - final.chi2 for other, is_shown in zip(without, shown, strict=True) if not is_shown)
     return own > HALF * (certain.chi2 - final.chi2)
-
-
-def _inside_limits(chosen: Sequence[Candidate], first: Sequence[Family]) -> list[Family]:
-    """Return families on curves, inside their limits, that explain as much as a single effect on curves at its limit.
-
-    The first family takes the place of the effect. The others, with the effect's own family, are its rivals. The list
-    is empty if the effect is inside its limits, or if no other family explains nearly as much inside its limits.
-    """
-    if len(chosen) != 1 or not chosen[0].is_at_limit or not bends_curves(chosen[0].effect):
-        return []
-    enough = MOST_OF_IT * chosen[0].gain
-    inside = [
-        each for each in first if bends_curves(each.effect) and each.best.gain > enough and not each.best.is_at_limit
-    ]
-    return [*inside, *(each for each in first if each.effect is chosen[0].effect)] if inside else []
 
 
 def _with_shown_apart(main: Candidate, chosen: Sequence[Candidate], base: Fit, error: PureError) -> list[Candidate]:

@@ -12,9 +12,9 @@ from lutgen.criticism.first_session.slope_errors import bic_gain, bic_with_drive
 from lutgen.criticism.fit.anchored import anchored, noise_only
 from lutgen.criticism.fit.lack_of_fit import is_noise, is_within_scatter
 from lutgen.criticism.search.candidates import HALF, STRONG
-from lutgen.criticism.search.explanation import bends_curves, is_shown_apart, together
+from lutgen.criticism.search.explanation import MOST_OF_IT, bends_curves, is_shown_apart, together
 from lutgen.criticism.search.free_term import FreeTerm, free_term, leaves_only_noise, probe
-from lutgen.criticism.search.stepwise import MOST_OF_IT, stand_apart
+from lutgen.criticism.search.stepwise import stand_apart
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

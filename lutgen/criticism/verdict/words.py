@@ -10,9 +10,8 @@ from lutgen.colorimetry import xyz_to_uv
 from lutgen.criticism.fit.families import condition_of, family_of
 from lutgen.criticism.fit.linear import State, predict
 from lutgen.criticism.search.candidates import HALF, STRONG
-from lutgen.criticism.search.explanation import ages_light, bends_curves
+from lutgen.criticism.search.explanation import MOST_OF_IT, ages_light, bends_curves
 from lutgen.criticism.search.free_term import FreeTerm
-from lutgen.criticism.search.stepwise import MOST_OF_IT
 from lutgen.criticism.verdict.verdict import Verdict
 from lutgen.effects.clause import in_words
 from lutgen.errors import listed

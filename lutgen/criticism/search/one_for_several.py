@@ -1,0 +1,50 @@
+"""Another effect in place of those that a search admitted: one for several of its kind, or one inside its limits."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lutgen.criticism.search.candidates import STRONG, bic, forms_of
+from lutgen.criticism.search.explanation import MOST_OF_IT, ages_light, bends_curves, changes_colours, together
+from lutgen.criticism.search.free_term import leaves_only_noise
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from lutgen.criticism.fit.least_squares import Fit
+    from lutgen.criticism.noise.pure_error import PureError
+    from lutgen.criticism.search.candidates import Candidate, Family
+    from lutgen.effects import Effect
+
+
+def one_for_several(
+    chosen: Sequence[Candidate], effects: Sequence[Effect], base: Fit, error: PureError
+) -> list[Candidate]:
+    """Return one effect that leaves only noise and can replace several of its kind: two that leave more, or three.
+
+    Any form of the effect is allowed: because one effect has a lower BIC than several, its formula need not explain
+    half. The list is empty if there is no such effect.
+    """
+    kinds = (changes_colours, ages_light)
+    kind = next((kind for kind in kinds if all(kind(each.effect) for each in chosen)), None)
+    final = together(base, chosen)
+    if len(chosen) < 2 or not kind or (len(chosen) == 2 and leaves_only_noise(final, error)):
+        return []
+    alone = [each for effect in effects if kind(effect) for each in forms_of(base, effect, freely=True)[:1]]
+    better = [each for each in alone if bic(each) < final.bic - STRONG and leaves_only_noise(each.fit, error)]
+    return [min(better, key=bic)] if better else []
+
+
+def inside_limits(chosen: Sequence[Candidate], first: Sequence[Family]) -> list[Family]:
+    """Return families on curves, inside their limits, that explain as much as a single effect on curves at its limit.
+
+    The first family takes the place of the effect. The others, with the effect's own family, are its rivals. The list
+    is empty if the effect is inside its limits, or if no other family explains nearly as much inside its limits.
+    """
+    if len(chosen) != 1 or not chosen[0].is_at_limit or not bends_curves(chosen[0].effect):
+        return []
+    enough = MOST_OF_IT * chosen[0].gain
+    inside = [
+        each for each in first if bends_curves(each.effect) and each.best.gain > enough and not each.best.is_at_limit
+    ]
+    return [*inside, *(each for each in first if each.effect is chosen[0].effect)] if inside else []
