@@ -518,6 +518,25 @@ def test_three_effects_that_leave_something_or_do_not_show_are_no_finding(
     assert pronounce(explanation, error, (), Suspicion((), (), "")).name == name
 
 
+@pytest.mark.parametrize(
+    ("seen", "share", "rest"),
+    [(0.9, 0.3, "is noise."), (0.3, 0.9, "may be noise"), (0.0, 0.9, "is noise."), (0.0, 0.2, "may be noise")],
+)
+def test_what_remains_beside_an_effect_of_little_of_the_misfit_may_be_noise(
+    monkeypatch: pytest.MonkeyPatch, seen: float, share: float, rest: str
+) -> None:
+    explanation, error = of_the_curve(), PureError.of(of_the_curve().base.problem)
+    (step,) = explanation.steps
+    weighed = replace(
+        Weighed.of(explanation, error), kept=(step,), minor=(), seen={step.name: seen}, shares={step.name: share},
+        clean=True, sound=True,
+    )  # fmt: skip
+    monkeypatch.setattr("lutgen.criticism.verdict.pronounce.Weighed.of", lambda *_: weighed)
+    monkeypatch.setattr("lutgen.criticism.verdict.pronounce._imitated", lambda *_: None)
+    monkeypatch.setattr("lutgen.criticism.search.explanation.Step.rivals", ())
+    assert f"what remains {rest}" in pronounce(explanation, error, (), Suspicion((), (), "")).sentence
+
+
 @cache
 def leaking() -> Measurements:
     """Readings of a display whose black leaks more and more, without a reading of a capped lens."""

@@ -221,7 +221,8 @@ def _sound(explanation: Explanation, weighed: Weighed, error: PureError, remarks
         simplest, imitated = _share_of_simplest(alone[0], explanation), _imitated(step, explanation, error)
         objection = JAGGED if explanation.unknown_table else assumes_held_luminance(step, base.problem)
         doubt = unproved(step, explanation.final, error.scale)
-        rest = "may be noise, whose size is not known exactly" if 0 < seen[step.name] < HALF else "is noise"
+        explained = seen[step.name] or weighed.shares[step.name]
+        rest = "may be noise, whose size is not known exactly" if explained < HALF else "is noise"
         verdict = one(
             step, size, left=left, simplest=simplest, imitated=imitated, objection=objection, doubt=doubt, rest=rest
         )
