@@ -271,6 +271,19 @@ def test_one_effect_that_leaves_noise_replaces_several_of_its_kind_that_do_not()
     assert not one_for_several(pair, others, base, error)
 
 
+def test_the_form_of_an_only_effect_that_leaves_a_free_term_is_replaced_by_one_that_explains_nearly_all() -> None:
+    """The light falls to one side, and with another course than the simple form has; the other form has both."""
+    problem = campaign("full").problem
+    base = with_light_of(problem, "edge-falloff", new=0.05, grown=0.1, power=0.6, slope_u=0.3)
+    error = PureError.of(base.problem)
+    tried = forms_of(base, catalogue()["edge-falloff"])
+    simple = next(each for each in tried if each.form == ("new", "grown"))
+    (freer,) = stepwise._freer([simple], base, error)
+    assert "slope_u" in freer.form
+    assert freer.fit.chi2 < 1.2 * freer.fit.freedom < 0.5 * simple.fit.chi2
+    assert stepwise._freer([freer], base, error) == [freer]
+
+
 def test_three_exponents_that_differ_are_a_formula_of_a_recalibration() -> None:
     """The display answers red with a larger exponent and blue with a smaller one: one exponent explains nothing."""
     problem = campaign().problem

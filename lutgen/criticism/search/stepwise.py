@@ -301,13 +301,15 @@ def _instead_of_free_term(first: Sequence[Family], base: Fit, error: PureError) 
 def _freer(chosen: list[Candidate], base: Fit, error: PureError) -> list[Candidate]:
     """Replace the form of an only effect that leaves a free term.
 
-    The new form is the best one that has a smaller χ² and leaves no free term. If there is none, it is the best by BIC.
+    The new form is the best one that has a smaller χ² and leaves no free term. If there is none, it is the best that
+    explains nearly all.
     """
     if len(chosen) != 1 or not probe(chosen[0].fit, error).names:
         return chosen
     freer = [each for each in forms_of(base, chosen[0].effect) if each.fit.chi2 < chosen[0].fit.chi2]
     complete = (each for each in freer if not probe(each.fit, error).names)
-    better = (each for each in freer if bic(each) < bic(chosen[0]) - STRONG)
+    enough = MOST_OF_IT * (base.chi2 - base.freedom * error.scale)
+    better = (each for each in freer if each.gain > enough and bic(each) < bic(chosen[0]) - STRONG)
     return [next(complete, None) or next(better, chosen[0])]
 
 
