@@ -257,7 +257,7 @@ def test_an_unknown_effect_to_leave_out_is_refused() -> None:
 
 MIMICKED = (
     Case("one-of", (), (("eotf-drift", "other", 10.0),), "or by another effect that the catalogue lacks", FULL),
-    Case("one-of", (), (("channel-gamma", "same", 10.0),), "or by another effect that the catalogue lacks", FULL),
+    Case("unexplained", (), (("channel-gamma", "same", 10.0),), "no known effect explains", FULL),
 )
 
 

@@ -22,8 +22,8 @@ def one_for_several(
 ) -> list[Candidate]:
     """Return one effect that leaves only noise and can replace several of its kind: two that leave more, or three.
 
-    Any form of the effect is allowed: because one effect has a lower BIC than several, its formula need not explain
-    half. The list is empty if there is no such effect.
+    Any form of the effect with no more parameters than the several effects is allowed, also one whose formula does not
+    explain half. The list is empty if there is no such effect.
     """
     kinds = (changes_colours, ages_light)
     kind = next((kind for kind in kinds if all(kind(each.effect) for each in chosen)), None)
@@ -31,7 +31,8 @@ def one_for_several(
     if len(chosen) < 2 or not kind or (len(chosen) == 2 and leaves_only_noise(final, error)):
         return []
     alone = [each for effect in effects if kind(effect) for each in forms_of(base, effect, freely=True)[:1]]
-    better = [each for each in alone if bic(each) < final.bic - STRONG and leaves_only_noise(each.fit, error)]
+    fewer = [each for each in alone if each.fit.parameters <= final.parameters and bic(each) < final.bic - STRONG]
+    better = [each for each in fewer if leaves_only_noise(each.fit, error)]
     return [min(better, key=bic)] if better else []
 
 
