@@ -23,7 +23,7 @@ from lutgen.criticism.fit.least_squares import fit
 from lutgen.criticism.fit.linear import State, Term, linearise, predict
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.fit.system import System
-from lutgen.criticism.noise.discrepancy import discrepancy_of_native
+from lutgen.criticism.noise.discrepancy import Discrepancy, discrepancy_of_native
 from lutgen.criticism.noise.session_errors import with_shared_errors
 from lutgen.criticism.refine import refine
 from lutgen.criticism.search.candidates import STRONG, family, forms_of
@@ -583,6 +583,22 @@ def with_brighter_mixtures(readings: Measurements) -> Measurements:
     return replace(readings, xyz_cd_m2=readings.xyz_cd_m2 * (1.0 + 0.04 * lit * pairs))
 
 
+@pytest.mark.parametrize(
+    ("sizes", "told"),
+    [
+        (
+            (0.001, 0.002, 0.015),
+            "0.1 % of X, Y and Z each, 0.2 % of the luminance and 0.015 cd/m² at every light, from",
+        ),
+        ((1e-6, 0.0034, 1e-6), "model: 0.34 % of the luminance, from"),
+        ((1e-6, 1e-6, 1e-6), "model: nearly none, from"),
+    ],
+)
+def test_a_discrepancy_says_only_the_parts_that_it_has(sizes: tuple[float, float, float], told: str) -> None:
+    share, of_luminance, floor = sizes
+    assert told in Discrepancy(share=share, of_luminance=of_luminance, floor_cd_m2=floor).sentence()
+
+
 def test_what_curves_miss_of_mixtures_is_a_discrepancy() -> None:
     """Few mixtures make no own model: the residuals of the curves on the first day predict the later errors."""
     plain = Campaign(design="full", hours=(0.0, 2500.0, 6000.0, 11_500.0, 18_000.0), seed=8)
@@ -756,7 +772,13 @@ def test_a_dark_offset_that_differs_from_session_to_session_is_no_leak_of_a_nati
 
 @pytest.mark.parametrize(
     ("native", "hour", "wrong"),
-    [(False, 0.0, (0.0,)), (True, 0.0, ()), (False, 3000.0, (3000.0,)), (True, 3000.0, (3000.0,))],
+    [
+        (False, 0.0, (0.0,)),
+        (True, 0.0, ()),
+        (False, 500.0, (500.0,)),
+        (False, 3000.0, (3000.0,)),
+        (True, 3000.0, (3000.0,)),
+    ],
 )
 def test_the_first_session_of_a_native_display_is_no_wrong_one(
     native: bool, hour: float, wrong: tuple[float, ...]

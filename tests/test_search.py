@@ -17,17 +17,19 @@ from lutgen.criticism.fit.least_squares import Fit, fit, switching_penalty
 from lutgen.criticism.fit.linear import Term, predict
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.pure_error import PureError
-from lutgen.criticism.search import stepwise
+from lutgen.criticism.search import candidates, stepwise
 from lutgen.criticism.search.candidates import (
     STRONG,
     Family,
     _with_time_course,
+    best_start,
     bic,
     contenders,
     families,
     family,
     forms_of,
 )
+from lutgen.criticism.search.forms import simple_forms
 from lutgen.criticism.search.one_for_several import one_for_several
 from lutgen.effects import Effect, catalogue
 from lutgen.effects.shapes import COURSE
@@ -257,6 +259,21 @@ def test_two_forms_of_an_effect_are_joined_where_a_display_needs_both() -> None:
     assert bic(best) < bic(declared) - STRONG
     assert best.term.values["beta"] == pytest.approx(0.7, abs=0.1)
     assert forms_of(fit(from_hour_0()), effect, freely=True)[0].form in effect.forms
+
+
+def test_joined_forms_that_make_a_simple_form_are_no_refinement() -> None:
+    base, effect = campaign(black_level=(0.002, "same")), catalogue()["black-level"]
+    alone = next(each for each in forms_of(base, effect) if each.form == ("new",))
+    both = candidates._joined_with(base, alone, ("grown",))
+    assert both is not None
+    assert (set(both.form), both.refined) == ({"new", "grown"}, False)
+
+
+def test_an_effect_whose_simple_form_is_held_starts_at_rest() -> None:
+    """A display's own model contains the sizes of hour 0, so that no simple form may be left."""
+    effect = replace(catalogue()["black-level"], forms=(("power",),), refined=0)
+    assert simple_forms(effect) == ((),)
+    assert best_start(campaign(), effect).free == ()
 
 
 def test_one_effect_that_leaves_noise_replaces_several_of_its_kind_that_do_not() -> None:

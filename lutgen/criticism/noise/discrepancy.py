@@ -99,12 +99,12 @@ class Discrepancy:
 
     def sentence(self) -> str:
         """State the size in one sentence."""
-        parts = {
-            f"{100 * self.share:.2g} % of X, Y and Z each": self.share,
-            f"{100 * self.of_luminance:.2g} % of the luminance": self.of_luminance,
-            f"{self.floor_cd_m2:.2g} cd/m² at every light": self.floor_cd_m2,
-        }
-        size = listed(part for part, value in parts.items() if value > NEGLIGIBLE)
+        parts = (
+            (self.share, f"{100 * self.share:.2g} % of X, Y and Z each"),
+            (self.of_luminance, f"{100 * self.of_luminance:.2g} % of the luminance"),
+            (self.floor_cd_m2, f"{self.floor_cd_m2:.2g} cd/m² at every light"),
+        )
+        size = listed(part for value, part in parts if value > NEGLIGIBLE)
         return (
             f"Discrepancy of the display's own model: {size or 'nearly none'}, from readings of the first session that "
             f"it had not seen. Errors are judged against noise and discrepancy."

@@ -13,7 +13,7 @@ import numpy as np
 
 from lutgen.criticism.fit.code_shifts import FITTED
 from lutgen.criticism.fit.linear import Term
-from lutgen.effects.declare import PROPOSED
+from lutgen.criticism.search.forms import FORMULA, all_forms, is_formula, is_proposed, is_refined, simple_forms
 from lutgen.effects.shapes import COURSE
 from lutgen.errors import LutgenError
 
@@ -28,9 +28,8 @@ if TYPE_CHECKING:
 #: doi:10.1080/01621459.1995.10476572).
 STRONG = 6.0
 
-#: A form with at most ``FORMULA`` free parameters, and a simple form of an effect, is a *formula*. A longer form is
-#: accepted only if a formula reaches more than ``HALF`` of its gain in χ².
-FORMULA, HALF = 3, 0.5
+#: A form longer than a formula is accepted only if a formula reaches more than ``HALF`` of its gain in χ².
+HALF = 0.5
 
 #: A grid with more settings than this is tried only if its first parameter alone is promising.
 MANY = 20
@@ -133,8 +132,7 @@ def families(
 
 def _simple(effect: Effect, may_skip: bool) -> list[tuple[str, ...]]:
     """Return an effect's simple formulas; with ``may_skip`` also the forms of proposed settings."""
-    simple = effect.forms[: effect.refined]
-    return [form for form in effect.forms if form in simple or (may_skip and _is_proposed(effect, form))]
+    return [form for form in effect.forms if not is_refined(effect, form) or (may_skip and is_proposed(effect, form))]
 
 
 def contenders(base: Fit, effects: Iterable[Effect], limit: float, ratio: GainRatio | None = None) -> list[Family]:
@@ -144,7 +142,7 @@ def contenders(base: Fit, effects: Iterable[Effect], limit: float, ratio: GainRa
     """
     ratio, below = ratio or GainRatio(), []
     for effect in effects:
-        fitted = _fitted_forms(base, effect, ratio, _all_forms(effect), limit=limit, may_skip=True)
+        fitted = _fitted_forms(base, effect, ratio, all_forms(effect), limit=limit, may_skip=True)
         if fitted and min(map(bic, fitted)) < limit:
             fitted = _without_mimics(base, _with_skipped_formulas(base, ratio, fitted))
             below.append(Family(effect, min(fitted, key=bic), fitted[0], len(fitted)))
@@ -167,7 +165,7 @@ def family(
     that have at most ``longest`` parameters.
     """
     ratio = ratio or GainRatio()
-    first, *others = _all_forms(effect)
+    first, *others = all_forms(effect)
     forms = [first, *(form for form in others if longest is None or len(form) <= longest)]
     fitted = _fitted_forms(base, effect, ratio, forms, limit=limit)
     if not fitted:
@@ -179,23 +177,12 @@ def family(
     return Family(effect, min(allowed, key=bic), fitted[0], len(fitted))
 
 
-def _all_forms(effect: Effect) -> Sequence[tuple[str, ...]]:
-    """Return the forms of an effect; an effect without parameters has one form, which is empty."""
-    return effect.forms or ((),)
-
-
-def _is_formula(effect: Effect, form: tuple[str, ...]) -> bool:
-    """Whether a form is short enough to be a formula of the effect; the effect's simple forms always are."""
-    simple = effect.forms[: effect.refined]
-    return form in simple or len(form) <= max((FORMULA, *(len(each) for each in simple[:1])))
-
-
 def _without_mimics(base: Fit, fitted: Sequence[Candidate]) -> list[Candidate]:
     """Leave out each long form if no formula has half of its gain: with many parameters a form imitates any effect.
 
     A formula with more than ``FORMULA`` parameters counts only for forms with up to ``FORMULA`` further parameters.
     """
-    formulas = [each for each in fitted if _is_formula(each.effect, each.form)]
+    formulas = [each for each in fitted if is_formula(each.effect, each.form)]
 
     def has_formula(long: Candidate) -> bool:
         near = [each for each in formulas if len(each.form) <= FORMULA or len(long.form) <= len(each.form) + FORMULA]
@@ -203,7 +190,7 @@ def _without_mimics(base: Fit, fitted: Sequence[Candidate]) -> list[Candidate]:
         needed = HALF * long.gain
         return best is not None and (best.gain > needed or _with_time_course(base, best, long).gain > needed)
 
-    return [each for each in fitted if _is_formula(each.effect, each.form) or has_formula(each)]
+    return [each for each in fitted if is_formula(each.effect, each.form) or has_formula(each)]
 
 
 def _with_time_course(base: Fit, formula: Candidate, long: Candidate) -> Candidate:
@@ -221,16 +208,16 @@ def _with_time_course(base: Fit, formula: Candidate, long: Candidate) -> Candida
 def _with_skipped_formulas(base: Fit, ratio: GainRatio, fitted: Sequence[Candidate]) -> list[Candidate]:
     """Fit the formulas that ``limit`` skipped: they decide whether a long form is accepted."""
     effect, known = fitted[0].effect, {each.form for each in fitted}
-    if all(_is_formula(effect, form) for form in known):
+    if all(is_formula(effect, form) for form in known):
         return list(fitted)
-    skipped = [form for form in effect.forms if _is_formula(effect, form) and form not in known]
+    skipped = [form for form in effect.forms if is_formula(effect, form) and form not in known]
     return [*fitted, *_fitted_forms(base, effect, ratio, skipped)]
 
 
 def best_start(base: Fit, effect: Effect) -> Term:
     """Return the start, among an effect's simple forms, with the largest linear gain minus its penalty."""
     score, penalty = base.score, float(np.log(base.readings))
-    forms = _all_forms(effect)[: effect.refined]
+    forms = simple_forms(effect)
     starts = [
         (gain - penalty * len(form), term)
         for form in forms
@@ -252,7 +239,7 @@ def forms_of(base: Fit, effect: Effect, *, freely: bool = False) -> list[Candida
 
     ``freely``: allow a long form although no formula has half of its gain.
     """
-    fitted = _fitted_forms(base, effect, GainRatio(), _all_forms(effect))
+    fitted = _fitted_forms(base, effect, GainRatio(), all_forms(effect))
     allowed = fitted if freely else _without_mimics(base, fitted)
     return sorted([*allowed, *_joined(base, allowed)], key=bic)
 
@@ -263,27 +250,31 @@ def _joined(base: Fit, fitted: Sequence[Candidate]) -> list[Candidate]:
     An effect declares a few forms; a display may need the parameters of two of them. The parameters of the other form
     are freed at the best fit, where a linear step predicts their gain.
     """
-    best, joined = min(fitted, key=bic, default=None), list[Candidate]()
-    if best is None or _is_proposed(effect := best.effect, best.form):
-        return []
-    while True:
-        longer = []
-        for form in effect.forms:
-            added = [name for name in form if name not in best.form and not effect.parameters[name].grid]
-            if not added or base.parameters + len(best.form) + len(added) > base.problem.max_parameters:
-                continue
-            freed = replace(best.term, free=(*best.term.free, *added))
-            terms = tuple(freed if term is best.term else term for term in best.fit.terms)
-            system = best.fit.system_of(terms)
-            predicted = OPTIMISM * (system.chi2 - system.step(terms).chi2)
-            if predicted > STRONG + len(added) * float(np.log(base.readings)):
-                refitted = best.fit.with_terms(terms)
-                gain = base.chi2 - refitted.chi2
-                longer.append(replace(best, form=(*best.form, *added), fit=refitted, gain=gain, refined=True))
-        better = min(longer, key=bic, default=best)
+    joined: list[Candidate] = []
+    best = min(fitted, key=bic, default=None)
+    while best and not is_proposed(best.effect, best.form):
+        longer = (_joined_with(base, best, form) for form in best.effect.forms)
+        better = min((each for each in longer if each), key=bic, default=best)
         if bic(better) > bic(best) - STRONG:
-            return joined
+            break
         joined.append(best := better)
+    return joined
+
+
+def _joined_with(base: Fit, best: Candidate, other: tuple[str, ...]) -> Candidate | None:
+    """Free the parameters of another form too; None if there are none, or if BIC cannot fall by ``STRONG``."""
+    effect = best.effect
+    added = [name for name in other if name not in best.form and not effect.parameters[name].grid]
+    if not added or base.parameters + len(best.form) + len(added) > base.problem.max_parameters:
+        return None
+    freed = replace(best.term, free=(*best.term.free, *added))
+    terms = tuple(freed if term is best.term else term for term in best.fit.terms)
+    system = best.fit.system_of(terms)
+    predicted = OPTIMISM * (system.chi2 - system.step(terms).chi2)
+    if predicted <= STRONG + len(added) * float(np.log(base.readings)):
+        return None
+    form, fit = (*best.form, *added), best.fit.with_terms(terms)
+    return replace(best, form=form, fit=fit, gain=base.chi2 - fit.chi2, refined=is_refined(effect, form))
 
 
 def _fitted_forms(
@@ -301,29 +292,29 @@ def _fitted_forms(
         if base.parameters + len(form) > base.problem.max_parameters:
             continue  # the readings cannot determine this number of parameters
         penalty = len(form) * float(np.log(base.readings))
-        if _is_proposed(effect, form) and base.bic - ratio.ratio * score.code_shifts.most + penalty > limit:
+        if is_proposed(effect, form) and base.bic - ratio.ratio * score.code_shifts.most + penalty > limit:
             continue  # no setting gains more than free shifts, one for each code value
         needed = HALF * (base.bic - limit)  # a long form is accepted only if a formula gains more
-        if needed > 0.0 and not _is_formula(effect, form) and ratio.ratio * _formula_gain(score, effect) < needed:
+        if needed > 0.0 and not is_formula(effect, form) and ratio.ratio * _formula_gain(score, effect) < needed:
             continue
         grids = _grids(score, effect, form)
         if not grids:
             continue  # the grid lies between sessions, and there is only one session
-        is_long = len(grids) > MANY and not _is_proposed(effect, form)
+        is_long = len(grids) > MANY and not is_proposed(effect, form)
         if is_long and best_linear_gain(score, effect, form[:1]) < WORTH * penalty / len(form):
             continue
         starts = [_start(score, effect, form, grid) for grid in grids]
         linear_gain = max(gain for gain, _ in starts)
         hopeless = base.bic - ratio.ratio * linear_gain + penalty > limit
-        if (form != _all_forms(effect)[0] or may_skip) and (hopeless or linear_gain < WORTH * penalty):
+        if (form != all_forms(effect)[0] or may_skip) and (hopeless or linear_gain < WORTH * penalty):
             continue
         starts.sort(key=lambda start: -start[0])
         fits = [base.with_terms((*base.terms, term)) for _, term in starts[:2]]
         best = min(fits, key=lambda each: each.chi2)
         ratio.update(linear_gain, base.chi2 - best.chi2)
-        settings = score.proposed(effect)[1] if _is_proposed(effect, form) else 1
-        is_refined = form not in _all_forms(effect)[: effect.refined]
-        fitted.append(Candidate(effect, form, best, base.chi2 - best.chi2, is_refined, settings))
+        settings = score.proposed(effect)[1] if is_proposed(effect, form) else 1
+        gain = base.chi2 - best.chi2
+        fitted.append(Candidate(effect, form, best, gain, is_refined(effect, form), settings))
     return fitted
 
 
@@ -334,7 +325,7 @@ def best_linear_gain(score: Score, effect: Effect, form: tuple[str, ...]) -> flo
 
 def _formula_gain(score: Score, effect: Effect) -> float:
     """Return the largest linear gain of an effect's formulas."""
-    return max(best_linear_gain(score, effect, form) for form in _all_forms(effect) if _is_formula(effect, form))
+    return max(best_linear_gain(score, effect, form) for form in all_forms(effect) if is_formula(effect, form))
 
 
 def bic(candidate: Candidate) -> float:
@@ -343,16 +334,12 @@ def bic(candidate: Candidate) -> float:
 
 
 def _proposes(effect: Effect) -> bool:
-    return any(_is_proposed(effect, form) for form in effect.forms)
-
-
-def _is_proposed(effect: Effect, form: tuple[str, ...]) -> bool:
-    return any(effect.parameters[name].grid == PROPOSED for name in form)
+    return any(is_proposed(effect, form) for form in effect.forms)
 
 
 def _grids(score: Score, effect: Effect, form: tuple[str, ...]) -> list[dict[str, float]]:
     """Return all settings of a form's grid parameters; if there are too many, those that the effect proposes."""
-    if _is_proposed(effect, form):
+    if is_proposed(effect, form):
         return [setting for setting in score.proposed(effect)[0] if set(setting) == set(form)][:FITTED]
     settings: list[dict[str, float]] = [{}]
     for name in form:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from lutgen.criticism.compare.comparison import CLEAR
 from lutgen.criticism.search.candidates import HALF, STRONG, contenders
 from lutgen.criticism.search.explanation import ages_light, together
+from lutgen.criticism.search.forms import simple_forms
 from lutgen.criticism.search.free_term import leaves_only_noise
 
 if TYPE_CHECKING:
@@ -80,4 +81,4 @@ def of_one_size(
 
 def _sizes(effect: Effect) -> int:
     """Return the number of amplitudes that are free in the simple forms of an effect."""
-    return len({name for form in effect.forms[: effect.refined] for name in form if name in effect.neutral})
+    return len({name for form in simple_forms(effect) for name in form if name in effect.neutral})

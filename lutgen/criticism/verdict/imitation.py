@@ -17,6 +17,7 @@ import numpy as np
 from lutgen.criticism.fit.linear import Term
 from lutgen.criticism.search.candidates import STRONG
 from lutgen.criticism.search.explanation import ages_light, bends_curves
+from lutgen.criticism.search.forms import simple_forms
 from lutgen.criticism.search.free_term import LEAST_SEEN
 from lutgen.numerals import percent
 
@@ -136,7 +137,7 @@ def _typical(effect: Effect) -> Iterator[list[Term]]:
     A form imitates an effect only if it follows all of these terms. For example, a common drift of three channels does
     not imitate a drift of one channel.
     """
-    for form in effect.forms[: effect.refined] or ((),):
+    for form in simple_forms(effect):
         values = {name: effect.parameters[name].value for name in form}
         sizes = [name for name in form if name in effect.neutral]
         alone = [

@@ -119,7 +119,8 @@ class Weighed:
         # If the excess is visible and a residual is left, the kept effects must together explain half of the excess in
         # mean ΔE2000.
         is_clean = clean or explanation.unknown_table
-        visible = is_clean or not any(seen.values()) or _returning_delta_e(base, final, [kept_fit])[0] < HALF
+        is_whole = is_clean or kept_fit is final or not any(seen.values())
+        visible = is_whole or _returning_delta_e(base, final, [kept_fit])[0] < HALF
         sound = (
             bool(kept)
             and half
