@@ -6,7 +6,6 @@ Golub & Pereyra, SIAM J. Numer. Anal. 10, 413-432 (1973), doi:10.1137/0710036.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -165,9 +164,7 @@ class Block:
         local = prior.shape[1]
         prior_columns = np.zeros((len(rows), off.size))
         prior_columns[:local], prior_columns[-1] = prior.T, off
-        # The transpose is in the column-major layout of LAPACK, so it is not copied.
-        factors = scipy.linalg.lapack.dgeqrf(np.concatenate([rows, prior_columns], axis=1).T, overwrite_a=1)[0]
-        upper = factors[: len(rows)] * _triangle(*factors[: len(rows)].shape)
+        upper = np.asarray(np.linalg.qr(np.concatenate([rows, prior_columns], axis=1).T, mode="r"))
         hour = None if problem.from_first_hour else int(problem.hour_of[whole[0]])
         return cls(upper[:local], upper[local:, local:], hour, gains)
 
@@ -180,14 +177,8 @@ class Block:
         triangle = self.upper[:, :local]
         diagonal = np.abs(np.diag(triangle))
         if diagonal.size == local and diagonal.min() > SINGULAR * diagonal.max():
-            return np.asarray(scipy.linalg.lapack.dtrtrs(triangle, right)[0])
+            return np.asarray(np.linalg.solve(triangle, right))
         return np.asarray(np.linalg.lstsq(triangle, right, rcond=1e-12)[0])
-
-
-@cache
-def _triangle(rows: int, columns: int) -> Array:
-    """1 on the diagonal and above it, 0 below."""
-    return np.triu(np.ones((rows, columns)))
 
 
 def without_first_errors(linear: Linear, first_errors: FirstErrors | None) -> tuple[Linear, Array]:

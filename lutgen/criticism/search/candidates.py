@@ -37,6 +37,10 @@ MANY = 20
 #: Ratio by which the gain of a full fit may exceed the linear gain, which comes from few starts.
 OPTIMISM = 1.6
 
+#: Gain per parameter below which AIC prefers no parameter (Akaike 1974, doi:10.1109/TAC.1974.1100705); noise gains 1.
+#: If the amplitudes of a form gain less at the usual shape, the search tries no other shapes.
+AIC = 2.0
+
 #: A refined form whose linear gain is below this share of its own penalty is not fitted.
 WORTH = 0.6
 
@@ -362,16 +366,11 @@ def _start(score: Score, effect: Effect, form: tuple[str, ...], grid: dict[str, 
 def _find_start(score: Score, effect: Effect, form: tuple[str, ...], grid: dict[str, float]) -> tuple[float, Term]:
     amplitudes = [name for name in form if name in effect.neutral and not effect.parameters[name].grid]
     shapes = [name for name in form if name not in effect.neutral and not effect.parameters[name].grid]
-    values = [grid]
-    for name in shapes:
-        values += [{**grid, name: value} for value in _thirds(effect, name)]
-    best = max(
-        (
-            (score.gain(Term.at_rest(effect, form, **each), amplitudes), Term.at_rest(effect, form, **each))
-            for each in values
-        ),
-        key=lambda start: start[0],
-    )
+    values = [grid, *({**grid, name: value} for name in shapes for value in _thirds(effect, name))]
+    starts = (Term.at_rest(effect, form, **each) for each in values)
+    best = score.gain(first := next(starts), amplitudes), first
+    if best[0] > AIC * len(amplitudes):
+        best = max([best, *((score.gain(start, amplitudes), start) for start in starts)], key=lambda start: start[0])
     if best[0] > 0 or not amplitudes:
         return best
     # The effect acts only beyond a threshold: its gradient is zero at rest, so the search starts at the typical size.
