@@ -133,7 +133,7 @@ class Lines:
 
     def tests(self, mutant: Mutant) -> Iterator[str]:
         """Yield the tests of the line, then the tests of the file if imports run the line, then other tests of their
-        files.
+        files. If imports run the line, all other tests follow: a test that reads a declaration runs no line of it.
         """
         lines = self._tests[mutant.file]
         given: set[str] = set()
@@ -141,7 +141,9 @@ class Lines:
             yield from self._quickest(nearest - given)
             given |= nearest
         files = {test.partition("::")[0] for test in lines[mutant.line]}
-        yield from self._quickest({test for test in self.seconds if test.partition("::")[0] in files} - given)
+        rest = self.seconds.keys() - given
+        near = rest if "" in lines[mutant.line] else {test for test in rest if test.partition("::")[0] in files}
+        yield from self._quickest(near)
 
     def _quickest(self, tests: set[str]) -> list[str]:
         return sorted(tests & self.seconds.keys(), key=lambda test: (self.seconds[test], test))

@@ -224,6 +224,13 @@ TWINS: tuple[tuple[str, Mapping[str, float], Scene, object, object], ...] = (
         TIPS[None],
         _faded([1 - 0.05 * (1 - 1 / np.e), 1 - 0.1 * (1 - 1 / np.e), 1 - 0.3 * (1 - 1 / np.e)]),
     ),
+    (
+        "burn-in-decay",
+        {"share": 0.1, "early_h": 18_000.0, "loss": 0.5, "red": 0.2},
+        at(HALF),
+        TIPS[None],
+        _faded([share * np.exp(-0.5) + (1 - share) * np.exp(-0.25) for share in (0.3, 0.1, 0.1)]),
+    ),
     ("channel-decay", dict.fromkeys(("red", "green", "blue"), 0.3), at(HALF), TIPS[None], TIPS[None] * np.exp(-0.15)),
     ("stabilizer-headroom", {"headroom": 0.5, "loss": 0.4}, at(HALF), TIPS[None], TIPS[None]),
     ("stabilizer-headroom", {"headroom": 0.5, "loss": 2.0}, at(), TIPS[None], TIPS[None] * 1.5 * np.exp(-2.0)),
