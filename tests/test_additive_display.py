@@ -188,6 +188,18 @@ def test_the_page_does_not_contradict_a_small_finding() -> None:
     assert "agrees with the measurements" not in text
 
 
+def test_the_page_does_not_contradict_a_consistent_verdict() -> None:
+    """Errors that readings share make a comparison of single readings fail where a diagnosis finds nothing."""
+    diagnosis = diagnose(campaign())
+    assert diagnosis.verdict.name == "consistent"
+    error = replace(diagnosis.comparison.error, rms_sigma=2.0 * diagnosis.comparison.floor.rms_sigma)
+    shared = replace(diagnosis, comparison=replace(diagnosis.comparison, error=error))
+    text = "\n".join(part for part in diagnose_page(shared, catalogue(), "x.csv") if isinstance(part, str))
+    assert "differ from the model by 2 × the noise of single readings" in text
+    assert "Errors that many readings share explain the difference" in text
+    assert " fails by " not in text
+
+
 @pytest.mark.parametrize("seed", [2, 3, 4])
 def test_small_shifts_of_two_primaries_are_one_effect(seed: int) -> None:
     shifts = 0.0009 * np.array([[0, 0, 0], [-CHANNELS[1].sum(), 0, 0], [0, 0, CHANNELS[2].sum()]])

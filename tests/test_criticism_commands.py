@@ -178,7 +178,7 @@ def told_of(condition: Condition) -> Iterator[str]:
 TOLD = [
     "light by level near 0.4, growing", "light by red near 0.8", "light by blue near 0.1 in Z", "light by red × green",
     "light by level near 0.1 at 500 h", "light added everywhere", "light added everywhere, growing in Z",
-    "light added before the lens cap", "light added to black", "tips, at all hours alike",
+    "light added under the lens cap", "light added to black", "tips, at all hours alike",
     "black, growing with the hours", "grey, x", "red ramp, x", "secondary, x", "mixture, x", "lens cap, x",
     *(told for condition in CONDITIONS for told in told_of(condition)),
 ]  # fmt: skip
@@ -416,8 +416,16 @@ def test_force_replaces_what_is_there(run: Callable[..., Done], tmp_path: Path) 
     [
         (0.3, 838.0, "lens cap. 3 readings raise the χ² between them from 0.3 to 838 (20 is clear)."),
         (2.0, 8.0, "lens cap. 3 readings, read 3 times, raise the χ² between them from 2 to 20 (20 is clear)."),
-        (1e-9, 1e-9, "Nothing in one more session would tell black-level from meter-offset"),
-        (1.0, 1.1, "Nothing in one more session would tell black-level from meter-offset"),
+        (
+            1e-9,
+            1e-9,
+            "meter-offset would explain these readings almost as well as black-level. Nothing in one more session",
+        ),
+        (
+            1.0,
+            1.1,
+            "meter-offset would explain these readings almost as well as black-level. Nothing in one more session",
+        ),
         (50.0, 60.0, "The formulas of black-level and meter-offset differ on these readings by a χ² of 50"),
     ],
 )

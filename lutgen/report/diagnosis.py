@@ -6,11 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from lutgen.criticism.compare.comparison import Comparison
 from lutgen.criticism.diagnose import Diagnosis, Ranked, parameters_of
 from lutgen.criticism.refine import Refinement
 from lutgen.criticism.search.separate import Separation
-from lutgen.criticism.verdict.verdict import Verdict
 from lutgen.criticism.verdict.visibility import Visibility, relative_size, typical_size
 from lutgen.effects import Effect
 from lutgen.effects.shapes import is_knot
@@ -36,7 +34,7 @@ def diagnose_page(
     verdict = diagnosis.verdict
     yield Headline(f"{verdict.name}: {verdict.sentence}")
     before = diagnosis.comparison
-    yield _error(before, verdict) + _allowed(diagnosis)
+    yield _error(diagnosis)
     if verdict.effects:
         after = diagnosis.after
         yield (
@@ -79,16 +77,6 @@ def diagnose_page(
         yield from _held_out_lines(diagnosis.ranking)
     if not verbose:
         yield "How each effect does alone: --verbose."
-
-
-def _allowed(diagnosis: Diagnosis) -> str:
-    """Say why a diagnosis finds nothing where a comparison, which knows the noise of single readings alone, fails."""
-    if diagnosis.verdict.name != "consistent" or diagnosis.comparison.agrees:
-        return ""
-    shared = ["the meter's dark offset", "the meter's gain"]
-    if diagnosis.problem.native:
-        shared.append("the errors of the display's own model")
-    return f" A diagnosis allows for errors that readings share too: {listed(shared)}."
 
 
 def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect], *, verbose: bool = True) -> Table:
@@ -185,8 +173,8 @@ def _separation(each: Separation, again: str) -> str:
     times, gain = _repetitions(each), each.after - each.before
     if times > TOO_OFTEN:
         return (
-            f"Nothing in one more session would tell {first} from {second}: within the range of these readings both "
-            f"give the same LUTs."
+            f"{second} would explain these readings almost as well as {first}. Nothing in one more session would tell "
+            f"the two apart, but within the range of these readings both give the same LUTs."
         )
     often = f", read {times} times," if times > 1 else ""
     return (
@@ -202,9 +190,19 @@ def _repetitions(each: Separation) -> int:
     return ceil(max(CLEARLY - each.before, 1.0) / gain) if gain > 0 else TOO_OFTEN + 1
 
 
-def _error(before: Comparison, verdict: Verdict) -> str:
+def _error(diagnosis: Diagnosis) -> str:
     """Return the sentence on the error of the model without the effects; it does not contradict the verdict."""
+    before, verdict = diagnosis.comparison, diagnosis.verdict
     sentence, error, floor = before.sentence(), before.error, before.floor
+    if verdict.name == "consistent" and not before.agrees:
+        shared = ["the meter's dark offset", "the meter's gain"]
+        if diagnosis.problem.native:
+            shared.append("the errors of the display's own model")
+        return (
+            f"The readings differ from the model by {times(before.ratio)} the noise of single readings (mean ΔE2000 "
+            f"{error.delta_e_mean:.2f} where this noise alone gives {floor.delta_e_mean:.2f}). Errors that many "
+            f"readings share explain the difference: {listed(shared)}."
+        )
     if before.agrees and verdict.name not in {"consistent", "measurement-problem"}:
         sentence = (
             f"All readings together hardly show it: {times(before.ratio)} the noise, mean ΔE2000 "

@@ -43,7 +43,7 @@ def of_condition(condition: Condition) -> tuple[str, Sketch]:
 
 #: Pattern → draft for all names; the first pattern that matches is used.
 FOLLOWS = {
-    r"light added before": _CAPPED,
+    r"light added under": _CAPPED,
     r"light added (everywhere|to black)": _ADDED,
     **{
         pattern: sketch
@@ -69,7 +69,7 @@ _PARTS = {
 
 def sketch(diagnosis: Diagnosis) -> str:
     """Return the Python source of an effect that follows the model's residual."""
-    follows = probe(diagnosis.explanation.base, diagnosis.error).names
+    follows = diagnosis.verdict.signatures or probe(diagnosis.explanation.base, diagnosis.error).names
     where, course = strongest(diagnosis.explanation)
     if follows:
         return sketched(follows[0], misfit=changes(follows))

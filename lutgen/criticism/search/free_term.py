@@ -167,7 +167,7 @@ def _outside_catalogue(problem: Problem, predicted: Array, leave_out: Collection
     strange = {name for condition in CONDITIONS for name in condition.strange}
     for name, weight in _conditions(problem, leave_out):
         if name in strange:
-            for shape, factor in (("", np.ones_like(top)), (" and level", 4 * top * (1 - top))):
+            for shape, factor in (("", np.ones_like(top)), (" at middle levels", 4 * top * (1 - top))):
                 yield f"{name}{shape}", predicted * (weight * factor)[:, np.newaxis]
 
 
@@ -254,7 +254,7 @@ def _places(problem: Problem, leave_out: Collection[str]) -> Iterator[tuple[str,
     ones = np.ones(len(code))
     yield "everywhere", ones
     yield "everywhere, growing", hours / max(float(problem.hours[-1]), 1.0)
-    yield "before the lens cap", problem.is_capped.astype(float)
+    yield "under the lens cap", problem.is_capped.astype(float)
     yield "to black", (code.max(axis=1) == 0).astype(float)
     for name, condition in _conditions(problem, leave_out):
         yield f"by {name}", condition

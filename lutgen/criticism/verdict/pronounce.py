@@ -160,7 +160,7 @@ def _unexplained(explanation: Explanation, remarks: tuple[str, ...], residual_te
     if more := more_light(base):
         command = "To find out whether settings or the meter changed: lutgen sessions explain"
         remarks = (f"Whole sessions differ in light: {more}. {command}.", *remarks)
-    return Verdict("unexplained", sentence, remarks=remarks)
+    return Verdict("unexplained", sentence, remarks=remarks, signatures=residual_term.names)
 
 
 def _left(chi2: float, explanation: Explanation) -> float:

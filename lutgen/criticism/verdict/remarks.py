@@ -81,8 +81,8 @@ def _with_little_weight(explanation: Explanation) -> str:
     if problem.weights is None:
         return ""
     rows = [int(row) for row in problem.rows if problem.weights[row] < OUTLIER]
-    more = f" and {len(rows) - NAMED_LINES} more" if len(rows) > NAMED_LINES else ""
-    return f"{problem.readings.places(rows[:NAMED_LINES])}{more}" if rows else ""
+    many = f"{len(rows)} of {problem.rows.size} readings, the first of them in " if len(rows) > NAMED_LINES else ""
+    return f"{many}{problem.readings.places(rows[:NAMED_LINES])}" if rows else ""
 
 
 def lines_of(explanation: Explanation, suspicion: Suspicion) -> str:

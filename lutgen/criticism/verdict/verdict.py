@@ -41,6 +41,8 @@ class Verdict:
         Effect → share of the excess mean ΔE2000 that it explains.
     remarks
         Further sentences that a reader must know.
+    signatures
+        Names of the free term's signatures that the sentence of ``unexplained`` describes.
 
     """
 
@@ -51,3 +53,4 @@ class Verdict:
     shares: Mapping[str, float] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()
     shares_delta_e: Mapping[str, float] = field(default_factory=dict)
+    signatures: tuple[str, ...] = ()

@@ -32,6 +32,19 @@ NOT_SEEN = ", too small to show in the mean ΔE2000"
 #: Shifts of chromaticity below this, in u'v', are not mentioned.
 VISIBLE_SHIFT = 0.001
 
+#: Parts of the names of signatures → words. The level of a colour is its largest code value.
+SHAPES = {
+    " near ": " is near ",
+    " and level²": " and with the square of the level",
+    " and level": " and with the level",
+    " and red": " and with the code value of red",
+    " and blue": " and with the code value of blue",
+    " and mixture": " and with the second-largest code value",
+    ", growing": ", growing with the hours",
+    " in X": ", in X only",
+    " in Z": ", in Z only",
+}
+
 #: Two sessions differ in light if the difference exceeds this number of its standard deviations.
 CLEARLY = 3.0
 
@@ -51,11 +64,19 @@ def changes(names: Sequence[str]) -> str:
 
 def _change(name: str) -> str:
     """Say in words what a signature of a free term does."""
-    if name.startswith("light by "):
-        return f"light changes with {name.removeprefix('light by ')}"
+    for short, words in SHAPES.items():
+        name = name.replace(short, words)
     if name.startswith("light added "):
         return f"light is added {name.removeprefix('light added ')}"
-    return f"it follows {name}"
+    name = name.removeprefix("light by ")
+    how = (
+        "it follows"
+        if name.startswith("the ")
+        else "light changes where"
+        if " is near " in name
+        else "light changes with"
+    )
+    return f"{how} {name}"
 
 
 def strongest(explanation: Explanation) -> tuple[str, str]:
