@@ -40,6 +40,7 @@ from lutgen.criticism.verdict.pronounce import (
 )
 from lutgen.criticism.verdict.verdict import Verdict
 from lutgen.criticism.verdict.weighing import Weighed, _is_minor, is_of_curves
+from lutgen.criticism.verdict.words import one
 from lutgen.effects import catalogue
 from lutgen.effects.clause import in_words
 from lutgen.effects.shapes import is_knot
@@ -336,13 +337,17 @@ def test_an_effect_that_the_catalogue_lacks_is_not_named_after_its_kin() -> None
 
 @pytest.mark.slow
 def test_a_form_that_owes_most_to_its_freedom_proves_no_family() -> None:
-    """One channel's gamma follows another law: eight parameters fit it, and one parameter explains next to nothing."""
+    """One channel's gamma follows another law, which a refined form fits."""
     hidden = (("channel-gamma", 0.02, "other"),)
     diagnosis = diagnose(read(csv_text(replace(LUCKY, seed=1, hidden=hidden)), file="gamma.csv", sha256=""))
     assert (diagnosis.verdict.name, diagnosis.verdict.effects) == ("one-of", ("channel-gamma",))
-    assert (
-        "owes its fit mainly to its free parameters: the effect's simplest form explains" in diagnosis.verdict.sentence
-    )
+    (step,) = diagnosis.explanation.steps
+    assert step.chosen.refined
+    verdicts = {share: one(step, "blue drifts", simplest=share) for share in (0.33, 0.9, 0.99)}
+    assert {share: verdict.name for share, verdict in verdicts.items()} == {0.33: "one-of", 0.9: "form", 0.99: "form"}
+    assert "a simple form of the effect explains 33 % of that" in verdicts[0.33].sentence
+    assert "Its simple form does not fit: " in verdicts[0.9].sentence
+    assert "Its simple form explains 99 % of that; for the rest " in verdicts[0.99].sentence
 
 
 @pytest.mark.slow

@@ -73,7 +73,7 @@ CASES = {
         baseline="first-hour",
     ),
     "a leak by another formula": Case(
-        "one-of", ("black-level",), (("black-level", "other", 16.0),), "could also imitate most of meter-offset"
+        "one-of", ("black-level", "meter-offset"), (("black-level", "other", 16.0),), "meter-offset also explains"
     ),
     "a curve by another formula": Case(
         "one-of", ("eotf-drift",), (("eotf-drift", "other", 10.0),), "could also imitate most of drive-loss"
@@ -93,7 +93,7 @@ CASES = {
         "% of the excess χ²)",
         FULL,  # without a capped lens, a leak of this size may be the meter's zero, which differs between sessions
     ),
-    "a kink in the driver": Case("unexplained", (), (("driver-segment", "outside", 9.0),), "level near"),
+    "a kink in the driver": Case("unexplained", (), (("driver-segment", "outside", 9.0),), "level is near"),
     "a colour across the screen": Case(
         "unexplained", (), (("colour-across", "outside", 6.0),), "readings called 'position'", FULL
     ),

@@ -39,8 +39,9 @@ CONVERGED_SHARE, NEGLIGIBLE_SHARE = 1e-4, 1e-3
 
 MAX_ITERATIONS = 30
 
-#: Damping in units of the parameters' own curvature: its first value, its growth factor, its largest value.
-DAMPING, HARDER, MOST_DAMPING = 1e-2, 20.0, 100.0
+#: Damping in units of the parameters' own curvature: its first value, its largest value, and its factors after a step
+#: that fails and after one that succeeds. In a curved valley a damping that falls quickly makes every second step fail.
+DAMPING, MOST_DAMPING, HARDER, EASIER = 1e-2, 100.0, 10.0, 1 / 3
 
 #: Number of rounds in which only the tips are solved, before the effects move.
 RELAXATIONS = 3
@@ -274,7 +275,7 @@ def _minimised(problem: Problem, state: State, system: System) -> tuple[State, S
             state, system = moved, trial
             if gain < (negligible if damping else converged):
                 break
-            damping = damping / HARDER if damping > DAMPING else 0.0
+            damping = EASIER * damping if damping > EASIER * DAMPING else 0.0
         elif predicted_gain < negligible or damping > MOST_DAMPING:
             break
         else:

@@ -31,14 +31,17 @@ STRONG = 6.0
 #: A form longer than a formula is accepted only if a formula reaches more than ``HALF`` of its gain in χ².
 HALF = 0.5
 
+#: Share of an effect's χ² that its formula must explain.
+MOST_OF_IT = 0.95
+
 #: A grid with more settings than this is tried only if its first parameter alone is promising.
 MANY = 20
 
 #: Ratio by which the gain of a full fit may exceed the linear gain, which comes from few starts.
 OPTIMISM = 1.6
 
-#: Gain per parameter below which AIC prefers no parameter (Akaike 1974, doi:10.1109/TAC.1974.1100705); noise gains 1.
-#: If the amplitudes of a form gain less at the usual shape, the search tries no other shapes.
+#: Gain per parameter that AIC asks for (Akaike 1974, doi:10.1109/TAC.1974.1100705); noise gains 1. If the amplitudes of
+#: a form gain less at the usual shape, the search tries no other shapes.
 AIC = 2.0
 
 #: A refined form whose linear gain is below this share of its own penalty is not fitted.
@@ -77,12 +80,25 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Family:
-    """The fitted forms of one effect: the best by BIC, the simple formula, and how many were tried."""
+    """The fitted forms of one effect: the best by BIC, the best of the simple forms, and how many were tried."""
 
     effect: Effect
     best: Candidate
     simple: Candidate
     tried: int
+
+    @classmethod
+    def of(cls, fitted: Sequence[Candidate]) -> Family:
+        """Choose the best forms; without a simple form the first one takes its place.
+
+        A form at a physical limit is the best only if no other form explains nearly as much inside the limits.
+        """
+        simple = [each for each in fitted if not each.refined] or fitted[:1]
+        best = min(fitted, key=bic)
+        if best.is_at_limit:
+            inside = [each for each in fitted if not each.is_at_limit and each.gain > MOST_OF_IT * best.gain]
+            best = min(inside, key=bic, default=best)
+        return cls(fitted[0].effect, best, min(simple, key=bic), len(fitted))
 
     @property
     def name(self) -> str:
@@ -118,8 +134,8 @@ def families(
     ratio, effects, may_skip = GainRatio(), list(effects), limit < np.inf
     simple, best = dict[str, list[Candidate]](), np.inf
     # Proposed settings take long to find. They are fitted last, and only if they may be as good as the other effects.
-    for effect in sorted(effects, key=_proposes):
-        reach = min(limit, best + within) if may_skip and _proposes(effect) else limit
+    for effect in sorted(effects, key=lambda each: bool(each.propose)):
+        reach = min(limit, best + within) if may_skip and effect.propose else limit
         forms = _simple(effect, may_skip)
         simple[effect.name] = _fitted_forms(base, effect, ratio, forms, limit=reach, may_skip=may_skip)
         best = min([best, *map(bic, simple[effect.name])])
@@ -131,7 +147,7 @@ def families(
         refined = _fitted_forms(base, effect, ratio, rest, limit=best + within)
         both = _without_mimics(base, _with_skipped_formulas(base, ratio, [*fitted, *refined]))
         best = min(best, *map(bic, both))
-        yield Family(effect, min(both, key=bic), fitted[0], len(both))
+        yield Family.of(both)
 
 
 def _simple(effect: Effect, may_skip: bool) -> list[tuple[str, ...]]:
@@ -149,7 +165,7 @@ def contenders(base: Fit, effects: Iterable[Effect], limit: float, ratio: GainRa
         fitted = _fitted_forms(base, effect, ratio, all_forms(effect), limit=limit, may_skip=True)
         if fitted and min(map(bic, fitted)) < limit:
             fitted = _without_mimics(base, _with_skipped_formulas(base, ratio, fitted))
-            below.append(Family(effect, min(fitted, key=bic), fitted[0], len(fitted)))
+            below.append(Family.of(fitted))
     return sorted((each for each in below if bic(each.best) < limit), key=lambda each: bic(each.best))
 
 
@@ -178,7 +194,7 @@ def family(
         allowed = [*fitted, *_joined(base, fitted)]
     else:
         allowed = _without_mimics(base, _with_skipped_formulas(base, ratio, fitted))
-    return Family(effect, min(allowed, key=bic), fitted[0], len(fitted))
+    return replace(Family.of(allowed), tried=len(fitted))
 
 
 def _without_mimics(base: Fit, fitted: Sequence[Candidate]) -> list[Candidate]:
@@ -337,10 +353,6 @@ def bic(candidate: Candidate) -> float:
     return candidate.fit.bic
 
 
-def _proposes(effect: Effect) -> bool:
-    return any(is_proposed(effect, form) for form in effect.forms)
-
-
 def _grids(score: Score, effect: Effect, form: tuple[str, ...]) -> list[dict[str, float]]:
     """Return all settings of a form's grid parameters; if there are too many, those that the effect proposes."""
     if is_proposed(effect, form):
@@ -364,8 +376,9 @@ def _start(score: Score, effect: Effect, form: tuple[str, ...], grid: dict[str, 
 
 
 def _find_start(score: Score, effect: Effect, form: tuple[str, ...], grid: dict[str, float]) -> tuple[float, Term]:
-    amplitudes = [name for name in form if name in effect.neutral and not effect.parameters[name].grid]
-    shapes = [name for name in form if name not in effect.neutral and not effect.parameters[name].grid]
+    fitted = [name for name in form if not effect.parameters[name].grid]
+    amplitudes = [name for name in fitted if name in effect.neutral]
+    shapes = [name for name in fitted if name not in effect.neutral]
     values = [grid, *({**grid, name: value} for name in shapes for value in _thirds(effect, name))]
     starts = (Term.at_rest(effect, form, **each) for each in values)
     best = score.gain(first := next(starts), amplitudes), first

@@ -22,9 +22,6 @@ if TYPE_CHECKING:
 #: A reading counts as unchanged if an effect changes it by less than this share of its noise (1 σ).
 UNCHANGED = 0.1
 
-#: Share of an effect's χ² that its formula must explain.
-MOST_OF_IT = 0.95
-
 #: Largest relative difference between changes of X, Y and Z that leaves a chromaticity as it is.
 SAME_COLOUR = 1e-6
 

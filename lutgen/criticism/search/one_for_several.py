@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lutgen.criticism.search.candidates import STRONG, bic, forms_of
-from lutgen.criticism.search.explanation import MOST_OF_IT, ages_light, bends_curves, changes_colours, together
+from lutgen.criticism.search.candidates import MOST_OF_IT, STRONG, bic, forms_of
+from lutgen.criticism.search.explanation import ages_light, changes_colours, together
 from lutgen.criticism.search.free_term import leaves_only_noise
 
 if TYPE_CHECKING:
@@ -37,15 +37,13 @@ def one_for_several(
 
 
 def inside_limits(chosen: Sequence[Candidate], first: Sequence[Family]) -> list[Family]:
-    """Return families on curves, inside their limits, that explain as much as a single effect on curves at its limit.
+    """Return families inside their physical limits that explain as much as a single effect at its limit.
 
     The first family takes the place of the effect. The others, with the effect's own family, are its rivals. The list
     is empty if the effect is inside its limits, or if no other family explains nearly as much inside its limits.
     """
-    if len(chosen) != 1 or not chosen[0].is_at_limit or not bends_curves(chosen[0].effect):
+    if len(chosen) != 1 or not chosen[0].is_at_limit:
         return []
     enough = MOST_OF_IT * chosen[0].gain
-    inside = [
-        each for each in first if bends_curves(each.effect) and each.best.gain > enough and not each.best.is_at_limit
-    ]
+    inside = [each for each in first if each.best.gain > enough and not each.best.is_at_limit]
     return [*inside, *(each for each in first if each.effect is chosen[0].effect)] if inside else []

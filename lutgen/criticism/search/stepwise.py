@@ -19,6 +19,7 @@ from lutgen.criticism.fit.heldout import STANDARD_ERRORS
 from lutgen.criticism.fit.lack_of_fit import SIGNIFICANT, is_noise
 from lutgen.criticism.search.candidates import (
     HALF,
+    MOST_OF_IT,
     OPTIMISM,
     STRONG,
     Family,
@@ -28,7 +29,7 @@ from lutgen.criticism.search.candidates import (
     family,
     forms_of,
 )
-from lutgen.criticism.search.explanation import MOST_OF_IT, Explanation, Step, ages_light, is_shown_apart, together
+from lutgen.criticism.search.explanation import Explanation, Step, ages_light, is_shown_apart, together
 from lutgen.criticism.search.free_term import free_term, leaves_only_noise, probe
 from lutgen.criticism.search.one_for_several import inside_limits, one_for_several
 from lutgen.criticism.search.unknown_table import rounding_behind_table

@@ -10,8 +10,8 @@ import numpy as np
 from lutgen.criticism.compare.comparison import CLEAR
 from lutgen.criticism.compare.drift import drift_problem
 from lutgen.criticism.fit.lack_of_fit import is_even, is_within_scatter
-from lutgen.criticism.search.candidates import HALF, STRONG
-from lutgen.criticism.search.explanation import MOST_OF_IT, ages_light, bends_curves
+from lutgen.criticism.search.candidates import HALF, MOST_OF_IT, STRONG
+from lutgen.criticism.search.explanation import ages_light, bends_curves
 from lutgen.criticism.search.free_term import IN_ORDER, FreeTerm, change_in_order, free_term, leaves_only_noise, probe
 from lutgen.criticism.verdict.imitation import Imitated, assumes_held_luminance, nearest, overlap, unproved
 from lutgen.criticism.verdict.remarks import lines_of, remarks_of

@@ -11,8 +11,8 @@ from lutgen.colorimetry import delta_e_2000, xyz_to_lab
 from lutgen.criticism.first_session.slope_errors import bic_gain, bic_with_drive_errors, with_drive_errors
 from lutgen.criticism.fit.anchored import anchored, noise_only
 from lutgen.criticism.fit.lack_of_fit import is_noise, is_within_scatter
-from lutgen.criticism.search.candidates import HALF, STRONG
-from lutgen.criticism.search.explanation import MOST_OF_IT, bends_curves, is_shown_apart, together
+from lutgen.criticism.search.candidates import HALF, MOST_OF_IT, STRONG
+from lutgen.criticism.search.explanation import bends_curves, is_shown_apart, together
 from lutgen.criticism.search.free_term import FreeTerm, free_term, leaves_only_noise, probe
 from lutgen.criticism.search.stepwise import stand_apart
 

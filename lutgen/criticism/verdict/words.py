@@ -9,8 +9,8 @@ import numpy as np
 from lutgen.colorimetry import xyz_to_uv
 from lutgen.criticism.fit.families import condition_of, family_of
 from lutgen.criticism.fit.linear import State, predict
-from lutgen.criticism.search.candidates import HALF, STRONG
-from lutgen.criticism.search.explanation import MOST_OF_IT, ages_light, bends_curves
+from lutgen.criticism.search.candidates import HALF, MOST_OF_IT, STRONG
+from lutgen.criticism.search.explanation import ages_light
 from lutgen.criticism.search.free_term import FreeTerm
 from lutgen.criticism.verdict.verdict import Verdict
 from lutgen.effects.clause import in_words
@@ -34,7 +34,10 @@ VISIBLE_SHIFT = 0.001
 
 #: Parts of the names of signatures → words. The level of a colour is its largest code value.
 SHAPES = {
-    " near ": " is near ",
+    "level near ": "the level is near ",
+    "red near ": "red is near ",
+    "green near ": "green is near ",
+    "blue near ": "blue is near ",
     " and level²": " and with the square of the level",
     " and level": " and with the level",
     " and red": " and with the code value of red",
@@ -69,14 +72,9 @@ def _change(name: str) -> str:
     if name.startswith("light added "):
         return f"light is added {name.removeprefix('light added ')}"
     name = name.removeprefix("light by ")
-    how = (
-        "it follows"
-        if name.startswith("the ")
-        else "light changes where"
-        if " is near " in name
-        else "light changes with"
-    )
-    return f"{how} {name}"
+    if " is near " in name:
+        return f"light changes where {name}"
+    return f"it follows {name}" if name.startswith("the ") else f"light changes with {name}"
 
 
 def strongest(explanation: Explanation) -> tuple[str, str]:
@@ -199,7 +197,10 @@ def one(
         sentence = f"{step.name} is missing, or an effect like it that the catalogue lacks: {size}. {objection}"
         return Verdict("one-of", sentence, names)
     if step.chosen.refined:
-        sentence = f"{step.name} is missing: {size}. Its simple form does not fit: {freed} had to be free."
+        simple = "Its simple form does not fit:"
+        if simplest > MOST_OF_IT:
+            simple = f"Its simple form explains {percent(min(simplest, 1.0))} of that; for the rest"
+        sentence = f"{step.name} is missing: {size}. {simple} {freed} had to be free."
         return Verdict("form", sentence, names)
     if left:
         sentence = f"{step.name} is missing ({size}), but {left}"
@@ -208,18 +209,21 @@ def one(
 
 
 def _imitates(step: Step, imitated: Imitated) -> bool:
-    """Whether the form of an effect could imitate most of another effect."""
-    return imitated.left < 2 * STRONG or (step.chosen.refined and imitated.share < HALF)
+    """Whether the form of an effect could imitate most of another effect.
+
+    A simple form that could do so counts only if the other effect itself explains half of the misfit.
+    """
+    if step.chosen.refined:
+        return imitated.left < 2 * STRONG or imitated.share < HALF
+    return imitated.left < 2 * STRONG and (imitated.alone is None or imitated.alone > HALF)
 
 
 def _explains_as_much(step: Step, imitated: Imitated) -> bool:
-    """Whether the form of a curve could imitate another effect on curves that itself explains nearly all of the misfit.
+    """Whether the form of an effect could imitate another effect that itself explains nearly all of the misfit.
 
-    No formula of a real curve is exact: a better fit of a form with more parameters does not decide.
+    No formula of a real display is exact: a better fit of a form with more parameters does not decide.
     """
-    on_curves = any(bends_curves(each) for each in step.effects if each.name == imitated.name)
-    explains = (imitated.alone or 0.0) > MOST_OF_IT
-    return _imitates(step, imitated) and bends_curves(step.effect) and on_curves and explains
+    return _imitates(step, imitated) and (imitated.alone or 0.0) > MOST_OF_IT
 
 
 def _objection(step: Step, freed: str, simplest: float, imitated: Imitated | None) -> str:
@@ -229,14 +233,14 @@ def _objection(step: Step, freed: str, simplest: float, imitated: Imitated | Non
         known = imitated.alone is not None
         itself = f" (which itself explains {percent(imitated.alone)} of the misfit)" if known else ""
         if known and (imitated.alone or 0.0) < HALF:
-            return f"{form} is free enough to imitate other effects too, such as {imitated.name}{itself}."
+            return f"{form} is free enough to imitate other effects too, such as {imitated.name}."
         return f"{form} could also imitate most of {imitated.name}{itself}."
     if at_bounds := _at_bounds(step):
         return f"{form} has {listed(at_bounds)} at the limit of the allowed range."
     if step.chosen.refined and simplest < HALF:
         share = percent(max(simplest, 0.0))
         return (
-            f"{form} owes its fit mainly to its free parameters: the effect's simplest form explains {share} of that."
+            f"{form} owes its fit mainly to its free parameters: a simple form of the effect explains {share} of that."
         )
     return ""
 

@@ -28,6 +28,7 @@ MAX_GAIN = 20.0
     forms=(
         ("blue",),
         ("red", "green", "blue"),
+        ("blue", "power"),
         ("red", "green", "blue", "power"),
         ("red", "green", "blue", "power", "saturation"),
         ("red", "green", "blue", "power", "red_bend", "blue_bend"),
