@@ -39,7 +39,7 @@ from lutgen.criticism.verdict.pronounce import (
     pronounce,
 )
 from lutgen.criticism.verdict.verdict import Verdict
-from lutgen.criticism.verdict.weighing import Weighed, _is_minor, is_of_curves
+from lutgen.criticism.verdict.weighing import Weighed, _is_minor, _lowers_error, is_of_curves
 from lutgen.criticism.verdict.words import one
 from lutgen.effects import catalogue
 from lutgen.effects.clause import in_words
@@ -353,7 +353,7 @@ def test_a_form_that_owes_most_to_its_freedom_proves_no_family() -> None:
 @pytest.mark.slow
 def test_two_effects_that_overlap_and_leave_noise_are_one_that_is_like_both() -> None:
     hidden = (("eotf-drift", 0.006, "other"),)
-    readings = read(csv_text(replace(LUCKY, seed=3, hidden=hidden)), file="like.csv", sha256="")
+    readings = read(csv_text(replace(LUCKY, seed=2, hidden=hidden)), file="like.csv", sha256="")
     verdict = diagnose(readings, without=("eotf-drift",)).verdict
     assert (verdict.name, set(verdict.effects)) == ("one-of", {"recalibration", "drive-loss"})
     assert verdict.sentence.startswith("One effect is missing, which resembles both ")
@@ -489,6 +489,20 @@ def test_an_effect_that_ties_with_a_free_term_is_named_with_a_doubt() -> None:
     assert "channel-gamma" in diagnosis.verdict.effects
 
 
+@pytest.mark.slow
+def test_an_effect_with_which_the_baked_prediction_is_no_better_is_not_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    explanation, error = of_the_curve(), PureError.of(of_the_curve().base.problem)
+    (step,) = explanation.steps
+    better, worse = step.without, explanation.final
+    assert _lowers_error(step, explanation.final)
+    assert not _lowers_error(_stub(without=worse), better)
+    assert [each.name for each in Weighed.of(explanation, error).kept] == [step.name]
+    monkeypatch.setattr("lutgen.criticism.verdict.weighing._lowers_error", lambda *_: False)
+    assert not Weighed.of(explanation, error).kept
+    verdict = pronounce(explanation, error, (), Suspicion((), (), ""))
+    assert (verdict.name, verdict.effects) == ("unexplained", ())
+
+
 @cache
 def of_the_curve() -> Explanation:
     return diagnose(readings("curve")).explanation
@@ -501,7 +515,7 @@ def three_kept(error: PureError, *, seen: float, clean: bool) -> Weighed:
     kept = tuple(_stub(name=name, effect=step.effect, chosen=step.chosen, rivals=()) for name in names)
     return replace(
         Weighed.of(of_the_curve(), error), kept=kept, minor=(), shares=dict.fromkeys(names, 0.3),
-        seen=dict.fromkeys(names, seen), clean=clean, explains=True, sound=True,
+        seen=dict.fromkeys(names, seen), leaves_noise=clean, explains=True, sound=True,
     )  # fmt: skip
 
 
@@ -534,7 +548,7 @@ def test_what_remains_beside_an_effect_of_little_of_the_misfit_may_be_noise(
     (step,) = explanation.steps
     weighed = replace(
         Weighed.of(explanation, error), kept=(step,), minor=(), seen={step.name: seen}, shares={step.name: share},
-        clean=True, sound=True,
+        leaves_noise=True, sound=True,
     )  # fmt: skip
     monkeypatch.setattr("lutgen.criticism.verdict.pronounce.Weighed.of", lambda *_: weighed)
     monkeypatch.setattr("lutgen.criticism.verdict.pronounce._imitated", lambda *_: None)
@@ -848,7 +862,8 @@ def test_a_mean_that_does_not_show_an_effect_does_not_hide_a_visible_reading(
 ) -> None:
     error, floor = _stub(delta_e_mean=0.2, delta_e_max=largest), _stub(delta_e_mean=0.2, delta_e_max=1.08)
     before = _stub(agrees=False, error=error, floor=floor, ratio=1.91, sentence=lambda: "Fails.")
-    assert _error(before, Verdict("named", "", ("warm-up",), shares_delta_e={"warm-up": share})) == told
+    verdict = Verdict("named", "", ("warm-up",), shares_delta_e={"warm-up": share})
+    assert _error(_stub(comparison=before, verdict=verdict)) == told
 
 
 @pytest.mark.slow

@@ -77,7 +77,7 @@ def explain(
         chosen = larger
         current = together(base, chosen)
     chosen = chosen or _instead_of_free_term(first, base, error)
-    admitted = _freer(_pruned(chosen, base), base, error)
+    admitted = _fewer(_freer(_pruned(chosen, base), base, error), base, error)
     chosen = light_alone(admitted, base, first, error)
     sufficient = _sufficient_alone(chosen, together(base, chosen), first, base, error)
     if sufficient:
@@ -312,6 +312,15 @@ def _freer(chosen: list[Candidate], base: Fit, error: PureError) -> list[Candida
     enough = MOST_OF_IT * (base.chi2 - base.freedom * error.scale)
     better = (each for each in freer if each.gain > enough and bic(each) < bic(chosen[0]) - STRONG)
     return [next(complete, None) or next(better, chosen[0])]
+
+
+def _fewer(chosen: list[Candidate], base: Fit, error: PureError) -> list[Candidate]:
+    """Drop one of three effects that overlap, if the two others stand apart and leave no more than noise."""
+    if len(chosen) < MOST or stand_apart(chosen, base):
+        return chosen
+    pairs = [refined([other for other in chosen if other is not each], base, alone=True) for each in chosen]
+    sound = [each for each in pairs if is_noise(together(base, each), error) and stand_apart(each, base)]
+    return min(sound, key=lambda each: together(base, each).bic, default=chosen)
 
 
 def stand_apart(chosen: Sequence[Candidate], base: Fit) -> bool:

@@ -57,7 +57,7 @@ def pronounce(explanation: Explanation, error: PureError, seen: Sequence[Visibil
         sentence = f"The measurement cannot be trusted: {suspicion.sentence}."
         return Verdict("measurement-problem", sentence, remarks=remarks)
     if explanation.steps:
-        verdict = _with_steps(explanation, error, remarks)
+        verdict = _with_steps(explanation, error, suspicion, remarks)
     else:
         verdict = _without_steps(explanation, error, suspicion, remarks)
     return _under_assumed_noise(_or_drift(verdict, explanation), explanation)
@@ -169,19 +169,19 @@ def _left(chi2: float, explanation: Explanation) -> float:
     return max(chi2 - base.freedom, 0.0) / max(base.chi2 - base.freedom, 1e-9)
 
 
-def _with_steps(explanation: Explanation, error: PureError, remarks: tuple[str, ...]) -> Verdict:
+def _with_steps(explanation: Explanation, error: PureError, suspicion: Suspicion, remarks: tuple[str, ...]) -> Verdict:
     """Return the verdict of a search that has admitted effects."""
-    steps, base = explanation.steps, explanation.base
+    steps = explanation.steps
     if explanation.beyond:
         names = listed(step.name for step in steps)
         further = f"Beside {names}, {listed(explanation.beyond)} would explain more of the rest"
         missed = f"the formula of {names} misses" if len(steps) == 1 else f"the formulas of {names} miss"
         remarks = (*remarks, f"{further}: further effects, or only what {missed}.")
     weighed = Weighed.of(explanation, error)
-    if not weighed.kept and weighed.clean and is_within_scatter(error, base) and not weighed.base_free_term.names:
+    if not weighed.kept and weighed.clean:
         traces = ", ".join(step.name for step in steps)
         remark = f"A negligible part of the residual could be explained by {traces}."
-        return Verdict("consistent", _agrees(base), remarks=(*remarks, remark))
+        return _without_steps(explanation, error, suspicion, (*remarks, remark))
     residual_term = weighed.final_free_term if weighed.final_free_term.names else weighed.base_free_term
     # An effect with a small share of χ² may only fit the residual of a curve effect's formula.
     main = [step for step in steps if weighed.shares[step.name] > 1.0 - MOST_OF_IT]
@@ -212,7 +212,12 @@ def _sound(explanation: Explanation, weighed: Weighed, error: PureError, remarks
     # Take the printed sizes from a fit with the named effects only: ``refine`` builds this model.
     alone = explanation.of([step.name for step in kept]).steps
     sizes = {step.name: clause(step) for step in alone}
-    left = "" if weighed.clean else f"its formula leaves a residual: {structure(explanation, weighed.final_free_term)}."
+    what = (
+        "what remains is no larger than noise but has a pattern"
+        if weighed.leaves_noise
+        else "its formula leaves a residual"
+    )
+    left = "" if weighed.clean else f"{what}: {structure(explanation, weighed.final_free_term)}."
     if len(kept) == 1:
         if further := [*beside, *minor]:
             left = left or f"its formula leaves a residual that {_explain(further)}."

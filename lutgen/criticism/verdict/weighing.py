@@ -11,6 +11,7 @@ from lutgen.colorimetry import delta_e_2000, xyz_to_lab
 from lutgen.criticism.first_session.slope_errors import bic_gain, bic_with_drive_errors, with_drive_errors
 from lutgen.criticism.fit.anchored import anchored, noise_only
 from lutgen.criticism.fit.lack_of_fit import is_noise, is_within_scatter
+from lutgen.criticism.fit.linear import whiten
 from lutgen.criticism.search.candidates import HALF, MOST_OF_IT, STRONG
 from lutgen.criticism.search.explanation import bends_curves, is_shown_apart, together
 from lutgen.criticism.search.free_term import FreeTerm, free_term, leaves_only_noise, probe
@@ -42,8 +43,8 @@ class Weighed:
         Effect → share of the excess χ², and of the excess mean ΔE2000, that it explains.
     base_free_term, final_free_term
         The free term of the model without the effects, and with all of them.
-    clean
-        Whether the residual of all effects together is noise.
+    leaves_noise
+        Whether the residual of all effects together is no larger than noise.
     explains
         Whether all effects together explain nearly all of the excess χ².
     sound
@@ -57,9 +58,14 @@ class Weighed:
     seen: Mapping[str, float]
     base_free_term: FreeTerm
     final_free_term: FreeTerm
-    clean: bool
+    leaves_noise: bool
     explains: bool
     sound: bool
+
+    @property
+    def clean(self) -> bool:
+        """Whether the residual of all effects together is noise: it is no larger, and has no free term."""
+        return self.leaves_noise and not self.final_free_term.names
 
     @classmethod
     def of(cls, explanation: Explanation, error: PureError) -> Weighed:
@@ -132,7 +138,7 @@ class Weighed:
             and stand_apart(chosen, base)
         )
         explains = clean or explained > MOST_OF_IT
-        return cls(tuple(kept), tuple(minor), shares, seen, base_term, final_term, clean, explains, sound)
+        return cls(tuple(kept), tuple(minor), shares, seen, base_term, final_term, leaves_noise, explains, sound)
 
 
 def _needed(
@@ -156,9 +162,24 @@ def _needed(
         bic_without = step.without.bic - term.evidence
         is_large = shares[step.name] > (1.0 - MOST_OF_IT) * largest
         is_large = is_large or is_shown_apart(step.chosen, similar, step.without, explanation.final)
-        if bic_without > bic_of_both + STRONG and is_large:
+        if bic_without > bic_of_both + STRONG and is_large and _lowers_error(step, explanation.final):
             needed.append(step)
     return needed
+
+
+def _lowers_error(step: Step, final: Fit) -> bool:
+    """Whether the prediction that lutgen bakes has a smaller root mean square error, in σ, with an effect than without.
+
+    A fit moves white and primaries together with an effect. The baked prediction takes them from their own readings: an
+    effect that only improves the fit does not improve this prediction.
+    """
+    problem = final.problem
+    judged = ~problem.is_anchor
+
+    def squares(terms: Sequence[Term]) -> float:
+        return float((whiten(problem, problem.xyz - anchored(problem, terms))[judged] ** 2).sum())
+
+    return squares(final.terms) < squares(step.without.terms)
 
 
 def _is_minor(step: Step, share: float, final: Fit) -> bool:
