@@ -41,7 +41,7 @@ def test_the_option_names_what_the_library_has() -> None:
 def test_compare_says_what_both_fresh_displays_miss(run: Callable[..., Done]) -> None:
     usual, native = run("compare", "panel.csv"), run("compare", "panel.csv", "--baseline", "native")
     for output in (usual.out, native.out):
-        assert "First session: the paper's fresh display misses 33 readings" in " ".join(output.split())
+        assert "First session: the paper's un-aged display predicts 33 readings" in " ".join(output.split())
     assert "Start from its own: --baseline native." in " ".join(usual.out.split())
     assert "Start from its own" not in native.out
     assert "lutgen diagnose panel.csv --baseline native\n" in usual.out

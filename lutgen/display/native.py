@@ -176,7 +176,7 @@ class NativeDisplay:
             remarks.append("Black read below 0 in X, Y or Z: it is taken as 0 there.")
         curves = []
         if session.source == "greys":
-            lack = f"there is no ramp of {LEAST_LEVELS} levels of each channel"
+            lack = f"there are no {LEAST_LEVELS} levels of each channel between black and full drive"
             why = "ramps of single channels do not predict them" if session.has_ramps else lack
             remarks.append(f"The curve of each channel is solved from XYZ of the greys: {why}.")
         for channel, name in enumerate(CHANNELS):

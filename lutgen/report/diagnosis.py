@@ -86,11 +86,18 @@ def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect]
     for each in ordered:
         unit = f" {each.unit}" if each.unit not in {"1", ""} else ""
         size = f"{readable(each.smallest_detectable, 3)}{unit}" if each.smallest_detectable is not None else "any"
-        typical = "–"
-        if each.parameter in effects[each.effect].parameters:
-            typical = f"{readable(typical_size(effects[each.effect], each.parameter), 3)}{unit}"
+        known = each.parameter in effects[each.effect].parameters
+        typical = typical_size(effects[each.effect], each.parameter) if known else 0.0
         seen_from = size if each.visible else "cannot be seen"
-        rows.append((each.effect, seen_from, typical, each.parameter, percent(each.absorbed)))
+        rows.append(
+            (
+                each.effect,
+                seen_from,
+                f"{readable(typical, 3)}{unit}" if typical else "–",
+                each.parameter,
+                percent(each.absorbed),
+            )
+        )
     headings = ("effect", "detectable from", "typical", "parameter", "hidden by re-measured white and primaries")
     faint = [n for n, each in enumerate(ordered) if not each.visible]
     count = len(headings) if verbose else 3

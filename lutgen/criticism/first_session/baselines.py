@@ -55,11 +55,12 @@ class FirstSession:
     def sentence(self) -> str:
         """State both errors in one sentence."""
         sentence = (
-            f"First session: the paper's fresh display misses {self.readings} readings by mean ΔE2000 {self.paper:.2f}"
+            f"First session: the paper's un-aged display predicts {self.readings} readings with a mean ΔE2000 of "
+            f"{self.paper:.2f}"
         )
         if self.native is None:
             return f"{sentence}."
-        sentence = f"{sentence}, the native one by {self.native:.2f}"
+        sentence = f"{sentence}, the native one with {self.native:.2f}"
         return (
             f"{sentence}."
             if self.native < self.paper

@@ -109,7 +109,7 @@ def _without_steps(
         return Verdict("measurement-problem", sentence, remarks=remarks)
     if not within and is_even(base) and not free_term(base, error).names:
         return _too_much_scatter(explanation, error, remarks)
-    return _unexplained(explanation, remarks, residual_term)
+    return _unexplained(explanation, remarks, residual_term, within=within)
 
 
 def _agrees(base: Fit) -> str:
@@ -131,9 +131,17 @@ def _too_much_scatter(explanation: Explanation, error: PureError, remarks: tuple
     return Verdict("measurement-problem", sentence, remarks=remarks)
 
 
-def _unexplained(explanation: Explanation, remarks: tuple[str, ...], residual_term: FreeTerm = NO_FREE_TERM) -> Verdict:
+def _unexplained(
+    explanation: Explanation,
+    remarks: tuple[str, ...],
+    residual_term: FreeTerm = NO_FREE_TERM,
+    *,
+    within: bool = False,
+) -> Verdict:
+    """Return the verdict of a misfit that no effect explains; ``within``: the misfit is no larger than noise."""
     where, nearest = structure(explanation, residual_term), explanation.first[0] if explanation.first else None
     base, final = explanation.base, explanation.final
+    what = "a pattern no larger than noise" if within else "an error"
     alone = tried = ""
     if nearest:
         left = _left(nearest.best.fit.chi2, explanation)
@@ -154,7 +162,7 @@ def _unexplained(explanation: Explanation, remarks: tuple[str, ...], residual_te
                 f" Together, {names} leave {percent(left)} of it, and may imitate an effect that the catalogue lacks."
             )
     sentence = (
-        f"These readings hold an error that no known effect explains{alone}: {where}.{tried} You can try an effect of "
+        f"These readings hold {what} that no known effect explains{alone}: {where}.{tried} You can try an effect of "
         f"your own: lutgen refine --effects my_effect.py."
     )
     if more := more_light(base):
