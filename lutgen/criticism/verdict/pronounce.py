@@ -186,7 +186,7 @@ def _with_steps(explanation: Explanation, error: PureError, suspicion: Suspicion
         missed = f"the formula of {names} misses" if len(steps) == 1 else f"the formulas of {names} miss"
         remarks = (*remarks, f"{further}: further effects, or only what {missed}.")
     weighed = Weighed.of(explanation, error)
-    if not weighed.kept and weighed.clean:
+    if not weighed.kept and weighed.clean and not weighed.base_free_term.names:
         traces = ", ".join(step.name for step in steps)
         remark = f"A negligible part of the residual could be explained by {traces}."
         return _without_steps(explanation, error, suspicion, (*remarks, remark))

@@ -173,7 +173,7 @@ def _lowers_error(step: Step, final: Fit) -> bool:
     A fit moves white and primaries together with an effect. The baked prediction takes them from their own readings: an
     effect that only improves the fit does not improve this prediction.
     """
-    problem = final.problem
+    problem = final.problem.as_baked
     judged = ~problem.is_anchor
 
     def squares(terms: Sequence[Term]) -> float:
