@@ -227,8 +227,8 @@ def with_light_of(readings: Measurements, code: tuple[float, ...], other: tuple[
 @pytest.mark.parametrize(
     ("code", "other", "says"),
     [
-        (GREYS[3], GREYS[6], "line {line} cannot be right"),
-        (MIXTURES[2], GREYS[4], "line {line} cannot be right"),
+        (GREYS[3], GREYS[6], "other readings contradict line {line}."),
+        (MIXTURES[2], GREYS[4], "other readings contradict line {line}."),
         ((1.0, 1.0, 1.0), GREYS[5], "readings of the first session contradict each other by"),
     ],
 )

@@ -172,6 +172,13 @@ def test_without_replicates_the_noise_is_assumed_and_the_remark_says_so() -> Non
     )
 
 
+@pytest.mark.parametrize(("relative", "said"), [(0.002, False), (0.009, True)])
+def test_replicates_that_scatter_more_than_usual_are_remarked(relative: float, said: bool) -> None:
+    exact = readings(patches=(*TIPS, BLACK, *((g, g, g) for g in (0.2, 0.5, 0.8))))
+    remarks = diagnose(with_noise(exact, 1, relative=relative)).verdict.remarks
+    assert any(each.startswith("Repeated readings of a patch differ by 0.") for each in remarks) == said
+
+
 def test_a_few_whites_that_agree_do_not_make_the_assumed_noise_smaller() -> None:
     """Five whites are equal to the last digit, as in one real session. Repeated blacks give the floor."""
     exact = readings(repeats=1, hours=(0.0, 4000.0))

@@ -88,8 +88,8 @@ def _without_steps(
     """Return the verdict of a search that has admitted no effect."""
     if suspicion.rows:
         sentence = (
-            f"The fault is in the measurement, not in the display: {lines_of(explanation, suspicion)} cannot be right. "
-            f"Nothing else is above the noise."
+            f"The fault is in the measurement, not in the display: other readings contradict "
+            f"{lines_of(explanation, suspicion)}. Nothing else is above the noise."
         )
         return Verdict("measurement-problem", sentence, remarks=remarks)
     base = explanation.base
@@ -217,9 +217,12 @@ def _sound(explanation: Explanation, weighed: Weighed, error: PureError, remarks
         remarks = (*remarks, f"Also fitted, {only}: {', '.join(beside)}.")
     if minor:
         remarks = (*remarks, f"Also fitted, but explaining almost none of the error: {', '.join(minor)}.")
-    # Take the printed sizes from a fit with the named effects only: ``refine`` builds this model.
-    alone = explanation.of([step.name for step in kept]).steps
+    # Take the printed sizes and shares from a fit with the named effects only: ``refine`` builds this model.
+    named_only = explanation.of([step.name for step in kept])
+    alone = named_only.steps
     sizes = {step.name: clause(step) for step in alone}
+    if len(alone) < len(steps):
+        seen = {**seen, **shares_of_delta_e(base, named_only.final, alone)}
     what = (
         "what remains is no larger than noise but has a pattern"
         if weighed.leaves_noise

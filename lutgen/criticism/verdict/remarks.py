@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 #: A remark names a dark offset that is larger than usual by this factor.
 UNUSUAL = 5.0
 
+#: A remark names a relative noise of replicates above this: twice that of the noisiest of ``readings/instruments``.
+NOISY = 0.005
+
 #: Largest number of lines of readings that a remark names.
 NAMED_LINES = 12
 
@@ -35,6 +38,12 @@ def remarks_of(explanation: Explanation, blind: Sequence[str], suspicion: Suspic
         remarks.append(
             f"Too few replicates: the noise is assumed, {in_percent(noise.relative, 2)} and "
             f"{noise.floor_cd_m2:.2g} cd/m². Repeat readings three times, or give --instrument."
+        )
+    if noise.source == "replicates" and noise.relative > NOISY:
+        remarks.append(
+            f"Repeated readings of a patch differ by {in_percent(noise.relative, 2)} (1 σ), more than with usual "
+            f"instruments: their light may depend on the patch that was read before. Errors below this scatter stay "
+            f"hidden."
         )
     if problem.from_first_hour and problem.hours.size > 1:
         remarks.append(_what_changed(problem))
