@@ -38,6 +38,7 @@ from lutgen.criticism.verdict.pronounce import (
     _unexplained,
     pronounce,
 )
+from lutgen.criticism.verdict.remarks import of_other_forms
 from lutgen.criticism.verdict.verdict import Verdict
 from lutgen.criticism.verdict.weighing import Weighed, _is_minor, _lowers_error, is_of_curves
 from lutgen.criticism.verdict.words import one
@@ -487,6 +488,28 @@ def test_an_effect_that_ties_with_a_free_term_is_named_with_a_doubt() -> None:
     diagnosis = diagnose(read(_by_a_good_meter(truth, 835634093), file="channel.csv", sha256=""))
     assert diagnosis.verdict.name == "one-of", diagnosis.verdict.sentence
     assert "channel-gamma" in diagnosis.verdict.effects
+
+
+def test_a_form_that_explains_as_much_with_other_sizes_is_remarked() -> None:
+    """Standard errors allow for noise. Here the exponent of time is not determined, and with it the size is another."""
+    effect = SimpleNamespace(name="decay")
+
+    def fitted(form: tuple[str, ...], **values: float) -> Any:
+        fit = _stub(terms=(_stub(effect=effect),), stderr=({"loss": 0.01},))
+        return _stub(form=form, term=_stub(values=values), fit=fit)
+
+    step = _stub(name="decay", chosen=fitted(("loss",), loss=0.9))
+    near, far = (fitted(("loss", "beta"), loss=loss, beta=1.3) for loss in (0.92, 0.741))
+    told = {
+        other: of_other_forms(step, [_stub(name="decay", best=step.chosen, alike=alike)])
+        for other, alike in (("none", ()), ("near", (near,)), ("far", (near, far)))
+    }
+    assert told == {
+        "none": "",
+        "near": "",
+        "far": "With loss and beta free, the effect explains these readings as well: loss is 0.741 instead of 0.9.",
+    }
+    assert not of_other_forms(step, [_stub(name="decay", best=far, alike=(far,))])
 
 
 @pytest.mark.slow

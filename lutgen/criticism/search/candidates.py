@@ -80,12 +80,16 @@ class Candidate:
 
 @dataclass(frozen=True)
 class Family:
-    """The fitted forms of one effect: the best by BIC, the best of the simple forms, and how many were tried."""
+    """The fitted forms of one effect: the best by BIC, the best of the simple forms, and how many were tried.
+
+    ``alike``: the other forms whose BIC is not clearly higher than that of the best.
+    """
 
     effect: Effect
     best: Candidate
     simple: Candidate
     tried: int
+    alike: tuple[Candidate, ...] = ()
 
     @classmethod
     def of(cls, fitted: Sequence[Candidate]) -> Family:
@@ -95,10 +99,10 @@ class Family:
         """
         simple = [each for each in fitted if not each.refined] or fitted[:1]
         best = min(fitted, key=bic)
-        if best.is_at_limit:
-            inside = [each for each in fitted if not each.is_at_limit and each.gain > MOST_OF_IT * best.gain]
-            best = min(inside, key=bic, default=best)
-        return cls(fitted[0].effect, best, min(simple, key=bic), len(fitted))
+        inside = [each for each in fitted if not each.is_at_limit and each.gain > MOST_OF_IT * best.gain]
+        best = min(inside, key=bic, default=best) if best.is_at_limit else best
+        alike = tuple(each for each in fitted if each is not best and bic(each) < bic(best) + STRONG)
+        return cls(fitted[0].effect, best, min(simple, key=bic), len(fitted), alike)
 
     @property
     def name(self) -> str:
@@ -308,6 +312,7 @@ def _fitted_forms(
 ) -> list[Candidate]:
     """Fit the forms whose linear gain is large enough, and always the simplest form, unless ``may_skip``."""
     score, fitted = base.score, list[Candidate]()
+    formulas = [form for form in all_forms(effect) if is_formula(effect, form)]
     for form in forms:
         if base.parameters + len(form) > base.problem.max_parameters:
             continue  # the readings cannot determine this number of parameters
@@ -315,7 +320,8 @@ def _fitted_forms(
         if is_proposed(effect, form) and base.bic - ratio.ratio * score.code_shifts.most + penalty > limit:
             continue  # no setting gains more than free shifts, one for each code value
         needed = HALF * (base.bic - limit)  # a long form is accepted only if a formula gains more
-        if needed > 0.0 and not is_formula(effect, form) and ratio.ratio * _formula_gain(score, effect) < needed:
+        reached = (ratio.ratio * best_linear_gain(score, effect, formula) >= needed for formula in formulas)
+        if needed > 0.0 and form not in formulas and not any(reached):
             continue
         grids = _grids(score, effect, form)
         if not grids:
@@ -341,11 +347,6 @@ def _fitted_forms(
 def best_linear_gain(score: Score, effect: Effect, form: tuple[str, ...]) -> float:
     """Return the largest linear gain of a form over all settings of its grid."""
     return max((_start(score, effect, form, grid)[0] for grid in _grids(score, effect, form)), default=0.0)
-
-
-def _formula_gain(score: Score, effect: Effect) -> float:
-    """Return the largest linear gain of an effect's formulas."""
-    return max(best_linear_gain(score, effect, form) for form in all_forms(effect) if is_formula(effect, form))
 
 
 def bic(candidate: Candidate) -> float:

@@ -11,7 +11,7 @@ from itertools import combinations
 from typing import TYPE_CHECKING
 
 from lutgen.criticism.compare.comparison import CLEAR
-from lutgen.criticism.search.candidates import HALF, STRONG, contenders
+from lutgen.criticism.search.candidates import HALF, MOST_OF_IT, STRONG, contenders
 from lutgen.criticism.search.explanation import ages_light, together
 from lutgen.criticism.search.forms import simple_forms
 from lutgen.criticism.search.free_term import leaves_only_noise
@@ -48,19 +48,23 @@ def of_one_size(
 ) -> list[Candidate]:
     """Return two effects with one amplitude each that fit as well as ``chosen``, which has several amplitudes.
 
+    One effect alone takes the place of several if it fits as well, and they explain at most 5 % more than it.
+
     The list is empty if there are no such effects, if no effect of ``chosen`` has several amplitudes, or if one effect
     leaves only noise. Each of the two effects must be clearly needed. Both together must leave less than twice the χ²
     that ``chosen`` leaves; if ``chosen`` is a single effect, their BIC must be clearly lower.
     """
-    if not chosen or not base.problem.from_first_hour or not all(ages_light(each.effect) for each in chosen):
-        return []
-    if not any(_sizes(each.effect) > 1 for each in chosen):
+    is_aging = base.problem.from_first_hour and all(ages_light(each.effect) for each in chosen)
+    if not is_aging or not any(_sizes(each.effect) > 1 for each in chosen):
         return []
     final = together(base, chosen)
     if len(chosen) == 1 and leaves_only_noise(final, error):
         return []
     most = min(2.0 * final.chi2, CLEAR**2 * final.freedom * error.scale)
     simple = [each for each in first if ages_light(each.effect) and _sizes(each.effect) == 1]
+    alone = [each for each in simple if len(chosen) > 1 and each.best.fit.chi2 < most]
+    if alone and alone[0].best.fit.chi2 - final.chi2 < (1.0 - MOST_OF_IT) * alone[0].best.gain:
+        return [alone[0].best]
     pairs: list[tuple[Fit, list[Candidate]]] = []
     limit = most + final.bic - final.chi2  # with no more parameters than ``chosen``
     for one, other in combinations(sorted(simple, key=lambda each: each.best.fit.bic), 2):

@@ -14,7 +14,7 @@ from lutgen.criticism.search.candidates import HALF, MOST_OF_IT, STRONG
 from lutgen.criticism.search.explanation import ages_light, bends_curves
 from lutgen.criticism.search.free_term import IN_ORDER, FreeTerm, change_in_order, free_term, leaves_only_noise, probe
 from lutgen.criticism.verdict.imitation import Imitated, assumes_held_luminance, nearest, overlap, unproved
-from lutgen.criticism.verdict.remarks import lines_of, remarks_of
+from lutgen.criticism.verdict.remarks import lines_of, of_other_forms, remarks_of
 from lutgen.criticism.verdict.verdict import Verdict
 from lutgen.criticism.verdict.weighing import Weighed, is_of_curves, shares_of_delta_e
 from lutgen.criticism.verdict.words import NO_FREE_TERM, clause, excess, like_both, more_light, one, several, structure
@@ -233,6 +233,8 @@ def _sound(explanation: Explanation, weighed: Weighed, error: PureError, remarks
         if further := [*beside, *minor]:
             left = left or f"its formula leaves a residual that {_explain(further)}."
         (step,) = kept
+        if len(steps) == 1 and (other := of_other_forms(step, explanation.first)):
+            remarks = (*remarks, other)
         size = f"{sizes[step.name]}: {excess(step, seen, weighed.shares)}"
         simplest, imitated = _share_of_simplest(alone[0], explanation), _imitated(step, explanation, error)
         objection = JAGGED if explanation.unknown_table else assumes_held_luminance(step, base.problem)

@@ -11,13 +11,14 @@ from lutgen.criticism.compare.drift import drifts
 from lutgen.criticism.first_session.model import white_moved
 from lutgen.criticism.noise.tails import OUTLIER
 from lutgen.errors import listed
-from lutgen.numerals import in_percent
+from lutgen.numerals import in_percent, readable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from lutgen.criticism.fit.problem import Problem
-    from lutgen.criticism.search.explanation import Explanation
+    from lutgen.criticism.search.candidates import Family
+    from lutgen.criticism.search.explanation import Explanation, Step
     from lutgen.criticism.search.influence import Suspicion
 
 #: A remark names a dark offset that is larger than usual by this factor.
@@ -25,6 +26,9 @@ UNUSUAL = 5.0
 
 #: A remark names a relative noise of replicates above this: twice that of the noisiest of ``readings/instruments``.
 NOISY = 0.005
+
+#: A remark names a size that another form changes by more than this number of its standard errors.
+CLEARLY = 3.0
 
 #: Largest number of lines of readings that a remark names.
 NAMED_LINES = 12
@@ -71,6 +75,31 @@ def remarks_of(explanation: Explanation, blind: Sequence[str], suspicion: Suspic
     if blind:
         remarks.append(f"These data could not have seen: {', '.join(blind)}.")
     return tuple(remarks)
+
+
+def of_other_forms(step: Step, first: Sequence[Family]) -> str:
+    """Say which sizes change clearly in another form of an effect that explains the readings as well; "" if none does.
+
+    ``first``: the families of all effects, each alone. A standard error allows for the noise, not for another form.
+    """
+    family, chosen = next((each for each in first if each.name == step.name), None), step.chosen
+    if not family or family.best.form != chosen.form:
+        return ""
+    errors = next(
+        errors
+        for term, errors in zip(chosen.fit.terms, chosen.fit.stderr, strict=True)
+        if term.effect.name == step.name
+    )
+    for other in family.alike:
+        moved = [
+            f"{name} is {readable(other.term.values[name], 3)} instead of {readable(chosen.term.values[name], 3)}"
+            for name in chosen.form
+            if name in other.form
+            and abs(other.term.values[name] - chosen.term.values[name]) > CLEARLY * errors.get(name, np.inf)
+        ]
+        if moved:
+            return f"With {listed(other.form)} free, the effect explains these readings as well: {listed(moved)}."
+    return ""
 
 
 def _what_changed(problem: Problem) -> str:
