@@ -22,8 +22,8 @@ from lutgen.criticism.first_session.model import ALLOWANCE
 from lutgen.criticism.fit.heldout import STANDARD_ERRORS
 from lutgen.criticism.fit.lack_of_fit import SIGNIFICANT, TOO_LARGE
 from lutgen.criticism.noise.dark_offsets import ODDS
-from lutgen.criticism.search.candidates import HALF, STRONG
-from lutgen.criticism.search.explanation import MOST_OF_IT, UNCHANGED
+from lutgen.criticism.search.candidates import HALF, MOST_OF_IT, STRONG
+from lutgen.criticism.search.explanation import UNCHANGED
 from lutgen.criticism.search.stepwise import UNDOUBTED
 from lutgen.criticism.verdict.imitation import APART, DEPARTURE
 from lutgen.display import MODES, REFERENCES, SELECTIONS

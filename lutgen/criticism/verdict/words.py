@@ -10,7 +10,7 @@ from lutgen.colorimetry import xyz_to_uv
 from lutgen.criticism.fit.families import condition_of, family_of
 from lutgen.criticism.fit.linear import State, predict
 from lutgen.criticism.search.candidates import HALF, MOST_OF_IT, STRONG
-from lutgen.criticism.search.explanation import ages_light
+from lutgen.criticism.search.explanation import ages_light, bends_curves
 from lutgen.criticism.search.free_term import FreeTerm
 from lutgen.criticism.verdict.verdict import Verdict
 from lutgen.effects.clause import in_words
@@ -219,11 +219,13 @@ def _imitates(step: Step, imitated: Imitated) -> bool:
 
 
 def _explains_as_much(step: Step, imitated: Imitated) -> bool:
-    """Whether the form of an effect could imitate another effect that itself explains nearly all of the misfit.
+    """Whether the form of a curve, or of aging light, could imitate another that itself explains nearly all.
 
     No formula of a real display is exact: a better fit of a form with more parameters does not decide.
     """
-    return _imitates(step, imitated) and (imitated.alone or 0.0) > MOST_OF_IT
+    other = next((each for each in step.effects if each.name == imitated.name), step.effect)
+    is_akin = any(kind(step.effect) and kind(other) for kind in (bends_curves, ages_light))
+    return is_akin and _imitates(step, imitated) and (imitated.alone or 0.0) > MOST_OF_IT
 
 
 def _objection(step: Step, freed: str, simplest: float, imitated: Imitated | None) -> str:
