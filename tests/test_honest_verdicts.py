@@ -40,7 +40,7 @@ from lutgen.criticism.verdict.pronounce import (
 )
 from lutgen.criticism.verdict.remarks import of_other_forms
 from lutgen.criticism.verdict.verdict import Verdict
-from lutgen.criticism.verdict.weighing import Weighed, _is_minor, _lowers_error, is_of_curves
+from lutgen.criticism.verdict.weighing import Weighed, _is_minor, is_of_curves, lowers_error
 from lutgen.criticism.verdict.words import one
 from lutgen.effects import catalogue
 from lutgen.effects.clause import in_words
@@ -517,10 +517,11 @@ def test_an_effect_with_which_the_baked_prediction_is_no_better_is_not_named(mon
     explanation, error = of_the_curve(), PureError.of(of_the_curve().base.problem)
     (step,) = explanation.steps
     better, worse = step.without, explanation.final
-    assert _lowers_error(step, explanation.final)
-    assert not _lowers_error(_stub(without=worse), better)
+    assert lowers_error(step, explanation.final)
+    assert not lowers_error(_stub(without=worse), better)
     assert [each.name for each in Weighed.of(explanation, error).kept] == [step.name]
-    monkeypatch.setattr("lutgen.criticism.verdict.weighing._lowers_error", lambda *_: False)
+    for module in ("weighing", "pronounce"):
+        monkeypatch.setattr(f"lutgen.criticism.verdict.{module}.lowers_error", lambda *_: False)
     assert not Weighed.of(explanation, error).kept
     verdict = pronounce(explanation, error, (), Suspicion((), (), ""))
     assert (verdict.name, verdict.effects) == ("unexplained", ())

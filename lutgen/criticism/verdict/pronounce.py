@@ -16,7 +16,7 @@ from lutgen.criticism.search.free_term import IN_ORDER, FreeTerm, change_in_orde
 from lutgen.criticism.verdict.imitation import Imitated, assumes_held_luminance, nearest, overlap, unproved
 from lutgen.criticism.verdict.remarks import lines_of, of_other_forms, remarks_of
 from lutgen.criticism.verdict.verdict import Verdict
-from lutgen.criticism.verdict.weighing import Weighed, is_of_curves, shares_of_delta_e
+from lutgen.criticism.verdict.weighing import Weighed, is_of_curves, lowers_error, shares_of_delta_e
 from lutgen.criticism.verdict.words import NO_FREE_TERM, clause, excess, like_both, more_light, one, several, structure
 from lutgen.errors import listed
 from lutgen.numerals import in_percent, percent
@@ -349,6 +349,8 @@ def _beside_free_term(explanation: Explanation, weighed: Weighed) -> Verdict | N
     if len(explanation.steps) > 1 or weighed.kept or not weighed.clean:
         return None
     (step,) = explanation.steps
+    if not lowers_error(step, explanation.final):
+        return None
     seen = shares_of_delta_e(explanation.base, explanation.final, explanation.steps)
     size = f"{clause(step)}: {excess(step, seen, weighed.shares)}"
     objection = "A smooth change that no effect of the catalogue describes explains these readings as well."

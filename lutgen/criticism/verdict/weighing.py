@@ -162,12 +162,12 @@ def _needed(
         bic_without = step.without.bic - term.evidence
         is_large = shares[step.name] > (1.0 - MOST_OF_IT) * largest
         is_large = is_large or is_shown_apart(step.chosen, similar, step.without, explanation.final)
-        if bic_without > bic_of_both + STRONG and is_large and _lowers_error(step, explanation.final):
+        if bic_without > bic_of_both + STRONG and is_large and lowers_error(step, explanation.final):
             needed.append(step)
     return needed
 
 
-def _lowers_error(step: Step, final: Fit) -> bool:
+def lowers_error(step: Step, final: Fit) -> bool:
     """Whether the prediction that lutgen bakes has a smaller root mean square error, in σ, with an effect than without.
 
     A fit moves white and primaries together with an effect. The baked prediction takes them from their own readings: an
