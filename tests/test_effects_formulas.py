@@ -467,6 +467,8 @@ def test_a_soft_switching_takes_the_power_mean_for_the_smallest_channel() -> Non
     harmonic = [3 / (2 + 4 + 1), 0.2, 0.0]
     signal = one("matrix-switching", linear, at(), softness=1.0)
     np.testing.assert_allclose(signal, np.repeat(harmonic, 3).reshape(3, 3), rtol=1e-12)
+    power_mean = (np.array(linear[0]) ** -0.5).mean() ** -2
+    np.testing.assert_allclose(one("matrix-switching", linear, at(), softness=2.0)[0], power_mean)
     np.testing.assert_allclose(one("matrix-switching", linear, at(), softness=1e-3)[:, 0], [0.25, 0.2, 0], rtol=2e-3)
     # In the chain: Σ l P + D·mean, where D is white's light beyond the sum of its primaries.
     scene = at(code=(0.8, 0.6, 0.9))
