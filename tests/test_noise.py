@@ -295,7 +295,7 @@ def test_a_wrong_row_of_a_repeated_patch_is_left_out_and_is_no_heavy_tail(share:
     xyz[row] += share * (xyz[row, ::-1] - xyz[row])
     diagnosis = diagnose(right.with_light(xyz))
     assert diagnosis.verdict.name == "measurement-problem"
-    assert f"line {int(right.lines[row])} " in diagnosis.verdict.sentence
+    assert f"line {int(right.lines[row])}." in diagnosis.verdict.sentence
     assert diagnosis.problem.weights is None
 
 

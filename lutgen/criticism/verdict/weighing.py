@@ -20,9 +20,12 @@ from lutgen.criticism.search.stepwise import stand_apart
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from numpy.typing import NDArray
+
     from lutgen.colorimetry import Array
     from lutgen.criticism.fit.least_squares import Fit
     from lutgen.criticism.fit.linear import Term
+    from lutgen.criticism.fit.problem import Problem
     from lutgen.criticism.noise.pure_error import PureError
     from lutgen.criticism.search.explanation import Explanation, Step
     from lutgen.effects import Effect
@@ -168,18 +171,26 @@ def _needed(
 
 
 def lowers_error(step: Step, final: Fit) -> bool:
-    """Whether the prediction that lutgen bakes has a smaller root mean square error, in σ, with an effect than without.
+    """Whether the error that white and primaries from their own readings leave is smaller with an effect than without.
 
-    A fit moves white and primaries together with an effect. The baked prediction takes them from their own readings: an
-    effect that only improves the fit does not improve this prediction.
+    A fit moves white and primaries together with an effect, a baked LUT does not: an effect that only improves the fit
+    does not improve the LUT. The error is the root mean square in σ over the colours that the first session has read.
     """
-    problem = final.problem.as_baked
-    judged = ~problem.is_anchor
+    problem = final.problem
+    judged = _judged(problem)
 
     def squares(terms: Sequence[Term]) -> float:
         return float((whiten(problem, problem.xyz - anchored(problem, terms))[judged] ** 2).sum())
 
-    return squares(final.terms) < squares(step.without.terms)
+    return not judged.any() or squares(final.terms) < squares(step.without.terms)
+
+
+def _judged(problem: Problem) -> NDArray[np.bool_]:
+    """Return which readings, (n,), a prediction may be judged by.
+
+    Colours that the first session has not read are excluded: the errors of the curves there would dominate.
+    """
+    return np.asarray(~problem.is_anchor & (problem.counts == 1.0))
 
 
 def _is_minor(step: Step, share: float, final: Fit) -> bool:
@@ -221,8 +232,7 @@ def shares_of_delta_e(base: Fit, final: Fit, steps: Sequence[Step]) -> dict[str,
 def _returning_delta_e(base: Fit, final: Fit, fits: Sequence[Fit]) -> list[float]:
     """Return the share of the excess mean ΔE2000 of ``base`` over ``final`` that returns in each of some fits."""
     problem = base.problem
-    # Colours that the first session has not read are excluded: the errors of the curves there would dominate.
-    judged, white = ~problem.is_anchor & (problem.counts == 1.0), problem.measured_tips[0, 0]
+    judged, white = _judged(problem), problem.measured_tips[0, 0]
     if not judged.any():
         return [0.0 for _ in fits]
 
