@@ -11,6 +11,7 @@ import pytest
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.model import OFFSET_CD_M2, WANDER, estimate_noise
 from lutgen.criticism.noise.session_errors import with_shared_errors
+from lutgen.criticism.verdict.remarks import NOISY
 from lutgen.errors import LutgenError
 from lutgen.names import INSTRUMENTS
 from lutgen.readings import read_session
@@ -33,6 +34,10 @@ decimals = 2
 dark_offset_cd_m2 = 0.05
 gain_wander = 0.002
 """
+
+
+def test_a_remark_takes_twice_the_noise_of_the_noisiest_instrument_for_unusual() -> None:
+    assert 2.0 * max(instrument_of(name).relative[1] for name in INSTRUMENTS) == NOISY
 
 
 def own(folder: Path, *changes: tuple[str, str], name: str = "ours.toml") -> str:

@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 from itertools import product
-from typing import TYPE_CHECKING
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, Any
 
 import colour
 import numpy as np
@@ -267,6 +268,20 @@ def test_joined_forms_that_make_a_simple_form_are_no_refinement() -> None:
     both = candidates._joined_with(base, alone, ("grown",))
     assert both is not None
     assert (set(both.form), both.refined) == ({"new", "grown"}, False)
+
+
+def test_a_form_at_its_limit_is_neither_the_best_nor_as_good_where_another_explains_as_much() -> None:
+    def fitted(size: float, gain: float, *, is_at_limit: bool) -> Any:
+        effect, fit = SimpleNamespace(name="fade"), SimpleNamespace(bic=1000.0 - gain)
+        return SimpleNamespace(effect=effect, fit=fit, gain=gain, is_at_limit=is_at_limit, refined=False, size=size)
+
+    limit, near, alike = (
+        fitted(size, gain, is_at_limit=size > 9) for size, gain in ((10.0, 900.0), (0.2, 880.0), (0.3, 876.0))
+    )
+    chosen = Family.of([limit, near, alike])
+    assert (chosen.best, chosen.alike) == (near, (alike,))
+    far = fitted(0.1, 500.0, is_at_limit=False)
+    assert Family.of([limit, far]).best is limit
 
 
 def test_an_effect_whose_simple_form_is_held_starts_at_rest() -> None:

@@ -87,17 +87,10 @@ def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect]
         unit = f" {each.unit}" if each.unit not in {"1", ""} else ""
         size = f"{readable(each.smallest_detectable, 3)}{unit}" if each.smallest_detectable is not None else "any"
         known = each.parameter in effects[each.effect].parameters
-        typical = typical_size(effects[each.effect], each.parameter) if known else 0.0
+        usual = typical_size(effects[each.effect], each.parameter) if known else 0.0
+        typical = f"{readable(usual, 3)}{unit}" if usual else "–"
         seen_from = size if each.visible else "cannot be seen"
-        rows.append(
-            (
-                each.effect,
-                seen_from,
-                f"{readable(typical, 3)}{unit}" if typical else "–",
-                each.parameter,
-                percent(each.absorbed),
-            )
-        )
+        rows.append((each.effect, seen_from, typical, each.parameter, percent(each.absorbed)))
     headings = ("effect", "detectable from", "typical", "parameter", "hidden by re-measured white and primaries")
     faint = [n for n, each in enumerate(ordered) if not each.visible]
     count = len(headings) if verbose else 3
@@ -205,10 +198,12 @@ def _error(diagnosis: Diagnosis) -> str:
         shared = ["the meter's dark offset", "the meter's gain"]
         if diagnosis.problem.native:
             shared.append("the errors of the display's own model")
+        # Weights of a Student t: the noise of these readings has heavy tails.
+        few = " Readings far from the others count less." if diagnosis.problem.weights is not None else ""
         return (
             f"The readings differ from the model by {times(before.ratio)} the noise of single readings (mean ΔE2000 "
             f"{error.delta_e_mean:.2f} where this noise alone gives {floor.delta_e_mean:.2f}). Errors that many "
-            f"readings share explain the difference: {listed(shared)}."
+            f"readings share explain the difference: {listed(shared)}.{few}"
         )
     if before.agrees and verdict.name not in {"consistent", "measurement-problem"}:
         sentence = (

@@ -82,7 +82,7 @@ class Candidate:
 class Family:
     """The fitted forms of one effect: the best by BIC, the best of the simple forms, and how many were tried.
 
-    ``alike``: the other forms whose BIC is not clearly higher than that of the best.
+    ``alike``: the other forms inside their limits whose BIC is not clearly higher than that of the best.
     """
 
     effect: Effect
@@ -99,9 +99,10 @@ class Family:
         """
         simple = [each for each in fitted if not each.refined] or fitted[:1]
         best = min(fitted, key=bic)
-        inside = [each for each in fitted if not each.is_at_limit and each.gain > MOST_OF_IT * best.gain]
-        best = min(inside, key=bic, default=best) if best.is_at_limit else best
-        alike = tuple(each for each in fitted if each is not best and bic(each) < bic(best) + STRONG)
+        inside = [each for each in fitted if not each.is_at_limit]
+        if best.is_at_limit:
+            best = min((each for each in inside if each.gain > MOST_OF_IT * best.gain), key=bic, default=best)
+        alike = tuple(each for each in inside if each is not best and bic(each) < bic(best) + STRONG)
         return cls(fitted[0].effect, best, min(simple, key=bic), len(fitted), alike)
 
     @property
@@ -241,10 +242,9 @@ def _with_skipped_formulas(base: Fit, ratio: GainRatio, fitted: Sequence[Candida
 def best_start(base: Fit, effect: Effect) -> Term:
     """Return the start, among an effect's simple forms, with the largest linear gain minus its penalty."""
     score, penalty = base.score, float(np.log(base.readings))
-    forms = simple_forms(effect)
     starts = [
         (gain - penalty * len(form), term)
-        for form in forms
+        for form in simple_forms(effect)
         for gain, term in (_start(score, effect, form, grid) for grid in _grids(score, effect, form))
     ]
     if not starts:

@@ -10,6 +10,7 @@ from lutgen.colorimetry import xyz_to_uv
 from lutgen.criticism.compare.drift import drifts
 from lutgen.criticism.first_session.model import white_moved
 from lutgen.criticism.noise.tails import OUTLIER
+from lutgen.criticism.verdict.words import CLEARLY
 from lutgen.errors import listed
 from lutgen.numerals import in_percent, readable
 
@@ -26,9 +27,6 @@ UNUSUAL = 5.0
 
 #: A remark names a relative noise of replicates above this: twice that of the noisiest of ``readings/instruments``.
 NOISY = 0.005
-
-#: A remark names a size that another form changes by more than this number of its standard errors.
-CLEARLY = 3.0
 
 #: Largest number of lines of readings that a remark names.
 NAMED_LINES = 12

@@ -48,7 +48,7 @@ SHAPES = {
     " in Z": ", in Z only",
 }
 
-#: Two sessions differ in light if the difference exceeds this number of its standard deviations.
+#: Two sessions differ in light, or two forms in a size, by more than this number of standard deviations.
 CLEARLY = 3.0
 
 
