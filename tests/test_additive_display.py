@@ -18,6 +18,7 @@ from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.session_columns import shared_columns
 from lutgen.effects import catalogue
 from lutgen.report.diagnosis import diagnose_page
+from tests.quick import mostly_slow
 from tests.readings_text import read
 from tests.test_native import bright_mixtures
 from tests.test_own_display import campaign as own_campaign
@@ -94,7 +95,10 @@ def bent(change: float, code: Array, hours: float) -> Array:
     return srgb(code, hours) ** (1.0 + change * hours / 18_000.0)
 
 
-@pytest.mark.parametrize(("beside", "leak", "change"), [("black-level", 0.0015, 0.0), ("eotf-drift", 0.0, 0.06)])
+@pytest.mark.parametrize(
+    ("beside", "leak", "change"),
+    mostly_slow([("black-level", 0.0015, 0.0), ("eotf-drift", 0.0, 0.06)], "black-level"),
+)
 def test_a_fade_beside_another_effect_is_named(beside: str, leak: float, change: float) -> None:
     """A sensor holds the light until a quarter of the reserve is gone; the form of this law contains other laws."""
     fade = lambda hour: min(1.0, 1.25 * (1.0 - 0.9 * hour / 18_000.0))  # noqa: E731
@@ -113,7 +117,7 @@ def test_a_drift_of_the_meter_states_the_assumption_that_a_sensor_holds_the_lumi
     )
 
 
-@pytest.mark.parametrize(("gamma", "seed"), [(2.2, 1), (2.2, 4), (2.5, 1), (2.5, 4)])
+@pytest.mark.parametrize(("seed", "gamma"), mostly_slow([(1, 2.2), (4, 2.2), (1, 2.5), (4, 2.5)], 4))
 def test_an_interpolation_between_few_levels_is_no_effect(gamma: float, seed: int) -> None:
     """A power of the code between seven greys and four levels of each ramp, read in twelve sessions."""
     greys, few = np.array([0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 0.9]), np.array([0.2, 0.4, 0.6, 0.8])
@@ -200,7 +204,7 @@ def test_the_page_does_not_contradict_a_consistent_verdict() -> None:
     assert " fails by " not in text
 
 
-@pytest.mark.parametrize("seed", [2, 3, 4])
+@pytest.mark.parametrize("seed", mostly_slow([2, 3, 4], 4))
 def test_small_shifts_of_two_primaries_are_one_effect(seed: int) -> None:
     shifts = 0.0009 * np.array([[0, 0, 0], [-CHANNELS[1].sum(), 0, 0], [0, 0, CHANNELS[2].sum()]])
     verdict = diagnose(campaign(seed=seed, shifts=shifts)).verdict

@@ -14,6 +14,7 @@ import pytest
 from lutgen.criticism.diagnose import diagnose
 from lutgen.effects import catalogue
 from lutgen.report.diagnosis import diagnose_page
+from tests.quick import mostly_slow
 from tests.readings_text import read
 
 if TYPE_CHECKING:
@@ -158,7 +159,9 @@ def at_temperatures(rest: float, others: tuple[float, ...], gamma: float) -> Dia
     return diagnosed(table(rows, ",temperature_c"))
 
 
-@pytest.mark.parametrize(("rest", "others"), [(25.0, (15.0, 20.0, 32.0, 38.0)), (22.0, (15.0, 20.0, 32.0, 38.0))])
+@pytest.mark.parametrize(
+    ("rest", "others"), mostly_slow([(each, (15.0, 20.0, 32.0, 38.0)) for each in (25.0, 22.0)], 22.0)
+)
 def test_light_and_curve_may_both_depend_on_the_temperature(rest: float, others: tuple[float, ...]) -> None:
     """White shows the light's change alone, since the curve leaves white; 20 °C and 22 °C are two temperatures."""
     diagnosis = at_temperatures(rest, others, 0.004)
@@ -175,7 +178,7 @@ def test_set_temperatures_a_few_kelvins_apart_are_no_replicates(rest: float, oth
     assert diagnosis.problem.noise.relative < 0.0015
 
 
-@pytest.mark.parametrize("baseline", ["colour-points", "native"])
+@pytest.mark.parametrize("baseline", mostly_slow(["colour-points", "native"], "colour-points"))
 def test_a_cable_with_fewer_bits_may_be_installed_in_the_middle_of_a_campaign(baseline: str) -> None:
     """From 6400 h on, codes are rounded to 6 bits; the display's own model of the first session has no steps."""
     levels = np.arange(0.0, 1.0001, 1.0 / 16.0)
@@ -219,7 +222,7 @@ def faded(codes: Array, hour: float, loss: float, depth: float) -> Array:
     return np.asarray(np.exp(-loss * tau**1.3) * (light(codes) @ np.linalg.inv(SHARES * WHITE) @ primaries))
 
 
-@pytest.mark.parametrize(("loss", "depth"), [(0.8, 1.0), (0.5, 0.4)])
+@pytest.mark.parametrize(("loss", "depth"), mostly_slow([(0.8, 1.0), (0.5, 0.4)], 0.5))
 def test_an_even_fading_behind_a_yellow_filter_is_two_effects(loss: float, depth: float) -> None:
     """Effects of several sizes, as rates of three channels, fit as well: they fit what formulas miss."""
     rows = [(hour, code, faded(code, hour, loss, depth), "") for hour in HOURS for code in CODES]
@@ -227,7 +230,7 @@ def test_an_even_fading_behind_a_yellow_filter_is_two_effects(loss: float, depth
     assert (verdict.name, set(verdict.effects)) == ("several", {"backlight-decay", "yellowing"})
 
 
-@pytest.mark.parametrize("loss", [0.6, 0.9])
+@pytest.mark.parametrize("loss", mostly_slow([0.6, 0.9], 0.6))
 def test_an_even_fading_is_no_wear_of_phosphors(loss: float) -> None:
     """Where all chromaticities are constant, phosphors or channels would have to wear alike: this is a fading."""
     rows = [(hour, code, faded(code, hour, loss, 0.0), "") for hour in HOURS for code in CODES]
@@ -236,7 +239,7 @@ def test_an_even_fading_is_no_wear_of_phosphors(loss: float) -> None:
     assert not {"phosphor-wear", "channel-decay", "yellowing"} & set(verdict.effects)
 
 
-@pytest.mark.parametrize(("bump", "leak"), [(0.006, 0.004), (0.004, 0.003), (0.008, 0.006)])
+@pytest.mark.parametrize(("bump", "leak"), mostly_slow([(0.006, 0.004), (0.004, 0.003), (0.008, 0.006)], 0.008))
 def test_a_small_leak_beside_a_changed_curve_is_a_second_effect(bump: float, leak: float) -> None:
     """A changed curve leaves black as it is, so that black shows the leak, however little the leak explains."""
     rows = [

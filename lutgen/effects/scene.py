@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, make_dataclass
-from functools import partial
+from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,8 +25,12 @@ LIFE_H = 18_000.0
 SOON_H = 1e-6
 
 
+@cache
 def _column(value: float) -> Array:
-    return np.full((1, 1), value)
+    """Return a column of one value, (1, 1). All scenes share it, so nobody may write into it."""
+    column = np.full((1, 1), value)
+    column.flags.writeable = False
+    return column
 
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ import numpy as np
 from lutgen.colorimetry import code_to_linear
 from lutgen.criticism.fit.data import readings_at
 from lutgen.display.paper import nearest_weights
-from lutgen.display.trace import Panel, emitted, metered, panel, through
+from lutgen.display.trace import Panel, emitted, lit_by, metered, panel, through
 from lutgen.effects import Scene
 from lutgen.effects.scene import CodeScene, HourScene
 
@@ -44,12 +44,13 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class _Cached:
-    """Cached arrays, with their arguments: effects, tips and panel."""
+    """A cached result, with its arguments: effects, tips and panel."""
 
     applied: Sequence[Applied]
     tips: Array
-    result: tuple[Array, ...]
+    result: Array
     before: Panel | None = None
+    scene: Scene | None = None
 
     def is_of(self, others: Sequence[Applied]) -> bool:
         """Whether the cached result is of these effects."""
@@ -127,27 +128,26 @@ class Prediction:
         before = self.first_session.relative_to_first_session(applied, before)
         if self.problem.holds_white:
             tips = self._held(applied, tips)
-        scene, emission = self.problem.scene(tips), [each for each in applied if each.effect.stage == "emission"]
-        xyz, white = self._emitted(emission, before, tips, scene)
-        return metered(applied, xyz, replace(scene, white=white) if emission else scene)
+        xyz, scene = self._emitted([each for each in applied if each.effect.stage == "emission"], before, tips)
+        return metered(applied, xyz, scene)
 
-    def _emitted(self, emission: Sequence[Applied], before: Panel, tips: Array, scene: Scene) -> tuple[Array, Array]:
-        """XYZ and white after the emission; the last result is cached: derivatives by later effects need it again."""
+    def _emitted(self, emission: Sequence[Applied], before: Panel, tips: Array) -> tuple[Array, Scene]:
+        """XYZ and scene after the emission; the last result is cached: derivatives by later effects need it again."""
         last = self._last.get("emitted")
-        if last and last.tips is tips and last.before is before and last.is_of(emission):
-            xyz, white = last.result
-            return xyz, white
-        aged = self._aged(emission, tips)
+        if last and last.scene and last.tips is tips and last.before is before and last.is_of(emission):
+            return last.result, last.scene
+        scene, aged = self.problem.scene(tips), self._aged(emission, tips)
         if aged is None:
             lit = through(emission, ("emission",), np.take(tips, self.problem.hour_of, axis=-3), scene)
-            xyz, white = before.emit(lit), lit[..., 0, :]
+            xyz, scene = before.emit(lit), lit_by(lit, scene)
         else:
-            white = np.take(aged[..., 0, :], self.problem.hour_of, axis=-2)
+            if emission:
+                scene = replace(scene, white=np.take(aged[..., 0, :], self.problem.hour_of, axis=-2))
             # The order of sums is the same as above: an effect that does nothing must not change the rounding.
             each = aged.ndim <= 3
             xyz = before.emit(aged[self.problem.hour_of]) if each else before.emit_by(aged, self._readings_of_hours)
-        self._last["emitted"] = _Cached(emission, tips, (xyz, white), before)
-        return xyz, white
+        self._last["emitted"] = _Cached(emission, tips, xyz, before, scene)
+        return xyz, scene
 
     @cached_property
     def _last(self) -> dict[str, _Cached]:
@@ -184,9 +184,9 @@ class Prediction:
         acting = [each for each in applied if each.effect.compensated and each.effect.stage in BEFORE_ROOM]
         last = self._last.get("held")
         if last and last.tips is tips and last.is_of(acting):
-            return last.result[0]
+            return last.result
         held = tips * self._held_gain(acting, tips)[..., np.newaxis, np.newaxis]
-        self._last["held"] = _Cached(acting, tips, (held,))
+        self._last["held"] = _Cached(acting, tips, held)
         return held
 
     def _held_gain(self, applied: Sequence[Applied], tips: Array) -> Array:

@@ -65,6 +65,11 @@ class _ShiftEvidence:
         """Linear light of the code values, and of code values that are larger by ``STEP``, (2, m)."""
         return np.maximum(code_to_linear([self.code, self.code + STEP]), 0.0)
 
+    @cached_property
+    def alone(self) -> Array:
+        """Information on each shift alone, (m,)."""
+        return np.diag(self.information)
+
     def bent(self, *, table_gamma: float = 1.0, panel_gamma: float = 0.0) -> tuple[Array, Array]:
         """Return the quantity that is rounded, and its derivative by the code value, (m,) each."""
         if not panel_gamma:
@@ -87,7 +92,7 @@ class _ShiftEvidence:
         shift += np.float32(added)
         along = shift @ (self.pull / slope).astype(np.float32)
         shift *= shift
-        size = shift @ (np.diag(self.information) / slope**2).astype(np.float32)
+        size = shift @ (self.alone / slope**2).astype(np.float32)
         return np.asarray(2.0 * along / STEPS - size / STEPS.astype(np.float32) ** 2)
 
 
