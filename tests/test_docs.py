@@ -25,6 +25,7 @@ from lutgen.criticism.noise.dark_offsets import ODDS
 from lutgen.criticism.search.candidates import HALF, MOST_OF_IT, STRONG
 from lutgen.criticism.search.explanation import UNCHANGED
 from lutgen.criticism.search.stepwise import UNDOUBTED
+from lutgen.criticism.verdict.black import LARGEST_ZERO_CD_M2
 from lutgen.criticism.verdict.imitation import APART, DEPARTURE
 from lutgen.display import MODES, REFERENCES, SELECTIONS
 from lutgen.readings.conditions import COLUMNS as CONDITION_COLUMNS
@@ -246,6 +247,7 @@ NUMBERS = {
     "unchanged": UNCHANGED,
     "departure": DEPARTURE,
     "odds of a leak": math.exp(ODDS),
+    "zero": LARGEST_ZERO_CD_M2,
     "allowance": math.sqrt(ALLOWANCE),  # a standard deviation; the constant is a variance
 }
 

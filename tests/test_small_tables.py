@@ -5,6 +5,7 @@ No generator of campaigns is used: every table comes from one expression of this
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -19,6 +20,7 @@ from tests.readings_text import read
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
     from numpy.typing import NDArray
 
@@ -157,6 +159,28 @@ def at_temperatures(rest: float, others: tuple[float, ...], gamma: float) -> Dia
             xyz = light(codes, 1.0 + gamma * (kelvin - 25.0)) * (1.0 - 0.003 * (kelvin - 25.0))
             rows += [(hour, code, each, f",{kelvin:g}") for code, each in zip(codes, xyz, strict=True)]
     return diagnosed(table(rows, ",temperature_c"))
+
+
+def test_blacks_that_jump_by_more_than_a_meters_zero_does_are_not_consistent(tmp_path: Path) -> None:
+    """Offsets of sessions would absorb the jump: without the capped lens nobody knows whether the display leaks."""
+    rows = [(hour, code, light(code) + (hour > 10_000.0) * 0.3 * WHITE / 250.0, "") for hour in HOURS for code in CODES]
+    text = table(rows, "")
+    diagnosis = diagnosed(text)
+    verdict = diagnosis.verdict
+    assert (verdict.name, verdict.effects) == ("one-of", ("black-level", "ambient-reflection", "meter-offset"))
+    assert re.search(r"(0|0\.00\d+) cd/m² at 6400 h, 0\.30?\d* cd/m² at 11000 h", verdict.sentence), verdict.sentence
+    page = "\n".join(str(part) for part in diagnose_page(diagnosis, catalogue(), "table.csv --baseline native"))
+    assert "read black with the lens capped in every session" in page
+    assert "lutgen sessions explain table.csv\n" in page
+    # A small zero that the instrument states leaves only the display.
+    stated = tmp_path / "meter.toml"
+    stated.write_text(
+        'name = "meter"\nsource = "a test"\nrelative = [0.001, 0.001, 0.001]\nfloor_cd_m2 = 0.002\n'
+        "dark_offset_cd_m2 = 0.002\n",
+        encoding="utf-8",
+    )
+    verdict = diagnose(read(text, file="table.csv", sha256=""), instrument=str(stated)).verdict
+    assert verdict.effects[0] == "black-level", verdict.sentence
 
 
 @pytest.mark.parametrize(

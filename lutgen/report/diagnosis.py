@@ -9,6 +9,7 @@ import numpy as np
 from lutgen.criticism.diagnose import Diagnosis, Ranked, parameters_of
 from lutgen.criticism.refine import Refinement
 from lutgen.criticism.search.separate import Separation
+from lutgen.criticism.verdict.black import CAUSES
 from lutgen.criticism.verdict.visibility import Visibility, relative_size, typical_size
 from lutgen.effects import Effect
 from lutgen.effects.shapes import is_knot
@@ -35,14 +36,15 @@ def diagnose_page(
     yield Headline(f"{verdict.name}: {verdict.sentence}")
     before = diagnosis.comparison
     yield _error(diagnosis)
-    if verdict.effects:
+    named = verdict.effects and diagnosis.explanation.steps
+    if named:
         after = diagnosis.after
         yield (
             f"With {listed(each.name for each in diagnosis.explanation.steps)}: mean ΔE2000 "
             f"{after.error.delta_e_mean:.2f}, from {times(before.ratio)} to {times(after.ratio)} the noise."
         )
     yield from _advice(diagnosis, again, stub)
-    if verdict.effects:
+    if named:
         yield ""
         yield parameter_table(parameters_of(diagnosis.explanation.final), effects)
     rivals = [f"These data cannot tell apart: {listed(each)}." for each in verdict.rivals]
@@ -206,8 +208,10 @@ def _error(diagnosis: Diagnosis) -> str:
             f"readings share explain the difference: {listed(shared)}.{few}"
         )
     if before.agrees and verdict.name not in {"consistent", "measurement-problem"}:
+        is_zero = verdict.effects and not diagnosis.explanation.steps
+        what = _IF_ZERO if is_zero else "All readings together hardly show it"
         sentence = (
-            f"All readings together hardly show it: {times(before.ratio)} the noise, mean ΔE2000 "
+            f"{what}: {times(before.ratio)} the noise, mean ΔE2000 "
             f"{error.delta_e_mean:.2f} where noise alone gives {floor.delta_e_mean:.2f}."
         )
     # No named effect shows in the mean: single readings may show it all the same.
@@ -215,6 +219,10 @@ def _error(diagnosis: Diagnosis) -> str:
         largest = f"The largest error of a reading is {error.delta_e_max:.2f} (noise: {floor.delta_e_max:.2f})."
         sentence = f"{sentence} {largest}"
     return sentence
+
+
+#: The error of blacks that differ between sessions: the fit takes the difference as an error of the meter.
+_IF_ZERO = "If it is the zero of the meter, the rest agrees with the model"
 
 
 def _refutation(diagnosis: Diagnosis, effects: Mapping[str, Effect]) -> list[str]:
@@ -278,6 +286,9 @@ def _next(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[P
         yield "Next: measure again, or correct the file. Do not add an effect to the model yet."
     elif verdict.name == "consistent":
         yield f"Next, what to measure to see more:  lutgen plan {again} -o plan.csv"
+    elif verdict.effects == CAUSES and not diagnosis.explanation.steps:
+        yield f"Next: read black with the lens capped in every session, then  lutgen diagnose {again}"
+        yield f"What else changed between the sessions:  lutgen sessions explain {again.partition(' --')[0]}"
     elif len(verdict.rivals) == 1 and verdict.name == "one-of":
         likeliest = f"lutgen refine {again} --add {verdict.effects[0]} -o my-display.toml"
         tests = [each for each in diagnosis.measure_next if each.before <= CLEARLY and _repetitions(each) <= TOO_OFTEN]

@@ -99,6 +99,8 @@ class Noise:
         Printed digits of the instrument.
     offset_cd_m2, wander
         Usual standard deviations: of the dark offset between sessions, and of the gain drift within a session.
+    states_offset
+        Whether the instrument states its dark offset, which is then taken as it is.
     instrument
         Name of the instrument whose noise this is, or is the prior; "" for none.
     known_from
@@ -127,6 +129,7 @@ class Noise:
     floor_correlation: Array = field(default_factory=lambda: _matrix(FLOOR_CORRELATION))
     offset_cd_m2: float = OFFSET_CD_M2
     wander: float = WANDER
+    states_offset: bool = False
     instrument: str = ""
 
     @property
@@ -177,7 +180,7 @@ def _start(stated: Instrument | None, session: float | None) -> Noise:
         *(stated.relative[1], stated.floor_cd_m2[1], session, _matrix(CORRELATION), "instrument"),
         ratio=ratio, floor_ratio=floor_ratio, digits=Digits(stated.decimals, stated.significant),
         offset_cd_m2=stated.dark_offset_cd_m2 or OFFSET_CD_M2, wander=stated.gain_wander or WANDER,
-        instrument=stated.name,
+        states_offset=stated.dark_offset_cd_m2 is not None, instrument=stated.name,
     )  # fmt: skip
 
 

@@ -87,7 +87,8 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
     offsets = _session_estimates(
         plain, fitted.state, linear, capped if has_capped else dark, replace(plain, offset_cd_m2=1.0, native=None)
     )
-    offset = offset_sd(offsets, problem, capped=has_capped)
+    stated = problem.noise.offset_cd_m2 if problem.noise.states_offset else None
+    offset = offset_sd(offsets, problem, capped=has_capped) if stated is None else stated
     everything = np.ones(problem.rows.size, dtype=bool)
     gains = _session_estimates(
         plain, fitted.state, linear._replace(residual=fitted.residual), everything, replace(plain, wander=1.0)

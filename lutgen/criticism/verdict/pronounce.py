@@ -13,6 +13,7 @@ from lutgen.criticism.fit.lack_of_fit import is_even, is_within_scatter
 from lutgen.criticism.search.candidates import HALF, MOST_OF_IT, STRONG
 from lutgen.criticism.search.explanation import ages_light, bends_curves
 from lutgen.criticism.search.free_term import IN_ORDER, FreeTerm, change_in_order, free_term, leaves_only_noise, probe
+from lutgen.criticism.verdict import black
 from lutgen.criticism.verdict.imitation import Imitated, assumes_held_luminance, nearest, overlap, unproved
 from lutgen.criticism.verdict.remarks import lines_of, of_other_forms, remarks_of
 from lutgen.criticism.verdict.verdict import Verdict
@@ -59,7 +60,7 @@ def pronounce(explanation: Explanation, error: PureError, seen: Sequence[Visibil
     if explanation.steps:
         verdict = _with_steps(explanation, error, suspicion, remarks)
     else:
-        verdict = _without_steps(explanation, error, suspicion, remarks)
+        verdict = black.or_leak(_without_steps(explanation, error, suspicion, remarks), explanation.base.problem)
     return _under_assumed_noise(_or_drift(verdict, explanation), explanation)
 
 

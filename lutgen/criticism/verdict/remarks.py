@@ -10,6 +10,7 @@ from lutgen.colorimetry import xyz_to_uv
 from lutgen.criticism.compare.drift import drifts
 from lutgen.criticism.first_session.model import white_moved
 from lutgen.criticism.noise.tails import OUTLIER
+from lutgen.criticism.verdict import black
 from lutgen.criticism.verdict.words import CLEARLY
 from lutgen.errors import listed
 from lutgen.numerals import in_percent, readable
@@ -21,9 +22,6 @@ if TYPE_CHECKING:
     from lutgen.criticism.search.candidates import Family
     from lutgen.criticism.search.explanation import Explanation, Step
     from lutgen.criticism.search.influence import Suspicion
-
-#: A remark names a dark offset that is larger than usual by this factor.
-UNUSUAL = 5.0
 
 #: A remark names a relative noise of replicates above this: twice that of the noisiest of ``readings/instruments``.
 NOISY = 0.005
@@ -55,12 +53,8 @@ def remarks_of(explanation: Explanation, blind: Sequence[str], suspicion: Suspic
             f"The file says that luminance is held, but white has changed by {change}: no sensor held it, or the "
             f"sensor had no reserve left. Luminance is taken as free."
         )
-    if problem.offset_cd_m2 > UNUSUAL * noise.offset_cd_m2 and not problem.is_capped.any():
-        remarks.append(
-            f"Black differs between sessions by {problem.offset_cd_m2:.2g} cd/m² (1 σ), without a smooth course in "
-            f"time: the zero of the meter, or a leak of light that these sessions cannot tell from it. Read black with "
-            f"the lens capped in every session."
-        )
+    if of_black := black.remark(problem):
+        remarks.append(of_black)
     if explanation.unknown_table:
         remarks.append(
             "The number of bits is uncertain, since the file lacks the calibration table before the rounding. Sessions "
