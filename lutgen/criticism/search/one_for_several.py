@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from lutgen.criticism.compare.comparison import CLEAR
 from lutgen.criticism.search.candidates import MOST_OF_IT, STRONG, bic, forms_of
 from lutgen.criticism.search.explanation import ages_light, changes_colours, together
 from lutgen.criticism.search.free_term import leaves_only_noise
@@ -15,6 +16,9 @@ if TYPE_CHECKING:
     from lutgen.criticism.noise.pure_error import PureError
     from lutgen.criticism.search.candidates import Candidate, Family
     from lutgen.effects import Effect
+
+#: Factor by which an effect leaves far more χ² beyond noise than another that explains nearly all: it is no rival.
+FAR_MORE = 10.0
 
 
 def one_for_several(
@@ -36,6 +40,19 @@ def one_for_several(
     return [min(better, key=bic)] if better else []
 
 
+def near_the_best(families: Sequence[Family], error: PureError) -> list[Family]:
+    """Return the families that each explain nearly all of a misfit, without those that leave far more than the best.
+
+    ``families``: best first. Far more is clearly more than noise, and ``FAR_MORE`` times what the best leaves.
+    """
+    if not families:
+        return []
+    best = families[0].best.fit
+    noise = best.freedom * error.scale
+    most = max(CLEAR**2 * noise, noise + FAR_MORE * (best.chi2 - noise))
+    return [each for each in families if each.best.fit.chi2 <= most]
+
+
 def inside_limits(chosen: Sequence[Candidate], first: Sequence[Family]) -> list[Family]:
     """Return families inside their physical limits that explain as much as a single effect at its limit.
 
@@ -46,4 +63,5 @@ def inside_limits(chosen: Sequence[Candidate], first: Sequence[Family]) -> list[
         return []
     enough = MOST_OF_IT * chosen[0].gain
     inside = [each for each in first if each.best.gain > enough and not each.best.is_at_limit]
-    return [*inside, *(each for each in first if each.effect is chosen[0].effect)] if inside else []
+    own = [each for each in first if each.effect is chosen[0].effect and each not in inside]
+    return [*inside, *own] if inside else []

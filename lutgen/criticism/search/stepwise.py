@@ -31,7 +31,7 @@ from lutgen.criticism.search.candidates import (
 )
 from lutgen.criticism.search.explanation import Explanation, Step, ages_light, is_shown_apart, together
 from lutgen.criticism.search.free_term import free_term, leaves_only_noise, probe
-from lutgen.criticism.search.one_for_several import inside_limits, one_for_several
+from lutgen.criticism.search.one_for_several import inside_limits, near_the_best, one_for_several
 from lutgen.criticism.search.unknown_table import rounding_behind_table
 from lutgen.criticism.search.ways_of_aging import explain_together, light_alone, of_one_size
 
@@ -99,7 +99,7 @@ def explain(
             tuple(other for other in chosen if other is not each),
             () if rounded and each.effect.propose else tuple(effects),  # the shifts by other effects are not jagged
             base,
-            tuple(sufficient[1:]) if at == 0 else (),
+            tuple(near_the_best(sufficient, error)[1:]) if at == 0 else (),
         )
         for at, each in enumerate(chosen)
     )
