@@ -26,6 +26,10 @@ UNCHANGED = 0.1
 SAME_COLOUR = 1e-6
 
 
+#: Share of the change in light below which a change of colours does not count: the light fades evenly.
+EVENLY = 0.05
+
+
 @dataclass(frozen=True)
 class Step:
     """One admitted effect: its final candidate, the other admitted candidates, and the effects it was chosen from.
@@ -190,8 +194,11 @@ def is_shown_apart(
     return gain > penalty
 
 
-def _only_dims(without: Fit, whole: Fit, term: Term) -> bool:
-    """Whether an effect changes the light of white and primaries, but not their chromaticities."""
+def only_dims(without: Fit, whole: Fit, term: Term, share: float = 0.0) -> bool:
+    """Whether an effect changes the light of white and primaries, but not their chromaticities.
+
+    ``share``: a change of colours that is no larger than this share of the change in light does not count.
+    """
     problem = without.problem
     drive = problem.drive
     full = drive.any(axis=1) & np.isin(drive, (0.0, 1.0)).all(axis=1)
@@ -199,8 +206,14 @@ def _only_dims(without: Fit, whole: Fit, term: Term) -> bool:
         predict(problem, State(terms, whole.tips, whole.gains))[full]
         for terms in (without.terms, (*without.terms, term))
     )
-    of_light = plain * (dimmed[:, 1:2] / plain[:, 1:2])
-    return bool(np.allclose(dimmed, of_light, SAME_COLOUR) and not np.allclose(dimmed, plain, SAME_COLOUR))
+    light = dimmed[:, 1:2] / plain[:, 1:2]
+    change = float(np.abs(light - 1.0).max())
+    return change > SAME_COLOUR and np.allclose(dimmed, plain * light, max(SAME_COLOUR, share * change))
+
+
+def typical(effect: Effect) -> Term:
+    """Return the term of an effect at its typical size."""
+    return Term.at_rest(effect, (), **effect.typical())
 
 
 def _rivals(each: Candidate, beside: Sequence[Candidate], effects: Sequence[Effect], base: Fit) -> tuple[Family, ...]:
@@ -218,14 +231,14 @@ def _rivals(each: Candidate, beside: Sequence[Candidate], effects: Sequence[Effe
         if effect.name in each.effect.confused_with and (problem := base.problem.unlogged(effect.needs)):
             near += contenders(fit(problem, without.terms, without.state), [effect], limit)
 
-    if base.problem.from_first_hour and _only_dims(without, whole, each.term):
+    if base.problem.from_first_hour and only_dims(without, whole, each.term):
         # The admitted effect leaves all chromaticities constant. An effect that changes colours then fits only because
-        # its parts dim equally: it is a rival only if its BIC is clearly lower.
+        # its parts dim equally: it is a rival only if its parts differ, and its BIC is clearly lower.
         near = [
             rival
             for rival in near
-            if bic(rival.best) < mine - STRONG
-            or _only_dims(without, whole, Term.at_rest(rival.effect, (), **rival.effect.typical()))
+            if only_dims(without, whole, typical(rival.effect))
+            or (bic(rival.best) < mine - STRONG and not only_dims(without, whole, rival.best.term, EVENLY))
         ]
     # Formulas of related effects differ little, and no display follows a formula exactly. Therefore a related effect is
     # excluded only by twice the usual difference in BIC, and with it every effect that explains the readings better.

@@ -33,7 +33,7 @@ from lutgen.criticism.search.explanation import Explanation, Step, ages_light, i
 from lutgen.criticism.search.free_term import free_term, leaves_only_noise, probe
 from lutgen.criticism.search.one_for_several import inside_limits, near_the_best, one_for_several
 from lutgen.criticism.search.unknown_table import rounding_behind_table
-from lutgen.criticism.search.ways_of_aging import explain_together, light_alone, of_one_size
+from lutgen.criticism.search.ways_of_aging import even_fading, explain_together, light_alone, of_one_size
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -86,6 +86,8 @@ def explain(
         chosen, sufficient = [inside[0].best], inside
     if simpler := of_one_size(chosen, base, first, error, refined):
         chosen, sufficient = simpler, []
+    if even := even_fading(chosen, base, first):
+        chosen, sufficient = [even[0].best], even
     if alone := one_for_several(chosen, effects, base, error):
         chosen, sufficient = alone, []
     if rounded := rounding_behind_table(chosen, base, effects, error):

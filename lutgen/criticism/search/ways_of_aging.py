@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from lutgen.criticism.compare.comparison import CLEAR
 from lutgen.criticism.search.candidates import HALF, MOST_OF_IT, STRONG, contenders
-from lutgen.criticism.search.explanation import ages_light, together
+from lutgen.criticism.search.explanation import EVENLY, ages_light, only_dims, together, typical
 from lutgen.criticism.search.forms import simple_forms
 from lutgen.criticism.search.free_term import leaves_only_noise
 
@@ -41,6 +41,23 @@ def light_alone(chosen: list[Candidate], base: Fit, first: Sequence[Family], err
     if not are_of_instrument or not 1 < len(light) < len(chosen):
         return chosen
     return light if explain_together(together(base, light), first, error) else chosen
+
+
+def even_fading(chosen: Sequence[Candidate], base: Fit, first: Sequence[Family]) -> list[Family]:
+    """Return the effects that dim all colours alike, in place of one that does so only here, best first.
+
+    An effect that changes colours, such as the wear of phosphors, fits an even fading if its parts fade alike. With
+    more shapes of its course it may even fit better. The list is empty if ``chosen`` is no such effect, or if no effect
+    that always dims evenly explains half as much.
+    """
+    if not base.problem.from_first_hour or len(chosen) != 1:
+        return []
+    (each,) = chosen
+    whole = each.fit
+    if not only_dims(base, whole, each.term, EVENLY) or only_dims(base, whole, typical(each.effect)):
+        return []
+    enough = HALF * each.gain
+    return [family for family in first if family.best.gain > enough and only_dims(base, whole, typical(family.effect))]
 
 
 def of_one_size(

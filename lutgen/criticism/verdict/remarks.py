@@ -10,6 +10,7 @@ from lutgen.colorimetry import xyz_to_uv
 from lutgen.criticism.compare.drift import drifts
 from lutgen.criticism.first_session.model import white_moved
 from lutgen.criticism.noise.tails import OUTLIER
+from lutgen.criticism.search.explanation import EVENLY
 from lutgen.criticism.verdict import black
 from lutgen.criticism.verdict.words import CLEARLY
 from lutgen.errors import listed
@@ -25,6 +26,9 @@ if TYPE_CHECKING:
 
 #: A remark names a relative noise of replicates above this: twice that of the noisiest of ``readings/instruments``.
 NOISY = 0.005
+
+#: Share of all changes of white from session to session that is in one sudden change.
+MOST_OF_STEPS = 0.75
 
 #: Largest number of lines of readings that a remark names.
 NAMED_LINES = 12
@@ -102,7 +106,24 @@ def _what_changed(problem: Problem) -> str:
     names = ("white", "red", "green", "blue")
     changes = listed(f"{name} ×{share:.3f}" for name, share in zip(names, light, strict=True))
     shifts = listed(f"{name} {size:.4f}" for name, size in zip(names, shift, strict=True))
-    return f"Measured from {problem.hours[0]:g} to {problem.hours[-1]:g} h: luminance of {changes}; Δu'v' of {shifts}."
+    measured = (
+        f"Measured from {problem.hours[0]:g} to {problem.hours[-1]:g} h: luminance of {changes}; Δu'v' of {shifts}."
+    )
+    return f"{measured}{_sudden(problem)}"
+
+
+def _sudden(problem: Problem) -> str:
+    """Say between which two sessions all colours changed alike, as by a new setting; "" if they changed otherwise."""
+    light = problem.measured_tips[:, :, 1] / problem.measured_tips[:1, :, 1]
+    steps = np.abs(np.diff(np.log(light[:, 0])))
+    even = max(EVENLY * float(np.ptp(light[:, 0])), CLEARLY * 2.0**0.5 * problem.noise.relative)
+    if steps.size < 2 or steps.max() < MOST_OF_STEPS * steps.sum() or np.ptp(light[-1]) > even:
+        return ""
+    at = int(np.argmax(steps))
+    return (
+        f" All colours changed alike, and mostly between {problem.hours[at]:g} and {problem.hours[at + 1]:g} h, as "
+        f"with a new setting of brightness or another meter: lutgen sessions explain finds such changes."
+    )
 
 
 def _with_little_weight(explanation: Explanation) -> str:
