@@ -161,6 +161,18 @@ def at_temperatures(rest: float, others: tuple[float, ...], gamma: float) -> Dia
     return diagnosed(table(rows, ",temperature_c"))
 
 
+def test_exchanged_readings_are_named_and_left_out() -> None:
+    """Each of the two wrong readings spoils the fit, so that neither contradicts it enough alone."""
+    lights = {hour: light(CODES) for hour in HOURS}
+    red, mixture = (int(np.flatnonzero((code == CODES).all(axis=1))[0]) for code in ([0.75, 0, 0], [0.8, 0.3, 0.6]))
+    lights[6400.0][[red, mixture]] = lights[6400.0][[mixture, red]]
+    rows = [(hour, code, xyz, "") for hour in HOURS for code, xyz in zip(CODES, lights[hour], strict=True)]
+    verdict = diagnosed(table(rows, "")).verdict
+    first = 2 + 2 * len(CODES)
+    assert verdict.name == "measurement-problem"
+    assert f"lines {first + red}, {first + mixture} (each holds what the other should hold)" in verdict.sentence
+
+
 def test_all_colours_that_lose_the_same_light_at_once_are_no_wear_of_single_parts() -> None:
     """Another meter or a new setting. A formula with several parts and a free course in time fits a step best."""
     rows = [(hour, code, light(code) * (0.96 if hour > 10_000.0 else 1.0), "") for hour in HOURS for code in CODES]

@@ -11,7 +11,14 @@ from lutgen.criticism.fit.least_squares import Fit, fit
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.pure_error import PureError
 from lutgen.criticism.noise.session_errors import with_shared_errors
-from lutgen.criticism.search.influence import Suspicion, misread_rows, suspicious_noise, wrong_rows, wrong_sessions
+from lutgen.criticism.search.influence import (
+    Suspicion,
+    exchanged_rows,
+    misread_rows,
+    suspicious_noise,
+    wrong_rows,
+    wrong_sessions,
+)
 from lutgen.criticism.search.separate import Separation, what_separates
 from lutgen.criticism.search.stepwise import explain
 from lutgen.criticism.verdict.pronounce import pronounce
@@ -184,7 +191,10 @@ def diagnose(
         # The choice among the paper's matrices has no influence if a colour is predicted from its own first reading.
         choices = [each for each in choices if each.stage != "selection"]
     base, error = fit(problem, terms), PureError.of(problem)
-    rows = tuple(sorted({*wrong_rows(base), *misread_rows(problem)}))
+    exchanged = exchanged_rows(problem)
+    known_wrong = [row for pair in exchanged for row in pair]
+    clean = fit(problem.without(known_wrong), terms) if exchanged else base
+    rows = tuple(sorted({*known_wrong, *wrong_rows(clean), *misread_rows(problem)}))
     if rows:
         problem = problem.without(rows)
         base, error = fit(problem, terms), PureError.of(problem)
@@ -197,7 +207,7 @@ def diagnose(
         problem = again
         base = fit(problem, terms)
         explanation = explain(base, choices, error, progress, known=[step.chosen for step in explanation.steps])
-    suspicion = _suspicion(base, error, rows)
+    suspicion = _suspicion(base, error, rows, exchanged)
     verdict = pronounce(explanation, error, seen, suspicion)
     named = [step for step in explanation.steps if step.name in verdict.effects]
     rivals = {(step.name, rival.name) for step in named for rival in step.rivals}
@@ -233,11 +243,11 @@ def candidates(effects: Mapping[str, Effect] | None, baseline: str, without: Seq
     return [each for each in usable if baseline in FORETELLING_BASELINES or each.baseline == "colour-points"]
 
 
-def _suspicion(base: Fit, error: PureError, rows: Sequence[int]) -> Suspicion:
+def _suspicion(base: Fit, error: PureError, rows: Sequence[int], exchanged: tuple[tuple[int, int], ...]) -> Suspicion:
     problem = base.problem
     scale = error.variance
     wrong = tuple(sorted({*problem.noise.outliers, *rows}))
-    return Suspicion(wrong, wrong_sessions(base, scale), suspicious_noise(problem))
+    return Suspicion(wrong, wrong_sessions(base, scale), suspicious_noise(problem), exchanged)
 
 
 def _ranking(explanation: Explanation, seen: Sequence[Visibility], error: PureError) -> list[Ranked]:

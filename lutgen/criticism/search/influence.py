@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.special import chdtrc, chdtri, fdtrc
 
+from lutgen.colorimetry import xyz_to_lab
 from lutgen.criticism.fit.least_squares import fit
 from lutgen.criticism.noise.replicates import patch_numbers
 from lutgen.numerals import in_percent, percent
@@ -23,6 +25,9 @@ UNLIKELY = 1e-4
 
 #: ... and if its residual exceeds those of the same patch at other times by this factor.
 ALONE = 4.0
+
+#: Smallest distance in CIELAB of an exchanged reading from the readings of its patch in other sessions.
+FAR = 5.0
 
 #: A session is wrong if the probability that noise gives a misfit of this size is below this.
 SURE = 1e-12
@@ -46,11 +51,40 @@ WORST_MODEL = 0.15
 
 @dataclass(frozen=True)
 class Suspicion:
-    """Suspected faults of the measurement: rows of the file (indices), hours, and a sentence."""
+    """Suspected faults of the measurement: rows of the file (indices), hours, a sentence, and pairs among the rows.
+
+    The readings of the two rows of a pair in ``exchanged`` were exchanged.
+    """
 
     rows: tuple[int, ...]
     hours: tuple[float, ...]
     sentence: str
+    exchanged: tuple[tuple[int, int], ...] = ()
+
+
+def exchanged_rows(problem: Problem) -> tuple[tuple[int, int], ...]:
+    """Return pairs of rows of one session whose readings were exchanged: each is what other sessions read of the other.
+
+    Colours are compared in CIELAB relative to the white of their session, so that no model of the display is needed.
+    Each reading must be far from those of its own patch, and at least ``ALONE`` times as near to those of the other.
+    """
+    lab = xyz_to_lab(problem.xyz, problem.measured_tips[problem.hour_of, 0])
+    patch, hour_of = patch_numbers(problem.readings)[problem.rows], problem.hour_of
+    usual = np.full_like(lab, np.nan)
+    for row, (number, hour) in enumerate(zip(patch, hour_of, strict=True)):
+        others = (patch == number) & (hour_of != hour)
+        if np.unique(hour_of[others]).size > 1:
+            usual[row] = np.median(lab[others], axis=0)
+    off = np.linalg.norm(lab - usual, axis=1)  # not a number where no two other sessions read the patch
+    pairs = []
+    for hour in range(problem.hours.size):
+        far = np.flatnonzero((hour_of == hour) & (off > FAR))
+        for one, other in combinations(far.tolist() if far.size <= MOST_ROWS else [], 2):
+            back = np.linalg.norm(lab[[other, one]] - usual[[one, other]], axis=1)
+            if (ALONE * back < off[[one, other]]).all():
+                pairs.append((int(problem.rows[one]), int(problem.rows[other])))
+    rows = [row for pair in pairs for row in pair]
+    return tuple(pairs) if len(rows) == len(set(rows)) else ()
 
 
 def wrong_rows(current: Fit) -> tuple[int, ...]:

@@ -137,5 +137,9 @@ def _with_little_weight(explanation: Explanation) -> str:
 
 
 def lines_of(explanation: Explanation, suspicion: Suspicion) -> str:
-    """Name the lines of the readings that are left out."""
-    return explanation.base.problem.readings.places(suspicion.rows)
+    """Name the lines of the readings that are left out, and those whose readings were exchanged."""
+    places = explanation.base.problem.readings.places
+    in_pairs = {row for pair in suspicion.exchanged for row in pair}
+    single = [row for row in suspicion.rows if row not in in_pairs]
+    pairs = [f"{places(pair)} (each holds what the other should hold)" for pair in suspicion.exchanged]
+    return listed([*([places(single)] if single else []), *pairs])
