@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 
+from lutgen.colorimetry import xyY_to_xyz
 from lutgen.criticism.compare.comparison import compare
 from lutgen.criticism.diagnose import diagnose
 from lutgen.criticism.fit.problem import Problem
@@ -414,6 +415,21 @@ def test_values_that_are_not_rounded_have_no_step() -> None:
     values = np.random.default_rng(2).uniform(0.5, 300.0, (40, 3))
     assert (digits_of(values).step(values) == 0).all()
     assert (digits_of(np.ones((3, 3))).step(values) == 0).all()
+
+
+def test_rounded_chromaticities_spread_x_and_z_as_the_steps_say() -> None:
+    """Blue at a dark level: three decimals of x and y are a percent of its light."""
+    rng = np.random.default_rng(5)
+    x, y, Y = rng.uniform([0.15, 0.05, 0.3], [0.6, 0.35, 300.0], (50, 3)).T
+    shown = np.column_stack([np.round(x, 3), np.round(y, 3), np.round(Y, 1)])
+    digits = digits_of(xyY_to_xyz(shown))
+    assert (digits.chromaticity, digits.decimals, digits.significant) == (3, 1, None)
+    light = shown[:1] + rng.uniform(-0.5, 0.5, (100_000, 3)) * [1e-3, 1e-3, 0.1]
+    spread = xyY_to_xyz(light).std(axis=0) * 12.0**0.5
+    np.testing.assert_allclose(digits.step(xyY_to_xyz(shown[:1]))[0], spread, rtol=0.02)
+    # X, Y and Z with decimals of their own are no rounded chromaticities.
+    assert digits_of(np.round(xyY_to_xyz(shown), 2)).chromaticity is None
+    assert digits_of(xyY_to_xyz(np.column_stack([x, y, Y]))).chromaticity is None
 
 
 def test_own_sizes_and_correlations_of_x_y_and_z_are_recovered() -> None:

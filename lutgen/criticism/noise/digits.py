@@ -1,7 +1,8 @@
 """Quantisation by the last printed digit: the step between the values that an instrument can print.
 
 An instrument prints a fixed number of decimals, or of significant digits. Both are inferred from the values and not
-from their text, since zeros may have been appended. A step q adds an error of variance q²/12 to a reading.
+from their text, since zeros may have been appended. A step q adds an error of variance q²/12 to a reading. If it prints
+chromaticities, X and Z have the steps of x and y: three decimals are coarser than most meters, above all in blue.
 """
 
 from __future__ import annotations
@@ -16,6 +17,9 @@ Array = NDArray[np.float64]
 #: The step of values with more decimals or significant digits than this is negligible.
 MOST_DECIMALS, MOST_SIGNIFICANT = 7, 7
 
+#: The step of x and y with more decimals is negligible.
+MOST_CHROMATICITY = 5
+
 #: Smallest number of values from which a step is inferred.
 ENOUGH = 24
 
@@ -25,13 +29,32 @@ NOTHING = 1e-6
 
 @dataclass(frozen=True)
 class Digits:
-    """Number of ``decimals`` or of ``significant`` digits of printed values; both None: no step is known."""
+    """Number of ``decimals`` or of ``significant`` digits of printed values; both None: no step is known.
+
+    ``chromaticity``: number of decimals of x and y; then the other number is that of Y. None: X, Y and Z are printed.
+    """
 
     decimals: int | None = None
     significant: int | None = None
+    chromaticity: int | None = None
 
     def step(self, values: Array) -> Array:
-        """Step between printable values near ``values``, of the same shape; 0 if unknown."""
+        """Step between printable values near ``values``, XYZ (..., 3), of the same shape; 0 if unknown.
+
+        From x and y, X and Z have the root sum square of the steps that x, y and Y cause.
+        """
+        if self.chromaticity is None:
+            return self._of_numbers(values)
+        steps = self._of_numbers(values)
+        X, Y, Z = np.moveaxis(np.abs(values), -1, 0)
+        y = np.maximum(Y, 1e-12) / np.maximum(X + Y + Z, 1e-12)
+        of_y, ratio = steps[..., 1], (X / np.maximum(Y, 1e-12), Z / np.maximum(Y, 1e-12))
+        step = Y / y * 10.0**-self.chromaticity
+        steps[..., 0] = np.sqrt((ratio[0] * of_y) ** 2 + step**2 * (1.0 + ratio[0] ** 2))
+        steps[..., 2] = np.sqrt((ratio[1] * of_y) ** 2 + step**2 * (1.0 + (1.0 + ratio[1]) ** 2))
+        return steps
+
+    def _of_numbers(self, values: Array) -> Array:
         if self.decimals is not None:
             return np.full(values.shape, 10.0**-self.decimals)
         if self.significant is not None:
@@ -40,8 +63,24 @@ class Digits:
         return np.zeros(values.shape)
 
 
-def digits_of(values: Array) -> Digits:
-    """Infer the number of printed digits from the values."""
+def digits_of(xyz: Array) -> Digits:
+    """Infer the number of printed digits from readings, XYZ (n, 3): of X, Y and Z, or else of x, y and Y."""
+    printed = _digits_of(xyz)
+    light = xyz.sum(axis=1)
+    lit = np.isfinite(light) & (light > 0)
+    if printed != Digits() or not lit.any():
+        return printed
+    xy = xyz[lit, :2] / light[lit, np.newaxis]
+    # Decimals, since x and y are below 1; significant digits would be a rule of the instrument for large numbers.
+    of_xy = _needed(xy.ravel(), np.zeros(xy.size), MOST_CHROMATICITY)
+    if xy.size < ENOUGH or of_xy.max() > MOST_CHROMATICITY:
+        return printed
+    of_y = _digits_of(xyz[:, 1])
+    return Digits(of_y.decimals, of_y.significant, int(of_xy.max()))
+
+
+def _digits_of(values: Array) -> Digits:
+    """Infer the number of digits of single numbers."""
     numbers = values[(values != 0) & np.isfinite(values)]
     if numbers.size < ENOUGH:
         return Digits()
