@@ -30,11 +30,11 @@ from lutgen.criticism.search.candidates import STRONG, family, forms_of
 from lutgen.criticism.search.explanation import UNCHANGED, is_shown_apart, together
 from lutgen.criticism.search.influence import wrong_rows, wrong_sessions
 from lutgen.criticism.verdict.pronounce import AGREES, NOTHING_COMPARED
-from lutgen.display import MODES, REFERENCES, SELECTIONS, DisplayModel, load_model, save_model
+from lutgen.display import MODES, REFERENCES, SELECTIONS, DisplayModel, load_model, save_model, trace
 from lutgen.display.native import NativeDisplay
 from lutgen.display.tips import luminance_law
 from lutgen.display.transfer_curve import TransferCurve, rising_light
-from lutgen.effects import catalogue
+from lutgen.effects import Scene, catalogue
 from lutgen.errors import LutgenError
 from lutgen.readings import Measurements, read_measurements
 from tests.native_displays import BLACK, GREYS, LEVELS, MIXTURES, RAMPS, TIPS, Panel, from_8_bit, session, write
@@ -882,3 +882,20 @@ def test_of_an_effect_a_native_display_holds_what_was_there_at_first() -> None:
     assert not {"new", "onset"} & {name for form in sentence.forms for name in form}
     assert sentence.rest()["onset"] == 0.0
     assert catalogue()["edge-falloff"].since_first_session() is catalogue()["edge-falloff"]
+
+
+@pytest.mark.parametrize(("name", "size"), [("veiling-glare", {"glare": 0.1}), ("black-level", {"new": 0.02})])
+def test_the_first_sessions_readings_contain_the_light_that_is_added_at_hour_0(
+    name: str, size: dict[str, float]
+) -> None:
+    """Factor and offset take the effect out of the panel, so that the meter reads at hour 0 what it has read."""
+    tips = np.array([[[95.0, 100.0, 109.0], [41.0, 21.0, 2.0], [36.0, 72.0, 12.0], [18.0, 7.0, 95.0]]])
+    code = np.array([[1.0, 1.0, 1.0], [0.5, 0.5, 0.5], [0.2, 0.6, 0.1], [0.0, 0.0, 0.3]])
+    scene = Scene(hours=np.zeros((1, 1)), code=code, white=tips[:, 0], fresh_white=tips[:, 0])
+    plain = trace.panel((), scene, "continuous")
+    term = Term.at_rest(catalogue()[name], (), **size)
+    factor, offset = trace.since_first_session((term,), plain, plain, tips, scene)
+    shown = trace.reported((term,), plain.relative_to_first_session(factor, offset), tips, scene)
+    np.testing.assert_allclose(shown, plain.emit(tips), rtol=1e-12)
+    # The effect alone would have changed the readings.
+    assert np.abs(trace.reported((term,), plain, tips, scene) / plain.emit(tips) - 1.0).max() > 0.01

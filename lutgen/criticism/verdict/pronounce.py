@@ -13,6 +13,7 @@ from lutgen.criticism.fit.lack_of_fit import is_even, is_within_scatter
 from lutgen.criticism.search.candidates import HALF, MOST_OF_IT, STRONG
 from lutgen.criticism.search.explanation import ages_light, bends_curves
 from lutgen.criticism.search.free_term import IN_ORDER, FreeTerm, change_in_order, free_term, leaves_only_noise, probe
+from lutgen.criticism.search.influence import WORST_INSTRUMENT
 from lutgen.criticism.verdict import black
 from lutgen.criticism.verdict.imitation import Imitated, assumes_held_luminance, nearest, overlap, unproved
 from lutgen.criticism.verdict.remarks import lines_of, of_other_forms, remarks_of
@@ -108,8 +109,10 @@ def _without_steps(
             f"warm up, and measure again."
         )
         return Verdict("measurement-problem", sentence, remarks=remarks)
-    if not within and is_even(base) and not free_term(base, error).names:
-        return _too_much_scatter(explanation, error, remarks)
+    ratio = float(np.sqrt(base.chi2 / max(base.freedom, 1) / error.variance))
+    is_plausible = ratio * base.problem.noise.relative < WORST_INSTRUMENT
+    if not within and is_plausible and is_even(base) and not free_term(base, error).names:
+        return _too_much_scatter(explanation, ratio, error, remarks)
     return _unexplained(explanation, remarks, residual_term, within=within)
 
 
@@ -120,15 +123,14 @@ def _agrees(base: Fit) -> str:
     return f"Nothing is above the noise except the light of a whole session: {more}. {cause}." if more else AGREES
 
 
-def _too_much_scatter(explanation: Explanation, error: PureError, remarks: tuple[str, ...]) -> Verdict:
-    base = explanation.base
-    usual = error.variance
-    ratio = float(np.sqrt(base.chi2 / max(base.freedom, 1) / usual))
-    sentence = (
-        f"The readings scatter {ratio:.2g} times as much as {'their replicates' if error.measured else 'assumed'}, and "
+def _too_much_scatter(explanation: Explanation, ratio: float, error: PureError, remarks: tuple[str, ...]) -> Verdict:
+    more = more_light(explanation.base)
+    scatter = (
+        f"he readings scatter {ratio:.2g} times as much as {'their replicates' if error.measured else 'assumed'}, and "
         f"do so evenly over colours, conditions and hours: no effect of a display does this. Repeat white ten times in "
         f"one session to measure the noise."
     )
+    sentence = f"Whole sessions differ in light: {more}. Beside this, t{scatter}" if more else f"T{scatter}"
     return Verdict("measurement-problem", sentence, remarks=remarks)
 
 
