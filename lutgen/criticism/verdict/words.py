@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.colorimetry import xyz_to_uv
+from lutgen.colorimetry import delta_e_2000, xyz_to_lab, xyz_to_uv
 from lutgen.criticism.fit.families import condition_of, family_of
 from lutgen.criticism.fit.linear import State, predict
 from lutgen.criticism.search.candidates import HALF, MOST_OF_IT, STRONG
-from lutgen.criticism.search.explanation import ages_light, bends_curves
+from lutgen.criticism.search.explanation import ages_light, bends_curves, changes_colours
 from lutgen.criticism.search.free_term import FreeTerm
 from lutgen.criticism.verdict.verdict import Verdict
 from lutgen.effects.clause import in_words
@@ -20,6 +21,9 @@ from lutgen.numerals import in_percent, percent, spaced
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
     from lutgen.criticism.fit.least_squares import Fit
     from lutgen.criticism.search.explanation import Explanation, Step
     from lutgen.criticism.verdict.imitation import Imitated
@@ -31,6 +35,9 @@ NOT_SEEN = ", too small to show in the mean ΔE2000"
 
 #: Shifts of chromaticity below this, in u'v', are not mentioned.
 VISIBLE_SHIFT = 0.001
+
+#: A clause that gives the size of an effect.
+SIZE = re.compile(r"\d(?: %| bits)")
 
 #: Parts of the names of signatures → words. The level of a colour is its largest code value.
 SHAPES = {
@@ -126,24 +133,47 @@ def several(
 
 
 def clause(step: Step) -> str:
-    """Describe an effect at its fitted values; of an effect since the first hour, also what becomes of white."""
+    """Describe an effect at its fitted values.
+
+    Of an effect since the first hour, the clause also says what becomes of white; of a changed curve without a size in
+    the clause, how large the largest change of a colour is.
+    """
     problem = step.chosen.fit.problem
     text = in_words(step.effect, step.chosen.term.values, problem.hours.tolist())
-    return f"{text}{_of_white(step)}" if problem.from_first_hour and ages_light(step.effect) else text
+    if problem.from_first_hour and ages_light(step.effect):
+        return f"{text}{_of_white(step)}"
+    return f"{text}{_of_colours(step)}" if changes_colours(step.effect) and not SIZE.search(text) else text
+
+
+def _in_last_session(step: Step) -> tuple[NDArray[np.bool_], Array, Array]:
+    """Return the readings at rest of the last session, (n,), and all predictions without and with an effect, (n, 3)."""
+    fitted = step.chosen.fit
+    problem = fitted.problem
+    others = tuple(term for term in fitted.terms if term.effect.name != step.name)
+    without, aged = (
+        predict(problem, State(terms, fitted.tips, fitted.gains)) for terms in (others, (*others, step.chosen.term))
+    )
+    return problem.is_at_rest & (problem.hour_of == problem.hours.size - 1), without, aged
+
+
+def _of_colours(step: Step) -> str:
+    """Say how large the largest change of a colour by an effect is, in the last session."""
+    here, *light = _in_last_session(step)
+    problem = step.chosen.fit.problem
+    if not here.any():
+        return ""
+    labs = (xyz_to_lab(np.maximum(each[here], 0.0), problem.measured_tips[-1, 0]) for each in light)
+    most = float(delta_e_2000(*labs).max())
+    return f", which changes a colour by up to {most:.1f} ΔE2000 by {spaced(problem.hours[-1])} h"
 
 
 def _of_white(step: Step) -> str:
     """Say what an effect leaves of white by the last session: the share of its light, and the shift of its colour."""
-    fitted = step.chosen.fit
-    problem, last = fitted.problem, fitted.problem.hours[-1]
-    white = (problem.drive == 1.0).all(axis=1) & problem.is_at_rest & (problem.hour_of == problem.hours.size - 1)
+    problem, (here, *predicted) = step.chosen.fit.problem, _in_last_session(step)
+    white, last = here & (problem.drive == 1.0).all(axis=1), problem.hours[-1]
     if not white.any():
         return ""
-    others = tuple(term for term in fitted.terms if term.effect.name != step.name)
-    without, aged = (
-        predict(problem, State(terms, fitted.tips, fitted.gains))[white].mean(axis=0)
-        for terms in (others, (*others, step.chosen.term))
-    )
+    without, aged = (each[white].mean(axis=0) for each in predicted)
     shift = float(np.linalg.norm(xyz_to_uv(aged) - xyz_to_uv(without)))
     moved = f" and moves by {shift:.3f} in u'v'" if shift >= VISIBLE_SHIFT else ""
     kept = float(aged[1] / without[1])
