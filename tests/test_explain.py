@@ -659,6 +659,24 @@ def test_a_misread_end_of_a_ramp_is_named(code: str, tmp_path: Path) -> None:
     assert f"1.txt, line {places[0] + 2}: code" in verdict.evidence[0]
 
 
+def test_a_level_below_full_drive_that_reads_another_colour_is_the_misread_one(tmp_path: Path) -> None:
+    """The readings of the next-brightest red and of a grey are exchanged: full red is as it should be."""
+    texts = life([State(), State()])
+    head, *rows = texts[1].splitlines()
+    reds = [n for n, row in enumerate(rows) if row.split(",")[1:3] == ["0.0000", "0.0000"] and row[0] != "0"]
+    levels = sorted(reds, key=lambda n: float(rows[n].split(",")[0]))
+    below = next(n for n in reversed(levels) if not rows[n].startswith("255"))
+    grey = next(n for n, row in enumerate(rows) if len({*row.split(",")[:3]}) == 1 and row.startswith("159"))
+    cells = [rows[n].split(",") for n in (below, grey)]
+    for n, own, other in ((below, *cells), (grey, *reversed(cells))):
+        rows[n] = ",".join([*own[:3], *other[3:6], *own[6:]])
+    verdict = two(tmp_path, [texts[0], "\n".join([head, *rows])])
+    assert verdict.names[0] == "misreading"
+    misread = " ".join(verdict.evidence)
+    assert f"1.txt, line {below + 2}: code" in misread
+    assert "code 1.00, 0.00, 0.00" not in misread
+
+
 def test_a_loss_that_a_calibration_hides_in_blue_may_be_aging(tmp_path: Path) -> None:
     """Light falls by a tenth in three years; a calibration that no file holds raised blue again, and moved its hue."""
     rng = np.random.default_rng(21)

@@ -9,6 +9,7 @@ import re
 from functools import cache
 from typing import TYPE_CHECKING
 
+import colour
 import numpy as np
 import pytest
 
@@ -39,6 +40,9 @@ CODES = np.array(
     + [[level * (channel == at) for at in range(3)] for channel in range(3) for level in (0.25, 0.5, 0.75, 1.0)]
     + [[1.0, 1.0, 0.0], [0.0, 1.0, 1.0], [1.0, 0.0, 1.0], [0.8, 0.3, 0.6], [0.2, 0.7, 0.4]]
 )
+
+#: Chromaticity of white.
+WHITE_XY = (WHITE / WHITE.sum())[:2]
 
 HOURS = (0.0, 2600.0, 6400.0, 11_000.0, 17_500.0)
 
@@ -159,6 +163,16 @@ def at_temperatures(rest: float, others: tuple[float, ...], gamma: float) -> Dia
             xyz = light(codes, 1.0 + gamma * (kelvin - 25.0)) * (1.0 - 0.003 * (kelvin - 25.0))
             rows += [(hour, code, each, f",{kelvin:g}") for code, each in zip(codes, xyz, strict=True)]
     return diagnosed(table(rows, ",temperature_c"))
+
+
+def test_a_changed_curve_says_how_much_it_changes_a_colour() -> None:
+    powers = {hour: np.array([1.0, 1.0, 1.0 + 0.08 * hour / 18_000.0]) for hour in HOURS}
+    rows = [(hour, code, light(code, powers[hour]), "") for hour in HOURS for code in CODES]
+    verdict = diagnosed(table(rows, "")).verdict
+    assert verdict.effects == ("channel-gamma",)
+    (said,) = re.findall(r"changes a colour by up to ([0-9.]+) ΔE2000 by 17\s500 h", verdict.sentence)
+    first, last = (colour.XYZ_to_Lab(light(CODES, power) / 250.0, WHITE_XY) for power in (1.0, powers[17_500.0]))
+    assert float(said) == pytest.approx(colour.delta_E(first, last, method="CIE 2000").max(), rel=0.05)
 
 
 def test_exchanged_readings_are_named_and_left_out() -> None:

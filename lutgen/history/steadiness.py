@@ -19,7 +19,7 @@ from lutgen.readings.steadiness import CLEAR, SessionDrift, Steadiness, steadine
 #: least ``CLEARLY`` times the largest such difference of the other readings.
 FAR, CLEARLY = 10.0, 4.0
 
-#: Full drive is misread if its Δu'v' from the level below it is at least this.
+#: Full drive or the level below it is misread if the Δu'v' between the two is at least this.
 OTHER_COLOUR = 0.1
 
 #: Black is misread if it is brighter than the two darkest greys by this factor.
@@ -70,15 +70,19 @@ def _off_its_ramp(session: Session, kind: str) -> NDArray[np.int64]:
 
 
 def _off_the_end(session: Session, kind: str) -> NDArray[np.int64]:
-    """Return the rows of full drive if it is much darker than the level below it, or of quite another colour."""
+    """Return the rows of full drive if it is much darker than the level below it.
+
+    If the two have quite another colour, return the rows of the one whose colour differs from the third level.
+    """
     levels = ramp(session, kind)
     if levels.drive.size < FEWEST_LEVELS:
         return _NO_ROWS
     level = lightness(levels.xyz[:, 1] / max(float(levels.xyz[:-1, 1].max()), 1e-9))
-    falls = -np.diff(level)
-    shift = float(np.hypot(*(xyz_to_uv(levels.xyz[-1]) - xyz_to_uv(levels.xyz[-2]))))
-    darker = falls[-1] >= max(FAR, CLEARLY * float(falls[:-1].max()))
-    return levels.rows[-1] if darker or shift >= OTHER_COLOUR else _NO_ROWS
+    falls, uv = -np.diff(level), xyz_to_uv(levels.xyz[-3:])
+    if float(np.hypot(*(uv[2] - uv[1]))) >= OTHER_COLOUR:
+        full, below = np.hypot(*(uv[1:] - uv[0]).T)[::-1]
+        return levels.rows[-1 if full >= below else -2]
+    return levels.rows[-1] if falls[-1] >= max(FAR, CLEARLY * float(falls[:-1].max())) else _NO_ROWS
 
 
 def _above_dark_greys(session: Session) -> NDArray[np.int64]:
