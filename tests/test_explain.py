@@ -668,7 +668,7 @@ def test_a_level_below_full_drive_that_reads_another_colour_is_the_misread_one(t
     below = next(n for n in reversed(levels) if not rows[n].startswith("255"))
     grey = next(n for n, row in enumerate(rows) if len({*row.split(",")[:3]}) == 1 and row.startswith("159"))
     cells = [rows[n].split(",") for n in (below, grey)]
-    for n, own, other in ((below, *cells), (grey, *reversed(cells))):
+    for n, own, other in ((below, cells[0], cells[1]), (grey, cells[1], cells[0])):
         rows[n] = ",".join([*own[:3], *other[3:6], *own[6:]])
     verdict = two(tmp_path, [texts[0], "\n".join([head, *rows])])
     assert verdict.names[0] == "misreading"

@@ -6,7 +6,7 @@ from dataclasses import replace
 from functools import cache
 from itertools import product
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import colour
 import numpy as np
@@ -31,7 +31,7 @@ from lutgen.criticism.search.candidates import (
     forms_of,
 )
 from lutgen.criticism.search.forms import simple_forms
-from lutgen.criticism.search.one_for_several import one_for_several
+from lutgen.criticism.search.one_for_several import inside_limits, near_the_best, one_for_several
 from lutgen.effects import Effect, catalogue
 from lutgen.effects.shapes import COURSE
 from lutgen.errors import LutgenError
@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from lutgen.colorimetry import Array
+    from lutgen.criticism.search.candidates import Candidate
 
 pytestmark = pytest.mark.numbers
 
@@ -456,3 +457,32 @@ def test_an_exchange_ends_where_it_does_not_lower_bic(monkeypatch: pytest.Monkey
     monkeypatch.setattr(stepwise, "contenders", better)
     monkeypatch.setattr(stepwise, "refined", lambda chosen, _base: chosen)
     assert stepwise._exchanged([black, crosstalk], [gamma.effect], base) is None
+
+
+def fitted_family(chi2: float, *, at_limit: bool = False) -> Any:
+    """A family of its own effect that leaves ``chi2`` of 10 000 on 800 degrees of freedom."""
+    fitted = SimpleNamespace(chi2=chi2, freedom=800)
+    best = SimpleNamespace(fit=fitted, gain=10_000.0 - chi2, is_at_limit=at_limit, effect=object())
+    return SimpleNamespace(best=best, effect=best.effect)
+
+
+@pytest.mark.parametrize(("best", "rivals", "kept"), [
+    (850.0, (1200.0, 1500.0, 1900.0), 2),  # half again the noise is no clear difference: up to 1800
+    (1000.0, (1500.0, 2700.0, 2900.0), 2),  # ten times what the best leaves beyond noise: up to 2800
+    (5000.0, (9000.0,), 1),  # no formula is exact
+])  # fmt: skip
+def test_of_effects_that_explain_nearly_all_those_that_leave_far_more_are_no_rivals(
+    best: float, rivals: tuple[float, ...], kept: int
+) -> None:
+    families = [fitted_family(chi2) for chi2 in (best, *rivals)]
+    assert near_the_best(families, cast("PureError", SimpleNamespace(scale=1.0))) == families[: 1 + kept]
+    assert near_the_best([], cast("PureError", SimpleNamespace(scale=1.0))) == []
+
+
+def test_an_effect_at_its_limit_gives_way_and_no_family_is_listed_twice() -> None:
+    inside, other = fitted_family(100.0), fitted_family(400.0)
+    at_limit = SimpleNamespace(gain=9900.0, is_at_limit=True, effect=inside.effect)
+    assert inside_limits([cast("Candidate", at_limit)], [inside, other]) == [inside, other]
+    outside = fitted_family(90.0, at_limit=True)
+    at_limit = SimpleNamespace(gain=9910.0, is_at_limit=True, effect=outside.effect)
+    assert inside_limits([cast("Candidate", at_limit)], [outside, inside]) == [inside, outside]

@@ -178,7 +178,7 @@ def test_a_changed_curve_says_how_much_it_changes_a_colour() -> None:
 def test_exchanged_readings_are_named_and_left_out() -> None:
     """Each of the two wrong readings spoils the fit, so that neither contradicts it enough alone."""
     lights = {hour: light(CODES) for hour in HOURS}
-    red, mixture = (int(np.flatnonzero((code == CODES).all(axis=1))[0]) for code in ([0.75, 0, 0], [0.8, 0.3, 0.6]))
+    red, mixture = (CODES.tolist().index(code) for code in ([0.75, 0.0, 0.0], [0.8, 0.3, 0.6]))
     lights[6400.0][[red, mixture]] = lights[6400.0][[mixture, red]]
     rows = [(hour, code, xyz, "") for hour in HOURS for code, xyz in zip(CODES, lights[hour], strict=True)]
     verdict = diagnosed(table(rows, "")).verdict
