@@ -232,6 +232,35 @@ def test_a_limit_that_the_last_session_keeps_is_not_passed_now(tmp_path: Path) -
     assert f"limit since 730 to {spaced(1095)} days" in trend_headline(again)
 
 
+def test_no_time_is_told_for_a_limit_that_the_laws_pass_before_a_session_that_keeps_it(
+    tmp_path: Path, panels: Callable[[Trend], dict[str, Axes]]
+) -> None:
+    """A sudden loss, which a smooth law overshoots: all sessions keep the limit, the law does not."""
+    sizes = [1.0, 1.0, 1.0, 1.0, 0.3, 0.3, 0.3, 0.3]
+    white = history(read_campaign(write(tmp_path, life([State()]), [0]))).values["white"][0]
+    course = brightened(tmp_path, sizes, [f"white>={0.29 * white:.4g}"])
+    (passing,) = course.passings
+    assert (passing.status, passing.time, passing.high) == ("contradicted", 2555.0, None)
+    assert not passing.extrapolated
+    now = f"{0.3 * white:.0f} cd/m²"
+    said = f"limit now, {now}, but follows no smooth curve, so no time is told"
+    assert said in trend_headline(course)
+    assert "will" not in trend_headline(course)
+    assert when_of(course) == [f"above it now, {now}, but follows no smooth curve, so no time is told"]
+    assert trend_as_json(course)["limits"][0]["status"] == "contradicted"
+    axes = panels(course)[QUANTITIES["white"].description]
+    assert not [line for line in axes.lines if line.get_markerfacecolor() == "none"]
+
+
+def test_a_steady_course_at_its_limit_is_too_near_to_tell_a_time(faded: Trend) -> None:
+    """The last session lies just above a limit that the median of the laws is just below."""
+    last, error = faded.history.values["white"][-1], faded.history.errors["white"][-1]
+    assert faded.courses["white"].curve[np.searchsorted(faded.ahead, 1500.0)] == pytest.approx(last, rel=0.01)
+    near = replace(faded.passings[0], status="contradicted", bound=float(last - error), time=1500.0)
+    course = replace(faded, passings=(near,))
+    assert when_of(course) == [f"above it now, {last:.0f} cd/m², too near to it to tell a time"]
+
+
 def test_limits_that_aging_passes_come_before_those_passed_from_the_start(tmp_path: Path) -> None:
     limits = [parse_limit(each) for each in ("gsdf<=1%", "contrast>=100000", "white>=55%", "white>=80%", "white>=40%")]
     campaign = fading(tmp_path, 3000.0)

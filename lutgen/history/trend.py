@@ -35,8 +35,9 @@ _POINTS = 1001
 NAMED = 0.1
 
 #: What a trend may say about a limit. "passed": the last session is beyond the limit; "returned": an earlier session is
-#: beyond the limit, but the last is not; "ahead": passed within the horizon; "kept": not passed within the horizon.
-STATUSES = ("passed", "returned", "ahead", "kept", "cannot-tell")
+#: beyond the limit, but the last is not; "contradicted": the laws pass the limit by the last session, but no session is
+#: beyond it; "ahead": passed within the horizon; "kept": not passed within the horizon.
+STATUSES = ("passed", "returned", "contradicted", "ahead", "kept", "cannot-tell")
 
 #: Most sessions that are tried as the reference: each costs a comparison with every other session.
 TRIED = 6
@@ -57,7 +58,8 @@ class Passing:
     status: str
     #: Median, and ends of the interval, as time since the earliest session; None: not within the horizon. For
     #: ``passed``, ``time`` is the time of the session since which all are beyond the limit, and ``low`` that of the
-    #: session before, if any. For ``returned``, ``low`` and ``time`` are the first and the last session beyond it.
+    #: session before, if any. For ``returned``, ``low`` and ``time`` are the first and the last session beyond it. For
+    #: ``contradicted``, ``time`` is the time of the last session.
     time: float | None = None
     low: float | None = None
     high: float | None = None
@@ -208,7 +210,13 @@ def _passing(seen: History, limit: Limit, kept: Array, decay: Decay | None, ahea
         return Passing(limit, bound, "passed", float(seen.time[first]), float(within[-1]) if within.size else None)
     if decay is None:
         return Passing(limit, bound, "cannot-tell")
-    curves = decay.curves
+    passing, last = _by_the_laws(limit, bound, decay.curves, ahead, float(seen.time[-1])), float(seen.time[read][-1])
+    early = passing.time is not None and passing.time <= last
+    return Passing(limit, bound, "contradicted", last) if early else passing
+
+
+def _by_the_laws(limit: Limit, bound: float, curves: Array, ahead: Array, end: float) -> Passing:
+    """Return when curves, (d, m), pass a limit; a time after ``end``, the last session, is an extrapolation."""
     # A relative limit is a share of the first session's figure in each draw, since the reading of that session is
     # noisy.
     bounds = limit.value * curves[:, :1] if limit.relative else np.full((len(curves), 1), bound)
@@ -218,7 +226,7 @@ def _passing(seen: History, limit: Limit, kept: Array, decay: Decay | None, ahea
     if not np.isfinite(middle):
         return Passing(limit, bound, "kept", low=low if np.isfinite(low) else None)
     late = high if np.isfinite(high) else None
-    return Passing(limit, bound, "ahead", float(middle), low, late, bool(middle > seen.time[-1]))
+    return Passing(limit, bound, "ahead", float(middle), low, late, bool(middle > end))
 
 
 def first_beyond(curves: Array, bounds: Array, ahead: Array, *, above: bool) -> Array:

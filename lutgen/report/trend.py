@@ -40,6 +40,9 @@ def other_displays(campaign: Campaign) -> Iterator[str]:
 #: Largest number of limits that the headline names.
 HEADLINED = 2
 
+#: From this scatter of the sessions, as a multiple of a reading's repeatability, their course is no smooth curve.
+UNSTEADY = 2.0
+
 
 def trend_page(trend: Trend) -> Iterator[Part]:
     """Yield what ``lutgen trend`` prints."""
@@ -100,24 +103,30 @@ def _display(trend: Trend) -> str:
 
 
 def _headlined(trend: Trend) -> list[Passing]:
-    """Return the limits of the headline: those that aging passes, soonest first, then those passed from the start."""
+    """Return the limits of the headline.
+
+    Those that aging passes come first, soonest first; then those whose course contradicts the laws, those passed from
+    the start, and those that are kept again.
+    """
     of = {status: [each for each in trend.passings if each.status == status] for status in STATUSES}
     aged = sorted((each for each in of["passed"] if each.low is not None), key=lambda each: each.time or 0.0)
     next_one = sorted(of["ahead"], key=lambda each: each.time or 0.0)[:1]
     from_the_start = [each for each in of["passed"] if each.low is None]
-    return [*aged, *next_one, *from_the_start, *of["returned"]][:HEADLINED]
+    return [*aged, *next_one, *of["contradicted"], *from_the_start, *of["returned"]][:HEADLINED]
 
 
 def _clause(each: Passing, trend: Trend) -> str:
-    """Return a clause on a limit that is passed, was passed, or will be passed."""
+    """Return a clause on a limit that is passed, was passed, will be passed, or of which no time can be told."""
     what, value, time = QUANTITIES[each.limit.quantity].noun, _value(each.limit), when(each, trend)
     side = "below" if each.limit.above else "above"
     if each.status == "ahead":
         will = "will" if each.high is not None else "may"
         return f"{what} {will} {'fall' if each.limit.above else 'rise'} {side} its {value} limit {time}"
     if each.status == "returned":
-        last, now = _returned(each, trend)
-        return f"{what} was {side} its {value} limit{last} and is {now}"
+        return f"{what} was {side} its {value} limit{_last_beyond(each, trend)} and is {_kept_by_last(each, trend)}"
+    if each.status == "contradicted":
+        kept = _kept_by_last(each, trend).replace(" it ", f" its {value} limit ")
+        return f"{what} is {kept}, {_no_time(each, trend)}"
     return f"{what} {'was' if _used(each, trend).size == 1 else 'has been'} {side} its {value} limit {time}"
 
 
@@ -131,18 +140,29 @@ def _value(limit: Limit) -> str:
     return text.replace("%", " %") + QUANTITIES[limit.quantity].unit * (not limit.relative)
 
 
-def _returned(each: Passing, trend: Trend) -> tuple[str, str]:
-    """Return clauses on a limit that the last session keeps: when a session was last beyond it, and the figure now."""
+def _kept_by_last(each: Passing, trend: Trend) -> str:
+    """Return a clause on a limit that the last used session keeps, with the figure of this session."""
     seen, last, quantity = trend.history, _used(each, trend)[-1], QUANTITIES[each.limit.quantity]
     figure = float(seen.values[each.limit.quantity][last])
     shown = f"{100 * figure:.0f} %" if quantity.is_share else f"{figure:.0f}" if figure >= 100 else f"{figure:.3g}"
     now = "now" if last == seen.time.size - 1 else f"at {_at(trend, float(seen.time[last]))}"
-    side = "above" if each.limit.above else "below"
+    return f"{'above' if each.limit.above else 'below'} it {now}, {shown}{quantity.unit}"
+
+
+def _last_beyond(each: Passing, trend: Trend) -> str:
+    """Return a clause on the last session that was beyond a limit which the last session keeps."""
     then = f"at {_at(trend, each.time)}"
-    return (
-        f" {then}" if each.low == each.time else f", last {then},",
-        f"{side} it {now}, {shown}{quantity.unit}",
-    )
+    return f" {then}" if each.low == each.time else f", last {then},"
+
+
+def _no_time(each: Passing, trend: Trend) -> str:
+    """Return a clause on why no time is told, though the laws have passed a limit that all used sessions keep."""
+    name, last = each.limit.quantity, _used(each, trend)[-1]
+    decay, error = trend.courses[name].decay, trend.history.errors[name][last]
+    away = abs(trend.history.values[name][last] - each.bound)
+    if decay and decay.scatter < UNSTEADY and away <= 2.0 * decay.scatter * error:
+        return "too near to it to tell a time"
+    return "but follows no smooth curve, so no time is told"
 
 
 def _at(trend: Trend, time: float | None) -> str:
@@ -155,8 +175,10 @@ def when(each: Passing, trend: Trend) -> str:
     if each.status == "passed":
         return _since(each, trend)
     if each.status == "returned":
-        last, now = _returned(each, trend)
-        return f"{'below' if each.limit.above else 'above'}{last.removesuffix(',')}, {now}"
+        then = _last_beyond(each, trend).removesuffix(",")
+        return f"{'below' if each.limit.above else 'above'}{then}, {_kept_by_last(each, trend)}"
+    if each.status == "contradicted":
+        return f"{_kept_by_last(each, trend)}, {_no_time(each, trend)}"
     if each.status == "cannot-tell":
         return "cannot be told from these sessions"
     if each.status == "kept":
