@@ -84,6 +84,31 @@ def test_dates_become_hours_by_the_hours_of_a_day(folder: Path) -> None:
     assert readings.metadata["display"] == "invented"
 
 
+def test_a_doubtful_date_in_a_file_is_told_of_this_file_and_only_if_the_campaign_states_no_time(folder: Path) -> None:
+    (folder / "b.ti3").write_text(session("3/4/2019", 0.9))
+    blocks = [f'[[sessions]]\nfile = "{name}.ti3"\n' for name in "ab"]
+    told = read_campaign(folder / "b.ti3").entries[0].session
+    assert told.remarks == (told.date_remark,)
+    assert "Its date, '3/4/2019', is unknown or ambiguous" in told.date_remark
+    for times in (("hours = 0\n", "hours = 9\n"), ("date = 2019-01-01\n", "date = 2019-04-03\n")):
+        text = "".join(block + time for block, time in zip(blocks, times, strict=True))
+        readings = read_measurements(written(folder, f"{HEAD}hours_per_day = 8.0\n{text}"))
+        assert not readings.remarks
+    path = written(folder, f"{HEAD}{blocks[0]}hours = 0\n{blocks[1]}")
+    assert read_campaign(path).entries[1].session.remarks == told.remarks
+
+
+def test_a_remark_on_some_sessions_names_their_files(folder: Path) -> None:
+    names = ("relative", "other")
+    (folder / "other.ti3").write_text(ti3(xyz=99.0 * light(), keywords=()))
+    blocks = [f'[[sessions]]\nfile = "{name}.ti3"\nhours = {at}\nwhite_cd_m2 = 80.0\n' for at, name in enumerate(names)]
+    relative = "XYZ are relative to white"
+    assert read_measurements(written(folder, HEAD + "".join(blocks))).remarks[0].startswith(relative)
+    third = '[[sessions]]\nfile = "a.ti3"\nhours = 9\n'
+    remarks = read_measurements(written(folder, HEAD + "".join([*blocks, third]))).remarks
+    assert remarks[0].startswith(f"relative.ti3, other.ti3: {relative}")
+
+
 def test_hours_are_counted_from_the_first_session(folder: Path) -> None:
     blocks = "".join(
         f'[[sessions]]\nfile = "{name}.ti3"\nhours = {h}\n' for name, h in (("a", 500), ("b", 800), ("c", 4500.5))

@@ -118,7 +118,7 @@ class Campaign:
             note=tuple(text for entry in entries for text in _notes(entry)),
             order=_order(sessions),
             metadata={**_common(sessions), "display": self.display, "source": self._source()},
-            remarks=tuple(dict.fromkeys(remark for session in sessions for remark in session.remarks)),
+            remarks=_remarks(sessions),
             file=self.file,
             files=tuple(session.file for session in sessions for _ in session.drive),
             sha256=self.sha256,
@@ -227,6 +227,17 @@ def _common(sessions: Sequence[Session]) -> dict[str, str]:
     """Return the metadata that all sessions have in common."""
     first = sessions[0].metadata
     return {key: text for key, text in first.items() if all(each.metadata.get(key) == text for each in sessions)}
+
+
+def _remarks(sessions: Sequence[Session]) -> tuple[str, ...]:
+    """Return the remarks of all sessions once each; the files are named if not all sessions have the remark."""
+    files: dict[str, list[str]] = {}
+    for session in sessions:
+        for remark in dict.fromkeys(session.remarks):
+            files.setdefault(remark, []).append(Path(session.file).name)
+    return tuple(
+        remark if len(names) == len(sessions) else f"{', '.join(names)}: {remark}" for remark, names in files.items()
+    )
 
 
 def _order(sessions: Sequence[Session]) -> Array | None:

@@ -70,6 +70,8 @@ class Session:
     remedy: str = ""
     #: Remarks of the reader on its assumptions and on values that it did not accept.
     remarks: tuple[str, ...] = ()
+    #: The one of ``remarks`` that says why the date in the file was not accepted; "": accepted, or no date.
+    date_remark: str = ""
     #: Keywords of the file and their values.
     metadata: Mapping[str, str] = field(default_factory=dict)
     #: Name of the file from the user, and the hash of its bytes.
@@ -121,6 +123,10 @@ class Session:
             raise LutgenError(f"{self.file}: is in cd/m², and white_cd_m2 is stated, {source}. Delete white_cd_m2.")
         remark = f"White is {cd_m2:g} cd/m², {source}; all other light is relative to it."
         return replace(self, xyz=self.xyz * cd_m2, absolute=True, remedy="", remarks=(*self.remarks, remark))
+
+    def dated_elsewhere(self) -> Session:
+        """Return the session without the remark on its date, which nobody needs if a campaign states the time."""
+        return replace(self, remarks=tuple(each for each in self.remarks if each != self.date_remark), date_remark="")
 
     @property
     def xyz_cd_m2(self) -> Array:

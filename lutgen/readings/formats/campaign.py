@@ -107,6 +107,7 @@ def _entry(block: Any, file: str, line: int) -> CampaignEntry:
         raise LutgenError(f"{where}: white_cd_m2 = {white:g} must be white's luminance in cd/m², {low:g}..{high:g}.")
     session = session if white is None else session.with_white(white, f"by {where}")
     hours = _number(block, "hours", where)
+    session = session.dated_elsewhere() if {"hours", "date"} & block.keys() else session
     conditions = {name: value for each in CONDITIONS for name, value in _values(block, each, where).items()}
     for each, value in (*conditions.items(), *([("hour", hours)] if hours is not None else [])):
         low, high, meaning = RANGES[each]

@@ -94,6 +94,7 @@ def read(source: FileText) -> Session:
         display=keywords.get("DISPLAY") or _named(keywords.get("ARGYLL_COLPROF_ARGS", "")) or "",
         remedy=light.remedy,
         remarks=(*light.remarks, *([date_remark] if date_remark else [])),
+        date_remark=date_remark,
         metadata=keywords,
         file=source.file,
         sha256=source.sha256,

@@ -190,6 +190,7 @@ class CsvTable:
             instrument=self.metadata.get("instrument", ""),
             display=self.metadata.get("display", ""),
             remarks=tuple(filter(None, (unit_remark, spread_remark, date_remark, *self.remarks))),
+            date_remark=date_remark,
             metadata=self.metadata,
             file=self.source.file,
             sha256=self.source.sha256,
