@@ -41,6 +41,7 @@ def test_several_sessions_share_a_table_and_a_campaign_is_its_sessions(inspect: 
     assert done.code == 0
     assert done.out.count("200.0") >= 1
     assert inspect("campaign.toml").out.splitlines()[:3] == done.lines[:3]
+    assert inspect(".").out == inspect("campaign.toml").out
     everywhere = done.lines[-1]
     assert everywhere.startswith("Missing in every session: ")
     assert done.out.count("One place on the screen: no edge fall-off") == 1
@@ -61,7 +62,6 @@ def test_json_stands_alone_and_pictures_are_named(inspect: Callable[..., Done]) 
     ("arguments", "message"),
     [
         (("none.ti3",), "cannot read the readings"),
-        ((".",), "the folder holds a campaign file. Name it instead: campaign.toml"),
         ((), "Missing argument"),
         (("one.ti3", "--json", "there.json"), "exists already"),
         (("one.ti3", "one.ti3", "--plots", "plots"), "two sessions would be drawn"),

@@ -140,11 +140,27 @@ def test_an_error_in_a_campaign_names_file_and_line_of_the_reading(tmp_path: Pat
         read_measurements(path)
 
 
-def test_a_folder_with_a_campaign_file_or_without_readings_is_refused(tmp_path: Path) -> None:
+def test_a_folder_with_a_campaign_file_stands_for_this_file(tmp_path: Path) -> None:
+    path = campaign(tmp_path)
+    (tmp_path / "life" / "unlisted.csv").write_text(rows(gain=0.5))
+    (tmp_path / "unlisted.csv").write_text(rows(gain=0.5))
+    (tmp_path / "model.toml").write_text('model = "saved"\n')
+    named, found = read_campaign(path), read_campaign(tmp_path)
+    assert found.sha256 == named.sha256
+    assert found.file == str(path)
+    assert found.hours().tolist() == [0.0, 900.0]
+    assert read_measurements(tmp_path).hours.tolist() == read_measurements(path).hours.tolist()
+
+
+def test_a_folder_with_two_campaign_files_a_model_or_without_readings_is_refused(tmp_path: Path) -> None:
     with pytest.raises(LutgenError, match="holds no readings"):
         read_campaign(tmp_path)
-    campaign(tmp_path)
-    with pytest.raises(LutgenError, match=r"holds a campaign file\. Name it instead: .*campaign\.toml"):
+    (tmp_path / "model.toml").write_text('model = "saved"\n')
+    with pytest.raises(LutgenError, match=r"model\.toml: is a saved model"):
+        read_campaign(tmp_path)
+    second = campaign(tmp_path).with_name("second.toml")
+    second.write_text((tmp_path / "campaign.toml").read_text())
+    with pytest.raises(LutgenError, match=r"holds campaign\.toml and second\.toml\. Name the one that lists"):
         read_campaign(tmp_path)
 
 

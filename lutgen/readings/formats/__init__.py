@@ -19,7 +19,7 @@ from pathlib import Path
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING
 
-from lutgen.errors import LutgenError, reason_of
+from lutgen.errors import LutgenError, listed, reason_of
 from lutgen.files import is_folder, read_at_most
 from lutgen.icc_tags import is_profile
 from lutgen.readings.campaign import Campaign, CampaignEntry, alone, campaign_of
@@ -51,7 +51,8 @@ def read_measurements(path: str | Path) -> Measurements:
     Parameters
     ----------
     path
-        A file of any format in this folder, or a folder of sessions. A single session counts as hour 0.
+        A file of any format in this folder, or a folder of sessions, which stands for its campaign file if it holds
+        one. A single session counts as hour 0.
 
     Raises
     ------
@@ -69,18 +70,18 @@ def read_measurements(path: str | Path) -> Measurements:
 def read_campaign(path: str | Path, *more: str | Path) -> Campaign:
     """Read the sessions of a display.
 
-    ``path``, ``more``: files of any format in this folder, or folders of sessions. Only a campaign file states the
-    hours per day.
+    ``path``, ``more``: files of any format in this folder, or folders of sessions. A folder with a campaign file stands
+    for this file. Only a campaign file states the hours per day.
 
     Raises LutgenError: a file is unreadable, has no known format or contains an invalid value, or a session occurs
     twice.
     """
-    if not more and not is_folder(Path(path)):
-        return read_readings(path).campaign()
+    files = [file for each in (path, *more) for file in (_files(Path(each)) if is_folder(Path(each)) else [Path(each)])]
+    if not more and (len(files) == 1 or not is_folder(Path(path))):
+        return read_readings(files[0]).campaign()
     entries: list[CampaignEntry] = []
-    for each in (path, *more):
-        files = _files(Path(each)) if is_folder(Path(each)) else [Path(each)]
-        entries += [entry for file in files for entry in read_readings(file).campaign().entries]
+    for file in files:
+        entries += read_readings(file).campaign().entries
     return campaign_of(entries, file="the sessions given" if more else str(path))
 
 
@@ -144,17 +145,22 @@ def reader_of(source: FileText) -> ModuleType:
 
 
 def _files(folder: Path) -> Sequence[Path]:
-    """Return the files of a folder with a suffix of a reader, sorted by name; their content is not checked."""
+    """Return the campaign file of a folder; without one, the files with a suffix of a reader, sorted by name.
+
+    A saved model beside a campaign file does not count. Raises LutgenError: several campaign files, or no readings.
+    """
     suffixes = {suffix for module in readers().values() for suffix in module.SUFFIXES}
     try:
         files = sorted(each for each in folder.iterdir() if each.is_file() and not each.name.startswith("."))
     except OSError as error:
         raise LutgenError(f"{folder}: cannot read the folder: {reason_of(error)}.") from None
     readable = [each for each in files if each.suffix.lower() in suffixes]
-    listing = next((each for each in readable if each.suffix.lower() == ".toml"), None)
-    if listing is not None:
-        raise LutgenError(f"{folder}: the folder holds a campaign file. Name it instead: {listing}.")
+    documents = [each for each in readable if each.suffix.lower() == ".toml"]
+    listing = [each for each in documents if holds_readings(each)] or documents
+    if len(listing) > 1:
+        names = listed(each.name for each in listing)
+        raise LutgenError(f"{folder}: the folder holds {names}. Name the one that lists the sessions: {listing[0]}.")
     if not readable:
         known = ", ".join(sorted(suffixes - {".toml"}))
         raise LutgenError(f"{folder}: the folder holds no readings. Put sessions into it ({known}), or name a file.")
-    return readable
+    return listing or readable
