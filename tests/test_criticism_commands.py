@@ -242,6 +242,16 @@ def test_plan_lists_what_to_measure_and_what_it_brings(
     assert f"{len(rows) - 1} readings, in this order:" in done.lines
 
 
+def test_a_plan_without_patches_writes_no_list(run: Callable[..., Done], tmp_path: Path) -> None:
+    told = ("--between", "black-level,loading", "-o", "plan.csv", "--ti1", "plan.ti1")
+    done = run("plan", write("leak", tmp_path).name, *told)
+    assert (done.code, done.err) == (0, "")
+    assert done.out.startswith("These readings already tell black-level from loading: ")
+    assert "Written" not in done.out
+    assert not (tmp_path / "plan.csv").exists()
+    assert not (tmp_path / "plan.ti1").exists()
+
+
 def test_a_plan_filled_in_is_a_table_of_readings(run: Callable[..., Done], tmp_path: Path) -> None:
     run("plan", write("leak", tmp_path).name, "-o", "plan.csv")
     text = (tmp_path / "plan.csv").read_text().splitlines()

@@ -19,9 +19,12 @@ from lutgen.criticism.search.separate import POOL, separation, with_patches
 from lutgen.criticism.verdict.visibility import visibility
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError
+from lutgen.report.measurement_plan import plan_page
+from lutgen.report.parts import Headline
 from tests.criticism_twin import FRESH, TIPS, Fault, Reading, shown
 from tests.quick import mostly_slow
 from tests.readings_text import read
+from tests.schemas import validator
 from tests.virtual_display.campaign import Campaign, csv_text
 
 if TYPE_CHECKING:
@@ -57,6 +60,31 @@ def test_the_set_that_separates_two_effects_is_chosen(
     assert choice.name in sets
     assert choice.after > times * choice.before + 20.0
     assert f"To tell {pair[0]} from {pair[1]}: {choice.name}." in planned(design, *pair).sentence
+
+
+def test_effects_that_the_readings_tell_apart_need_no_patches() -> None:
+    """The greys of a display whose exponent changed do not look like black that leaks."""
+    proposal = plan(readings("colours", (("eotf-drift", 0.05, "same"),)), between=("black-level", "eotf-drift"))
+    assert proposal.sentence.startswith("These readings already tell eotf-drift from black-level: eotf-drift alone ")
+    assert proposal.sentence.endswith("No further reading is needed for that.")
+    assert (proposal.patches, proposal.gains, proposal.separation) == ((), {}, None)
+    assert [str(part) for part in plan_page(proposal, "between", [])] == [str(Headline(proposal.sentence))]
+    validator("plan").validate(proposal.as_json())
+
+
+def test_a_healthy_display_may_show_neither_of_two_effects() -> None:
+    proposal = plan(readings("colours"), between=("eotf-drift", "black-level"))
+    assert proposal.sentence.startswith("These readings show neither ")
+    assert "would tell them apart" in proposal.sentence
+    assert not proposal.patches
+
+
+def test_of_two_effects_that_do_not_explain_the_readings_none_is_told_apart() -> None:
+    """The exponent changed; which of two other effects then fits less badly says nothing about the two."""
+    proposal = plan(readings("colours", (("eotf-drift", 0.1, "same"),)), between=("black-level", "crosstalk"))
+    assert proposal.sentence.startswith("To tell black-level from crosstalk: ")
+    assert "another error is larger than either" in proposal.sentence
+    assert proposal.patches
 
 
 def test_windows_lift_crosstalk_from_loading_and_more_greys_do_not() -> None:
@@ -202,8 +230,18 @@ def test_a_ti1_is_cgats_with_codes_in_percent() -> None:
     ({"between": ("crosstalk", "crosstalk")}, "--between needs two different effects; crosstalk was given twice"),
     ({"between": ("crosstalk", "loadding")}, r"effect 'loadding'.*Pick one of"),
     ({"effect": "leak"}, "effect 'leak'"),
-    ({"effect": "backlight-decay"}, "Use --baseline first-hour"),
-    ({"between": ("backlight-decay", "meter-drift")}, "no patch"),
+    ({"effect": "backlight-decay"}, r"re-measured white and primaries hide it\. Use --baseline first-hour\."),
+    ({"effect": "backlight-decay", "baseline": "native"}, r"Use --baseline native-first-hour\."),
+    ({"between": ("backlight-decay", "meter-drift")}, r"no patch .* hide both\. Use --baseline first-hour, or"),
+    ({"between": ("backlight-decay", "black-level")}, "primaries hide backlight-decay"),
+    (
+        {"between": ("backlight-decay", "meter-drift"), "baseline": "native"},
+        "hide both. Use --baseline native-first-hour, or",
+    ),
+    (
+        {"between": ("backlight-decay", "meter-drift"), "baseline": "first-hour"},
+        r": fitted to all of them, .* shows the same light as .* tells them apart: a second meter or a check",
+    ),
 ])  # fmt: skip
 def test_what_cannot_be_planned_is_refused(asked: dict[str, object], told: str) -> None:
     with pytest.raises(LutgenError, match=told):

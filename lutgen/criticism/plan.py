@@ -15,6 +15,7 @@ from lutgen.criticism.search.candidates import family
 from lutgen.criticism.search.separate import POOL, Patch, Separation, separation, with_patches
 from lutgen.criticism.verdict.visibility import visibility
 from lutgen.errors import LutgenError, pick_one
+from lutgen.names import NATIVE_BASELINES
 from lutgen.readings.rest import TIP_DRIVES
 from lutgen.readings.table import OPTIONAL
 
@@ -34,6 +35,10 @@ BASICS = tuple(
 #: χ² between two rivals above which they are distinguished.
 CLEAR = 20.0
 
+#: Least share of the excess χ² that an effect alone explains, for a comparison of two effects on the present readings.
+#: With less, other errors decide which of the two fits better.
+MOSTLY = 0.5
+
 #: Strength (root of χ²) to which a rival is scaled if the readings show less: three times the detectable strength.
 THREE_TIMES_DETECTABLE = 15.0
 
@@ -47,7 +52,7 @@ class MeasurementPlan:
     sentence
         Purpose of the list, and what its patches will show.
     patches
-        The patches in measuring order, basics first.
+        The patches in measuring order, basics first; empty if the present readings already show what was asked.
     gains
         Set of patches → smallest detectable size, or separation, (before, after). For general coverage: (None, number
         of effects that become visible).
@@ -143,26 +148,75 @@ def plan(
 def _between(base: Fit, known: Mapping[str, Effect], pair: tuple[str, str]) -> MeasurementPlan:
     if pair[0] == pair[1]:
         raise LutgenError(f"--between needs two different effects; {pair[0]} was given twice.")
+    fitted = {name: family(base, known[name]).best.fit for name in pair}
     separations = []
     for one, other in (pair, pair[::-1]):
-        truth = _as_truth(base, known[one])
+        truth = _as_truth(base, fitted[one], known[one])
         separations.append(separation(truth, family(_fit_of_tips(truth), known[other]).best, (one, other)))
+    differ = min(each.before for each in separations) >= CLEAR
+    if differ and (told := _told_apart(base, fitted, separations)):
+        return MeasurementPlan(f"{told} No further reading is needed for that.", (), {})
     best = min(separations, key=lambda each: each.after)
     if best.after < CLEAR and best.after - best.before < 1.0:
-        raise LutgenError(
-            f"no patch in one more session would tell {pair[0]} from {pair[1]}: re-measured white and primaries hide "
-            f"both. Use --baseline first-hour, or a spectrum."
-        )
+        why = _hidden(base, [known[name] for name in pair]) or _imitated(known, best)
+        raise LutgenError(f"no patch in one more session would tell {pair[0]} from {pair[1]}: {why}")
     sentence = (
         f"To tell {pair[0]} from {pair[1]}: {best.name}. It raises their separation (χ²) from {best.before:.3g} to "
-        f"{best.after:.3g}; 20 is clear."
+        f"{best.after:.3g}; {CLEAR:g} is clear."
     )
+    if differ:
+        sentence += (
+            " Their formulas differ clearly on the present readings already, but these readings fit both about equally "
+            "well, or another error is larger than either."
+        )
     return MeasurementPlan(sentence, (*BASICS, *best.patches), {best.name: (best.before, best.after)}, best)
 
 
-def _as_truth(base: Fit, effect: Effect) -> Fit:
-    """Fit an effect; if the readings show too little of the effect, use three times its detectable size."""
-    fitted = family(base, effect).best.fit
+def _told_apart(base: Fit, fitted: Mapping[str, Fit], separations: Sequence[Separation]) -> str:
+    """Return a sentence on how the present readings tell two effects apart; "" if they do not.
+
+    ``separations`` say that either effect, if true, differs clearly from the other on these readings. That does not
+    suffice if the readings fit both about equally well, or if neither explains most of what the model misses.
+    """
+    better, worse = sorted(fitted, key=lambda name: fitted[name].chi2)
+    if all(base.chi2 - each.chi2 < THREE_TIMES_DETECTABLE**2 for each in fitted.values()):
+        before = min(each.before for each in separations)
+        return (
+            f"These readings show neither {better} nor {worse}, and would tell them apart: either at three times its "
+            f"detectable size differs from the other by a χ² of {before:.3g}; {CLEAR:g} is clear."
+        )
+    excess = base.chi2 - 3.0 * len(base.problem.rows)
+    if fitted[worse].chi2 - fitted[better].chi2 < CLEAR or base.chi2 - fitted[better].chi2 < MOSTLY * excess:
+        return ""
+    return (
+        f"These readings already tell {better} from {worse}: {better} alone leaves a χ² of {fitted[better].chi2:.3g}, "
+        f"{worse} alone {fitted[worse].chi2:.3g}; a difference of {CLEAR:g} is clear."
+    )
+
+
+def _hidden(base: Fit, effects: Sequence[Effect]) -> str:
+    """Return the reason and the remedy if re-measured white and primaries hide effects of these; else ""."""
+    hidden = [each.name for each in effects if each.baseline == "first-hour"]
+    if base.problem.from_first_hour or not hidden:
+        return ""
+    which = "it" if len(effects) == 1 else "both" if len(hidden) == len(effects) else hidden[0]
+    foretelling = "native-first-hour" if base.problem.baseline in NATIVE_BASELINES else "first-hour"
+    spectrum = ", or a spectrum" if len(effects) > 1 else ""
+    return f"re-measured white and primaries hide {which}. Use --baseline {foretelling}{spectrum}."
+
+
+def _imitated(known: Mapping[str, Effect], each: Separation) -> str:
+    """Return the reason and the remedy if one effect imitates the other on all patches that a plan knows."""
+    one, other = each.separates
+    remedy = known[one].confused_with.get(other) or known[other].confused_with.get(one) or "a second meter"
+    return (
+        f"fitted to all of them, {other} shows the same light as {one} to within the noise (χ² {each.after:.3g}; "
+        f"{CLEAR:g} is clear). What tells them apart: {remedy}."
+    )
+
+
+def _as_truth(base: Fit, fitted: Fit, effect: Effect) -> Fit:
+    """Return the fit of an effect; if the readings show too little of it, with three times its detectable size."""
     if base.chi2 - fitted.chi2 >= THREE_TIMES_DETECTABLE**2:
         return fitted
     score, term = base.score, Term.at_rest(effect, effect.forms[0])
@@ -184,11 +238,8 @@ def _fit_of_tips(truth: Fit) -> Fit:
 
 
 def _for_effect(base: Fit, effect: Effect) -> MeasurementPlan:
-    if effect.baseline == "first-hour" and not base.problem.from_first_hour:
-        raise LutgenError(
-            f"no patch in one more session would show {effect.name}: re-measured white and primaries hide it. Use "
-            f"--baseline first-hour."
-        )
+    if why := _hidden(base, [effect]):
+        raise LutgenError(f"no patch in one more session would show {effect.name}: {why}")
     before = visibility(base, [effect])[0].smallest_detectable
     gains = {}
     for name, patches in POOL.items():
@@ -197,8 +248,8 @@ def _for_effect(base: Fit, effect: Effect) -> MeasurementPlan:
     useful = {name: after for name, (_, after) in gains.items() if after is not None}
     if not useful:
         raise LutgenError(
-            f"no patch in one more session would show {effect.name}: re-measured white and primaries hide it. Use "
-            f"--baseline first-hour."
+            f"no patch in one more session would show {effect.name}: on every set of patches that a plan knows, it "
+            "changes less than the noise, or the rest of the model takes its place. A better meter may show it."
         )
     # The information is 1/size². Its increase is divided by the root of the number of patches, which take time to read.
     already = before**-2 if before else 0.0

@@ -2,6 +2,7 @@
 
 import pickle
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -161,11 +162,14 @@ class Fitting(Hosted):
         return verdict_json(diagnosis, self._now)
 
     def patches(self, between: Sequence[str]) -> bytes:
-        """Return the patch list (.csv) of the next session: to distinguish two effects, or for general coverage."""
+        """Return the patch list (.csv) of the next session: to distinguish two effects, or for general coverage.
+
+        Effects that the present readings already tell apart need no patches; then the list is for general coverage.
+        """
         now = self._now
-        pair = (between[0], between[1]) if len(between) > 1 else None
-        planned = plan(now.readings, between=pair, baseline=now.baseline, selection=now.selection, effects=now.effects)
-        return planned.as_csv().encode()
+        known = partial(plan, now.readings, baseline=now.baseline, selection=now.selection, effects=now.effects)
+        told = known(between=(between[0], between[1])) if len(between) > 1 else None
+        return (told if told and told.patches else known()).as_csv().encode()
 
     def save(self, path: str) -> dict[str, Any]:
         """Write the model with the effects that are switched on, as ``lutgen refine -o`` does."""

@@ -21,6 +21,8 @@ GAINS = {
 def plan_page(plan: MeasurementPlan, kind: str, written: Sequence[str]) -> Iterator[Part]:
     """Yield what ``lutgen plan`` prints; ``kind`` is a key of ``GAINS``."""
     yield Headline(plan.sentence)
+    if not plan.patches:
+        return
     yield ""
     yield f"{len(plan.patches)} readings, in this order:"
     yield _patch_table(plan.patches)

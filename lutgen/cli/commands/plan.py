@@ -29,7 +29,8 @@ def command(
 ) -> None:
     """List what to measure next, to separate two effects or to see one.
 
-    Without --between and --effect the list shows as many as possible of the effects that DATA cannot show.
+    Without --between and --effect the list shows as many as possible of the effects that DATA cannot show. If DATA
+    already tell the two effects of --between apart, the report says so, and no list is written.
 
     \b
     Example:
@@ -49,6 +50,8 @@ def command(
         check_new_file(path, force=force, suffixes=(suffix,))
     question = question_from(**options)
     planned = plan(question.readings, between=pair, effect=effect, **question.settings, effects=question.effects)
+    # Without patches there is no list to write; the page says why.
+    outputs_of_plan = outputs_of_plan if planned.patches else {}
     for path, suffix in outputs_of_plan.items():
         write_atomically(Path(path), (planned.as_csv() if suffix == ".csv" else planned.as_ti1()).encode())
     kind = "between" if pair else "effect" if effect else "coverage"
