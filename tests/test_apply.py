@@ -19,7 +19,7 @@ from lutgen.bake.formats import lut_suffixes
 from lutgen.bindings import oiio
 from lutgen.colorimetry import code_to_linear, linear_to_code
 from lutgen.pictures.engines import ChainEngine, PaperEngine, engine_for
-from tests.command import exit_code
+from tests.command import exit_code, here
 from tests.disk import mounted
 
 if TYPE_CHECKING:
@@ -39,6 +39,13 @@ class Stored(NamedTuple):
 
     pixels: Pixels
     spec: Any
+
+
+@pytest.fixture
+def inside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder that is the current one."""
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
 
 
 def write(path: Path, pixels: Pixels, *, tile: int = 0, x: int = 0, **attributes: Any) -> Path:
@@ -259,6 +266,41 @@ def test_a_lut_with_a_number_that_is_not_finite_is_refused(
     assert f"l.cube, line 7: holds {word!r}" in line
     assert "`lutgen lint " in line
     assert not (tmp_path / "out.png").exists()
+
+
+@pytest.mark.parametrize(
+    ("head", "channels", "largest", "why"),
+    [
+        (
+            "",
+            "rgb",
+            1023,
+            "has values up to 1023: integers, not 0..1, so OpenColorIO shows almost everything as white.",
+        ),
+        ("", "bgr", 1, "looks written blue fastest"),
+        ("", "rgb", 1, ""),
+        # An error of ffmpeg and pillow_lut; OpenColorIO, which applies the LUT, reads it as it is meant.
+        ("DOMAIN_MAX 2 2 2", "rgb", 1, ""),
+    ],
+)
+def test_a_lut_that_lint_calls_wrong_is_applied_with_a_warning(
+    head: str, channels: str, largest: float, why: str, inside: Path
+) -> None:
+    write(inside / "in.png", np.full((8, 8, 3), 90, np.uint8))
+    steps = np.linspace(0, largest, 5)
+    colours = ({"r": r, "g": g, "b": b} for b in steps for g in steps for r in steps)
+    rows = [" ".join(f"{colour[channel]:.4f}" for channel in channels) for colour in colours]
+    (inside / "a lut.cube").write_text("\n".join(["LUT_3D_SIZE 5", head, *rows]) + "\n")
+    done = here("apply", "in.png", "--lut", "a lut.cube", "--json", "-o", "out.png")
+    assert done.returncode == 0
+    assert json.loads(done.stdout)["images"][0]["output"] == "out.png"
+    assert (inside / "out.png").exists()
+    if not why:
+        assert not done.stderr
+        return
+    (line,) = done.stderr.splitlines()
+    assert line.startswith(f"Warning: a lut.cube {why}")
+    assert "`lutgen lint 'a lut.cube'`" in line
 
 
 @pytest.mark.parametrize(("words", "first", "code"), [("nan", "0", 0), ("inf", "0", 0), ("a table", "nan", 2)])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -76,6 +77,8 @@ def command(
         done = apply_to_images(
             pairs, aging, side_by_side=side_by_side, on_screen=screen, source=source, force=force, progress=progress
         )
+    if lut and (doubt := _doubt(Path(lut))):
+        say(doubt, err=True)
     if as_json:
         from dataclasses import asdict
 
@@ -86,6 +89,24 @@ def command(
         age = "" if mode is None or hours is None else f"{mode} at {spaced(hours)} h, "
         for sentence in (*(_sentence(applied, age) for applied in done), *remarks):
             say(sentence)
+
+
+def _doubt(lut: Path) -> str:
+    """Return a warning about a LUT that OpenColorIO applied without an error, but not as its author meant; else ""."""
+    from lutgen.lint import lint
+    from lutgen.lint.finding import WRONG
+    from lutgen.lint.programs import opencolorio_reader
+
+    try:
+        fate, finding = lint(lut).fate(opencolorio_reader())
+    except LutgenError:  # OpenColorIO has read the file; a file that lint cannot judge is no reason for an error.
+        return ""
+    if finding is None or fate.outcome != WRONG:
+        return ""
+    return (
+        f"Warning: {lut} {finding.what}, so OpenColorIO {fate.how}. {finding.remedy} "
+        f"`lutgen lint {shlex.quote(str(lut))}` says what other programs do with it."
+    )
 
 
 def _aging(
