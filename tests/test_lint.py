@@ -22,7 +22,7 @@ from lutgen.lint import KINDS, lint, programs
 from lutgen.lint.cube_scan import scan_cube
 from lutgen.lint.finding import OCIO_21, READS, REFUSES, WRONG, Fate, Linted, LintFinding, Trial
 from lutgen.lint.formats import formats
-from lutgen.lint.programs import OPENCOLORIO, PROGRAMS, Absent, Program, Refusal, read_as_meant
+from lutgen.lint.programs import OPENCOLORIO, PROGRAMS, Absent, Program, Refusal, read_as_meant, refusal
 from lutgen.lint.stream import TableStatistics, blocks
 from lutgen.merge import Merging
 from tests.command import Done, in_process
@@ -169,6 +169,32 @@ def test_a_1d_part_that_changes_nothing_is_told(
     (finding,) = (each for each in report.findings if each.rule == "cube-shaper")
     assert ("an identity" in finding.what) == identity
     assert ("darktable" in finding.remedy) == identity
+
+
+@pytest.mark.parametrize(
+    ("header", "remedy"),
+    [
+        ((), "Bake both into one 3D table: `ociobakelut --lut FILE"),
+        (('TITLE "x"',), "Delete its TITLE and DOMAIN; "),
+        (('TITLE "x"', "DOMAIN_MIN 0 0 0"), "Delete its TITLE and DOMAIN; "),
+        (
+            ("DOMAIN_MAX 2 2 2",),
+            "Delete its TITLE and DOMAIN; export it again if DOMAIN is not 0..1. Then bake",
+        ),
+    ],
+)
+def test_the_remedy_for_a_1d_part_is_one_that_opencolorio_can_follow(
+    header: tuple[str, ...], remedy: str, tmp_path: Path
+) -> None:
+    part = ("LUT_1D_SIZE 4", SIZE, *CURVES, *R)
+    report = linted(tmp_path, lines(*header, *part))
+    (finding,) = (each for each in report.findings if each.rule == "cube-shaper")
+    assert finding.remedy.startswith(remedy)
+    path = tmp_path / "read.cube"
+    path.write_bytes(lines(*header, *part))
+    assert bool(refusal(path)) == bool(header)
+    path.write_bytes(lines(*part))
+    assert not refusal(path)
 
 
 def test_a_1d_part_that_is_cut_off_is_no_identity(tmp_path: Path) -> None:
