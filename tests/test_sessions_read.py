@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.numbers
 
 LAB = ("LAB_L", "LAB_A", "LAB_B")
-XYZ = ("XYZ_X", "XYZ_Y", "XYZ_Z")
+XYZ, XYY = ("XYZ_X", "XYZ_Y", "XYZ_Z"), ("XYY_X", "XYY_Y", "XYY_CAPY")
 D50 = np.array([0.9642, 1.0, 0.8249])
 
 
@@ -120,7 +120,7 @@ SCALES = {
     "xyY": (
         ti3(
             xyz=np.column_stack([light()[:, :2] / light().sum(axis=1, keepdims=True), 100 * light()[:, 1]]),
-            names=("XYY_X", "XYY_Y", "XYY_CAPY"),
+            names=XYY,
         ),
         200.0,
     ),
@@ -541,3 +541,43 @@ def test_mutated_real_sessions_are_read_or_refused(
 def test_black_is_what_was_put_in(tmp_path: Path) -> None:
     session = read(tmp_path, ti3())
     np.testing.assert_allclose(session.xyz_cd_m2[session.rows("black"), 1], LEAK * WHITE_CD_M2, atol=1e-4)
+
+
+def as_xyy(xyz: Array) -> Array:
+    """Return x, y, Y with as many digits as ``ti3`` writes; light of 0 has no chromaticity."""
+    return np.column_stack([xyz[:, 0] / xyz.sum(axis=1), xyz[:, 1] / xyz.sum(axis=1), xyz[:, 1]])
+
+
+def xyy_csv(colours: Array) -> str:
+    rows = [",".join(f"{value:.7f}" for value in (*d, *c)) for d, c in zip(DRIVE, colours, strict=True)]
+    return "\n".join(["# unit: cd/m2", "R,G,B,x,y,Y", *rows]) + "\n"
+
+
+@pytest.mark.parametrize("dark", [(-0.0015, 0.001, -0.0023), (0.002, -0.003, 0.0005), (0.01, 0.004, -0.001)])
+@pytest.mark.parametrize("form", ["CGATS", "CSV"])
+def test_noise_around_zero_is_read_from_xyy(form: str, dark: tuple[float, float, float], tmp_path: Path) -> None:
+    """A black without light has an x or y below 0 or above 1; X, Y and Z are those of the meter all the same."""
+    xyz = WHITE_CD_M2 * light()
+    xyz[1] = dark
+    assert (as_xyy(xyz)[1, :2].min() < 0) or (as_xyy(xyz)[1, :2].sum() > 1)
+    text, name = xyy_csv(as_xyy(xyz)), "session.csv"
+    if form == "CGATS":
+        text, name = ti3(xyz=as_xyy(xyz), names=XYY, keywords=('NORMALIZED_TO_Y_100 "NO"',)), "session.ti3"
+    session = read(tmp_path, text, name)
+    assert session.absolute
+    np.testing.assert_allclose(session.xyz, xyz, rtol=1e-5, atol=2e-6)
+
+
+@pytest.mark.parametrize("form", ["CGATS", "CSV"])
+@pytest.mark.parametrize("colour", [(0.31, -0.33, 50.0), (0.31, -0.33, 0.2), (0.3, 0.0, 0.001)])
+def test_a_negative_y_of_light_is_refused_with_what_to_do(
+    form: str, colour: tuple[float, float, float], tmp_path: Path
+) -> None:
+    xyy = as_xyy(WHITE_CD_M2 * light())
+    xyy[5] = colour
+    text, name, told = xyy_csv(xyy), "session.csv", "give a dark reading as X,Y,Z, or remove its row"
+    if form == "CGATS":
+        text, name = ti3(xyz=xyy, names=XYY, keywords=('NORMALIZED_TO_Y_100 "NO"',)), "session.ti3"
+        told = "Delete the row, or export XYZ"
+    with pytest.raises(LutgenError, match=told):
+        read(tmp_path, text, name)

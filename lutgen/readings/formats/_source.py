@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lutgen import cells
-from lutgen.colorimetry import Array
+from lutgen.colorimetry import Array, xyY_to_xyz
 from lutgen.errors import LutgenError
 from lutgen.readings.campaign import Campaign
 from lutgen.readings.session import DRIVE_TOLERANCE
@@ -23,6 +23,9 @@ FULL_DRIVE = {1.0: "0..1", 100.0: "percent", 255.0: "8-bit", 1023.0: "10-bit"}
 
 #: Allowed range of a display's white, in cd/m².
 WHITE_CD_M2 = (0.01, 1e5)
+
+#: Largest X, Y and Z of a dark reading, as a share of the largest Y: there noise may give any x and y, also below 0.
+DARK = 1e-4
 
 #: A date outside these years is an error.
 YEARS = range(1990, 2100)
@@ -146,6 +149,13 @@ def full_drive(drive: Array, file: str, lines: Sequence[int]) -> float:
         f"{file}: the largest drive is {top:g}, and full drive is one of {known}; the file does not say which. "
         "Add the reading of white, or convert drive to 0..1."
     )
+
+
+def is_dark(xyY: Array) -> NDArray[np.bool_]:
+    """Whether readings, (n, 3), have so little light that x and y are noise; False where y or Y is 0: X is unknown."""
+    known = (xyY[:, 1:] != 0).all(axis=1)
+    xyz = xyY_to_xyz(np.where(known[:, np.newaxis], xyY, 1.0))
+    return np.asarray(known & (np.abs(xyz) <= DARK * xyY[:, 2].max(initial=0.0)).all(axis=1))
 
 
 def whites(drive: Array) -> NDArray[np.intp]:

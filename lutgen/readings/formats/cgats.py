@@ -19,7 +19,7 @@ from lutgen.colorimetry import D65, Array, xyY_to_xyz
 from lutgen.errors import LutgenError, listed
 from lutgen.numerals import in_percent
 from lutgen.readings.formats._cgats_tables import CgatsTable, tables
-from lutgen.readings.formats._source import WHITE_CD_M2, FileText, date_of, full_drive, whites
+from lutgen.readings.formats._source import WHITE_CD_M2, FileText, date_of, full_drive, is_dark, whites
 from lutgen.readings.session import Session
 
 NAME = "CGATS"
@@ -172,7 +172,8 @@ def _light(source: FileText, table: CgatsTable, drive: Array, *, argyll: bool) -
         if set(names) <= set(table.fields):
             xyY = _columns(source, table, names)
             bad = (xyY[:, 1] < 1e-3) | (xyY[:, 0] < 0) | (xyY[:, 0] + xyY[:, 1] > 1)
-            source.refuse(bad, table.lines, ": x and y are no chromaticity: both above 0, and x + y at most 1.")
+            why = ": x and y are no chromaticity: both above 0, and x + y at most 1. Delete the row, or export XYZ."
+            source.refuse(bad & ~is_dark(xyY), table.lines, why)
             return _scaled(source, table, xyY_to_xyz(xyY), drive, argyll=argyll)
     return _from_lab(source, table, argyll=argyll)
 

@@ -22,7 +22,7 @@ from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.readings.campaign import Campaign, alone, sessions_of
 from lutgen.readings.formats import _csv_words as words
 from lutgen.readings.formats._csv_doubts import on_spread, on_spreads, refuse_jumps, white_at_rest, white_like_relative
-from lutgen.readings.formats._source import FULL_DRIVE, WHITE_CD_M2, FileText, date_of, full_drive, whites
+from lutgen.readings.formats._source import FULL_DRIVE, WHITE_CD_M2, FileText, date_of, full_drive, is_dark, whites
 from lutgen.readings.session import MOST_READINGS, Session
 from lutgen.readings.table import OPTIONAL, RANGES, Measurements, in_any_order, remarked
 
@@ -271,18 +271,20 @@ class CsvTable:
         if {"X", "Y", "Z"} <= values.keys():
             return np.column_stack([values["X"], values["Y"], values["Z"]])
         x, y, luminance = values["x"], values["y"], values["Y"]
+        xyY, remedy = np.column_stack([x, y, luminance]), "give a dark reading as X,Y,Z, or remove its row"
+        lit = ~is_dark(xyY)
         for bad, column, why in (
-            (y < MIN_Y, "y", "y must be above 0: XYZ = xY/y would be infinite"),
-            (x < 0, "x", "x must not be negative; give a dark reading as X,Y,Z, or remove its row"),
-            (x + y > 1, "x", "x + y must not be above 1: that is no colour"),
+            (lit & (y < MIN_Y), "y", f"y must be above 0: XYZ = xY/y would be infinite, or negative; {remedy}"),
+            (lit & (x < 0), "x", f"x must not be negative; {remedy}"),
+            (lit & (x + y > 1), "x", "x + y must not be above 1: that is no colour"),
             (luminance > RANGES["XYZ"][1], "Y", "Y is more than a million cd/m², which no display gives"),
-            (luminance <= 0, "Y", "Y must be above 0 cd/m²; give a dark reading as X,Y,Z, or remove its row"),
+            (lit & (luminance <= 0), "Y", f"Y must be above 0 cd/m²; {remedy}"),
         ):
             if bad.any():
                 row = int(np.argmax(bad))
                 values_text = f"x = {x[row]:g}, y = {y[row]:g}, Y = {luminance[row]:g}"
                 raise LutgenError(f"{self.source.at(self.lines[row])}, column {column}: {why} ({values_text}).")
-        return xyY_to_xyz(np.column_stack([x, y, luminance]))
+        return xyY_to_xyz(xyY)
 
     def _order(self) -> Array | None:
         """Return the order of reading; None if a reading has no number."""
