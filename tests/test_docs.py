@@ -1,5 +1,6 @@
 """README.md and docs/ against the code: every command runs, prints the page's text, and every link has a target."""
 
+import inspect
 import math
 import os
 import re
@@ -29,6 +30,7 @@ from lutgen.criticism.verdict.black import LARGEST_ZERO_CD_M2
 from lutgen.criticism.verdict.imitation import APART, DEPARTURE
 from lutgen.display import MODES, REFERENCES, SELECTIONS
 from lutgen.readings.conditions import COLUMNS as CONDITION_COLUMNS
+from lutgen.readings.formats import cgats
 from tests.examples_folder import COMMANDS, ROOT, make_folder
 from tests.pages import (
     DOCS,
@@ -327,6 +329,16 @@ def test_the_guides_ranges_and_blanks_are_those_of_the_reader(column: str, tmp_p
     assert not reads(table_with(column, repr(low - step)), tmp_path)
     assert not reads(table_with(column, repr(high + step)), tmp_path)
     assert reads(table_with(column, ""), tmp_path) == may_be_blank
+
+
+def test_the_guide_names_what_is_read_of_a_cgats_file() -> None:
+    source = inspect.getsource(cgats)
+    names = {*cgats._RGB, *cgats._CAL, *cgats._XYZ, *cgats._LAB, *cgats._NAMES, *cgats._XYY[0], *cgats._XYY[1]}
+    names |= {*re.findall(r'keywords(?:\.get\(|\[)"([A-Z_0-9]+)"', source)}
+    names |= {"ILLUMINANT", "ILLUMINATION_NAME", "WEIGHTING_FUNCTION", "WHITE_POINT"}
+    table = re.search(r"^\| part \|.*?\n\n", TEXTS[DOCS / "guides/campaigns.md"], flags=re.MULTILINE | re.DOTALL)
+    assert table
+    assert names <= {*re.findall(r"\w+", table[0])}
 
 
 # Links and the site
