@@ -97,6 +97,12 @@ def test_the_error_is_what_compare_and_refine_print(lutgen: Callable[..., Done])
     assert len(after["readings"]) == compared["data"]["readings"] - len(compared["left_out"])
 
 
+def test_two_effects_that_the_readings_tell_apart_leave_a_list_for_general_coverage() -> None:
+    held, _ = fitting()
+    assert held.patches(("eotf-drift", "channel-gamma")) == held.patches(())
+    assert held.patches(("crosstalk", "loading")) != held.patches(())
+
+
 def test_what_a_chosen_point_leaves_of_the_others_is_told_by_the_server() -> None:
     """The root mean square in σ of the readings that two points share, in units of the unchosen point's noise."""
     held, told = fitting()
