@@ -844,6 +844,7 @@ def test_what_black_shows_is_no_residual_of_a_changed_curve(
     monkeypatch: pytest.MonkeyPatch, shown: set[str], effects: tuple[str, ...], told: str
 ) -> None:
     monkeypatch.setattr("lutgen.criticism.verdict.pronounce.shares_of_delta_e", lambda *_: {})
+    monkeypatch.setattr("lutgen.criticism.verdict.words._of_colours", lambda _step: ", by so much")
     steps = []
     for name, without in (("channel-gamma", 9000.0), ("black-level", 500.0), ("crosstalk", 400.0)):
         effect = catalogue()[name]

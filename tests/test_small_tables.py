@@ -15,6 +15,7 @@ import pytest
 
 from lutgen.criticism.diagnose import diagnose
 from lutgen.effects import catalogue
+from lutgen.report.comparison import compare_page
 from lutgen.report.diagnosis import diagnose_page
 from tests.quick import mostly_slow
 from tests.readings_text import read
@@ -210,6 +211,8 @@ def test_blacks_that_jump_by_more_than_a_meters_zero_does_are_not_consistent(tmp
     page = "\n".join(str(part) for part in diagnose_page(diagnosis, catalogue(), "table.csv --baseline native"))
     assert "read black with the lens capped in every session" in page
     assert "lutgen sessions explain table.csv\n" in page
+    lines = [str(part) for part in compare_page(diagnosis.comparison)]
+    assert lines[1].startswith("Black differs between sessions by 0.")
     # A small zero that the instrument states leaves only the display.
     stated = tmp_path / "meter.toml"
     stated.write_text(

@@ -10,6 +10,7 @@ from lutgen.criticism.compare.comparison import CLEAR, Comparison
 from lutgen.criticism.compare.direction import CALLED
 from lutgen.criticism.compare.panels import ResidualPanel, panels
 from lutgen.criticism.compare.slices import OF_EVERY_READING, over_noise, standing_out
+from lutgen.criticism.verdict import black
 from lutgen.numerals import spaced, times
 from lutgen.readings.conditions import CONDITIONS
 from lutgen.report.drawing import BAND, BLACK, BLUE, GREY, RED, hour_axis, picture, plain_log, tidy, without_frame
@@ -38,6 +39,8 @@ NAMES = {"hour": "hour", "level": "code value", "family": "patch"} | {
 def compare_page(comparison: Comparison, again: str = "") -> Iterator[Part]:
     """Yield what ``lutgen compare`` prints; ``again`` holds the arguments for the following ``lutgen diagnose``."""
     yield comparison.sentence()
+    if black.is_beyond_zero(comparison.problem):
+        yield black.remark(comparison.problem)
     yield from (each.sentence() for each in comparison.drifts)
     yield data_line(comparison.problem)
     yield from fresh_lines(comparison)

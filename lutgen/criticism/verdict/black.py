@@ -33,13 +33,18 @@ def remark(problem: Problem) -> str:
     )
 
 
+def is_beyond_zero(problem: Problem) -> bool:
+    """Whether black differs between sessions by more than the zero of a meter does, and the lens was not capped."""
+    return problem.offset_cd_m2 > LARGEST_ZERO_CD_M2 and not problem.is_capped.any()
+
+
 def or_leak(verdict: Verdict, problem: Problem) -> Verdict:
     """Return the verdict, or ``one-of`` in place of ``consistent`` if black differs by more than a meter's zero does.
 
     Without readings of the capped lens, the dark offsets of sessions absorb any change of black that has no smooth
     course in time.
     """
-    if verdict.name != "consistent" or problem.offset_cd_m2 <= LARGEST_ZERO_CD_M2 or problem.is_capped.any():
+    if verdict.name != "consistent" or not is_beyond_zero(problem):
         return verdict
     sentence = (
         f"Black differs between sessions by {problem.offset_cd_m2:.2g} cd/m² (1 σ){_largest_step(problem)}. The "
