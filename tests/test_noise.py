@@ -12,10 +12,11 @@ from lutgen.colorimetry import xyY_to_xyz
 from lutgen.criticism.compare.comparison import compare
 from lutgen.criticism.diagnose import diagnose
 from lutgen.criticism.fit.problem import Problem
-from lutgen.criticism.noise.digits import digits_of
+from lutgen.criticism.noise.digits import Digits, digits_of
 from lutgen.criticism.noise.model import CORRELATION, SESSION, Noise, estimate_noise
 from lutgen.criticism.noise.pure_error import PureError
 from lutgen.criticism.noise.replicates import FLOOR_CD_M2, RELATIVE, replicate_groups
+from lutgen.criticism.noise.wrong_replicates import wrong_replicates
 from lutgen.errors import LutgenError
 from lutgen.readings import Measurements
 from tests.criticism_twin import FRESH, TIPS
@@ -415,6 +416,16 @@ def test_values_that_are_not_rounded_have_no_step() -> None:
     values = np.random.default_rng(2).uniform(0.5, 300.0, (40, 3))
     assert (digits_of(values).step(values) == 0).all()
     assert (digits_of(np.ones((3, 3))).step(values) == 0).all()
+
+
+@pytest.mark.parametrize(("blue", "wrong"), [((0.154, 0.155, 0.154), ()), ((0.154, 0.184, 0.154), (4,))])
+def test_one_step_of_the_last_digit_makes_no_replicate_wrong(blue: tuple[float, ...], wrong: tuple[int, ...]) -> None:
+    """A step of x is 2 % of blue's Z, ten times the noise of the meter; thirty steps are a slip."""
+    digits = Digits(decimals=1, chromaticity=3)
+    white = [[0.313, 0.329, 160.4], [0.313, 0.329, 160.5], [0.313, 0.329, 160.3]]
+    xyz = xyY_to_xyz(np.array([*white, *([x, 0.042 if x == blue[0] else 0.043, 8.3] for x in blue)]))
+    found = wrong_replicates(xyz, np.array([0, 0, 0, 1, 1, 1]), (0.002, 0.003), digits)
+    assert found == (wrong, ())
 
 
 def test_rounded_chromaticities_spread_x_and_z_as_the_steps_say() -> None:

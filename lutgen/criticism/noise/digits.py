@@ -54,6 +54,10 @@ class Digits:
         steps[..., 2] = np.sqrt((ratio[1] * of_y) ** 2 + step**2 * (1.0 + (1.0 + ratio[1]) ** 2))
         return steps
 
+    def farthest(self, values: Array) -> Array:
+        """Return the largest distance of two roundings of one light near ``values``: √3 steps if x, y and Y differ."""
+        return self.step(values) * (1.0 if self.chromaticity is None else 3.0**0.5)
+
     def _of_numbers(self, values: Array) -> Array:
         if self.decimals is not None:
             return np.full(values.shape, 10.0**-self.decimals)

@@ -32,15 +32,17 @@ def wrong_replicates(
 
     In a group of three or more, the median shows which replicate is wrong. With only two replicates the median cannot
     show it; both are left out of the noise estimate if they contradict each other. ``start``: relative part and floor,
-    cd/m², of an ordinary meter's noise. The rounding to ``digits`` may move two replicates apart by one step.
+    cd/m², of an ordinary meter's noise. The rounding to ``digits`` may move two replicates apart by one step, and one
+    of several by one step from their median.
     """
-    deviations, rows = [], []
+    deviations, beyond_step, rows = [], [], []
     for group in np.flatnonzero(np.bincount(groups) >= 2):
         here = np.flatnonzero(groups == group)
         middle = np.median(xyz[here], axis=0)
         sigma = np.sqrt((start[0] * middle) ** 2 + start[1] ** 2)
-        rounding = digits.step(middle[np.newaxis])[0] / 2.0 if here.size == 2 else 0.0
-        deviations.append((np.maximum(np.abs(xyz[here] - middle) - rounding, 0.0) / sigma).max(axis=1))
+        off, step = np.abs(xyz[here] - middle), digits.farthest(middle[np.newaxis])[0]
+        deviations.append((np.maximum(off - (step / 2.0 if here.size == 2 else 0.0), 0.0) / sigma).max(axis=1))
+        beyond_step.append((np.maximum(off - step, 0.0) / sigma).max(axis=1))
         rows.append(here)
     # The scale comes from the data: the median over groups of the second largest deviation, robust against one outlier.
     # If there are few groups of two, leave them out of this median: a contradictory pair would inflate the scale.
@@ -49,11 +51,11 @@ def wrong_replicates(
     scale = max(float(np.median(seconds)), 0.05) if seconds else np.inf
     outliers: list[int] = []
     contradictory: list[int] = []
-    for each, here in zip(deviations, rows, strict=True):
+    for each, beyond, here in zip(deviations, beyond_step, rows, strict=True):
         order = np.argsort(each)
         if here.size == 2 and each[0] > OUTLIER_SIGMA * scale:
             contradictory += here.tolist()
-        elif here.size > 2 and each[order[-1]] > OUTLIER_SIGMA * max(scale, each[order[-2]]):
+        elif here.size > 2 and beyond[order[-1]] > OUTLIER_SIGMA * max(scale, each[order[-2]]):
             outliers.append(int(here[order[-1]]))
     return tuple(outliers), tuple(contradictory)
 
