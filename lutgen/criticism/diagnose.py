@@ -185,18 +185,16 @@ def diagnose(
 
     """
     problem = Problem.of(readings, baseline=baseline, selection=selection, instrument=instrument)
-    problem = with_shared_errors(problem, terms)
+    exchanged = exchanged_rows(problem)
+    rows = tuple(row for pair in exchanged for row in pair)
+    problem = with_shared_errors(problem.without(rows) if rows else problem, terms)
     choices = candidates(effects, baseline, (*without, *(term.effect.name for term in terms)))
     if problem.first_readings:
         # The choice among the paper's matrices has no influence if a colour is predicted from its own first reading.
         choices = [each for each in choices if each.stage != "selection"]
     base, error = fit(problem, terms), PureError.of(problem)
-    exchanged = exchanged_rows(problem)
-    known_wrong = [row for pair in exchanged for row in pair]
-    clean = fit(problem.without(known_wrong), terms) if exchanged else base
-    rows = tuple(sorted({*known_wrong, *wrong_rows(clean), *misread_rows(problem)}))
-    if rows:
-        problem = problem.without(rows)
+    if wrong := (*wrong_rows(base), *misread_rows(problem)):
+        problem, rows = problem.without(wrong), (*rows, *wrong)
         base, error = fit(problem, terms), PureError.of(problem)
     seen = tuple(visibility(base, choices))
     explanation = explain(base, choices, error, progress)

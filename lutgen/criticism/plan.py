@@ -11,11 +11,10 @@ from lutgen.criticism.fit.linear import Term, predict
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.model import estimate_noise
 from lutgen.criticism.noise.session_errors import with_shared_errors
-from lutgen.criticism.search.candidates import family
+from lutgen.criticism.search.candidates import HALF, family
 from lutgen.criticism.search.separate import POOL, Patch, Separation, separation, with_patches
 from lutgen.criticism.verdict.visibility import visibility
 from lutgen.errors import LutgenError, pick_one
-from lutgen.names import NATIVE_BASELINES
 from lutgen.readings.rest import TIP_DRIVES
 from lutgen.readings.table import OPTIONAL
 
@@ -34,10 +33,6 @@ BASICS = tuple(
 
 #: χ² between two rivals above which they are distinguished.
 CLEAR = 20.0
-
-#: Least share of the excess χ² that an effect alone explains, for a comparison of two effects on the present readings.
-#: With less, other errors decide which of the two fits better.
-MOSTLY = 0.5
 
 #: Strength (root of χ²) to which a rival is scaled if the readings show less: three times the detectable strength.
 THREE_TIMES_DETECTABLE = 15.0
@@ -185,8 +180,9 @@ def _told_apart(base: Fit, fitted: Mapping[str, Fit], separations: Sequence[Sepa
             f"These readings show neither {better} nor {worse}, and would tell them apart: either at three times its "
             f"detectable size differs from the other by a χ² of {before:.3g}; {CLEAR:g} is clear."
         )
-    excess = base.chi2 - 3.0 * len(base.problem.rows)
-    if fitted[worse].chi2 - fitted[better].chi2 < CLEAR or base.chi2 - fitted[better].chi2 < MOSTLY * excess:
+    # Where neither explains half of the excess, other errors decide which of the two fits better.
+    excess = base.chi2 - base.freedom
+    if fitted[worse].chi2 - fitted[better].chi2 < CLEAR or base.chi2 - fitted[better].chi2 < HALF * excess:
         return ""
     return (
         f"These readings already tell {better} from {worse}: {better} alone leaves a χ² of {fitted[better].chi2:.3g}, "
@@ -200,7 +196,7 @@ def _hidden(base: Fit, effects: Sequence[Effect]) -> str:
     if base.problem.from_first_hour or not hidden:
         return ""
     which = "it" if len(effects) == 1 else "both" if len(hidden) == len(effects) else hidden[0]
-    foretelling = "native-first-hour" if base.problem.baseline in NATIVE_BASELINES else "first-hour"
+    foretelling = "native-first-hour" if base.problem.native else "first-hour"
     spectrum = ", or a spectrum" if len(effects) > 1 else ""
     return f"re-measured white and primaries hide {which}. Use --baseline {foretelling}{spectrum}."
 

@@ -36,15 +36,14 @@ def diagnose_page(
     yield Headline(f"{verdict.name}: {verdict.sentence}")
     before = diagnosis.comparison
     yield _error(diagnosis)
-    named = verdict.effects and diagnosis.explanation.steps
-    if named:
+    if _is_fitted(diagnosis):
         after = diagnosis.after
         yield (
             f"With {listed(each.name for each in diagnosis.explanation.steps)}: mean ΔE2000 "
             f"{after.error.delta_e_mean:.2f}, from {times(before.ratio)} to {times(after.ratio)} the noise."
         )
     yield from _advice(diagnosis, again, stub)
-    if named:
+    if _is_fitted(diagnosis):
         yield ""
         yield parameter_table(parameters_of(diagnosis.explanation.final), effects)
     rivals = [f"These data cannot tell apart: {listed(each)}." for each in verdict.rivals]
@@ -208,17 +207,22 @@ def _error(diagnosis: Diagnosis) -> str:
             f"readings share explain the difference: {listed(shared)}.{few}"
         )
     if before.agrees and verdict.name not in {"consistent", "measurement-problem"}:
-        is_zero = verdict.effects and not diagnosis.explanation.steps
-        what = _IF_ZERO if is_zero else "All readings together hardly show it"
+        is_of_black = verdict.effects and not _is_fitted(diagnosis)
+        what = _IF_ZERO if is_of_black else "All readings together hardly show it"
         sentence = (
-            f"{what}: {times(before.ratio)} the noise, mean ΔE2000 "
-            f"{error.delta_e_mean:.2f} where noise alone gives {floor.delta_e_mean:.2f}."
+            f"{what}: {times(before.ratio)} the noise, mean ΔE2000 {error.delta_e_mean:.2f} where noise alone gives "
+            f"{floor.delta_e_mean:.2f}."
         )
     # No named effect shows in the mean: single readings may show it all the same.
     if verdict.effects and not any(verdict.shares_delta_e.values()) and error.delta_e_max > floor.delta_e_max:
         largest = f"The largest error of a reading is {error.delta_e_max:.2f} (noise: {floor.delta_e_max:.2f})."
         sentence = f"{sentence} {largest}"
     return sentence
+
+
+def _is_fitted(diagnosis: Diagnosis) -> bool:
+    """Whether the verdict names effects that were fitted: not those that blacks of single sessions may show."""
+    return bool(diagnosis.verdict.effects and diagnosis.explanation.steps)
 
 
 #: The error of blacks that differ between sessions: the fit takes the difference as an error of the meter.
@@ -286,7 +290,7 @@ def _next(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[P
         yield "Next: measure again, or correct the file. Do not add an effect to the model yet."
     elif verdict.name == "consistent":
         yield f"Next, what to measure to see more:  lutgen plan {again} -o plan.csv"
-    elif verdict.effects == CAUSES and not diagnosis.explanation.steps:
+    elif verdict.effects == CAUSES and not _is_fitted(diagnosis):
         yield f"Next: read black with the lens capped in every session, then  lutgen diagnose {again}"
         yield f"What else changed between the sessions:  lutgen sessions explain {again.partition(' --')[0]}"
     elif len(verdict.rivals) == 1 and verdict.name == "one-of":

@@ -125,8 +125,7 @@ def _clause(each: Passing, trend: Trend) -> str:
     if each.status == "returned":
         return f"{what} was {side} its {value} limit{_last_beyond(each, trend)} and is {_kept_by_last(each, trend)}"
     if each.status == "contradicted":
-        kept = _kept_by_last(each, trend).replace(" it ", f" its {value} limit ")
-        return f"{what} is {kept}, {_no_time(each, trend)}"
+        return f"{what} is {_kept_by_last(each, trend, f'its {value} limit')}, {_no_time(each, trend)}"
     return f"{what} {'was' if _used(each, trend).size == 1 else 'has been'} {side} its {value} limit {time}"
 
 
@@ -140,13 +139,13 @@ def _value(limit: Limit) -> str:
     return text.replace("%", " %") + QUANTITIES[limit.quantity].unit * (not limit.relative)
 
 
-def _kept_by_last(each: Passing, trend: Trend) -> str:
+def _kept_by_last(each: Passing, trend: Trend, bound: str = "it") -> str:
     """Return a clause on a limit that the last used session keeps, with the figure of this session."""
     seen, last, quantity = trend.history, _used(each, trend)[-1], QUANTITIES[each.limit.quantity]
     figure = float(seen.values[each.limit.quantity][last])
     shown = f"{100 * figure:.0f} %" if quantity.is_share else f"{figure:.0f}" if figure >= 100 else f"{figure:.3g}"
     now = "now" if last == seen.time.size - 1 else f"at {_at(trend, float(seen.time[last]))}"
-    return f"{'above' if each.limit.above else 'below'} it {now}, {shown}{quantity.unit}"
+    return f"{'above' if each.limit.above else 'below'} {bound} {now}, {shown}{quantity.unit}"
 
 
 def _last_beyond(each: Passing, trend: Trend) -> str:

@@ -43,15 +43,15 @@ class Digits:
 
         From x and y, X and Z have the root sum square of the steps that x, y and Y cause.
         """
-        if self.chromaticity is None:
-            return self._of_numbers(values)
         steps = self._of_numbers(values)
-        X, Y, Z = np.moveaxis(np.abs(values), -1, 0)
-        y = np.maximum(Y, 1e-12) / np.maximum(X + Y + Z, 1e-12)
-        of_y, ratio = steps[..., 1], (X / np.maximum(Y, 1e-12), Z / np.maximum(Y, 1e-12))
-        step = Y / y * 10.0**-self.chromaticity
-        steps[..., 0] = np.sqrt((ratio[0] * of_y) ** 2 + step**2 * (1.0 + ratio[0] ** 2))
-        steps[..., 2] = np.sqrt((ratio[1] * of_y) ** 2 + step**2 * (1.0 + (1.0 + ratio[1]) ** 2))
+        if self.chromaticity is None:
+            return steps
+        light = np.abs(values)
+        of_x = of_y = light.sum(axis=-1) * 10.0**-self.chromaticity
+        x_by_y, z_by_y = np.moveaxis(light[..., [0, 2]] / np.maximum(light[..., 1:2], 1e-12), -1, 0)
+        # X = x/y · Y and Z = (1 − x − y)/y · Y, by their derivatives by Y, x and y.
+        steps[..., 0] = np.sqrt((x_by_y * steps[..., 1]) ** 2 + of_x**2 + (x_by_y * of_y) ** 2)
+        steps[..., 2] = np.sqrt((z_by_y * steps[..., 1]) ** 2 + of_x**2 + ((1.0 + z_by_y) * of_y) ** 2)
         return steps
 
     def farthest(self, values: Array) -> Array:
@@ -75,7 +75,7 @@ def digits_of(xyz: Array) -> Digits:
     if printed != Digits() or not lit.any():
         return printed
     xy = xyz[lit, :2] / light[lit, np.newaxis]
-    # Decimals, since x and y are below 1; significant digits would be a rule of the instrument for large numbers.
+    # Instruments print x and y with a fixed number of decimals, not of significant digits.
     of_xy = _needed(xy.ravel(), np.zeros(xy.size), MOST_CHROMATICITY)
     if xy.size < ENOUGH or of_xy.max() > MOST_CHROMATICITY:
         return printed

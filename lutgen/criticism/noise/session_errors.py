@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lutgen.colorimetry import Array
+    from lutgen.criticism.fit.least_squares import Fit
     from lutgen.criticism.fit.linear import Linear, State, Term
     from lutgen.criticism.fit.problem import Problem
 
@@ -75,9 +76,20 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
         problem, plain = replace(problem, weights=weights), replace(plain, weights=weights)
     fitted = fit(plain, fixed)
     linear = fitted.linear
-    drive, capped = problem.drive, problem.is_capped
+    everything = np.ones(problem.rows.size, dtype=bool)
+    gains = _session_estimates(
+        plain, fitted.state, linear._replace(residual=fitted.residual), everything, replace(plain, wander=1.0)
+    )
+    return replace(problem, offset_cd_m2=_offset(problem, plain, fitted), wander=_wander(problem, gains))
+
+
+def _offset(problem: Problem, plain: Problem, fitted: Fit) -> float:
+    """Standard deviation of the dark offset between sessions: stated by the instrument, or estimated."""
+    if problem.noise.states_offset:
+        return problem.noise.offset_cd_m2
+    capped = problem.is_capped
     # Black and the capped lens: readings that effects on curves, mixing and primaries do not change.
-    dark = capped | (problem.is_at_rest & (drive == 0).all(axis=1))
+    dark = capped | (problem.is_at_rest & (problem.drive == 0).all(axis=1))
     if problem.native:
         # The black of a native display scales with its white, which black alone does not determine.
         dark |= problem.is_tip_anchor
@@ -85,15 +97,10 @@ def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
     # Only a capped lens is free of the display's black. ``native=None``: here the first session has an offset of its
     # own, as later sessions have.
     offsets = _session_estimates(
-        plain, fitted.state, linear, capped if has_capped else dark, replace(plain, offset_cd_m2=1.0, native=None)
-    )
-    stated = problem.noise.offset_cd_m2 if problem.noise.states_offset else None
-    offset = offset_sd(offsets, problem, capped=has_capped) if stated is None else stated
-    everything = np.ones(problem.rows.size, dtype=bool)
-    gains = _session_estimates(
-        plain, fitted.state, linear._replace(residual=fitted.residual), everything, replace(plain, wander=1.0)
-    )
-    return replace(problem, offset_cd_m2=offset, wander=_wander(problem, gains))
+        plain, fitted.state, fitted.linear, capped if has_capped else dark,
+        replace(plain, offset_cd_m2=1.0, native=None),
+    )  # fmt: skip
+    return offset_sd(offsets, problem, capped=has_capped)
 
 
 def _wander(problem: Problem, estimates: list[SessionEstimate]) -> float:

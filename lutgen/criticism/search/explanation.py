@@ -25,7 +25,6 @@ UNCHANGED = 0.1
 #: Largest relative difference between changes of X, Y and Z that leaves a chromaticity as it is.
 SAME_COLOUR = 1e-6
 
-
 #: Share of the change in light below which a change of colours does not count: the light fades evenly.
 EVENLY = 0.05
 

@@ -71,11 +71,16 @@ def exchanged_rows(problem: Problem) -> tuple[tuple[int, int], ...]:
     lab = xyz_to_lab(problem.xyz, problem.measured_tips[problem.hour_of, 0])
     patch, hour_of = patch_numbers(problem.readings)[problem.rows], problem.hour_of
     usual = np.full_like(lab, np.nan)
-    for row, (number, hour) in enumerate(zip(patch, hour_of, strict=True)):
-        others = (patch == number) & (hour_of != hour)
-        if np.unique(hour_of[others]).size > 1:
-            usual[row] = np.median(lab[others], axis=0)
-    off = np.linalg.norm(lab - usual, axis=1)  # not a number where no two other sessions read the patch
+    for number in range(int(patch.max()) + 1):
+        rows = np.flatnonzero(patch == number)
+        # If all readings of a patch are near one another, none is far from the median of others.
+        if not rows.size or np.linalg.norm(np.ptp(lab[rows], axis=0)) <= FAR:
+            continue
+        for hour in np.unique(hour_of[rows]):
+            others = rows[hour_of[rows] != hour]
+            if np.unique(hour_of[others]).size > 1:
+                usual[rows[hour_of[rows] == hour]] = np.median(lab[others], axis=0)
+    off = np.linalg.norm(lab - usual, axis=1)  # not a number where the patch shows nothing
     pairs = []
     for hour in range(problem.hours.size):
         far = np.flatnonzero((hour_of == hour) & (off > FAR))
@@ -83,8 +88,8 @@ def exchanged_rows(problem: Problem) -> tuple[tuple[int, int], ...]:
             back = np.linalg.norm(lab[[other, one]] - usual[[one, other]], axis=1)
             if (ALONE * back < off[[one, other]]).all():
                 pairs.append((int(problem.rows[one]), int(problem.rows[other])))
-    rows = [row for pair in pairs for row in pair]
-    return tuple(pairs) if len(rows) == len(set(rows)) else ()
+    in_pairs = [row for pair in pairs for row in pair]
+    return tuple(pairs) if len(in_pairs) == len(set(in_pairs)) else ()
 
 
 def wrong_rows(current: Fit) -> tuple[int, ...]:

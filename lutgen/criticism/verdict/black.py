@@ -14,8 +14,7 @@ if TYPE_CHECKING:
 #: A remark names a dark offset that is larger than usual by this factor.
 UNUSUAL = 5.0
 
-#: Largest plausible difference of a meter's zero between sessions, 1 σ in cd/m²: two cables of one meter differed by
-#: 0.09 on one day, in the real sessions that the tests read.
+#: Largest plausible difference of a meter's zero between sessions, 1 σ in cd/m²; an assumption.
 LARGEST_ZERO_CD_M2 = 0.1
 
 #: Effects that add the same light to all readings of a session: light of the display or of the room, the meter's zero.

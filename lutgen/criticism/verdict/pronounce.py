@@ -125,12 +125,12 @@ def _agrees(base: Fit) -> str:
 
 def _too_much_scatter(explanation: Explanation, ratio: float, error: PureError, remarks: tuple[str, ...]) -> Verdict:
     more = more_light(explanation.base)
-    scatter = (
-        f"he readings scatter {ratio:.2g} times as much as {'their replicates' if error.measured else 'assumed'}, and "
+    readings = f"Whole sessions differ in light: {more}. Beside this, the readings" if more else "The readings"
+    sentence = (
+        f"{readings} scatter {ratio:.2g} times as much as {'their replicates' if error.measured else 'assumed'}, and "
         f"do so evenly over colours, conditions and hours: no effect of a display does this. Repeat white ten times in "
         f"one session to measure the noise."
     )
-    sentence = f"Whole sessions differ in light: {more}. Beside this, t{scatter}" if more else f"T{scatter}"
     return Verdict("measurement-problem", sentence, remarks=remarks)
 
 

@@ -166,10 +166,11 @@ def cube_shaper(scan: CubeScan) -> Iterator[LintFinding]:
             fates |= wrong(COLOUR, how="reads the 1D part's rows as the last of the table")
         else:
             fates |= wrong(FFMPEG, how="reads the 1D part's rows as the first of the table")
-        remedy = "Bake both into one 3D table: `ociobakelut --lut FILE --format iridas_cube --cubesize 65 OUT`."
+        bake = "Bake"
         if scan.named(*ADOBES):
             fates |= refused(*OCIO, how="takes a 1D part only without TITLE and DOMAIN")
-            remedy = f"Delete its TITLE and DOMAIN; export it again if DOMAIN is not 0..1. Then b{remedy[1:]}"
+            bake = "Delete its TITLE and DOMAIN; export it again if DOMAIN is not 0..1. Then bake"
+        remedy = f"{bake} both into one 3D table: `ociobakelut --lut FILE --format iridas_cube --cubesize 65 OUT`."
         fact = f"has a 1D part before its 3D table: {entry.text}"
         if scan.shaper_is_identity:
             fact = f"has an identity as its 1D part: {entry.text}"
