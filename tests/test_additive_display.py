@@ -97,7 +97,7 @@ def bent(change: float, code: Array, hours: float) -> Array:
 
 @pytest.mark.parametrize(
     ("beside", "leak", "change"),
-    mostly_slow([("black-level", 0.0015, 0.0), ("eotf-drift", 0.0, 0.06)], "black-level"),
+    mostly_slow([("black-level", 0.0015, 0.0), ("eotf-drift", 0.0, 0.06)]),
 )
 def test_a_fade_beside_another_effect_is_named(beside: str, leak: float, change: float) -> None:
     """A sensor holds the light until a quarter of the reserve is gone; the form of this law contains other laws."""
@@ -173,6 +173,7 @@ def test_the_zero_of_the_first_session_counts_where_the_prediction_contains_it_a
     assert "X" not in shared_columns(problem, problem.blocks[0], problem.whitener)[0]
 
 
+@pytest.mark.slow
 def test_a_curve_that_a_loss_of_drive_explains_as_well_is_one_of_both() -> None:
     lost = lambda code, hours: np.expm1(4.0 * (1.0 - 0.08 * hours / 18_000.0) * code) / np.expm1(4.0)  # noqa: E731
     verdict = diagnose(campaign(lost), baseline="native").verdict
@@ -180,6 +181,7 @@ def test_a_curve_that_a_loss_of_drive_explains_as_well_is_one_of_both() -> None:
     assert {*verdict.effects} == {"drive-loss", "eotf-drift"}
 
 
+@pytest.mark.slow
 def test_the_page_does_not_contradict_a_small_finding() -> None:
     """A leak too small for the mean; only rivals of the leak need readings that are missing here."""
     diagnosis = diagnose(campaign(leak=0.00002))

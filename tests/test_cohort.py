@@ -111,6 +111,7 @@ def test_what_is_never_reached_is_the_longest(
     assert statistics.reached == sum(life is not None for life in lives)
 
 
+@pytest.mark.slow
 def test_a_cohort_is_its_slides_each_by_itself_and_their_medians(tmp_path: Path) -> None:
     files = make_slides(tmp_path / "in", 7)
     result = cohort(files, model(), tmp_path / "run", tolerances=(3, 12), jobs=1, **FEW)

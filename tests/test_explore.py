@@ -97,6 +97,7 @@ def test_the_error_is_what_compare_and_refine_print(lutgen: Callable[..., Done])
     assert len(after["readings"]) == compared["data"]["readings"] - len(compared["left_out"])
 
 
+@pytest.mark.slow
 def test_two_effects_that_the_readings_tell_apart_leave_a_list_for_general_coverage() -> None:
     held, _ = fitting()
     assert held.patches(("eotf-drift", "channel-gamma")) == held.patches(())

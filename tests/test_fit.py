@@ -99,6 +99,7 @@ def test_two_effects_are_fitted_together_as_the_twin_does() -> None:
     assert solution.terms[1].values["new"] == pytest.approx(twin.values["gamma"], abs=NEAR * twin.stderr["gamma"])
 
 
+@pytest.mark.slow
 def test_the_gain_between_two_sessions_of_one_hour_is_fitted_as_the_twin_does() -> None:
     truth, _ = TRUTHS["black-level"]
     patches = [each for hour in HOURS for each in session(hour)] + session(HOURS[-1], "b")

@@ -589,6 +589,7 @@ def leaking() -> Measurements:
     return read("\n".join(lines), file="leaking.csv", sha256="")
 
 
+@pytest.mark.slow
 def test_a_leak_that_follows_white_is_no_dark_offset_of_the_meter() -> None:
     """White changes its colour as it ages, and the leak with it. The course of the leak is not one of the catalogue's:
     before the leak is found, 1 % of its 3 cd/m² may be offsets.

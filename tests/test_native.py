@@ -265,6 +265,7 @@ def test_a_reading_that_its_own_model_meets_is_not_misread() -> None:
     assert Problem.of(wrong, baseline="native", instrument="0.002,0.003").discrepancy.misread == (row,)
 
 
+@pytest.mark.slow
 def test_many_mixtures_outvote_the_ramps() -> None:
     rng = np.random.default_rng(11)
     many = [tuple(code) for code in np.round(rng.uniform(0.05, 1.0, (80, 3)), 3).tolist()]
@@ -610,6 +611,7 @@ def test_what_curves_miss_of_mixtures_is_a_discrepancy() -> None:
     assert sentence.startswith("The model as it is baked, with curves alone, fails by")
 
 
+@pytest.mark.slow
 def test_what_a_formula_misses_reaches_earlier_sessions_and_proves_no_other_effect() -> None:
     """The residual of a recalibration's formula moves the curves of the first session, from which all are predicted."""
     base = fit(with_shared_errors(Problem.of(bright_mixtures(("recalibration", 0.1, "same")), baseline="native")))

@@ -174,7 +174,7 @@ def test_without_replicates_the_noise_is_assumed_and_the_remark_says_so() -> Non
     )
 
 
-@pytest.mark.parametrize(("relative", "said"), [(0.002, False), (0.009, True)])
+@pytest.mark.parametrize(("relative", "said"), mostly_slow([(0.002, False), (0.009, True)], 0.009))
 def test_replicates_that_scatter_more_than_usual_are_remarked(relative: float, said: bool) -> None:
     exact = readings(patches=(*TIPS, BLACK, *((g, g, g) for g in (0.2, 0.5, 0.8))))
     remarks = diagnose(with_noise(exact, 1, relative=relative)).verdict.remarks

@@ -244,6 +244,7 @@ def recalibrated(calibrations: Mapping[float, Array] = LOADED) -> Measurements:
     return replace(readings, xyz_cd_m2=xyz, calibrations=calibrations)
 
 
+@pytest.mark.slow
 def test_a_calibration_that_the_files_hold_is_no_aging() -> None:
     known, unknown = (compare(recalibrated(calibrations=each), baseline="native") for each in (LOADED, {}))
     assert known.error.delta_e_mean < 0.2

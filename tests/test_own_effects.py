@@ -287,6 +287,7 @@ def test_a_sound_effect_of_the_emission_and_one_that_needs_columns(tmp_path: Pat
         assert report.passed, report.failure
 
 
+@pytest.mark.slow
 def test_what_comes_after_an_endless_effect_is_told_to_be_untried(tmp_path: Path) -> None:
     source = body("while True:\n    pass") + "\n\n" + GOOD.removeprefix(HEAD).replace("glue_glow", "zebra")
     mine, zebra = check_file(write(tmp_path, source), limit_s=SHORT_S)

@@ -218,6 +218,7 @@ def test_no_shift_of_a_rounding_is_far_larger_than_the_others(lost: float, *, ar
     assert known.are_of_one_step is are_of_one_step
 
 
+@pytest.mark.slow
 def test_a_rounding_is_proposed_beside_another_effect_though_its_simplest_formula_explains_nothing() -> None:
     hidden = {"quantization": (1.0 / 2047.0, "other"), "black_level": (2e-3, "same")}
     base = campaign("full", 3, **hidden)

@@ -260,6 +260,7 @@ def test_a_cable_with_fewer_bits_may_be_installed_in_the_middle_of_a_campaign(ba
     assert "rounded to 6 bits, since a time between 2600 and 6400 h" in verdict.sentence
 
 
+@pytest.mark.slow
 def test_a_refutation_asks_for_nothing_that_the_readings_hold() -> None:
     """Readings of the capped lens in several sessions have ruled out the meter's offset already."""
     rows = []
@@ -287,7 +288,7 @@ def faded(codes: Array, hour: float, loss: float, depth: float) -> Array:
     return np.asarray(np.exp(-loss * tau**1.3) * (light(codes) @ np.linalg.inv(SHARES * WHITE) @ primaries))
 
 
-@pytest.mark.parametrize(("loss", "depth"), mostly_slow([(0.8, 1.0), (0.5, 0.4)], 0.5))
+@pytest.mark.parametrize(("loss", "depth"), mostly_slow([(0.8, 1.0), (0.5, 0.4)]))
 def test_an_even_fading_behind_a_yellow_filter_is_two_effects(loss: float, depth: float) -> None:
     """Effects of several sizes, as rates of three channels, fit as well: they fit what formulas miss."""
     rows = [(hour, code, faded(code, hour, loss, depth), "") for hour in HOURS for code in CODES]
@@ -304,7 +305,7 @@ def test_an_even_fading_is_no_wear_of_phosphors(loss: float) -> None:
     assert not {"phosphor-wear", "channel-decay", "yellowing"} & set(verdict.effects)
 
 
-@pytest.mark.parametrize(("bump", "leak"), mostly_slow([(0.006, 0.004), (0.004, 0.003), (0.008, 0.006)], 0.008))
+@pytest.mark.parametrize(("bump", "leak"), mostly_slow([(0.006, 0.004), (0.004, 0.003), (0.008, 0.006)]))
 def test_a_small_leak_beside_a_changed_curve_is_a_second_effect(bump: float, leak: float) -> None:
     """A changed curve leaves black as it is, so that black shows the leak, however little the leak explains."""
     rows = [

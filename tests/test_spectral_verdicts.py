@@ -25,6 +25,7 @@ def verdict_on(seed: int, habits: int, kind: str, size: float, baseline: str) ->
     return diagnose(read(text, file="spectral.csv", sha256=""), baseline=baseline).verdict
 
 
+@pytest.mark.slow
 def test_what_formulas_miss_of_unknown_spectra_is_no_further_way_of_aging() -> None:
     """The optics of a CCFL display yellow. Lamps with other spectra than lutgen's leave a residual."""
     verdict = verdict_on(453521110, 1, "yellowing", 0.8344, "first-hour")
@@ -32,6 +33,7 @@ def test_what_formulas_miss_of_unknown_spectra_is_no_further_way_of_aging() -> N
     assert "an effect like these" in verdict.sentence
 
 
+@pytest.mark.slow
 def test_a_shift_of_three_primaries_with_another_power_of_the_level_is_explained() -> None:
     """The chromaticities shift with (1 - d)²: no shift of a single primary explains half of this."""
     verdict = verdict_on(2144834226, 3, "primary-shift", 0.04903, "colour-points")

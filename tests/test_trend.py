@@ -261,6 +261,7 @@ def test_a_steady_course_at_its_limit_is_too_near_to_tell_a_time(faded: Trend) -
     assert when_of(course) == [f"above it now, {last:.0f} cd/m², too near to it to tell a time"]
 
 
+@pytest.mark.slow
 def test_limits_that_aging_passes_come_before_those_passed_from_the_start(tmp_path: Path) -> None:
     limits = [parse_limit(each) for each in ("gsdf<=1%", "contrast>=100000", "white>=55%", "white>=80%", "white>=40%")]
     campaign = fading(tmp_path, 3000.0)
@@ -335,6 +336,7 @@ def test_a_picture_has_no_negative_axes_and_no_left_out_curves(
     assert all(each.get_text().endswith(" %") for each in gsdf.get_yticklabels())
 
 
+@pytest.mark.slow
 def test_the_label_of_a_limit_covers_no_session(tmp_path: Path, panels: Callable[[Trend], dict[str, Axes]]) -> None:
     course = fading(tmp_path, 3000.0)
     # The line lies closely below the first session.
@@ -423,6 +425,7 @@ def test_one_session_that_is_left_has_no_table_of_laws(tmp_path: Path) -> None:
     assert not any("likeliest law" in each.headings for each in parts if isinstance(each, Table))
 
 
+@pytest.mark.slow
 def test_a_session_of_another_setting_is_left_out_unless_asked_for(tmp_path: Path) -> None:
     campaign = fading(tmp_path, 6000.0, brightness=1.5)
     limit = [parse_limit("white>=10")]
