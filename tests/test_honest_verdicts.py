@@ -40,7 +40,7 @@ from lutgen.criticism.verdict.pronounce import (
 )
 from lutgen.criticism.verdict.remarks import of_other_forms
 from lutgen.criticism.verdict.verdict import Verdict
-from lutgen.criticism.verdict.weighing import Weighed, _is_minor, is_of_curves, lowers_error
+from lutgen.criticism.verdict.weighing import Weighed, _is_minor, _is_of_curves, is_changed_curve, lowers_error
 from lutgen.criticism.verdict.words import one
 from lutgen.effects import catalogue
 from lutgen.effects.clause import in_words
@@ -769,8 +769,40 @@ def test_beside_a_bent_curve_of_a_native_display_mixing_is_what_its_form_misses(
     """No reading shows how the light of several channels depends on their drive."""
     curve, mixing = (_stub(name=name, effect=catalogue()[name]) for name in ("eotf-drift", "crosstalk"))
     base = _stub(problem=_stub(native=native))
-    assert is_of_curves([curve, mixing], {"eotf-drift": 0.8, "crosstalk": 0.2}, base) is alike
-    assert not is_of_curves([curve, mixing], {"eotf-drift": 0.2, "crosstalk": 0.8}, base)
+    assert _is_of_curves([curve, mixing], {"eotf-drift": 0.8, "crosstalk": 0.2}, base) is alike
+    assert not _is_of_curves([curve, mixing], {"eotf-drift": 0.2, "crosstalk": 0.8}, base)
+
+
+@pytest.mark.parametrize(
+    ("form", "without", "kept", "clean", "changed"),
+    [
+        (("grown",), 500.0, 2, False, False),
+        (("grown",), 500.0, 2, True, False),
+        (("grown",), 190.0, 2, False, True),
+        (("red", "green", "blue"), 500.0, 2, False, True),
+        (("red", "green", "blue"), 500.0, 1, True, False),
+    ],
+)
+def test_two_effects_of_few_parameters_that_leave_noise_are_no_changed_curve(
+    form: tuple[str, ...], without: float, kept: int, clean: bool, changed: bool
+) -> None:
+    """χ² of noise is 100. A residual of a curve that explains almost nothing does not take the curve's name away."""
+    steps = [
+        _stub(name=name, effect=catalogue()[name], without=_stub(chi2=chi2), chosen=_stub(form=form))
+        for name, chi2 in (("eotf-drift", 9000.0), ("crosstalk", without))
+    ]
+    base = _stub(problem=_stub(native="its own"))
+    explanation = _stub(steps=steps, base=base, final=_stub(chi2=100.0), certain=())
+    weighed = _stub(
+        kept=steps[:kept],
+        shares={"eotf-drift": 0.9, "crosstalk": 0.1},
+        sound=True,
+        clean=clean,
+        leaves_noise=True,
+        explains=True,
+        is_sound_pair=clean and kept == 2,
+    )
+    assert is_changed_curve(explanation, weighed) is changed
 
 
 @pytest.mark.parametrize(("ahead", "left"), [(1.0, ["tied"]), (100.0, ["kin"])])

@@ -13,6 +13,7 @@ import colour
 import numpy as np
 import pytest
 
+from lutgen.criticism.compare.comparison import compare
 from lutgen.criticism.diagnose import diagnose
 from lutgen.effects import catalogue
 from lutgen.report.comparison import compare_page
@@ -182,10 +183,14 @@ def test_exchanged_readings_are_named_and_left_out() -> None:
     red, mixture = (CODES.tolist().index(code) for code in ([0.75, 0.0, 0.0], [0.8, 0.3, 0.6]))
     lights[6400.0][[red, mixture]] = lights[6400.0][[mixture, red]]
     rows = [(hour, code, xyz, "") for hour in HOURS for code, xyz in zip(CODES, lights[hour], strict=True)]
-    verdict = diagnosed(table(rows, "")).verdict
+    readings = table(rows, "")
+    verdict = diagnosed(readings).verdict
     first = 2 + 2 * len(CODES)
+    comparison = compare(read(readings, file="table.csv", sha256=""))
+    said = f"lines {first + red}, {first + mixture} (each holds what the other should hold)"
     assert verdict.name == "measurement-problem"
-    assert f"lines {first + red}, {first + mixture} (each holds what the other should hold)" in verdict.sentence
+    assert said in verdict.sentence
+    assert f"Readings were exchanged: {said}. The error" in str([*compare_page(comparison)])
 
 
 def test_all_colours_that_lose_the_same_light_at_once_are_no_wear_of_single_parts() -> None:
@@ -209,6 +214,7 @@ def test_blacks_that_jump_by_more_than_a_meters_zero_does_are_not_consistent(tmp
     assert (verdict.name, verdict.effects) == ("one-of", ("black-level", "ambient-reflection", "meter-offset"))
     assert re.search(r"(0|0\.00\d+) cd/m² at 6400 h, 0\.30?\d* cd/m² at 11000 h", verdict.sentence), verdict.sentence
     page = "\n".join(str(part) for part in diagnose_page(diagnosis, catalogue(), "table.csv --baseline native"))
+    assert not re.search(r"could not have seen: .*ambient-reflection", page)
     assert "read black with the lens capped in every session" in page
     assert "lutgen sessions explain table.csv\n" in page
     lines = [str(part) for part in compare_page(diagnosis.comparison)]

@@ -10,7 +10,10 @@ from lutgen.criticism.compare.comparison import CLEAR, Comparison
 from lutgen.criticism.compare.direction import CALLED
 from lutgen.criticism.compare.panels import ResidualPanel, panels
 from lutgen.criticism.compare.slices import OF_EVERY_READING, over_noise, standing_out
+from lutgen.criticism.search.influence import exchanged_rows
 from lutgen.criticism.verdict import black
+from lutgen.criticism.verdict.remarks import lines_of_pairs
+from lutgen.errors import listed
 from lutgen.numerals import spaced, times
 from lutgen.readings.conditions import CONDITIONS
 from lutgen.report.drawing import BAND, BLACK, BLUE, GREY, RED, hour_axis, picture, plain_log, tidy, without_frame
@@ -41,6 +44,8 @@ def compare_page(comparison: Comparison, again: str = "") -> Iterator[Part]:
     yield comparison.sentence()
     if black.is_beyond_zero(comparison.problem):
         yield black.remark(comparison.problem)
+    if exchanged := lines_of_pairs(comparison.problem, exchanged_rows(comparison.problem)):
+        yield f"Readings were exchanged: {listed(exchanged)}. The error holds them; diagnose leaves them out."
     yield from (each.sentence() for each in comparison.drifts)
     yield data_line(comparison.problem)
     yield from fresh_lines(comparison)

@@ -18,7 +18,13 @@ from lutgen.criticism.verdict import black
 from lutgen.criticism.verdict.imitation import Imitated, assumes_held_luminance, nearest, overlap, unproved
 from lutgen.criticism.verdict.remarks import lines_of, of_other_forms, remarks_of
 from lutgen.criticism.verdict.verdict import Verdict
-from lutgen.criticism.verdict.weighing import Weighed, is_of_curves, lowers_error, shares_of_delta_e
+from lutgen.criticism.verdict.weighing import (
+    Weighed,
+    is_changed_curve,
+    lowers_error,
+    share_of_simplest,
+    shares_of_delta_e,
+)
 from lutgen.criticism.verdict.words import NO_FREE_TERM, clause, excess, like_both, more_light, one, several, structure
 from lutgen.errors import listed
 from lutgen.numerals import in_percent, percent
@@ -46,6 +52,8 @@ NOTHING_COMPARED = (
 def pronounce(explanation: Explanation, error: PureError, seen: Sequence[Visibility], suspicion: Suspicion) -> Verdict:
     """Return the verdict of a search."""
     named = {name for step in explanation.steps for name in (step.name, *(rival.name for rival in step.rivals))}
+    if black.is_beyond_zero(explanation.base.problem):
+        named |= {*black.CAUSES}
     blind = [each.effect for each in seen if not each.visible and each.effect not in named]
     remarks = remarks_of(explanation, blind, suspicion)
     if suspicion.hours:
@@ -194,12 +202,8 @@ def _with_steps(explanation: Explanation, error: PureError, suspicion: Suspicion
         remark = f"A negligible part of the residual could be explained by {traces}."
         return _without_steps(explanation, error, suspicion, (*remarks, remark))
     residual_term = weighed.final_free_term if weighed.final_free_term.names else weighed.base_free_term
-    # An effect with a small share of χ² may only fit the residual of a curve effect's formula.
-    main = [step for step in steps if weighed.shares[step.name] > 1.0 - MOST_OF_IT]
-    curves = len(steps) > 1 and weighed.explains and is_of_curves(main, weighed.shares, explanation.base)
-    pair = weighed.sound and weighed.clean and len(weighed.kept) == 2
-    separate = pair and any(step.name in explanation.certain for step in weighed.kept)
-    if curves and not separate and not (pair and _overlap(weighed.kept, explanation)):
+    similar = weighed.is_sound_pair and _overlap(weighed.kept, explanation)
+    if is_changed_curve(explanation, weighed) and not similar:
         return replace(_changed_curves(explanation, weighed), remarks=remarks)
     if weighed.sound and not _leaves_much(explanation, weighed, error):
         verdict = _sound(explanation, weighed, error, remarks)
@@ -239,7 +243,7 @@ def _sound(explanation: Explanation, weighed: Weighed, error: PureError, remarks
         if len(steps) == 1 and (other := of_other_forms(step, explanation.first)):
             remarks = (*remarks, other)
         size = f"{sizes[step.name]}: {excess(step, seen, weighed.shares)}"
-        simplest, imitated = _share_of_simplest(alone[0], explanation), _imitated(step, explanation, error)
+        simplest, imitated = share_of_simplest(alone[0], explanation), _imitated(step, explanation, error)
         objection = JAGGED if explanation.unknown_table else assumes_held_luminance(step, base.problem)
         doubt = unproved(step, explanation.final, error.scale)
         explained = seen[step.name] or weighed.shares[step.name]
@@ -247,7 +251,7 @@ def _sound(explanation: Explanation, weighed: Weighed, error: PureError, remarks
         verdict = one(
             step, size, left=left, simplest=simplest, imitated=imitated, objection=objection, doubt=doubt, rest=rest
         )
-    elif (overlapping := _overlap(kept, explanation)) and weighed.clean and len(kept) == 2:
+    elif (overlapping := _overlap(kept, explanation)) and weighed.is_sound_pair:
         verdict = like_both(kept)
     elif imitations := _imitations(kept, explanation, error):
         without = _without_imitations(explanation, weighed, imitations, error)
@@ -390,10 +394,3 @@ def _imitated(step: Step, explanation: Explanation, error: PureError) -> Imitate
     gain = [each.best.gain for each in explanation.first if imitated and each.name == imitated.name]
     whole = explanation.base.chi2 - explanation.final.chi2
     return replace(imitated, alone=max(gain[0], 0.0) / whole) if imitated and gain else imitated
-
-
-def _share_of_simplest(step: Step, explanation: Explanation) -> float:
-    """Return the gain of an effect's simplest form alone as a share of the gain of its chosen form alone, in χ²."""
-    gains = [family.simple.gain for family in explanation.first if family.name == step.name]
-    whole = step.chosen.gain
-    return gains[0] / whole if gains and whole > 0 else 1.0

@@ -17,7 +17,7 @@ from lutgen.errors import listed
 from lutgen.numerals import in_percent, readable
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterable, Sequence
 
     from lutgen.criticism.fit.problem import Problem
     from lutgen.criticism.search.candidates import Family
@@ -141,5 +141,11 @@ def lines_of(explanation: Explanation, suspicion: Suspicion) -> str:
     places = explanation.base.problem.readings.places
     in_pairs = {row for pair in suspicion.exchanged for row in pair}
     single = [row for row in suspicion.rows if row not in in_pairs]
-    pairs = [f"{places(pair)} (each holds what the other should hold)" for pair in suspicion.exchanged]
-    return listed([*([places(single)] if single else []), *pairs])
+    return listed(
+        [*([places(single)] if single else []), *lines_of_pairs(explanation.base.problem, suspicion.exchanged)]
+    )
+
+
+def lines_of_pairs(problem: Problem, exchanged: Iterable[tuple[int, int]]) -> list[str]:
+    """Name the lines of each pair of exchanged readings."""
+    return [f"{problem.readings.places(pair)} (each holds what the other should hold)" for pair in exchanged]

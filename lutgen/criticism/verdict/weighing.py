@@ -70,6 +70,11 @@ class Weighed:
         """Whether the residual of all effects together is noise: it is no larger, and has no free term."""
         return self.leaves_noise and not self.final_free_term.names
 
+    @property
+    def is_sound_pair(self) -> bool:
+        """Whether the finding is two effects that leave nothing but noise."""
+        return self.sound and self.clean and len(self.kept) == 2
+
     @classmethod
     def of(cls, explanation: Explanation, error: PureError) -> Weighed:
         """Judge the effects that a search has admitted."""
@@ -198,7 +203,26 @@ def _is_minor(step: Step, share: float, final: Fit) -> bool:
     return share < 1.0 - MOST_OF_IT and step.without.chi2 < 2.0 * final.chi2
 
 
-def is_of_curves(main: Sequence[Step], shares: Mapping[str, float], base: Fit) -> bool:
+def is_changed_curve(explanation: Explanation, weighed: Weighed) -> bool:
+    """Whether several admitted effects are a changed curve and effects that only fit the residual of its formula.
+
+    A residual that explains almost none of the error, or an effect that readings prove, is no part of a changed curve.
+    What a wrong formula misses is hardly ever, to within the noise, what one or two parameters of another effect
+    explain: two effects of so few parameters are separate if χ² more than doubles without either of them.
+    """
+    steps, kept, chi2 = explanation.steps, weighed.kept, explanation.final.chi2
+    # An effect with a small share of χ² may only fit the residual of a curve effect's formula.
+    main = [step for step in steps if weighed.shares[step.name] > 1.0 - MOST_OF_IT]
+    is_alone = len(steps) == 1 or (len(kept) == 1 and weighed.clean)
+    if is_alone or not weighed.explains or not _is_of_curves(main, weighed.shares, explanation.base):
+        return False
+    if weighed.is_sound_pair and any(step.name in explanation.certain for step in kept):
+        return False
+    needed = [step for step in kept if step.without.chi2 > 2.0 * chi2 and len(step.chosen.form) <= 2]
+    return not (weighed.sound and weighed.leaves_noise and len(needed) == len(steps) == 2)
+
+
+def _is_of_curves(main: Sequence[Step], shares: Mapping[str, float], base: Fit) -> bool:
     """Whether the main effects are a changed curve, and effects that fit the residual of its formula.
 
     With a display's own curves, an effect on mixing may fit this residual, because no reading of the first session
@@ -208,6 +232,13 @@ def is_of_curves(main: Sequence[Step], shares: Mapping[str, float], base: Fit) -
         return False
     native = base.problem.native is not None
     return all(bends_curves(step.effect) or (native and step.effect.stage == "mixing") for step in main)
+
+
+def share_of_simplest(step: Step, explanation: Explanation) -> float:
+    """Return the gain of an effect's simplest form alone as a share of the gain of its chosen form alone, in χ²."""
+    gains = [family.simple.gain for family in explanation.first if family.name == step.name]
+    whole = step.chosen.gain
+    return gains[0] / whole if gains and whole > 0 else 1.0
 
 
 def _is_similar(one: Effect, other: Effect) -> bool:
