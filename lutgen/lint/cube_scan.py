@@ -199,11 +199,12 @@ class CubeScan:
         return entry
 
     def _sizes(self, entry: Entry) -> None:
-        keyword, value = entry.keyword.upper(), _whole(entry.words[0] if entry.words else "")
-        if keyword == "LUT_3D_SIZE" and not self.table.size:
-            self.table.size = max(value, 0)
-        elif keyword == "LUT_1D_SIZE" and not self.size_1d:
-            self.size_1d = max(value, 0)
+        stated = number(entry.words[0]) if entry.words else None
+        size = int(stated) if stated is not None and 0 < stated < 1e9 else 0
+        if entry.keyword.upper() == "LUT_3D_SIZE" and not self.table.size:
+            self.table.size = size
+        elif entry.keyword.upper() == "LUT_1D_SIZE" and not self.size_1d:
+            self.size_1d = size
 
     def _repair(self, place: int, line: bytes) -> list[float]:
         """Note the fault of a line without three numbers. Return the numbers that its author probably meant."""
@@ -299,8 +300,3 @@ def _numbers(words: list[bytes]) -> list[float] | None:
         if each is not None
     ]
     return read if len(read) == len(words) else None
-
-
-def _whole(text: str) -> int:
-    value = number(text)
-    return int(value) if value is not None and abs(value) < 1e9 else 0

@@ -143,12 +143,16 @@ class Linted:
 
     def as_json(self) -> dict[str, Any]:
         """Return the result as JSON data; see ``schema/lint.json``."""
+        fates = {reader: self.fate(reader) for reader in self.readers}
         return {
             "file": str(self.path),
             "kind": self.kind,
             "clean": self.clean,
             "facts": list(self.facts),
-            "readers": {reader: self._fate_as_json(reader) for reader in self.readers},
+            "readers": {
+                reader: {**fate._asdict(), "rule": finding.rule if finding else None}
+                for reader, (fate, finding) in fates.items()
+            },
             "findings": [
                 {
                     "rule": each.rule,
@@ -162,10 +166,6 @@ class Linted:
             ],
             "trials": [trial._asdict() for trial in self.trials],
         }
-
-    def _fate_as_json(self, reader: str) -> dict[str, Any]:
-        fate, finding = self.fate(reader)
-        return {"outcome": fate.outcome, "how": fate.how, "rule": finding.rule if finding else None}
 
 
 def _worst(reader: str, findings: Sequence[LintFinding]) -> tuple[Fate, LintFinding | None]:

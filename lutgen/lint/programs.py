@@ -125,9 +125,8 @@ def _through_ffmpeg(path: Path, code: NDArray[np.uint8]) -> Array:
     except subprocess.TimeoutExpired:
         raise Refusal(f"gives no answer in {TIMEOUT} s") from None
     if done.returncode or len(done.stdout) != len(pixels):
-        raise Refusal(
-            done.stderr.decode(errors="replace").partition("\n")[0].partition("] ")[2] or "ends with an error"
-        )
+        first, _, _ = done.stderr.decode(errors="replace").partition("\n")
+        raise Refusal(first.partition("] ")[2] or "ends with an error")
     return np.frombuffer(done.stdout, "<u2").reshape(-1, 3) / 65535
 
 
@@ -221,12 +220,8 @@ def read_as_meant(scan: CubeScan, code: Array) -> Array | None:
     """
     if MEANINGLESS & set(scan.oddities) or len(scan.named("LUT_3D_SIZE")) > 1 or not (scan.size or scan.size_1d):
         return None
-    shown: Array | None = code
-    if scan.size_1d:
-        shown = _through_curves(scan, code)
-    if scan.size and shown is not None:
-        shown = _through_table(scan, shown)
-    return shown
+    shown = _through_curves(scan, code) if scan.size_1d else code
+    return _through_table(scan, shown) if scan.size and shown is not None else shown
 
 
 def _through_curves(scan: CubeScan, code: Array) -> Array | None:
@@ -273,9 +268,8 @@ def try_cube(scan: CubeScan) -> Iterator[finding.Trial]:
             yield finding.Trial(program.reader(), "", "", str(absent))
             continue
         if max(scan.size, scan.size_1d >> 8) > MAX_KEPT or scan.length > MAX_BYTES:
-            yield finding.Trial(
-                program.reader(), version, "", f"not tried: more than {MAX_KEPT} points an axis, or 200 MiB"
-            )
+            why = f"not tried: more than {MAX_KEPT} points an axis, or 200 MiB"
+            yield finding.Trial(program.reader(), version, "", why)
             continue
         yield finding.Trial(program.reader(), version, *_outcome(program, scan.path, code, meant))
 
@@ -296,29 +290,21 @@ def _outcome(program: Program, path: Path, code: NDArray[np.uint8], meant: Array
     return finding.READS if agrees else finding.WRONG, f"differs from our reading by {difference:.2g} at most"
 
 
-def try_config(path: Path) -> Iterator[finding.Trial]:
-    """Yield the trial of ``ociocheck``, which loads and validates a config but opens no LUT file."""
-    program = shutil.which(finding.OCIOCHECK)
+def try_config(path: Path) -> finding.Trial:
+    """Return the trial of ``ociocheck``, which loads and validates a config but opens no LUT file."""
+    trial, program = partial(finding.Trial, finding.OCIOCHECK), shutil.which(finding.OCIOCHECK)
     if program is None:
-        yield finding.Trial(
-            finding.OCIOCHECK, "", "", "ociocheck is not on the PATH (Debian: apt install opencolorio-tools)"
-        )
-        return
+        return trial("", "", "ociocheck is not on the PATH (Debian: apt install opencolorio-tools)")
     try:
         done = subprocess.run(  # noqa: S603 - no shell
             [program, "--iconfig", str(path)], capture_output=True, check=False, timeout=TIMEOUT
         )
     except subprocess.TimeoutExpired:
-        yield finding.Trial(finding.OCIOCHECK, "", finding.REFUSES, f"gives no answer in {TIMEOUT} s")
-        return
+        return trial("", finding.REFUSES, f"gives no answer in {TIMEOUT} s")
     output = [line for line in done.stdout.decode(errors="replace").splitlines() if line.strip()]
     version = next(
         (line.split(":")[1].strip() for line in output if line.startswith("OpenColorIO Library Version")), ""
     )
-    failed = bool(done.returncode)
-    yield finding.Trial(
-        finding.OCIOCHECK,
-        version,
-        finding.REFUSES if failed else finding.READS,
-        output[-1] if failed and output else "loads and validates",
-    )
+    if not done.returncode:
+        return trial(version, finding.READS, "loads and validates")
+    return trial(version, finding.REFUSES, output[-1] if output else "loads and validates")

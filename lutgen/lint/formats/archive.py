@@ -3,13 +3,13 @@
 import stat
 import zipfile
 import zlib
-from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path, PureWindowsPath
 
 from lutgen.bake.config import CONFIG
+from lutgen.cells import first_doubled
 from lutgen.errors import LutgenError, reason_of
 from lutgen.files import scratch
 from lutgen.lint.finding import OCIO_26, Linted, LintFinding, refused
@@ -33,7 +33,6 @@ _LUTS = {suffix: each.FORMAT for each in (cube, clf, tables) for suffix in each.
 class ArchiveScan:
     """The result of a scan of an archive."""
 
-    path: Path
     bytes: int
     #: The reason why it cannot be unpacked; empty when it can be unpacked.
     broken: str
@@ -54,9 +53,9 @@ def scan_archive(path: Path) -> Iterator[tuple[ArchiveScan, Path]]:
             size = path.stat().st_size
             try:
                 broken = _too_much(path, size)
-                scan = ArchiveScan(path, size, broken, (), ()) if broken else _unpack(path, size, folder)
+                scan = ArchiveScan(size, broken, (), ()) if broken else _unpack(path, size, folder)
             except (zipfile.BadZipFile, zlib.error, EOFError, NotImplementedError, ValueError, RuntimeError) as error:
-                scan = ArchiveScan(path, size, f"cannot be unpacked: {error}", (), ())
+                scan = ArchiveScan(size, f"cannot be unpacked: {error}", (), ())
         yield scan, folder
 
 
@@ -81,10 +80,9 @@ def _unpack(path: Path, size: int, folder: Path) -> ArchiveScan:
         unpacked = sum(entry.file_size for entry in entries)
         if len(entries) > MOST_FILES or unpacked > LARGEST:
             fact = f"unpacks to {len(entries)} files of {unpacked >> 20} MiB together, which no config has"
-            return ArchiveScan(path, size, fact, names, ())
-        doubled = next((name for name, count in Counter(names).items() if count > 1), None)
-        if doubled:
-            return ArchiveScan(path, size, f"holds {doubled!r} twice", names, ())
+            return ArchiveScan(size, fact, names, ())
+        if doubled := first_doubled(names):
+            return ArchiveScan(size, f"holds {doubled!r} twice", names, ())
         unsafe, left = [], LARGEST
         for entry in entries:
             reason = _unsafe(entry)
@@ -92,7 +90,7 @@ def _unpack(path: Path, size: int, folder: Path) -> ArchiveScan:
                 unsafe.append((entry.filename, reason))
             else:
                 left -= _write(archive, entry, folder / entry.filename, left)
-    return ArchiveScan(path, size, "", names, tuple(unsafe))
+    return ArchiveScan(size, "", names, tuple(unsafe))
 
 
 def _unsafe(entry: zipfile.ZipInfo) -> str:
@@ -125,12 +123,11 @@ def _write(archive: zipfile.ZipFile, entry: zipfile.ZipInfo, target: Path, left:
 def archive_form(scan: ArchiveScan) -> Iterator[LintFinding]:
     """Find faults of the archive. A program that opens an archive unpacks it, so a malicious archive can do harm."""
     fates = refused(OCIO_26, how="opens no such archive")
-    if scan.broken:
-        yield LintFinding(scan.broken, "Do not unpack it; create it again with ocioarchive.", 0, fates)
-        return
-    for name, reason in scan.unsafe[:3]:
-        fact = f"holds {name!r}, which {reason}"
+    unsafe = [f"holds {name!r}, which {reason}" for name, reason in scan.unsafe[:3]]
+    for fact in [scan.broken] if scan.broken else unsafe:
         yield LintFinding(fact, "Do not unpack it; create it again with ocioarchive.", 0, fates)
+    if scan.broken:
+        return
     if CONFIG not in scan.names:
         yield LintFinding(f"has no {CONFIG} at its root", "Create it again with ocioarchive.", 0, fates)
     yield LintFinding("is not read by OpenColorIO 2.1, which has no archives", "Unpack it for that.")

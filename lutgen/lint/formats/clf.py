@@ -5,7 +5,7 @@ CLF is SMPTE ST 2136-1, formerly the Academy's S-2014-006. CTF is Autodesk's for
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from xml.parsers import expat
 
@@ -45,18 +45,15 @@ class Node:
 
 @dataclass(frozen=True)
 class ClfScan:
-    """The result of a scan of a CLF.
+    """The result of a scan of a CLF."""
 
-    ``broken`` is the reason why the file is no XML. ``refusal`` is the reason why OpenColorIO refuses it. It is empty
-    when OpenColorIO reads the file, and None when OpenColorIO was not tried.
-    """
-
-    path: Path
     bytes: int
     root: Mapping[str, str]
     nodes: tuple[Node, ...]
+    #: The reason why the file is no XML, or empty, and its line.
     broken: str
     broken_line: int
+    #: The reason why OpenColorIO refuses the file; empty when it reads the file, None when it was not tried.
     refusal: str | None
 
     @property
@@ -82,20 +79,18 @@ def scan_clf(path: Path) -> ClfScan:
             broken, line = "it declares entities, which can fill any memory", reader.parser.CurrentLineNumber
     size = path.stat().st_size
     reason = refusal(path) if not broken and size <= MAX_BYTES else None
-    return ClfScan(path, size, reader.root, tuple(reader.nodes), broken, line, reason)
+    return ClfScan(size, reader.root, tuple(reader.nodes), broken, line, reason)
 
 
 class _EntityError(Exception):
     """The document declares an entity."""
 
 
-@dataclass
 class _ClfReader:
-    root: dict[str, str] = field(default_factory=dict)
-    nodes: list[Node] = field(default_factory=list)
-    depth: int = 0
-
-    def __post_init__(self) -> None:
+    def __init__(self) -> None:
+        self.root: dict[str, str] = {}
+        self.nodes: list[Node] = []
+        self.depth = 0
         self.parser = expat.ParserCreate()
         self.parser.StartElementHandler = self._start
         self.parser.EndElementHandler = self._end

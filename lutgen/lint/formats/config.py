@@ -13,7 +13,7 @@ from typing import Any
 from lutgen import bindings
 from lutgen.bake.formats import lut_suffixes
 from lutgen.errors import LutgenError, in_one_line
-from lutgen.lint.finding import BLENDER, DJV, NUKE, OCIO, OCIO_21, Linted, LintFinding, refused, wrong
+from lutgen.lint.finding import DJV, OCIO, OCIO_21, READERS, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
 from lutgen.lint.programs import try_config
 from lutgen.lint.stream import readable
@@ -21,6 +21,8 @@ from lutgen.numerals import listed
 
 #: Suffixes of the tables that OpenColorIO reads and lutgen does not write.
 OTHER_TABLES = (".vf", ".lut", ".mga", ".m3d", ".itx")
+
+EVERYONE = READERS["config"]
 
 #: Maximum number of views that fit into a menu.
 MANY = 10
@@ -45,7 +47,6 @@ MAX_BYTES = 64 << 20
 class ConfigScan:
     """The result of a scan of a config."""
 
-    path: Path
     text: str
     #: The profile version; (0, 0) when the config states none.
     version: tuple[int, int]
@@ -97,15 +98,13 @@ def scan_config(path: Path) -> ConfigScan:
     if not decodes:
         config, refusal = None, ""
     logged = tuple(dict.fromkeys(warnings))
-    return ConfigScan(path, text, version, config, decodes, refusal, logged, tuple(broken))
+    return ConfigScan(text, version, config, decodes, refusal, logged, tuple(broken))
 
 
 def _broken(config: Any) -> list[tuple[str, str]]:
-    endless = bindings.endless_file(config)
-    if endless:
-        return [
-            ("whatever reads it", f"{endless.name} opens its metadata and never closes them, so that readers never end")
-        ]
+    if endless := bindings.endless_file(config):
+        why = f"{endless.name} opens its metadata and never closes them, so that readers never end"
+        return [("whatever reads it", why)]
     works, fails = set(), {}
     try:
         for name, transform in bindings.all_parts(config):
@@ -128,20 +127,19 @@ def config_version(scan: ConfigScan) -> Iterator[LintFinding]:
     line = scan.line_of("ocio_profile_version")
     installed = str(bindings.ocio().__version__)
     if scan.version == (0, 0) and not scan.refusal:
-        fates = wrong(*OCIO, BLENDER, NUKE, DJV, how="reads it as an empty config")
+        fates = wrong(*EVERYONE, how="reads it as an empty config")
         yield LintFinding("states no ocio_profile_version, so it is not a config", "Export it again.", 0, fates)
     elif scan.version > (2, 1):
         fates = refused(OCIO_21, how="does not know versions after 2.1")
         if scan.version > (2, 6):
-            fates = refused(*OCIO, BLENDER, NUKE, DJV, how="does not know this version")
+            fates = refused(*EVERYONE, how="does not know this version")
         fact = f"asks for profile version {_version_text(scan)}"
         yield LintFinding(fact, "Write 2.1 where nothing newer is used.", line, fates)
     too_new = scan.version > (2, 6) or (scan.version > (2, 1) and installed.startswith("2.1."))
     if scan.refusal and not too_new:
-        fates = refused(*OCIO, BLENDER, NUKE, DJV, how=f"OpenColorIO {installed} was tried")
-        yield LintFinding(
-            f"does not load: {scan.refusal[:300]}", "Correct it; `lutgen lint --try` asks ociocheck.", 0, fates
-        )
+        fact = f"does not load: {scan.refusal[:300]}"
+        fates = refused(*EVERYONE, how=f"OpenColorIO {installed} was tried")
+        yield LintFinding(fact, "Correct it; `lutgen lint --try` asks ociocheck.", 0, fates)
 
 
 def _version_text(scan: ConfigScan) -> str:
@@ -159,7 +157,7 @@ def config_parts(scan: ConfigScan) -> Iterator[LintFinding]:
             f"{listed(parts, 3)} cannot be shown: {reason[:200]}",
             "Put the file on the search path." if missing else "Correct it or remove it.",
             scan.line_of(reason.split("'")[1]) if reason.count("'") > 1 else 0,
-            refused(*OCIO, BLENDER, NUKE, DJV, how="stops with an error when it is chosen"),
+            refused(*EVERYONE, how="stops with an error when it is chosen"),
         )
 
 
@@ -223,31 +221,23 @@ def config_roles(scan: ConfigScan) -> Iterator[LintFinding]:
         yield LintFinding(f"has no role {listed}", "Add them under roles.", scan.line_of("roles:"))
     default = scan.config.getColorSpace("default") if scan.config.hasRole("default") else None
     if default is not None and default.isData():
-        yield LintFinding(
-            "has a data space as its default: views show files without a rule unchanged, without an error",
-            "Make the role default a colour space with colours.",
-            scan.line_of("default:"),
-        )
+        fact = "has a data space as its default: views show files without a rule unchanged, without an error"
+        remedy = "Make the role default a colour space with colours."
+        yield LintFinding(fact, remedy, scan.line_of("default:"))
 
 
 def config_views(scan: ConfigScan) -> Iterator[LintFinding]:
     """Find too many views, and views with looks, which DJV ignores."""
     pairs = [(display, view) for display in scan.config.getDisplays() for view in scan.config.getViews(display)]
     if len(pairs) > MANY:
-        yield LintFinding(
-            f"has {len(pairs)} views on its displays: Nuke lists every one",
-            "Keep ten or fewer active.",
-            scan.line_of("displays:"),
-        )
+        fact = f"has {len(pairs)} views on its displays: Nuke lists every one"
+        yield LintFinding(fact, "Keep ten or fewer active.", scan.line_of("displays:"))
     looks = [pair for pair in pairs if scan.config.getDisplayViewLooks(*pair)]
     if looks:
         display, view = looks[0]
-        yield LintFinding(
-            f"has looks in the view {view} of {display}",
-            "For DJV, build the look into a colour space or a view transform.",
-            scan.line_of("looks:"),
-            wrong(DJV, how="ignores looks"),
-        )
+        fact, fates = f"has looks in the view {view} of {display}", wrong(DJV, how="ignores looks")
+        remedy = "For DJV, build the look into a colour space or a view transform."
+        yield LintFinding(fact, remedy, scan.line_of("looks:"), fates)
 
 
 def config_encoding(scan: ConfigScan) -> Iterator[LintFinding]:
@@ -269,7 +259,7 @@ RULES = (config_version, config_encoding, config_parts, config_keys, *OF_LOADED)
 def lint_config(path: Path, ask_readers: bool) -> Linted:
     """Lint a config. Raises LutgenError when it cannot be read, or is larger than any config."""
     scan = scan_config(path)
-    trials = tuple(try_config(path)) if ask_readers else ()
+    trials = (try_config(path),) if ask_readers else ()
     rules = [rule for rule in RULES if scan.config is not None or rule not in OF_LOADED]
     return Linted(path, "config", (f"profile version {_version_text(scan)}",), tuple(findings(rules, scan)), trials)
 

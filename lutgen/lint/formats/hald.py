@@ -16,15 +16,13 @@ from lutgen.bake.table_picture import POINTS, TILES, read_table
 from lutgen.errors import LutgenError
 from lutgen.lint.finding import HALDCLUT, Linted, LintFinding, refused, wrong
 from lutgen.lint.formats import FileKind, findings
-from lutgen.lint.stream import readable
+from lutgen.lint.stream import BLOCK, readable
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
 #: Width of the largest Hald image that ffmpeg accepts, level 16. Pixels of wider images are not decompressed.
 WIDEST = 16**3
 
-#: Number of bytes that are read at once, and maximum number of bytes that one decompression step may yield.
-BLOCK = 1 << 20
 
 #: Colour type of a PNG → numbers per pixel: greys, RGB, a palette, greys with alpha, RGB with alpha.
 _NUMBERS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
@@ -38,7 +36,6 @@ FINE = 16
 #: Colour types of PNG with red, green and blue channels → their names.
 COLOURS = {2: "RGB", 6: "RGB and alpha"}
 
-
 #: Chunks that state a colour space or gamma.
 _OF_COLOUR = (b"gAMA", b"cHRM", b"iCCP", b"sRGB", b"cICP")
 
@@ -47,7 +44,6 @@ _OF_COLOUR = (b"gAMA", b"cHRM", b"iCCP", b"sRGB", b"cICP")
 class HaldScan:
     """The result of a scan of a PNG, which is filled chunk by chunk."""
 
-    path: Path
     bytes: int
     #: Values of its header, 0 without a header. ``colour`` is PNG's colour type.
     width: int = 0
@@ -117,7 +113,7 @@ class HaldScan:
 def scan_hald(path: Path) -> HaldScan:
     """Read the chunks, and count the pixels if the image may be a table. Raises LutgenError: it cannot be read."""
     with readable(path, "a PNG"), path.open("rb") as file:
-        scan = HaldScan(path, path.stat().st_size)
+        scan = HaldScan(path.stat().st_size)
         scan.whole = file.read(8) == SIGNATURE and scan.read(file) and file.tell() <= scan.bytes
     # The pixels decide when the size fits both layouts.
     if scan.whole and not scan.missing and (scan.width, scan.height) == (TILES * POINTS,) * 2:
@@ -139,12 +135,10 @@ def hald_form(scan: HaldScan) -> Iterator[LintFinding]:
     elif scan.height > scan.width:
         fates = wrong(HALDCLUT, how="reads the upper square only")
         yield LintFinding(f"{sides}, and a Hald image is square", "Cut it to the square.", 0, fates)
-    if not scan.whole:
+    if not scan.whole or scan.missing:
         fates = wrong(HALDCLUT, how="shows missing pixels as black, or refuses the file")
-        yield LintFinding("is cut off: its last chunk is missing", "Copy or export it again.", 0, fates)
-    elif scan.missing:
-        fates = wrong(HALDCLUT, how="shows missing pixels as black, or refuses the file")
-        fact = f"lacks {scan.missing} bytes of pixels for {sides.removeprefix('has ')} of {scan.depth} bits"
+        lacks = f"lacks {scan.missing} bytes of pixels for {sides.removeprefix('has ')} of {scan.depth} bits"
+        fact = lacks if scan.whole else "is cut off: its last chunk is missing"
         yield LintFinding(fact, "Copy or export it again.", 0, fates)
     if scan.tiles:
         fates = wrong(HALDCLUT, how="reads the rows of its tiles as rows of a Hald image")
@@ -156,11 +150,9 @@ def hald_form(scan: HaldScan) -> Iterator[LintFinding]:
     elif scan.depth < FINE and not scan.tiles:
         yield LintFinding(f"has {scan.depth} bits: dark greys move in steps of half a code", "Save it with 16 bits.")
     if scan.chunks:
-        yield LintFinding(
-            f"states a colour space or gamma ({', '.join(scan.chunks)}): ffmpeg ignores it, an editor with "
-            "colour management may convert the table",
-            "Save it without a colour profile and gamma.",
-        )
+        stated = f"states a colour space or gamma ({', '.join(scan.chunks)})"
+        fact = f"{stated}: ffmpeg ignores it, an editor with colour management may convert the table"
+        yield LintFinding(fact, "Save it without a colour profile and gamma.")
 
 
 RULES = (hald_form,)

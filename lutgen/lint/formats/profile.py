@@ -66,7 +66,6 @@ class TableHead(NamedTuple):
 class ProfileScan:
     """The result of a scan of a profile."""
 
-    path: Path
     #: Size of the file in bytes, and its first 128 bytes.
     length: int
     head: bytes
@@ -120,7 +119,7 @@ def scan_profile(path: Path) -> ProfileScan:
         sound = identifier(data) == data[84:100] if any(data[84:100]) else None
     count = int.from_bytes(start[HEADER : HEADER + 4], "big")
     white, unasked = _white(path) if whole and count <= MOST_TAGS else (None, "")
-    return ProfileScan(path, size, start[:HEADER], count, tags, tables, sound, white, unasked)
+    return ProfileScan(size, start[:HEADER], count, tags, tables, sound, white, unasked)
 
 
 def _table(tag: Tag, file: BinaryIO) -> TableHead | None:
@@ -251,11 +250,7 @@ def profile_tags(scan: ProfileScan) -> Iterator[LintFinding]:
 
 
 def _fates_outside(scan: ProfileScan, outside: list[Tag]) -> dict[str, Fate]:
-    """Return the fates of readers for tags outside the file.
-
-    LittleCMS skips such a tag. Argyll skips it if only the end of the tag lies outside. They then use the matrix
-    instead of a table.
-    """
+    """Return the fates for tags outside the file. LittleCMS skips them all, Argyll those that begin inside."""
     far = any(tag.start >= scan.length for tag in outside)
     readers = (LCMS_8, LCMS_16) if far else (LCMS_8, LCMS_16, ARGYLL)
     uses_matrix = any(tag.name == "A2B0" for tag in outside) and scan.has(*MATRIX)
@@ -303,16 +298,12 @@ def profile_table(scan: ProfileScan) -> Iterator[LintFinding]:
         remedy = "Export it as version 4 for browsers, with a table of type mAB."
         yield LintFinding("has a table of L*a*b* in the 16 bits of version 2", remedy, 0, fates)
     if scan.link:
-        yield LintFinding(
-            "is a device link: viewers and browsers take profiles, not links", "Use it to convert pictures."
-        )
+        fact = "is a device link: viewers and browsers take profiles, not links"
+        yield LintFinding(fact, "Use it to convert pictures.")
 
 
 def _fates_unusable(scan: ProfileScan, table: TableHead) -> dict[str, Fate]:
-    """Return the fates of readers for an unusable table.
-
-    Some readers use the matrix instead, if the profile has one. Argyll does not when the table has a single point.
-    """
+    """Return the fates for an unusable table. Readers use a matrix instead; Argyll not for a table of one point."""
     fates = refused(LCMS_8, LCMS_16, ARGYLL, how="cannot convert with it")
     if table.points >= 2 and scan.has(*MATRIX):
         fates |= wrong(ARGYLL, how="uses the matrix without an error")
@@ -320,10 +311,7 @@ def _fates_unusable(scan: ProfileScan, table: TableHead) -> dict[str, Fate]:
 
 
 def profile_white(scan: ProfileScan) -> Iterator[LintFinding]:
-    """Find a white other than the screen's.
-
-    When LittleCMS resamples a profile it maps white to white, except with the absolute intent.
-    """
+    """Find a white other than the screen's. LittleCMS maps white to white when it resamples, if not absolute."""
     if scan.unasked:
         yield LintFinding(f"was not checked for its white: {scan.unasked}", "Install it to check.")
     if scan.white is None or np.abs(np.clip(scan.white, 0, 1) - 1).max() <= SAME:

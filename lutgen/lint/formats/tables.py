@@ -163,21 +163,17 @@ def loads(scan: TableScan) -> Iterator[LintFinding]:
 def line_ends(scan: TableScan) -> Iterator[LintFinding]:
     """Find line ends of a single CR. All readers accept CRLF, but OpenColorIO and ffmpeg do not accept a single CR."""
     if scan.suffix == ".3dl" and "CR" in scan.ends:
-        fates = wrong(*OCIO, how="reads all numbers as one curve") | refused(
-            FFMPEG, how="reads the whole file as one line"
-        )
+        fates = wrong(*OCIO, how="reads all numbers as one curve")
+        fates |= refused(FFMPEG, how="reads the whole file as one line")
         yield LintFinding("has line ends of a single CR", "Save it with LF line ends.", 1, fates)
 
 
 def table_metadata(scan: TableScan) -> Iterator[LintFinding]:
     """Find metadata without an end. OpenColorIO searches for END METADATA for ever, so it must not read such a file."""
     if scan.unclosed:
-        yield LintFinding(
-            "opens its metadata and never closes them",
-            "Write END METADATA after them.",
-            scan.unclosed,
-            refused(*OCIO, how="reads on without end and fills the memory"),
-        )
+        fact, remedy = "opens its metadata and never closes them", "Write END METADATA after them."
+        fates = refused(*OCIO, how="reads on without end and fills the memory")
+        yield LintFinding(fact, remedy, scan.unclosed, fates)
 
 
 def table_numbers(scan: TableScan) -> Iterator[LintFinding]:
@@ -194,12 +190,9 @@ def table_numbers(scan: TableScan) -> Iterator[LintFinding]:
             fates = wrong(*OCIO, how="ignores the line")
         yield LintFinding(fact, "Write numbers with a decimal point and blanks between them.", scan.odd, fates)
     if scan.size and scan.rows > prod(scan.size):
-        yield LintFinding(
-            f"has {scan.rows} rows where its header asks for {prod(scan.size)}",
-            "It was edited by hand; export it again.",
-            0,
-            wrong(*OCIO, how="ignores the rest"),
-        )
+        fact = f"has {scan.rows} rows where its header asks for {prod(scan.size)}"
+        fates = wrong(*OCIO, how="ignores the rest")
+        yield LintFinding(fact, "It was edited by hand; export it again.", 0, fates)
 
 
 def table_3dl(scan: TableScan) -> Iterator[LintFinding]:
