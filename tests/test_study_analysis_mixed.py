@@ -158,14 +158,14 @@ def test_a_fit_that_does_not_converge_or_warns_says_so(monkeypatch: pytest.Monke
 
     class Stuck:
         converged = False
-        bse_fe = (1.0,)
+        bse = (1.0,)
 
     def stuck() -> Any:
         for _ in range(2):
             warnings.warn("Gradient optimization failed.\nTry again", ConvergenceWarning, stacklevel=1)
         return Stuck()
 
-    _, errors, warning = mixed._fitted(stuck, "bse_fe")
+    _, errors, warning = mixed._fitted(stuck)
     assert errors.tolist() == [1.0]
     assert warning == ("statsmodels: Gradient optimization failed", "the fit did not converge: do not rely on it")
 

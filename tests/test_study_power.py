@@ -73,7 +73,7 @@ def test_the_test_on_agreement_rejects_what_table_4_rejects() -> None:
     # One-tailed p: 0.0656, 0.0418, 0.413.
     for (first, second), rejection in zip(PAIRS, (False, True, False), strict=True):
         counts = np.array([AGREED[first]]), np.array([AGREED[second]])
-        assert bool(REJECTS["t"](*counts, (ANSWERS[first], ANSWERS[second]))[0]) is rejection
+        assert bool(REJECTS[ONE_TAILED](*counts, (ANSWERS[first], ANSWERS[second]))[0]) is rejection
 
 
 def test_power_at_what_the_paper_saw_is_told_honestly() -> None:
@@ -124,11 +124,11 @@ def test_power_on_agreement_is_what_simulated_studies_find(
     rng = np.random.default_rng(18)
     agreed = [rng.random((STUDIES, of)) < share for share, of in zip(shares, answers, strict=True)]
     t_share = (t_p(*agreed) < 0.05).mean()
-    assert agreement_power(shares, answers, test="t") == pytest.approx(t_share, abs=AWAY)
+    assert agreement_power(shares, answers, test=ONE_TAILED) == pytest.approx(t_share, abs=AWAY)
     tables = np.stack([each.sum(axis=1) for each in agreed], axis=1)
     different, counts = np.unique(tables, axis=0, return_counts=True)
     p = [fisher_p(int(a), int(b), answers) for a, b in different]
-    assert agreement_power(shares, answers, test="fisher") == pytest.approx(
+    assert agreement_power(shares, answers, test=FISHER) == pytest.approx(
         counts[np.array(p) <= 0.05].sum() / STUDIES, abs=AWAY
     )
 
@@ -149,7 +149,7 @@ def fisher_p(first: int, second: int, answers: tuple[int, int]) -> float:
 def test_both_tests_on_counts_reject_what_scipys_do_for_every_outcome(answers: tuple[int, int]) -> None:
     n, m = answers
     first, second = np.arange(n + 1)[:, np.newaxis], np.arange(m + 1)[np.newaxis, :]
-    fisher, t = (REJECTS[test](first, second, answers) for test in ("fisher", "t"))
+    fisher, t = (REJECTS[test](first, second, answers) for test in (FISHER, ONE_TAILED))
     for a in range(n + 1):
         for b in range(m + 1):
             assert fisher[a, b] == (fisher_p(a, b, answers) <= 0.05)
@@ -206,7 +206,7 @@ def test_one_answer_finds_nothing_and_no_power_exceeds_one() -> None:
     # Where scipy's other tail is NaN, and far beyond this point.
     assert t_power(3.0, 1.0, (39, 40), tails=2) == pytest.approx(1.0, abs=1e-12)
     assert t_power(1e6, 1.0, (50, 50), tails=2) == 1.0
-    assert agreement_power((1.0, 0.0), (50, 50), test="fisher") == pytest.approx(1.0, abs=1e-12)
+    assert agreement_power((1.0, 0.0), (50, 50), test=FISHER) == pytest.approx(1.0, abs=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -268,10 +268,10 @@ def study_status_page(status: StudyStatus) -> Iterator[Part]:
             f"{session.read} of {session.images}",
             _when(session.started),
             _when(session.ended),
-            _remarks(session, begin),
+            _remarks(session),
         )
         for reader in status.readers
-        for session, begin in zip(reader.sessions, reader.may_begin, strict=True)
+        for session in reader.sessions
     ]
     yield Table(headings, rows, words=range(len(headings)))
 
@@ -280,8 +280,8 @@ def _when(time: datetime | None) -> str:
     return f"{time:%Y-%m-%d %H:%M}" if time else ""
 
 
-def _remarks(session: SessionProgress, begin: datetime | None) -> str:
-    remarks = [f"may begin {_when(begin)} UTC"] if begin else []
+def _remarks(session: SessionProgress) -> str:
+    remarks = [f"may begin {_when(session.may_begin)} UTC"] if session.may_begin else []
     remarks += [f"resumed {session.resumed} ×"] if session.resumed else []
     remarks += [f"overridden: {reason}" for reason in dict.fromkeys(session.overrides)]
     return "; ".join(remarks)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from datetime import datetime, timedelta
 from typing import TYPE_CHECKING, Any
 
@@ -116,10 +116,12 @@ def _answers(entries: Sequence[AnswerRow], place: int, path: Path, protocol: Pro
     trials = {(trial.session, trial.position): trial for trial in protocol.trials if trial.reader == place}
     answers: list[Answer] = []
     for entry in entries:
-        _check_count(entry, entries, path)
+        content = entry.content
+        if entry.kind == ENDED and content["answers"] != len(answered(entries, entry.session)):
+            message = f"{path}: row {entry.row} ends session {entry.session} with another number of answers than there"
+            raise LutgenError(f"{message} are. Restore the file from a copy.")
         if entry.kind != ANSWERED:
             continue
-        content = entry.content
         trial = trials.get((entry.session, content["position"]))
         if trial is None or content["category"] not in categories:
             message = f"{path}: row {entry.row} answers what the protocol does not ask. Restore the file from a copy."
@@ -127,12 +129,6 @@ def _answers(entries: Sequence[AnswerRow], place: int, path: Path, protocol: Pro
         given = (content["seconds"], content["ease"], content["category"], categories[content["category"]])
         answers.append(Answer(reader, entry.session, trial.position, trial.image, trial.condition, *given))
     return sorted(answers, key=lambda answer: (answer.session, answer.position))
-
-
-def _check_count(entry: AnswerRow, entries: Sequence[AnswerRow], path: Path) -> None:
-    if entry.kind == ENDED and entry.content["answers"] != len(answered(entries, entry.session)):
-        message = f"{path}: row {entry.row} ends session {entry.session} with another number of answers than there are."
-        raise LutgenError(f"{message} Restore the file from a copy.")
 
 
 #: Longest possible time to read an image, in seconds: a day.
@@ -196,6 +192,8 @@ class SessionProgress:
     resumed: int
     #: Reasons for a start against the protocol or the clock.
     overrides: tuple[str, ...]
+    #: When it may begin, after the washout; None: at once, begun, or the previous session is not complete.
+    may_begin: datetime | None = None
 
     @property
     def state(self) -> str:
@@ -240,10 +238,7 @@ class ReaderStatus:
     place: int
     #: The reader's name; None: the place is free.
     reader: str | None
-    #: The progress of each session.
     sessions: tuple[SessionProgress, ...]
-    #: When each session may begin, after the washout; None: at once, begun, or the previous session is not complete.
-    may_begin: tuple[datetime | None, ...]
 
 
 @dataclass(frozen=True)
@@ -256,13 +251,7 @@ class StudyStatus:
     def as_json(self) -> dict[str, Any]:
         """Return what ``--json`` writes: ``lutgen/study/schema/status.json``."""
         readers = [
-            {
-                "place": each.place,
-                "reader": each.reader,
-                "sessions": [
-                    _session_json(session, begin) for session, begin in zip(each.sessions, each.may_begin, strict=True)
-                ],
-            }
+            {"place": each.place, "reader": each.reader, "sessions": [*map(_session_json, each.sessions)]}
             for each in self.readers
         ]
         return {"schema": 1, "title": self.protocol.title, "protocol": self.protocol.sha256, "readers": readers}
@@ -275,24 +264,17 @@ def study_status(study: Path) -> StudyStatus:
     readers = []
     for place in range(1, protocol.readers + 1):
         entries = read_entries(paths[place], protocol.sha256) if place in paths else []
-        sessions = tuple(
-            session_progress(entries, session, len(protocol.session(place, session)))
-            for session in range(1, protocol.sessions + 1)
-        )
-        begin = tuple(_earliest(entries, sessions, each, protocol.washout_days) for each in sessions)
-        readers.append(ReaderStatus(place, whose(entries, paths[place]) if entries else None, sessions, begin))
+        sessions: list[SessionProgress] = []
+        for number in range(1, protocol.sessions + 1):
+            session = session_progress(entries, number, len(protocol.session(place, number)))
+            if sessions and sessions[-1].ended and not session.started:
+                session = replace(session, may_begin=may_begin(entries, number, protocol.washout_days))
+            sessions.append(session)
+        readers.append(ReaderStatus(place, whose(entries, paths[place]) if entries else None, tuple(sessions)))
     return StudyStatus(protocol, tuple(readers))
 
 
-def _earliest(
-    entries: Sequence[AnswerRow], sessions: Sequence[SessionProgress], session: SessionProgress, washout_days: float
-) -> datetime | None:
-    if session.started or session.session == 1 or not sessions[session.session - 2].ended:
-        return None
-    return may_begin(entries, session.session, washout_days)
-
-
-def _session_json(session: SessionProgress, begin: datetime | None) -> dict[str, Any]:
-    times = {"started": session.started, "ended": session.ended, "may_begin": begin}
+def _session_json(session: SessionProgress) -> dict[str, Any]:
+    times = {"started": session.started, "ended": session.ended, "may_begin": session.may_begin}
     written = {name: time and time.isoformat(timespec="seconds") for name, time in times.items()}
     return {**asdict(session), **written, "state": session.state, "overrides": list(session.overrides)}

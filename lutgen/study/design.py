@@ -31,8 +31,7 @@ from lutgen.study.tables import Row, read_rows
 #: The un-aged display, which shows the picture unchanged.
 UNAGED = StudyCondition("none", "stable", 0.0)
 
-#: The paper's conditions of session 1, images under each condition, and sessions. The paper does not state the hours of
-#: its aged images: 18 000 h is lutgen's choice.
+#: The paper's conditions of session 1, images under each, and sessions. The 18 000 h are lutgen's choice.
 PAPER_CONDITIONS = "none,chroma@18000,chroma-luma@18000"
 PAPER_PER_CONDITION, PAPER_SESSIONS = 40, 2
 
@@ -144,10 +143,8 @@ def ordered(shown: Mapping[str, str], reader: int, session: int, seed: int) -> l
         images = [image for image, name in shown.items() if name == condition]
         for stretch, place in enumerate(rng.permutation(len(images))):
             times[images[place]] = (stretch + rng.random()) / len(images)
-    return [
-        StudyTrial(reader, session, position, image, shown[image])
-        for position, image in enumerate(sorted(times, key=times.__getitem__), 1)
-    ]
+    in_order = sorted(times, key=times.__getitem__)
+    return [StudyTrial(reader, session, at, image, shown[image]) for at, image in enumerate(in_order, 1)]
 
 
 def stream(seed: int, reader: int, session: int) -> np.random.Generator:
@@ -212,9 +209,7 @@ def _session(path: Path, rows: Sequence[_DesignRow], reader: int, session: int, 
                 f"{path}, line {row.line}: position {row.position} where {position} is next for reader {reader} in "
                 f"session {session}. Number a session's positions 1 to {len(rows)}, each once."
             )
-    return [
-        StudyTrial(reader, session, position, row.image, row.condition.name) for position, row in enumerate(in_order, 1)
-    ]
+    return [StudyTrial(reader, session, at, row.image, row.condition.name) for at, row in enumerate(in_order, 1)]
 
 
 def _design_row(row: Row, images: Sequence[str]) -> _DesignRow:

@@ -70,8 +70,7 @@ class MixedModel:
     n: int
     #: Effects of the other conditions; none if the model could not be fitted.
     effects: tuple[ConditionEffect, ...]
-    #: Standard deviations, in log seconds or ease, of readers, readers under a condition, images and noise, if they are
-    #: in the model.
+    #: Standard deviations, in log seconds or ease, of the groupings in the model and of the noise, ``rest``.
     sd: Mapping[str, float] = field(default_factory=dict)
     #: Notes on effects that were left out, and on problems of the fit.
     notes: tuple[str, ...] = ()
@@ -180,9 +179,8 @@ def _of_agreement(conditions: Sequence[str], reading_pairs: Sequence[ReadingPair
             return _not_fitted(blank, f"under {condition} all readings agreed, or none: its odds have no estimate")
     readers = [pair.answer.reader for pair in reading_pairs]
     levels = sorted(set(readers))
-    fixed = np.column_stack(
-        [np.ones(len(reading_pairs)), *_indicators(list(under), shown), *_indicators(readers, levels)]
-    )
+    columns = [*_indicators(list(under), shown), *_indicators(readers, levels)]
+    fixed = np.column_stack([np.ones(len(reading_pairs)), *columns])
     if np.linalg.matrix_rank(fixed) < fixed.shape[1]:
         return _not_fitted(blank, "the effects of conditions and of readers cannot be separated")
     images = np.unique(np.array([pair.answer.image for pair in reading_pairs]), return_inverse=True)[1]
@@ -201,16 +199,16 @@ def _fit_logistic(agreed: Array, fixed: Array, clusters: Any) -> MixedFit:
 
     structure = Exchangeable() if len(set(clusters)) < len(clusters) else Independence()
     model = GEE(agreed, fixed, groups=clusters, family=Binomial(), cov_struct=structure)
-    result, errors, complaints = _fitted(model.fit, "bse")
+    result, errors, complaints = _fitted(model.fit)
     return MixedFit(np.asarray(result.params), errors, np.full(len(errors), inf), {}, complaints)
 
 
-def _fitted(fit: Callable[[], Any], errors: str) -> tuple[Any, Array, tuple[str, ...]]:
+def _fitted(fit: Callable[[], Any]) -> tuple[Any, Array, tuple[str, ...]]:
     """Return the result, its standard errors, and each warning once. Raises ValueError: an error is not finite."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         result = fit()
-        standard = np.asarray(getattr(result, errors), np.float64)
+        standard = np.asarray(result.bse, np.float64)
     if not (np.isfinite(standard) & (standard > 0)).all():
         raise ValueError("standard errors cannot be computed")
     warned = dict.fromkeys(str(each.message).partition("\n")[0].rstrip(".") for each in caught)

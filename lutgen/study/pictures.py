@@ -85,10 +85,7 @@ def look_at(paths: Sequence[Path], progress: Callable[[int], None]) -> tuple[Pic
     for name, path in zip(_names(paths), paths, strict=True):
         pictures.append(_picture(name, path))
         progress(len(pictures))
-    for alike, key in (
-        ("are the same file, byte for byte", "sha256"),
-        ("show the same pixels", "pixels_sha256"),
-    ):
+    for key, alike in {"sha256": "are the same file, byte for byte", "pixels_sha256": "show the same pixels"}.items():
         first: dict[str, Picture] = {}
         for picture in pictures:
             other = first.setdefault(getattr(picture, key), picture)
@@ -160,8 +157,7 @@ class BakedLut:
     path: Path
     #: Hash of the file.
     sha256: str
-    #: The certificate's largest ΔE2000 to the model: over all colours, and over colours whose interpolation crosses
-    #: neither a jump of the model nor the gamut's edge.
+    #: The certificate's largest ΔE2000 to the model: over all colours, and where no jump or gamut's edge is crossed.
     worst: float
     smooth: float
 
@@ -180,11 +176,10 @@ def bake_conditions(conditions: Iterable[StudyCondition], model: DisplayModel, f
         output = folder / condition.name
         plan = BuildPlan(hours=(condition.hours,), modes=(condition.mode,), formats=(LUT_FORMAT,))
         (record,) = (each for each in build(model, plan, output, jobs=1).manifest.files if each.kind == "lut")
-        groups = [group for group in (record.certificate or {}).values() if isinstance(group, dict)]
-        smooth = (record.certificate or {})["smooth"]["max"]
-        baked[condition.name] = BakedLut(
-            output / record.path, record.sha256, max(group["max"] for group in groups), smooth
-        )
+        certificate = record.certificate or {}
+        worst = max(group["max"] for group in certificate.values() if isinstance(group, dict))
+        smooth = certificate["smooth"]["max"]
+        baked[condition.name] = BakedLut(output / record.path, record.sha256, worst, smooth)
     return baked
 
 

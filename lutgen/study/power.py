@@ -10,7 +10,7 @@ Standard deviations are from the paper: Table 2 prints means ± 95 % intervals. 
 exact: the figures then hold for these readers, not for all similar readers.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
 from itertools import combinations
@@ -116,10 +116,8 @@ def study_power(per_condition: int, readers: int = 1) -> Power:
             raise LutgenError(f"{option} {count}: give 1 or more.")
     answers = per_condition * readers
     if answers > MOST:
-        message = (
-            f"{per_condition} images × {readers} readers are {answers} answers per condition; power is worked out "
-        )
-        raise LutgenError(f"{message}for at most {MOST}. Ask for fewer.")
+        message = f"{per_condition} images × {readers} readers are {answers} answers per condition; power is worked out"
+        raise LutgenError(f"{message} for at most {MOST}. Ask for fewer.")
     return Power(per_condition, readers, tuple(_detectable(answers)), _seen(answers))
 
 
@@ -196,21 +194,18 @@ def fisher_rejects(first: NDArray[Any], second: NDArray[Any], answers: tuple[int
     return np.asarray(rejected)
 
 
-#: Tests on agreement.
-REJECTS: dict[str, Callable[[NDArray[Any], NDArray[Any], tuple[int, int]], NDArray[np.bool_]]] = {
-    "t": t_rejects,
-    "fisher": fisher_rejects,
-}
-
 #: Tests of each measure, as JSON and tables name them; the paper's tests first.
 TWO_SIDED, ONE_TAILED, FISHER = "t two-sided", "t one-tailed", "fisher one-tailed"
 TESTS = {"time": (TWO_SIDED, ONE_TAILED), "ease": (TWO_SIDED, ONE_TAILED), "agreement": (ONE_TAILED, FISHER)}
+
+#: Tests on agreement.
+REJECTS = {ONE_TAILED: t_rejects, FISHER: fisher_rejects}
 
 
 def power_of(test: str, values: tuple[float, float], sd: float | None, answers: tuple[int, int]) -> float:
     """Return the power of a test of ``TESTS`` for two true means or, without ``sd``, two true shares of agreement."""
     if sd is None:
-        return agreement_power(values, answers, test="fisher" if test == FISHER else "t")
+        return agreement_power(values, answers, test=test)
     return t_power(values[1] - values[0], sd, answers, tails=2 if test == TWO_SIDED else 1)
 
 

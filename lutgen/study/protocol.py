@@ -215,9 +215,8 @@ def ease_of(text: str) -> tuple[int, int]:
     highest = None if lowest is None else whole(last, least=lowest + 1, most=10 if lowest else 9)
     if dots and lowest is not None and highest is not None:
         return lowest, highest
-    raise LutgenError(
-        f"--ease {text}: give a scale such as 1..10, from 0 or 1 to at most 10 (9 from 0); more is easier."
-    )
+    allowed = "give a scale such as 1..10, from 0 or 1 to at most 10 (9 from 0); more is easier"
+    raise LutgenError(f"--ease {text}: {allowed}.")
 
 
 PAPER_CATEGORIES, PAPER_SCALE = categories_of(PAPER_NEGATIVE, PAPER_POSITIVE), ease_of(PAPER_EASE)

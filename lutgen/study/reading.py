@@ -79,19 +79,9 @@ class ReadingSession:
         self.reader, self.place = str(file.entries[0].content["reader"]), int(file.entries[0].content["place"])
         self._file, self._clock = file, clock
         self.practice, self.images = tasks_of(protocol, self.place, session)
-        self._done = {
-            kind: len(answers.answered(file.entries, session, kind)) for kind in (answers.PRACTISED, answers.ANSWERED)
-        }
-
-    @property
-    def practised(self) -> int:
-        """Number of practice images that were read."""
-        return self._done[answers.PRACTISED]
-
-    @property
-    def read(self) -> int:
-        """Number of images of the session that were read."""
-        return self._done[answers.ANSWERED]
+        #: Number of practice images, and of images of the session, that were read.
+        self.practised = len(answers.answered(file.entries, session, answers.PRACTISED))
+        self.read = len(answers.answered(file.entries, session))
 
     @property
     def left(self) -> int:
@@ -110,9 +100,8 @@ class ReadingSession:
         except OSError as error:
             raise LutgenError(f"{path}: {reason_of(error)}. Restore the study's images from a copy.") from None
         if hashlib.sha256(data).hexdigest() != task.sha256:
-            raise LutgenError(
-                f"{path}: has changed since the study was planned (its hash does not fit). Restore it from a copy."
-            )
+            why = "has changed since the study was planned (its hash does not fit). Restore it from a copy."
+            raise LutgenError(f"{path}: {why}")
         return data
 
     def showings(self, task: Task) -> int:
@@ -140,24 +129,25 @@ class ReadingSession:
         """Record an answer on disk. Raises PastError, NotSavedError, or LutgenError for an invalid answer."""
         kind = answers.PRACTISED if practice else answers.ANSWERED
         self._check(decision)
-        if number <= self._done[kind]:
+        if number <= (self.practised if practice else self.read):
             before = answers.answered(self._file.entries, self.session, kind)[number - 1]
             if {**before, **asdict(decision)} != before:
-                raise PastError(
-                    f"image {number} was answered already, and otherwise: that answer stays. There is no going back."
-                )
+                why = "was answered already, and otherwise: that answer stays. There is no going back."
+                raise PastError(f"image {number} {why}")
             return
         task = self.task()
         if task is None or (task.practice, task.number) != (practice, number) or not self.showings(task):
-            raise PastError(
-                f"image {number} is not the one to be read now. Reload the page to go on with the right one."
-            )
+            why = "is not the one to be read now. Reload the page to go on with the right one."
+            raise PastError(f"image {number} {why}")
         content = {"position": number, "showings": self.showings(task), **asdict(decision)}
         events: list[tuple[str, Mapping[str, Any]]] = [(kind, content)]
         if not practice and number == len(self.images):
             events.append((answers.ENDED, {"answers": number}))
         self._file.append(text_of(self._clock()), self.session, events)
-        self._done[kind] += 1
+        if practice:
+            self.practised += 1
+        else:
+            self.read += 1
 
     def _check(self, decision: Decision) -> None:
         lowest, highest = self.protocol.ease
@@ -249,21 +239,20 @@ def _begin(reading: ReadingSession, file: AnswerFile, now: datetime, why: str | 
     state = answers.session_progress(file.entries, session, len(reading.images))
     if state.ended:
         following = f" Next is --session {session + 1}." if session < protocol.sessions else ""
-        raise LutgenError(
-            f"--session {session}: is complete, {state.read} of {state.images} images are read.{following}"
-        )
+        message = f"--session {session}: is complete, {state.read} of {state.images} images are read."
+        raise LutgenError(f"{message}{following}")
     if state.started:
         file.append(text_of(now), session, [(answers.RESUMED, {"read": state.read})])
         return
     if session > 1 and not answers.session_progress(file.entries, session - 1, 0).ended:
         message = f"--session {session}: session {session - 1} is not complete. Read --session {session - 1} first."
         raise LutgenError(message)
-    overridden = [
-        (answers.OVERRIDDEN, {"what": rule, "reason": why}) for rule in _forbidden(protocol, file, session, now, why)
+    broken = _forbidden(protocol, file, session, now, why)
+    events: list[tuple[str, Mapping[str, Any]]] = [
+        (answers.OVERRIDDEN, {"what": rule, "reason": why}) for rule in broken
     ]
-    file.append(
-        text_of(now), session, [*overridden, (answers.STARTED, {"images": state.images, "version": __version__})]
-    )
+    events.append((answers.STARTED, {"images": state.images, "version": __version__}))
+    file.append(text_of(now), session, events)
 
 
 def _forbidden(protocol: Protocol, file: AnswerFile, session: int, now: datetime, why: str | None) -> list[str]:
@@ -275,9 +264,8 @@ def _forbidden(protocol: Protocol, file: AnswerFile, session: int, now: datetime
         reasons["clock"] = f"the clock says {when(now)}, but {when(last)} was recorded before: it was set back. Set it"
     begin = answers.may_begin(file.entries, session, protocol.washout_days)
     if begin and now < begin:
-        reasons["washout"] = (
-            f"it may begin on {when(begin)}, {protocol.washout_days:g} days after session {session - 1} ended. Wait"
-        )
+        days = f"{protocol.washout_days:g} days"
+        reasons["washout"] = f"it may begin on {when(begin)}, {days} after session {session - 1} ended. Wait"
     if reasons and not why:
         message = f"--session {session}: {next(iter(reasons.values()))}, or give --override REASON, which is recorded."
         raise LutgenError(message)

@@ -40,6 +40,8 @@ _KINDS: dict[type, tuple[type, ...]] = {str: (str,), int: (int,), float: (int, f
 #: Sources of the time of the first paint.
 PAINTS = ("element-timing", "animation-frame")
 
+ELSEWHERE = RefusedError(409, "tab", "The session is open in another tab.")
+
 
 class Conversation:
     """Answers the requests of the browser tab that holds a reading session."""
@@ -53,10 +55,10 @@ class Conversation:
         self._tab, self._heard, self._closed = "", 0.0, False
         self._shown: tuple[str, Task, bytes] | None = None
         self.finished = Event()
-        self._asked: dict[str, Callable[[str, Mapping[str, Any]], dict[str, Any]]] = {
+        self._asked: dict[str, Callable[[Mapping[str, Any]], dict[str, Any]]] = {
             "claim": self._claim,
             "look": self._look,
-            "beat": lambda _tab, _body: {},
+            "beat": lambda _body: {},
             "leave": self._leave,
             "next": self._next,
             "answer": self._answer,
@@ -74,9 +76,11 @@ class Conversation:
             if self._closed:
                 raise RefusedError(503, "gone", "lutgen has ended. What you saved with Enter is kept.")
             if what not in ("claim", "look"):
-                self._check_tab(tab)
+                if tab != self._tab:
+                    raise ELSEWHERE
+                self._heard = self._clock()
             try:
-                return self._asked[what](tab, body)
+                return self._asked[what](body)
             except NotSavedError as error:
                 self._say(str(error))
                 message = "The disk may be full. Your answer is kept in this page: make room, then try again."
@@ -96,21 +100,13 @@ class Conversation:
         with self._one_at_a_time:
             self._closed, self._shown = True, None
 
-    def _free(self, tab: str) -> bool:
-        return self._tab in ("", tab) or self._clock() - self._heard > LEASE
+    def _look(self, body: Mapping[str, Any]) -> dict[str, Any]:
+        return {"free": self._tab in ("", body["tab"]) or self._clock() - self._heard > LEASE}
 
-    def _check_tab(self, tab: str) -> None:
-        if tab != self._tab:
-            raise RefusedError(409, "tab", "The session is open in another tab.")
-        self._heard = self._clock()
-
-    def _look(self, tab: str, _body: Mapping[str, Any]) -> dict[str, Any]:
-        return {"free": self._free(tab)}
-
-    def _claim(self, tab: str, _body: Mapping[str, Any]) -> dict[str, Any]:
-        if not self._free(tab):
-            raise RefusedError(409, "tab", "The session is open in another tab.")
-        self._tab, self._heard, self._shown = tab, self._clock(), None
+    def _claim(self, body: Mapping[str, Any]) -> dict[str, Any]:
+        if not self._look(body)["free"]:
+            raise ELSEWHERE
+        self._tab, self._heard, self._shown = body["tab"], self._clock(), None
         reading, protocol = self._reading, self._reading.protocol
         return {
             "reader": reading.reader,
@@ -125,13 +121,13 @@ class Conversation:
             "largest": [max(image.width for image in protocol.images), max(image.height for image in protocol.images)],
         }
 
-    def _leave(self, _tab: str, _body: Mapping[str, Any]) -> dict[str, Any]:
+    def _leave(self, _body: Mapping[str, Any]) -> dict[str, Any]:
         self._tab, self._shown = "", None
         if self._reading.task() is None:
             self.finished.set()
         return {}
 
-    def _next(self, _tab: str, _body: Mapping[str, Any]) -> dict[str, Any]:
+    def _next(self, _body: Mapping[str, Any]) -> dict[str, Any]:
         task = self._reading.task()
         if task is None:
             return {"done": True, "read": self._reading.read, "following": self._reading.following()}
@@ -146,7 +142,7 @@ class Conversation:
         place = {"practice": task.practice, "number": task.number, "of": task.of}
         return {"done": False, **place, "picture": self._shown[0]}
 
-    def _answer(self, _tab: str, body: Mapping[str, Any]) -> dict[str, Any]:
+    def _answer(self, body: Mapping[str, Any]) -> dict[str, Any]:
         number, practice = body.get("number"), body.get("practice")
         if type(number) is not int or number < 1 or not isinstance(practice, bool):
             raise RefusedError(400, "bad", "number, practice: say which image is answered.")
@@ -159,7 +155,7 @@ class Conversation:
             raise RefusedError(400, "bad", str(error)) from None
         return {"saved": True}
 
-    def _note(self, _tab: str, body: Mapping[str, Any]) -> dict[str, Any]:
+    def _note(self, body: Mapping[str, Any]) -> dict[str, Any]:
         kind, words = body.get("kind"), body.get("said")
         # At most 2000 letters in the page's remark on a note.
         if kind not in NOTES or not isinstance(words, dict) or len(json.dumps(words)) > 2000:
