@@ -46,8 +46,7 @@ PARAMETERS: dict[str, tuple[int, float]] = {
     "gamut": (9, 0.15),
 }
 
-#: X of short-wavelength light as a share of its Z: x̄'s smaller peak over z̄'s peak (CIE 1931, 2°: 0.348 at 442 nm over
-#: 1.784).
+#: X of short-wavelength light over its Z: x̄'s smaller peak over z̄'s peak (CIE 1931, 2°: 0.348 at 442 nm over 1.784).
 SHORT = 0.195
 
 
@@ -97,10 +96,7 @@ def colour_points(session: Session, *, black_too: bool = True) -> ColourPoints |
 
 
 def changed(before: ColourPoints, values: Mapping[str, Array]) -> Array:
-    """Return XYZ of the colour points after a change, (..., 5, 3).
-
-    ``values``: numbers of ``PARAMETERS``, (..., count) each; 0 is no change.
-    """
+    """Return XYZ after a change, (..., 5, 3), by numbers of ``PARAMETERS``, (..., count) each; 0 is no change."""
     log_scale = sum((values[name] for name in ("scale", "gauge", "step") if name in values), np.zeros(1))
     gains, leak = np.exp(values.get("gains", np.zeros(3))), before.leak
     if "aged" in values:

@@ -99,9 +99,8 @@ def _entry(session: Session, beside: Path, answers: Answers) -> list[str]:
     lines.append(f"date = {session.created.date()}" if session.created else "# TODO date = 2020-05-26, or hours = 0.0")
     known = f"instrument = {toml_text(session.instrument)}"
     lines.append(known if session.instrument else '# TODO instrument = "maker and model"')
-    lines += [
-        _answered(name, answers, str(column.usual), column.words) for name, column in COLUMNS.items() if column.question
-    ]
+    asked = [(name, column) for name, column in COLUMNS.items() if column.question]
+    lines += [_answered(name, answers, str(column.usual), column.words) for name, column in asked]
     lines.append(_answered("settings", answers, '"brightness 30 %"', "the display's own"))
     if not session.absolute:
         lines.append("# TODO white_cd_m2 = 120.0  # luminance of white; the file is relative to white")
@@ -136,6 +135,5 @@ def _names(sessions: Sequence[Session]) -> str:
 def _alike(one: tuple[Session, dict[str, Array]], other: tuple[Session, dict[str, Array]]) -> bool:
     (mine, my_uv), (theirs, their_uv) = one, other
     named = {each.display for each in (mine, theirs) if each.display.lower() not in UNKNOWN}
-    return len(named) < 2 and all(
-        float(np.hypot(*(my_uv[name] - their_uv[name]))) <= ANOTHER for name in my_uv.keys() & their_uv.keys()
-    )
+    both = my_uv.keys() & their_uv.keys()
+    return len(named) < 2 and all(float(np.hypot(*(my_uv[name] - their_uv[name]))) <= ANOTHER for name in both)

@@ -23,8 +23,7 @@ from lutgen.progress import Progress
 from lutgen.readings.campaign import Campaign, CampaignEntry
 from lutgen.readings.steadiness import drift_by_repeats
 
-#: Prior odds of one cause against two causes at once, as a natural logarithm: two changes at once are rarer. A recorded
-#: cause does not count.
+#: Prior odds of one cause against two at once, which are rarer, as a natural logarithm. Recorded causes do not count.
 SECOND = 3.0
 
 
@@ -106,8 +105,7 @@ def _reference(campaign: Campaign, named: str | None) -> int:
 
 def references(campaign: Campaign) -> list[int]:
     """Return the indices of sessions with white and primaries, sound ones first, then by age; otherwise the first."""
-    known = [(_penalty(entry), _age(entry), place) for place, entry in enumerate(campaign.entries)]
-    ordered = sorted(known)
+    ordered = sorted((_penalty(entry), _age(entry), place) for place, entry in enumerate(campaign.entries))
     return [place for penalty, _, place in ordered if penalty < np.inf] or [ordered[0][2]]
 
 

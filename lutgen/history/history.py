@@ -116,7 +116,7 @@ def _figures(
              for each in inspections],
             starts,
         ),
-        "gamma": np.array([np.nan if each.gamma is None else each.gamma for each in inspections]),
+        "gamma": np.array([each.gamma for each in inspections], np.float64),
         "non-uniformity": np.array(even),
         "gsdf": np.array([np.nan if each is None else each.worst for each in responses]),
         "ambient": share,
@@ -129,9 +129,8 @@ def _figures(
         "ambient": share * np.hypot(BLACK, FLOOR_CD_M2 / np.maximum(black, 1e-9)),
     }
     if not np.isfinite(white).any():
-        raise LutgenError(
-            f"{inspections[0].session.file}: no session of the campaign read white; nothing can be followed."
-        )
+        file = inspections[0].session.file
+        raise LutgenError(f"{file}: no session of the campaign read white; nothing can be followed.")
     return values, errors
 
 
@@ -166,17 +165,15 @@ class Limit:
     #: Whether the figure must stay at or above ``value``; False: at or below.
     above: bool = True
     relative: bool = False
-    #: Whether somebody compared the number with its source, or with a quotation of its source; False: the number is
-    #: from memory. The reports of AAPM and ACR were not available when this table was written: check them before you
-    #: rely on a limit.
+    #: Whether somebody compared the number with its source or a quotation of it; False: it is from memory, since the
+    #: reports of AAPM and ACR were not available. Check them before you rely on a limit.
     verified: bool = True
 
     @property
     def text(self) -> str:
         """The limit as users type it."""
-        number = (
-            f"{100.0 * self.value:.3g}%" if self.relative or QUANTITIES[self.quantity].is_share else f"{self.value:g}"
-        )
+        share = self.relative or QUANTITIES[self.quantity].is_share
+        number = f"{100.0 * self.value:.3g}%" if share else f"{self.value:g}"
         return f"{self.quantity}{'>=' if self.above else '<='}{number}"
 
 
@@ -228,9 +225,8 @@ def parse_limit(text: str) -> Limit:
     """Read a limit such as ``white>=200``, ``white>=80%`` or ``white-shift<=0.005``. Raises LutgenError."""
     parts = re.fullmatch(r"\s*([a-z-]+)\s*(>=|<=)\s*([^%\s]+)\s*(%?)\s*", text, re.ASCII)
     if not parts:
-        raise LutgenError(
-            f"--limit {text!r}: write a quantity, >= or <=, and a number, such as white>=200 or white>=80%."
-        )
+        allowed = "write a quantity, >= or <=, and a number, such as white>=200 or white>=80%"
+        raise LutgenError(f"--limit {text!r}: {allowed}.")
     name, side, written, percent = parts.groups()
     refuse_unknown("quantity of --limit", name, QUANTITIES)
     value = number(written)

@@ -22,8 +22,7 @@ UNKNOWN = ("", "unknown", "color lcd", "generic pnp monitor", "default monitor",
 #: Keywords for the settings of the instrument in files of ArgyllCMS' dispread: another value means another correction.
 _SETTINGS = ("DISPLAY_TYPE_REFRESH", "DISPLAY_TYPE_BASE_ID", "CCMX_NAME", "CCSS_NAME")
 
-#: Largest shift of a spectrum that is tried, and smallest shift that counts, in nanometres: the repeatability of a
-#: spectrometer is 0.1 to 0.2.
+#: Largest shift of a spectrum that is tried, and smallest that counts, in nm: a spectrometer repeats to 0.1 to 0.2.
 REACH, CLEAR_SHIFT = 5.0, 0.3
 
 #: Facts that a cause may move: colour of blue, colour of red or green, transfer curve, white over the sum of the
@@ -102,7 +101,7 @@ class SessionPair:
         # One meter has the same noise in both sessions, so the noise of one session bounds the scatter of the other.
         known = [other.noise if other and not self.other_instrument else None for other in reversed(steady)]
         own = [drift_by_repeats(each, scatter) for each, scatter in zip(steady, known, strict=True)]
-        if not own[1].ran_away and not own[0].ran_away:
+        if not any(each.ran_away for each in own):
             own[1] = drift_by_order(*self.sessions[::-1]) or own[1]
         return own[0], own[1]
 
@@ -115,9 +114,8 @@ class SessionPair:
     @cached_property
     def shift(self) -> Array:
         """Δu'v' of red, green, blue and white, minus black, (4,). Raises LutgenError without ``seen``."""
-        one, other = (
-            xyz_to_uv(np.vstack([each.channels, each.channels.sum(axis=0) + each.extra])) for each in _both(self)
-        )
+        lights = [np.vstack([each.channels, each.channels.sum(axis=0) + each.extra]) for each in _both(self)]
+        one, other = map(xyz_to_uv, lights)
         return np.asarray(np.linalg.norm(other - one, axis=1))
 
     @cached_property

@@ -23,8 +23,7 @@ from lutgen.colorimetry import Array, code_to_linear, delta_e_2000, xyz_to_lab, 
 from lutgen.history.patches import CHANNELS, Ramp, black_xyz, mean_xyz, ramp, tips
 from lutgen.readings.session import Session
 
-#: γ is fitted between these code values: below, black and noise are too large a part of the light; above, all curves
-#: meet.
+#: γ is fitted between these code values: below, black and noise are too large a part; above, all curves meet.
 FITTED = (0.1, 0.9)
 
 #: Fewest levels between these code values for a γ.
@@ -44,11 +43,9 @@ class Transfer:
     #: Code values, (n,), and luminance relative to full drive, both minus black, (n,).
     drive: Array
     linear: Array
-    #: Slope of log ``linear`` against log ``drive`` by least squares through full drive, between 10 and 90 %; None:
-    #: fewer than three levels in that range.
+    #: Slope of log ``linear`` against log ``drive`` through full drive, from 10 to 90 %; None: fewer than three levels.
     gamma: float | None
-    #: Root mean square of the relative difference between ``linear`` and the power law of ``gamma``; None if ``gamma``
-    #: is.
+    #: Root mean square of the relative difference between ``linear`` and the power law of ``gamma``, or None too.
     residual: float | None
     #: L* of the curve minus L* of sRGB at each drive, (n,): above 0 the display is lighter (CIE 15:2018, 8.2.1).
     lightness: Array
@@ -122,9 +119,8 @@ def grey_tracking(ramp: Ramp, white: Array | None) -> GreyTracking | None:
     xyz = ramp.xyz[kept]
     uv = xyz_to_uv(np.vstack([white, xyz]))
     neutral = xyz[:, 1:2] / white[1] * white
-    return GreyTracking(
-        ramp.drive[kept], uv[1:] - uv[0], delta_e_2000(xyz_to_lab(xyz, white), xyz_to_lab(neutral, white))
-    )
+    delta_e = delta_e_2000(xyz_to_lab(xyz, white), xyz_to_lab(neutral, white))
+    return GreyTracking(ramp.drive[kept], uv[1:] - uv[0], delta_e)
 
 
 #: Largest index of just-noticeable difference.
@@ -133,8 +129,7 @@ _LAST = 1023.0
 #: Luminances that the function covers, cd/m².
 GSDF_RANGE = (0.05, 3993.404)
 
-#: Fewest greys for a contrast response, including black and white; and number of even steps: of more greys, those
-#: nearest to the steps are used. TG18 reads 18 greys.
+#: Fewest greys for a contrast response, with black and white; and TG18's even steps: greys nearest to them are used.
 FEWEST_GREYS, LEVELS = 8, 18
 
 
@@ -212,8 +207,7 @@ class Calibration:
     starts: Array
     #: Channels whose curve ends at 1.
     at_stop: tuple[str, ...]
-    #: Share of the luminance of white that is lost because channels are lowered, from the primaries and the native γ of
-    #: each channel; None if a primary is missing.
+    #: Share of white's luminance that lowered channels cost, by the primaries and native γs; None: one is missing.
     cost: float | None
     #: Whether all curves rise.
     monotonic: bool

@@ -42,8 +42,7 @@ STATUSES = ("passed", "returned", "contradicted", "ahead", "kept", "cannot-tell"
 #: Most sessions that are tried as the reference: each costs a comparison with every other session.
 TRIED = 6
 
-#: Fewest sessions for a law and a time, and fewest sessions for an interval that depends more on the sessions than on
-#: the priors.
+#: Fewest sessions for a law and a time, and for an interval that depends more on the sessions than on the priors.
 FEWEST, ENOUGH = 4, 8
 
 
@@ -127,9 +126,8 @@ def trend(
     """
     campaign.check_several("a trend")
     if times(campaign)[0].max() <= 0:
-        raise LutgenError(
-            f"{campaign.file}: all sessions have the same time; a trend needs sessions that are months apart."
-        )
+        why = "all sessions have the same time; a trend needs sessions that are months apart"
+        raise LutgenError(f"{campaign.file}: {why}.")
     explained = None if all_sessions else _compared(campaign, reference, progress)
     spoilt = _spoilt(explained) if explained else {}
     seen = history(campaign, ambient_cd_m2, {*range(len(campaign.entries))} - {*spoilt})
@@ -217,8 +215,7 @@ def _passing(seen: History, limit: Limit, kept: Array, decay: Decay | None, ahea
 
 def _by_the_laws(limit: Limit, bound: float, curves: Array, ahead: Array, end: float) -> Passing:
     """Return when curves, (d, m), pass a limit; a time after ``end``, the last session, is an extrapolation."""
-    # A relative limit is a share of the first session's figure in each draw, since the reading of that session is
-    # noisy.
+    # A relative limit is a share of the first session's figure in each draw, since its reading is noisy.
     bounds = limit.value * curves[:, :1] if limit.relative else np.full((len(curves), 1), bound)
     times = first_beyond(curves, bounds, ahead, above=limit.above)
     middle = np.percentile(times, 50.0, method="nearest")
@@ -238,9 +235,8 @@ def first_beyond(curves: Array, bounds: Array, ahead: Array, *, above: bool) -> 
 def shortest(times: Array, share: float, end: float) -> tuple[float, float]:
     """Return the ends of the shortest interval that holds a share of times, (d,). An infinite time counts as ``end``.
 
-    The distribution of times has a long tail of late times. An interval between two equal-tailed percentiles would
-    reach far into the tail, hold more than its share for usual laws, and begin after the earliest times, which matter
-    most.
+    Times have a long tail of late ones. Equal-tailed percentiles would reach far into it, hold more than their share
+    for usual laws, and begin after the earliest times, which matter most.
     """
     ordered = np.sort(times)
     held = int(np.ceil(share * ordered.size))

@@ -278,8 +278,7 @@ CAME_BACK = 0.05
 #: If an earlier session has less than this share of the loss that a steady decay predicts, the loss was sudden.
 LATE = 0.25
 
-#: Fewest sessions for a steady loss, without the reference; largest residual from a straight line in time, and smallest
-#: loss at its end, as natural logarithms.
+#: Fewest sessions for a steady loss beside the reference; largest residual from a straight line, least loss (nepers).
 FEWEST_SESSIONS, STEADY, LEAST = 3, 0.02, 0.05
 
 
@@ -317,8 +316,7 @@ def _brighter_later(pair: SessionPair, pairs: Sequence[SessionPair]) -> float:
     if mine is None or pair.days is None:
         return 0.0
     later = [each.light_change for each in pairs if each.days is not None and each.days > pair.days]
-    # In sessions brighter than the reference, somebody raised the brightness. Other sessions may also have a raised
-    # brightness: use the median.
+    # Where a session is brighter than the reference, somebody raised the brightness, and perhaps in others: the median.
     gains = [float((each - mine).min()) for each in later if each is not None and each.max() <= CAME_BACK]
     gain = float(np.median(gains)) if gains else 0.0
     return float(np.expm1(gain)) if gain >= CAME_BACK else 0.0

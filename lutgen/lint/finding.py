@@ -15,8 +15,7 @@ from typing import Any, NamedTuple
 
 READS, REFUSES, WRONG = "reads", "refuses", "silently wrong"
 
-#: Outcomes in the order of precedence: when findings give a reader several outcomes, the last in this order counts. A
-#: refused file cannot be shown wrong.
+#: Outcomes: of several outcomes of a reader the last in this order counts. A refused file cannot be shown wrong.
 OUTCOMES = (READS, WRONG, REFUSES)
 
 LEVELS = ("error", "warning", "note")
@@ -76,8 +75,7 @@ class LintFinding:
     line: int = 0
     #: What the affected readers do. Readers without an entry show what the author meant.
     fates: Mapping[str, Fate] = field(default_factory=dict)
-    #: Whether the fault is in the numbers themselves. Readers show the numbers as stored, so a trial with installed
-    #: readers cannot find the fault.
+    #: Whether the fault is in the numbers themselves, which readers show as stored, so that no trial can find it.
     in_the_file: bool = False
     #: Name of the rule, set by ``formats.findings``.
     rule: str = ""

@@ -30,12 +30,10 @@ from lutgen.lint.stream import MAX_KEPT
 #: Seconds after which a program counts as hung. Each program needs less than 2 s for the largest tried table.
 TIMEOUT = 60
 
-#: Number of colours that are sent through a file, and their seed. The colours have 8 bits, so that each reader receives
-#: exactly the same colours.
+#: Number of colours that are sent through a file, and their seed. With 8 bits, each reader gets exactly the same ones.
 COLOURS, SEED = 400, 20250611
 
-#: Maximum size of a file for trials, in bytes. With a larger file, readers that trust its header may fill the memory or
-#: run for hours.
+#: Maximum size of a file for trials, in bytes: readers that trust its header may fill the memory or run for hours.
 MAX_BYTES = 200 << 20
 
 #: Exceptions of colour-science for files that it cannot read.
@@ -85,12 +83,10 @@ def _through_colour(path: Path, code: NDArray[np.uint8]) -> Array:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             lut = colour.read_LUT(str(path))
-            parts = list(lut) if isinstance(lut, colour.LUTSequence) else [lut]
             shown = code / 255
-            for part in parts:
-                shown = (
-                    part.apply(shown, interpolator=trilinear) if isinstance(part, colour.LUT3D) else part.apply(shown)
-                )
+            for part in lut if isinstance(lut, colour.LUTSequence) else [lut]:
+                options = {"interpolator": trilinear} if isinstance(part, colour.LUT3D) else {}
+                shown = part.apply(shown, **options)
     # Users of the reader see these exceptions too, so they count as a refusal.
     except _RAISED as error:
         raise Refusal(f"{type(error).__name__}: {error}") from None
@@ -108,10 +104,7 @@ def _ffmpeg_version() -> str:
 
 
 def _through_ffmpeg(path: Path, code: NDArray[np.uint8]) -> Array:
-    """Apply a file with ffmpeg's filter ``lut3d`` to 16-bit pixels.
-
-    ffmpeg runs in the folder of the file, so that the path needs no quotes.
-    """
+    """Apply a file with ffmpeg's ``lut3d`` to 16-bit pixels, in the file's folder, so that its path needs no quotes."""
     raw = ("-f", "rawvideo", "-pix_fmt", "rgb48le")
     command = [
         "ffmpeg", "-nostdin", "-loglevel", "error", *raw, "-s", f"{len(code)}x1", "-i", "pipe:0",
@@ -214,10 +207,7 @@ MEANINGLESS = {"nan", "infinite", "overflow", "columns", "text", "NUL"}
 
 
 def read_as_meant(scan: CubeScan, code: Array) -> Array | None:
-    """Return the intended colours of a file for code values, (n, 3) both, by trilinear interpolation.
-
-    The scan must have stored the rows. Return None when the file defines no colours.
-    """
+    """Return the intended colours for code values, (n, 3), of a scan that stored its rows; None: it defines none."""
     if MEANINGLESS & set(scan.oddities) or len(scan.named("LUT_3D_SIZE")) > 1 or not (scan.size or scan.size_1d):
         return None
     shown = _through_curves(scan, code) if scan.size_1d else code
@@ -302,9 +292,8 @@ def try_config(path: Path) -> finding.Trial:
     except subprocess.TimeoutExpired:
         return trial("", finding.REFUSES, f"gives no answer in {TIMEOUT} s")
     output = [line for line in done.stdout.decode(errors="replace").splitlines() if line.strip()]
-    version = next(
-        (line.split(":")[1].strip() for line in output if line.startswith("OpenColorIO Library Version")), ""
-    )
+    stated = [line.split(":")[1].strip() for line in output if line.startswith("OpenColorIO Library Version")]
+    version = stated[0] if stated else ""
     if not done.returncode:
         return trial(version, finding.READS, "loads and validates")
     return trial(version, finding.REFUSES, output[-1] if output else "loads and validates")

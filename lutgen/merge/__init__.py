@@ -5,10 +5,7 @@ colour space of these code values. A config with the role ``aces_interchange`` n
 signal can be defined through ACES2065-1 (:mod:`lutgen.merge.additions`).
 
 OpenColorIO's own ``ConfigMerger`` (2.5) is not used. It joins two whole configs, and would add the build's displays,
-roles and colour spaces. New parts are inserted into the config's text, which preserves its comments and digits
-(:mod:`lutgen.merge.additions`). If that fails, OpenColorIO writes the whole config, and comments and digits are lost.
-
-Functions that lint also needs are in ``lutgen.bindings``.
+roles and colour spaces.
 """
 
 from __future__ import annotations
@@ -94,9 +91,8 @@ def merge(build: str | Path, into: str | Path, output: str | Path, wanted: Mergi
     build, into, output = Path(build), Path(into), Path(output)
     prefix = wanted.prefix
     if not prefix or prefix != prefix.strip() or "," in prefix or not prefix.isprintable():
-        raise LutgenError(
-            f"--prefix {prefix!r}: give a word that new names begin with, without commas and blanks around it."
-        )
+        advice = "give a word that new names begin with, without commas and blanks around it"
+        raise LutgenError(f"--prefix {prefix!r}: {advice}.")
     if output.exists() and not (force and output.is_dir()):
         raise LutgenError(f"{output}: exists already. Add --force to replace its files, or choose another folder.")
     luts = {which: _lut(build, *which) for which in wanted.displays}
@@ -162,10 +158,9 @@ def _place(which: tuple[str, float], lut: FileRecord) -> Path:
 
 
 def _write(plan: _Plan, before: Any, into: Path, output: Path, folder: Path) -> tuple[Any, int, float | None]:
-    """Write the merged config into ``folder``, load it and prove it.
+    """Write the merged config into ``folder`` and prove it: with its own text, else as OpenColorIO writes it.
 
-    Return the loaded config, the number of compared parts, and their largest difference. The difference is None when
-    the config's own text could be kept.
+    Return the loaded config, the number of compared parts, and their largest difference; None for its own text.
     """
     lib = bindings.ocio()
     moved_search_path(plan.config, into.parent, output)
@@ -231,8 +226,7 @@ def _load(lib: Any, path: Path) -> Any:
         raise LutgenError(f"{path}: OpenColorIO {lib.__version__} does not load it: {in_one_line(error)}") from None
     if not bindings.is_utf8(config):
         raise LutgenError(f"{path}: has names or texts that are not UTF-8. Save it as UTF-8, then merge again.")
-    endless = bindings.endless_file(config)
-    if endless:
+    if endless := bindings.endless_file(config):
         why = "opens its metadata and never closes them. Correct or remove that file first"
         raise LutgenError(f"{path}: names {endless}, which {why}.")
     return config
@@ -293,8 +287,7 @@ def folder_of_luts(config: Any) -> str:
     for entry in bindings.search_path(config):
         if "$" not in entry and not Path(entry).is_absolute() and not bindings.leads_out(entry):
             return str(Path(entry))
-    # The search path has no folder below the config. `moved_search_path` adds the config's own folder to it.
-    return "."
+    return "."  # which `moved_search_path` adds to the search path
 
 
 @contextmanager

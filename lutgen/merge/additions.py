@@ -57,10 +57,7 @@ def check_source(config: Any, name: str) -> None:
 
 
 def add_source_signal(config: Any, name: str) -> None:
-    """Add a colour space of the sRGB signal, defined by the role ``aces_interchange``.
-
-    Raises LutgenError: the role does not exist, or the name is in use.
-    """
+    """Add a colour space of the sRGB signal, by ``INTERCHANGE``. Raises LutgenError: no role, or the name is used."""
     lib = ocio()
     if config.getMajorVersion() < 2 or not config.hasRole(INTERCHANGE):
         choices = config.getColorSpaceNames(lib.SEARCH_REFERENCE_SPACE_SCENE, lib.COLORSPACE_ALL)
@@ -125,10 +122,7 @@ def add_aged(config: Any, names: AgedNames, *, source: str, onto: Sequence[str],
 
 
 def _one_way(lib: Any, space: Any, way: Any, back: Any) -> list[Any]:
-    """Return a colour space's transform in one direction, as a list that is empty when it has no transform.
-
-    If only the transform of the opposite direction exists, return its inverse.
-    """
+    """Return a colour space's transform in one direction, or the inverse of the opposite one; an empty list: none."""
     forward, opposite = space.getTransform(way), space.getTransform(back)
     if forward is not None:
         return [forward]
@@ -148,10 +142,7 @@ SECTIONS = ("looks", "colorspaces", "named_transforms")
 
 
 def inserted(text: str, written: str, names: Sequence[str], views: Sequence[tuple[str, AgedNames]]) -> str | None:
-    """Return ``text`` with the parts ``names`` of ``written`` and the views (display, names).
-
-    Return None when a view cannot be inserted into this text.
-    """
+    """Return ``text`` with the parts ``names`` of ``written`` and the views (display, names); None: it has no place."""
     lines = _lines(text)
     for section in SECTIONS:
         parts = [part for part in _parts(_lines(written), section) if _name(part) in names]
@@ -167,10 +158,7 @@ def inserted(text: str, written: str, names: Sequence[str], views: Sequence[tupl
 
 
 def with_search_path(text: str) -> str | None:
-    """Return the text of a config without a search path with the search path ``.`` added.
-
-    Return None when the line of the profile version is not found.
-    """
+    """Return the text of a config with the search path ``.``, below the line of its version; None: no such line."""
     lines = [line for line in _lines(text) if not re.fullmatch(r"search_path:\s*(\"\"|'')?", line)]
     place = next((place for place, line in enumerate(lines) if line.startswith("ocio_profile_version")), None)
     return None if place is None else "\n".join([*lines[: place + 1], "", "search_path: .", *lines[place + 1 :]]) + "\n"

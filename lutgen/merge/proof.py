@@ -12,8 +12,7 @@ from lutgen.bindings import all_parts, first_space, ocio, ocio_errors
 from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError, in_one_line
 
-#: Maximum difference, in code values 0..1, of a new view from the build's own view. OpenColorIO approximates power
-#: functions, and the two views use different powers.
+#: Maximum difference of a new view from the build's own, in code values 0..1: OpenColorIO approximates their powers.
 TOLERANCE = 1e-3
 
 #: Maximum difference due to the rounded numbers of a config that OpenColorIO writes; relative for values above 1.
@@ -72,10 +71,7 @@ def _pixels(config: Any, transform: Any, code: Array) -> NDArray[np.float32] | N
 
 
 def aged_difference(built: Path, merged: Any, source: str, display: str, view: str) -> float:
-    """Return the largest difference, in code values, of a new view from the build's own view.
-
-    Raises LutgenError: the view cannot be shown, or the difference exceeds ``TOLERANCE``.
-    """
+    """Return a view's largest difference (code values) from the build's own. Raises LutgenError: too large, no view."""
     lib, start = ocio(), first_space(merged)
     own = lib.Config.CreateFromFile(str(built / CONFIG))
     try:
@@ -83,9 +79,8 @@ def aged_difference(built: Path, merged: Any, source: str, display: str, view: s
         expected = _through(own, lib.DisplayViewTransform(SOURCE, "sRGB", AGED_VIEW), code.astype(np.float64))
         shown = _through(merged, lib.DisplayViewTransform(start, display, view), _code())
     except ocio_errors() as error:
-        raise LutgenError(
-            f"view {view} of {display} cannot be shown: {in_one_line(error)}. Nothing was written."
-        ) from None
+        why = f"cannot be shown: {in_one_line(error)}. Nothing was written."
+        raise LutgenError(f"view {view} of {display} {why}") from None
     difference = float(np.abs(np.clip(shown, 0, 1) - np.clip(expected, 0, 1)).max())
     # `not <=` also finds NaN.
     if not difference <= TOLERANCE:

@@ -51,19 +51,15 @@ class Cause:
     proof: Callable[[SessionPair], str] = lambda _pair: ""
     rank: int = 9
     alone: bool = True
-    #: A sentence if evidence supports the cause without a proof; otherwise "". The cause is then named if no other
-    #: cause explains the pair.
+    #: A sentence if evidence supports the cause without a proof, or "": it is named if no other explains the pair.
     sign: Callable[[SessionPair], str] = lambda _pair: ""
     #: Whether the cause may have changed the transfer curves by the measured amount.
     bends: Callable[[SessionPair], bool] = lambda _pair: False
-    #: A sentence if the cause happened in addition to other causes and was corrected (a reading was left out);
-    #: otherwise "".
+    #: A sentence if the cause happened beside other causes and was corrected (a reading was left out); otherwise "".
     beside: Callable[[SessionPair], str] = lambda _pair: ""
-    #: A sentence if the readings of a pair cannot show the cause, which is then not named beside other causes;
-    #: otherwise "".
+    #: A sentence if the readings cannot show the cause, which is then not named beside other causes; otherwise "".
     untold: Callable[[SessionPair], str] = lambda _pair: ""
-    #: Names, fitted values and pair of another explanation → the parameter whose change this cause can also make; ""
-    #: without such a parameter.
+    #: Names, fitted values and pair of another explanation → the parameter that this cause can change too; or "".
     rival: Callable[[tuple[str, ...], Values, SessionPair], str] = lambda _names, _values, _pair: ""
     #: Course of the light over many sessions with this cause: "steady", "step", or "" (unknown).
     over_time: str = ""

@@ -19,8 +19,7 @@ _SUDDEN, _FASTEST = 0.1, 1.2
 #: organic emitters last a few times as long as blue emitters.
 _TOGETHER = 0.15
 
-#: Largest loss per year, in nepers, of a display that dims without a change of colour and may have aged: half in 10 000
-#: hours of continuous operation. A larger loss is a changed setting.
+#: Largest loss per year, in nepers, by aging without a change of colour: half in 10 000 hours of continuous operation.
 _USUAL = 0.6
 
 #: Smallest loss of each channel, in nepers, that may be aging although a matrix also explains the pair; an assumption.
@@ -37,12 +36,9 @@ def _long(pair: SessionPair) -> bool:
     return pair.days is None or abs(pair.days) >= LONG
 
 
-def _may_have_dimmed(change: float, pair: SessionPair) -> bool:
-    """Whether one factor of all light (natural logarithm ``change``) may be aging: a slow loss over months."""
-    if pair.days is None:
-        return change < 0
-    lost = -change if pair.days > 0 else change
-    return abs(pair.days) >= LONG and 0 < lost <= _USUAL * abs(pair.days) / 365.25
+def _loss(change: float, pair: SessionPair) -> float:
+    """Return the light that the later session lacks, from a change of all light since the reference (nepers)."""
+    return change if pair.days is not None and pair.days < 0 else -change
 
 
 def _prior(pair: SessionPair) -> float:
@@ -77,12 +73,11 @@ def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
     if "aged" in values:
         return ""
     if "scale" in values and "gains" not in values:
-        dimmed = not pair.other_settings and _may_have_dimmed(float(values["scale"][0]), pair)
-        return "scale" if dimmed else ""
+        most = np.inf if pair.days is None else _USUAL * abs(pair.days) / 365.25
+        dimmed = _long(pair) and 0 < _loss(float(values["scale"][0]), pair) <= most
+        return "scale" if dimmed and not pair.other_settings else ""
     if "gauge" in values and len(names) == 1 and not pair.other_instrument:
-        change = float(values["gauge"][0])
-        lost = change < 0 if pair.days is None or pair.days > 0 else change > 0
-        return "gauge" if lost and _long(pair) else ""
+        return "gauge" if _long(pair) and _loss(float(values["gauge"][0]), pair) > 0 else ""
     red, green, blue, _ = pair.shift
     # A matrix that moves only blue makes the same change as years of aging. So does a matrix that dims all channels of
     # a display, if one instrument read both sessions.

@@ -44,10 +44,7 @@ class ArchiveScan:
 
 @contextmanager
 def scan_archive(path: Path) -> Iterator[tuple[ArchiveScan, Path]]:
-    """Read an archive's directory and unpack its safe files into a temporary folder. Yield the scan and the folder.
-
-    Raises LutgenError: the archive cannot be read.
-    """
+    """Yield the scan of an archive, and a folder with its safe files. Raises LutgenError: it cannot be read."""
     with scratch() as folder:
         with readable(path, "an archive"):
             size = path.stat().st_size
@@ -149,9 +146,8 @@ def lint_archive(path: Path, _ask_readers: bool) -> Linted:
         # These rules report a LUT that is too large for OpenColorIO.
         if any(each.rule in {"loads", "cube-size"} for each in of_luts):
             # Loading the config loads its LUTs. A LUT that states a huge size would fill the memory.
-            all_findings.append(
-                LintFinding(f"{CONFIG} was not loaded, since a LUT may be too large", "Correct that first.")
-            )
+            fact = f"{CONFIG} was not loaded, since a LUT may be too large"
+            all_findings.append(LintFinding(fact, "Correct that first."))
         elif (folder / CONFIG).is_file():
             all_findings += _inside(folder, CONFIG, config.FORMAT)
     return Linted(path, "archive", (f"{len(scan.names)} files, {scan.bytes} bytes",), tuple(all_findings))

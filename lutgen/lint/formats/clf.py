@@ -212,9 +212,8 @@ def clf_form(scan: ClfScan) -> Iterator[LintFinding]:
         depth = node.attributes.get("outBitDepth", "")
         if node.name.startswith("LUT") and depth.endswith("i") and 0 < node.largest <= 2:
             fates = wrong(*OCIO, CLF_IO, how="divides by the largest integer and shows almost black")
-            yield LintFinding(
-                f"says outBitDepth {depth}, and has values up to {node.largest:g}", "Write 32f.", node.line, fates
-            )
+            fact = f"says outBitDepth {depth}, and has values up to {node.largest:g}"
+            yield LintFinding(fact, "Write 32f.", node.line, fates)
 
 
 RULES = (loads, clf_form)

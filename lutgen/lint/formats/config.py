@@ -120,10 +120,7 @@ def _broken(config: Any) -> list[tuple[str, str]]:
 
 
 def config_version(scan: ConfigScan) -> Iterator[LintFinding]:
-    """Find unsupported versions: OpenColorIO 2.1 refuses version 2.2 and later.
-
-    Any other refusal of the installed OpenColorIO counts for all readers.
-    """
+    """Find versions after 2.1, which OpenColorIO 2.1 refuses. Any other refusal counts for all readers."""
     line = scan.line_of("ocio_profile_version")
     installed = str(bindings.ocio().__version__)
     if scan.version == (0, 0) and not scan.refusal:
@@ -162,10 +159,7 @@ def config_parts(scan: ConfigScan) -> Iterator[LintFinding]:
 
 
 def config_files(scan: ConfigScan) -> Iterator[LintFinding]:
-    """Find paths that work in this folder only, and tables without an interpolation.
-
-    The findings are notes, since the config works in this folder.
-    """
+    """Find paths that work in this folder only, and tables without an interpolation: notes, since the config works."""
     files = [transform.getSrc() for transform in scan.file_transforms]
     absolute = [each for each in [*files, *bindings.search_path(scan.config)] if Path(each).is_absolute()]
     if absolute:
@@ -182,12 +176,12 @@ def config_files(scan: ConfigScan) -> Iterator[LintFinding]:
     stated = ["interpolation" in str(each) and "interpolation=default" not in str(each) for each in tables]
     unstated = [each.getSrc() for each, states in zip(tables, stated, strict=True) if not states]
     if unstated:
-        yield LintFinding(
-            f"states no interpolation for {unstated[0]}: OpenColorIO then takes trilinear, and tetrahedral follows the "
-            "grey axis of a 3D table better",
+        better = "OpenColorIO then takes trilinear, and tetrahedral follows the grey axis of a 3D table better"
+        fact, remedy = (
+            f"states no interpolation for {unstated[0]}: {better}",
             "Add interpolation: tetrahedral for 3D tables.",
-            scan.line_of(unstated[0]),
         )
+        yield LintFinding(fact, remedy, scan.line_of(unstated[0]))
 
 
 def config_environment(scan: ConfigScan) -> Iterator[LintFinding]:
@@ -207,9 +201,8 @@ def config_keys(scan: ConfigScan) -> Iterator[LintFinding]:
     """Find unknown keys, such as misspelt keys. OpenColorIO skips them with a warning."""
     for warning in scan.warnings:
         quoted = warning.split("'")[1] if warning.count("'") > 1 else ""
-        yield LintFinding(
-            f"OpenColorIO warns: {warning[:200]}", "Correct the word, or remove it.", scan.line_of(quoted)
-        )
+        fact = f"OpenColorIO warns: {warning[:200]}"
+        yield LintFinding(fact, "Correct the word, or remove it.", scan.line_of(quoted))
 
 
 def config_roles(scan: ConfigScan) -> Iterator[LintFinding]:

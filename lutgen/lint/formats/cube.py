@@ -29,8 +29,7 @@ ADOBES = ("TITLE", *DOMAIN)
 KNOWN = {*ADOBES, *RANGES, "LUT_3D_SIZE", "LUT_1D_SIZE"}
 RANGE_FLAGS = {"LUT_IN_VIDEO_RANGE", "LUT_OUT_VIDEO_RANGE", "LUT_IN_FULL_RANGE", "LUT_OUT_FULL_RANGE"}
 
-#: In a table stored blue fastest, the correlation of red with the slowest index is larger than its correlation with the
-#: fastest index by at least this margin.
+#: In a table stored blue fastest, red correlates more with the slowest index than with the fastest, by this margin.
 MARGIN = 0.3
 
 #: The smallest fall along the neutral axis that is not due to rounding: one 10-bit code.
@@ -195,9 +194,8 @@ def cube_keyword(scan: CubeScan) -> Iterator[LintFinding]:
             fates |= refused(FFMPEG, PILLOW, how=how)
         elif any(0 < scan.size_line < entry.line for entry in small):
             fates |= refused(FFMPEG, how=how)
-        yield LintFinding(
-            f"writes a keyword in small letters: {small[0].text}", "Write capitals.", small[0].line, fates
-        )
+        fact = f"writes a keyword in small letters: {small[0].text}"
+        yield LintFinding(fact, "Write capitals.", small[0].line, fates)
     if late:
         fates = refused(OCIO_26, PILLOW, how="reads it as a row")
         yield LintFinding(f"has a keyword among its rows: {late[0].text}", "Put it before them.", late[0].line, fates)
@@ -265,10 +263,8 @@ def cube_rows(scan: CubeScan) -> Iterator[LintFinding]:
     strict = refused(*OCIO, PILLOW, COLOUR, how="finds the wrong number of rows")
     rows, expected = scan.table.rows, scan.size**3
     if expected and rows != expected:
-        few = rows < expected
-        fates = (
-            refused(FFMPEG, how="finds too few rows") if few else wrong(FFMPEG, how=f"reads the first {expected} rows")
-        )
+        surplus = wrong(FFMPEG, how=f"reads the first {expected} rows")
+        fates = refused(FFMPEG, how="finds too few rows") if rows < expected else surplus
         fact = f"has {rows} rows where LUT_3D_SIZE {scan.size} asks for {expected}"
         yield LintFinding(fact, _CUT, scan.size_line, strict | fates)
     yield from _curve_rows(scan)

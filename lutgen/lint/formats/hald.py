@@ -71,8 +71,7 @@ class HaldScan:
 
     def read(self, file: BinaryIO) -> bool:
         """Read all chunks after the signature, and return whether the file has its last chunk, IEND."""
-        # Read at most 100 000 chunks. Writers split pixels into chunks of 8 kB or more, so images of all levels have
-        # fewer chunks.
+        # Images of all levels have fewer chunks, since writers split pixels into chunks of 8 kB or more.
         for _ in range(100_000):
             head = file.read(8)
             if len(head) < 8:

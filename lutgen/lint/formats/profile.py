@@ -40,8 +40,7 @@ SAME = 1 / 255
 #: Tags of tables from the device's colours. A device link has only the first.
 TABLES = ("A2B0", "A2B1", "A2B2")
 
-#: Type of an 8-bit or a 16-bit table → number of bytes before its curves (ICC.1:2022, 10.10 and 10.11), and bytes per
-#: number.
+#: Type of an 8-bit or a 16-bit table → bytes before its curves (ICC.1:2022, 10.10 and 10.11), and bytes per number.
 _HEADS = {b"mft1": (48, 1), b"mft2": (52, 2)}
 
 #: The table type of version 4 (ICC.1:2022, 10.12), bytes of its head, and bytes of the head of its block of numbers.

@@ -25,8 +25,7 @@ _ROW = {
 #: The beginning of the mesh line of a .3dl, which lists its input levels: two numbers.
 _MESH = re.compile(rb"\s*\d+\s+\d")
 
-#: The line with the table's size. OpenColorIO reads 2x as 2. The pattern therefore allows letters after a number, so
-#: that they cannot hide a huge size.
+#: The line with the table's size. OpenColorIO reads 2x as 2: letters after a number must not hide a huge size.
 _SIZE = re.compile(rb"\s*(\d+)\s+(\d+)\s+(\d+)\S*\s*$")
 
 #: Suffix → pattern of a line that holds only numbers.
@@ -139,10 +138,7 @@ class _CspLines:
 
 
 def scan_table(path: Path) -> TableScan:
-    """Scan a file in one pass, then try OpenColorIO, unless the file would fill the memory.
-
-    Raises LutgenError: the file cannot be read or is no text.
-    """
+    """Scan a file, then try OpenColorIO, if it cannot fill the memory. Raises LutgenError: unreadable, or no text."""
     scan = TableScan(path)
     for block in blocks(path):
         scan.ends |= block.ends
