@@ -164,8 +164,6 @@ class ColourFit:
     chi2: float
     #: Natural logarithm of the evidence, up to a constant that all fits of a pair share.
     evidence: float
-    #: XYZ as read minus XYZ of the fit, (5, 3).
-    residual: Array
 
 
 def covariance(before: ColourPoints, after: Array, *, noise: float, loose: float = 0.0) -> Array:
@@ -238,4 +236,4 @@ def fit(before: ColourPoints, after: Array, free: Sequence[str], *, noise: float
     # Ratio of the covariance's determinants with and without ``loose``: a wider tolerance lowers the evidence.
     plain = np.linalg.slogdet(covariance(before, after, noise=noise))[1]
     evidence = -0.5 * (float(here @ here) + occam + float(np.linalg.slogdet(spread)[1] - plain))
-    return ColourFit(split(theta), chi2, evidence, after - changed(before, split(theta)))
+    return ColourFit(split(theta), chi2, evidence)

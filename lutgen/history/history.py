@@ -104,7 +104,6 @@ def _figures(
         contrast = np.where(black + ambient > 0, (white + ambient) / (black + ambient), np.nan)
         share = np.where(black > 0, ambient / black, np.nan) if ambient else np.full(len(inspections), np.nan)
     ends = [each.uniformity or (np.nan, np.nan) for each in inspections]
-    even = [2.0 * (high - low) / (high + low) for low, high in ends]
     dark = np.hypot(BLACK * black, FLOOR_CD_M2)
     values = {
         "white": white,
@@ -117,8 +116,8 @@ def _figures(
             starts,
         ),
         "gamma": np.array([each.gamma for each in inspections], np.float64),
-        "non-uniformity": np.array(even),
-        "gsdf": np.array([np.nan if each is None else each.worst for each in responses]),
+        "non-uniformity": np.array([2.0 * (high - low) / (high + low) for low, high in ends]),
+        "gsdf": np.array([each and each.worst for each in responses], np.float64),
         "ambient": share,
     }  # fmt: skip
     errors = {
@@ -140,8 +139,8 @@ def _shift(colours: list[list[Array] | None], starts: Array) -> Array:
     if first is None:
         return np.full(len(colours), np.nan)
     start = xyz_to_uv(np.array(first))
-    moves = [None if each is None else xyz_to_uv(np.array(each)) - start for each in colours]
-    return np.array([np.nan if each is None else float(np.hypot(*each.T).max()) for each in moves])
+    moves = [None if each is None else np.hypot(*(xyz_to_uv(np.array(each)) - start).T).max() for each in colours]
+    return np.array(moves, np.float64)
 
 
 _TG18 = "AAPM TG18, Samei et al. 2005, doi:10.1118/1.1861159"

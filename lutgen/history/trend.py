@@ -70,8 +70,6 @@ class Passing:
 class Followed:
     """One quantity over time."""
 
-    #: One of ``history.QUANTITIES``.
-    quantity: str
     #: The laws by evidence; None if fewer than ``FEWEST`` used sessions have the figure.
     decay: Decay | None
     #: Median of the draws at ``Trend.ahead``, (m,), and their interval.
@@ -183,13 +181,13 @@ def _course(seen: History, name: str, kept: Array, ahead: Array) -> Followed:
     used = kept & np.isfinite(values) & np.isfinite(errors) & (errors > 0)
     if np.count_nonzero(used) < FEWEST:
         none = np.full(ahead.size, np.nan)
-        return Followed(name, None, none, none, none)
+        return Followed(None, none, none, none)
     span = float(seen.time[-1])
     decay = decay_of(
         seen.time[used] / span, values[used], errors[used], ahead / span, draws=DRAWS, seed=[SEED, *name.encode()]
     )
     low, middle, high = np.quantile(decay.curves, (0.5 - INTERVAL / 2, 0.5, 0.5 + INTERVAL / 2), axis=0)
-    return Followed(name, decay, middle, low, high)
+    return Followed(decay, middle, low, high)
 
 
 def _passing(seen: History, limit: Limit, kept: Array, decay: Decay | None, ahead: Array) -> Passing:

@@ -82,8 +82,8 @@ class CubeScan:
     size_1d: int = 0
     #: Whether the file starts with a UTF-8 byte order mark.
     marked: bool = False
-    #: Its kinds of line ends: "LF", "CRLF", "CR".
-    ends: set[str] = field(default_factory=set)
+    #: Whether a line ends in a single CR.
+    single_cr: bool = False
     #: The lines of the header, at most ``MAX_ENTRIES``.
     entries: list[Entry] = field(default_factory=list)
     #: Kind of irregularity → its position: ``nan``, ``infinite``, ``overflow``, ``subnormal``, ``decimal comma``,
@@ -135,7 +135,7 @@ class CubeScan:
     def take(self, block: LineBlock) -> None:
         """Scan the next lines."""
         data = block.data
-        self.ends |= block.ends
+        self.single_cr |= block.single_cr
         if block.first == 1 and data.startswith(BYTE_ORDER_MARK):
             self.marked, data = True, data[len(BYTE_ORDER_MARK) :]
         rows = None if data.translate(None, _PLAIN) else _plain_rows(data)
@@ -146,18 +146,16 @@ class CubeScan:
                 self._note("tab", block.first + place, data.split(b"\n", place + 1)[place], len(rows))
             self._keep(rows)
             return
-        pending: list[list[float]] = []
-        lines: list[int] = []
+        pending: dict[int, list[float]] = {}
         for place, line in enumerate(data.split(b"\n"), block.first):
             row = self._line(place, line, len(pending))
             if isinstance(row, Entry):
                 # A size line changes the positions of the rows after it.
-                self._flush(pending, lines)
+                self._flush(pending)
                 self._sizes(row)
             elif row is not None:
-                pending.append(row)
-                lines.append(place)
-        self._flush(pending, lines)
+                pending[place] = row
+        self._flush(pending)
 
     def _line(self, place: int, line: bytes, pending: int) -> list[float] | Entry | None:
         """Return the numbers of a row, an entry for a line of the header, or None for a comment."""
@@ -222,13 +220,13 @@ class CubeScan:
         self._note("text", place, line)
         return [0.0]
 
-    def _flush(self, pending: list[list[float]], lines: list[int]) -> None:
+    def _flush(self, pending: dict[int, list[float]]) -> None:
+        """Take the rows, by line, that were read one by one."""
         if pending:
-            rows = np.array(pending)
-            self._note_numbers(rows, np.array(lines))
+            rows = np.array([*pending.values()])
+            self._note_numbers(rows, np.array([*pending]))
             self._keep(rows)
             pending.clear()
-            lines.clear()
 
     def _keep(self, rows: Array) -> None:
         part = min(max(self.size_1d - self.shaper_rows, 0), len(rows))
@@ -242,9 +240,8 @@ class CubeScan:
 
     def _measure_bend(self, rows: Array) -> None:
         low, high = 0.0, 1.0
-        for entry in self.entries:
-            if entry.keyword.upper() == "LUT_1D_INPUT_RANGE":
-                low, high = entry.numbers(2) or (low, high)
+        for entry in self.named("LUT_1D_INPUT_RANGE"):
+            low, high = entry.numbers(2) or (low, high)
         place = np.arange(self.shaper_rows, self.shaper_rows + len(rows)) / max(self.size_1d - 1, 1)
         distance = np.abs(rows - (low + (high - low) * place)[:, np.newaxis]).max()
         # A NaN in the 1D part must count as an infinite distance.

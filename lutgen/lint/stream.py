@@ -25,11 +25,11 @@ BYTE_ORDER_MARK = b"\xef\xbb\xbf"
 
 
 class LineBlock(NamedTuple):
-    """Whole lines with LF ends, the number of the first line, and the original line ends: "LF", "CRLF" or "CR"."""
+    """Whole lines with LF ends, the number of the first line, and whether one of the lines ended in a single CR."""
 
     first: int
     data: bytes
-    ends: frozenset[str]
+    single_cr: bool
 
 
 @contextmanager
@@ -71,14 +71,9 @@ def shown(data: bytes) -> str:
 
 def _block(first: int, data: bytes) -> LineBlock:
     pairs, returns = data.count(b"\r\n"), data.count(b"\r")
-    ends = {
-        name
-        for name, count in (("CRLF", pairs), ("CR", returns - pairs), ("LF", data.count(b"\n") - pairs))
-        if count > 0
-    }
     if returns:
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    return LineBlock(first, data, frozenset(ends))
+    return LineBlock(first, data, returns > pairs)
 
 
 #: Maximum number of points along an axis of a table that is stored for a trial. OpenColorIO refuses larger tables.

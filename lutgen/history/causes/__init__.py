@@ -1,8 +1,6 @@
 """Causes of a difference between two sessions, one file for each cause; a new cause needs only a new file.
 
-A module defines one ``CAUSE``, which declares the facts that the cause may move, how the cause changes white, primaries
-and black, its proof, and the changes with which it may be confused. Verdicts use only these declarations: no other file
-names a cause.
+A module defines one ``CAUSE``, a :class:`Cause`. Verdicts use only its declarations: no other file names a cause.
 """
 
 from collections.abc import Callable, Mapping

@@ -62,12 +62,6 @@ def _sound(values: Values, pair: SessionPair) -> bool:
     return bool(slow and together and blue_fades)
 
 
-def _dimmed_for_one_meter(pair: SessionPair) -> bool:
-    """Whether the files name one instrument, and all channels have clearly lost light."""
-    change = pair.light_change
-    return pair.same_instrument and change is not None and bool((change < -_LEAST_LOSS).all())
-
-
 def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
     """Return the parameter of another explanation (a factor, a meter's gain or a matrix) that may be aging; or ""."""
     if "aged" in values:
@@ -79,9 +73,11 @@ def _rival(names: tuple[str, ...], values: Values, pair: SessionPair) -> str:
     if "gauge" in values and len(names) == 1 and not pair.other_instrument:
         return "gauge" if _long(pair) and _loss(float(values["gauge"][0]), pair) > 0 else ""
     red, green, blue, _ = pair.shift
+    change = pair.light_change
+    dimmed = pair.same_instrument and change is not None and bool((change < -_LEAST_LOSS).all())
     # A matrix that moves only blue makes the same change as years of aging. So does a matrix that dims all channels of
     # a display, if one instrument read both sessions.
-    alone = len(names) == 1 and not pair.other_instrument and ("blue" in pair.moved or _dimmed_for_one_meter(pair))
+    alone = len(names) == 1 and not pair.other_instrument and ("blue" in pair.moved or dimmed)
     likely = max(red, green) < _COLOUR and (alone or (len(names) > 1 and blue < _COLOUR))
     return "matrix" if "matrix" in values and likely and _long(pair) else ""
 

@@ -225,7 +225,7 @@ def encoding(scan: CubeScan) -> Iterator[LintFinding]:
 
 def line_ends(scan: CubeScan) -> Iterator[LintFinding]:
     """Find line ends of a single CR. All readers accept CRLF, but OpenColorIO and ffmpeg do not accept a single CR."""
-    if "CR" in scan.ends:
+    if scan.single_cr:
         fates = refused(*OCIO, FFMPEG, how="reads the whole file as one line")
         yield LintFinding("has line ends of a single CR", "Save it with LF line ends.", 1, fates)
 

@@ -51,8 +51,8 @@ class TableScan:
     length: int = 0
     #: The line that begins metadata without an end.
     unclosed: int = 0
-    #: Its kinds of line ends: "LF", "CRLF", "CR".
-    ends: frozenset[str] = frozenset()
+    #: Whether a line ends in a single CR.
+    single_cr: bool = False
     #: Points along each axis by the header; () without a header.
     size: tuple[int, ...] = ()
     #: Number of rows after the header.
@@ -141,7 +141,7 @@ def scan_table(path: Path) -> TableScan:
     """Scan a file, then try OpenColorIO, if it cannot fill the memory. Raises LutgenError: unreadable, or no text."""
     scan = TableScan(path)
     for block in blocks(path):
-        scan.ends |= block.ends
+        scan.single_cr |= block.single_cr
         for place, line in enumerate(block.data.splitlines(), block.first):
             scan.take(place, line)
     scan.length, scan.unclosed = path.stat().st_size, unclosed_metadata(path)
@@ -158,7 +158,7 @@ def loads(scan: TableScan) -> Iterator[LintFinding]:
 
 def line_ends(scan: TableScan) -> Iterator[LintFinding]:
     """Find line ends of a single CR. All readers accept CRLF, but OpenColorIO and ffmpeg do not accept a single CR."""
-    if scan.suffix == ".3dl" and "CR" in scan.ends:
+    if scan.suffix == ".3dl" and scan.single_cr:
         fates = wrong(*OCIO, how="reads all numbers as one curve")
         fates |= refused(FFMPEG, how="reads the whole file as one line")
         yield LintFinding("has line ends of a single CR", "Save it with LF line ends.", 1, fates)
