@@ -18,7 +18,7 @@ from lutgen.history.pair import SessionPair
 from lutgen.history.patches import CHANNELS
 from lutgen.history.steadiness import left_out, steadiness
 from lutgen.history.verdicts import Hypothesis, SessionVerdict, in_succession, pronounce
-from lutgen.progress import Progress
+from lutgen.progress import Progress, unseen
 from lutgen.readings.campaign import Campaign, CampaignEntry
 from lutgen.readings.steadiness import drift_by_repeats
 
@@ -39,9 +39,7 @@ class Explanations:
     verdicts: tuple[SessionVerdict, ...]
 
 
-def explain(
-    campaign: Campaign, *, reference: str | int | None = None, progress: Progress | None = None
-) -> Explanations:
+def explain(campaign: Campaign, *, reference: str | int | None = None, progress: Progress = unseen) -> Explanations:
     """Say why sessions differ from ``reference``, a file or an index; default: the first sound session.
 
     Raises LutgenError: fewer than two sessions, or no session of this name.
@@ -53,8 +51,7 @@ def explain(
     others = [number for number in range(len(entries)) if number != place]
     pairs, verdicts = [], []
     for number, other in enumerate(others):
-        if progress:
-            progress(number, len(others))
+        progress(number, len(others))
         days = _days(campaign, entries[place], entries[other])
         pair = SessionPair(entries[place], entries[other], days, (*cleaned[place][1], *cleaned[other][1]))
         pairs.append(pair)

@@ -75,8 +75,7 @@ class Inspection:
 
     def as_json(self) -> dict[str, Any]:
         """Return the entry of ``lutgen inspect --json``; its schema is ``lutgen/history/schema/inspect.json``."""
-        session, steady, greys = self.session, self.steadiness, self.greys
-        tips = self.primaries
+        session, steady, greys, tips = self.session, self.steadiness, self.greys, self.primaries
         return {
             "file": session.file,
             "sha256": session.sha256,

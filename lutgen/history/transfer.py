@@ -266,10 +266,7 @@ def full_light_ratio(before: Session, after: Session) -> Array:
 
 
 def _light_kept(session: Session, channel: str, share: float) -> float:
-    """Return a channel's light at a share of its highest drive, relative to full light.
-
-    Between levels the light is interpolated as a power; without enough levels the channel's γ is used.
-    """
+    """Return a channel's light at a share of its highest drive over full light: by a power between levels, or by γ."""
     drive, light = native_ramp(session, channel)
     lit = (drive > 0) & (light > 0)
     drive, light = drive[lit], light[lit]

@@ -19,7 +19,7 @@ from lutgen.history.decay import Decay, decay_of
 from lutgen.history.explain import Explanations, explain, references
 from lutgen.history.history import QUANTITIES, History, Limit, history, times
 from lutgen.history.verdicts import SessionVerdict
-from lutgen.progress import Progress
+from lutgen.progress import Progress, unseen
 from lutgen.readings.campaign import Campaign
 
 #: Number of draws of the future, their seed, and the share of the draws that an interval holds.
@@ -116,7 +116,7 @@ def trend(
     all_sessions: bool = False,
     ambient_cd_m2: float = 0.0,
     reference: str | None = None,
-    progress: Progress | None = None,
+    progress: Progress = unseen,
 ) -> Trend:
     """Follow a display and say when each limit is passed. Raises LutgenError: too few sessions, or no times.
 
@@ -138,7 +138,7 @@ def trend(
     return Trend(seen, kept, compared, left_out, ahead, courses, passings)
 
 
-def _compared(campaign: Campaign, reference: str | None, progress: Progress | None) -> Explanations:
+def _compared(campaign: Campaign, reference: str | None, progress: Progress) -> Explanations:
     """Return the comparison with ``reference``, or with the session from which most differ by nothing but age.
 
     If several sessions have equally many, the first sound one is used. A session that differs by nothing but age from a

@@ -89,7 +89,7 @@ def without(verdict: SessionVerdict, name: str, why: str) -> SessionVerdict:
     """Return the verdict without the cause ``name``; ``why`` is the evidence against that cause."""
     others = tuple(each for each in verdict.names if each != name)
     sure = tuple(each for each in verdict.sure if each != name)
-    return _verdict("one-of" if len(others) > 1 else "named", others, (*verdict.evidence, why), sure)
+    return _one_of(others, (*verdict.evidence, why), sure)
 
 
 def pronounce(pair: SessionPair, hypotheses: Sequence[Hypothesis]) -> SessionVerdict:
@@ -180,8 +180,8 @@ def _mistaken(pair: SessionPair, rivals: Sequence[Hypothesis], names: tuple[str,
     return mistaken
 
 
-def _one_of(names: tuple[str, ...], evidence: tuple[str, ...]) -> SessionVerdict:
-    return _verdict("one-of" if len(names) > 1 else "named", names, evidence)
+def _one_of(names: tuple[str, ...], evidence: tuple[str, ...], sure: tuple[str, ...] = ()) -> SessionVerdict:
+    return _verdict("one-of" if len(names) > 1 else "named", names, evidence, sure)
 
 
 def _with(verdict: SessionVerdict, name: str, happened: str) -> SessionVerdict:
@@ -212,8 +212,7 @@ def _joined(names: tuple[str, ...], curves: tuple[str, ...], facts: tuple[str, .
 def _verdict(
     kind: str, names: tuple[str, ...], evidence: tuple[str, ...], sure: tuple[str, ...] = ()
 ) -> SessionVerdict:
-    known = causes()
-    meanings = [known[name].meaning for name in names]
+    meanings = [causes()[name].meaning for name in names]
     if kind == "same":
         sentence = "The sessions differ by no more than two sessions of an unchanged display."
     elif kind == "unclear":
@@ -225,7 +224,7 @@ def _verdict(
         sentence = f"It looks as if {_clauses(certain, 'and')}; and in addition, {_clauses(rest, 'or')}."
     else:
         sentence = f"It looks as if {_clauses(meanings, 'or')}."
-    tests = tuple(known[name].test for name in names) if kind in {"one-of", "several"} or len(names) == 1 else ()
+    tests = tuple(causes()[name].test for name in names) if kind in {"one-of", "several"} or len(names) == 1 else ()
     return SessionVerdict(kind, names, sentence, evidence, tests, _display(kind, names, sure), sure)
 
 

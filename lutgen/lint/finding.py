@@ -119,9 +119,8 @@ class Linted:
     @property
     def clean(self) -> bool:
         """Whether every reader shows what the author meant, by the rules and by the trials."""
-        return all(finding.level(self.readers) == "note" for finding in self.findings) and all(
-            trial.outcome in {READS, ""} for trial in self.trials
-        )
+        good = all(trial.outcome in {READS, ""} for trial in self.trials)
+        return good and all(finding.level(self.readers) == "note" for finding in self.findings)
 
     def fate(self, reader: str) -> tuple[Fate, LintFinding | None]:
         """Return a reader's fate with the file, and the finding that predicts it; None for a correct reading."""

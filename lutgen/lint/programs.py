@@ -189,10 +189,7 @@ def refusal(path: Path) -> str:
 
 
 def loading(why: str | None, *readers: str) -> Iterator[finding.LintFinding]:
-    """Yield the finding for ``why``, a result of :func:`refusal`, or None for a file that was not tried.
-
-    The finding holds for all ``readers``, since OpenColorIO 2.1 and 2.6 agree.
-    """
+    """Yield the finding for a result of :func:`refusal` (None: not tried). OpenColorIO 2.1 and 2.6 agree about it."""
     if why:
         fates = finding.refused(*readers, how=f"OpenColorIO {_opencolorio_version()} was tried")
         yield finding.LintFinding(f"is not read: {why}", "Export it again.", 0, fates)

@@ -35,19 +35,16 @@ class AgedNames(NamedTuple):
         return cls(name, name, f"{name} look", f"{name} transform")
 
 
-def space_names(config: Any) -> list[str]:
-    """Return the names of all colour spaces, including inactive colour spaces and those of displays."""
-    lib = ocio()
-    return list(config.getColorSpaceNames(lib.SEARCH_REFERENCE_SPACE_ALL, lib.COLORSPACE_ALL))
+def space_names(config: Any, kind: Any) -> list[str]:
+    """Return the names of the colour spaces of an OpenColorIO kind, including inactive ones."""
+    return list(config.getColorSpaceNames(kind, ocio().COLORSPACE_ALL))
 
 
 def check_source(config: Any, name: str) -> None:
     """Raise LutgenError unless the colour space ``name`` exists, is no data space and is scene-referred."""
     lib, space = ocio(), config.getColorSpace(name)
     if space is None:
-        raise pick_one(
-            "colour space", name, config.getColorSpaceNames(lib.SEARCH_REFERENCE_SPACE_SCENE, lib.COLORSPACE_ALL)
-        )
+        raise pick_one("colour space", name, space_names(config, lib.SEARCH_REFERENCE_SPACE_SCENE))
     if space.isData() or space.getReferenceSpaceType() != lib.REFERENCE_SPACE_SCENE:
         why = "holds data" if space.isData() else "belongs to a display"
         raise LutgenError(
@@ -60,12 +57,13 @@ def add_source_signal(config: Any, name: str) -> None:
     """Add a colour space of the sRGB signal, by ``INTERCHANGE``. Raises LutgenError: no role, or the name is used."""
     lib = ocio()
     if config.getMajorVersion() < 2 or not config.hasRole(INTERCHANGE):
-        choices = config.getColorSpaceNames(lib.SEARCH_REFERENCE_SPACE_SCENE, lib.COLORSPACE_ALL)
+        choices = space_names(config, lib.SEARCH_REFERENCE_SPACE_SCENE)
         raise LutgenError(
             f"this config has no role {INTERCHANGE}, so the code values that are sent to the display are not defined. "
             f"Give the colour space of sRGB with --source-space NAME, one of: {', '.join(choices)}."
         )
-    _free(name, space_names(config), "colour space", "or give it as --source-space where an earlier merge made it")
+    otherwise = "or give it as --source-space where an earlier merge made it"
+    _free(name, space_names(config, lib.SEARCH_REFERENCE_SPACE_ALL), "colour space", otherwise)
     aces = config.getColorSpace(INTERCHANGE)
     square = np.eye(4)
     square[:3, :3] = XYZ_TO_LINEAR
@@ -92,7 +90,7 @@ def add_aged(config: Any, names: AgedNames, *, source: str, onto: Sequence[str],
     lib = ocio()
     table = lib.FileTransform(src=lut, interpolation=lib.INTERP_TETRAHEDRAL)
     description = f"The code values of {source} as the aged display shows them, on a viewer that is not aged."
-    _free(names.space, space_names(config), "colour space")
+    _free(names.space, space_names(config, lib.SEARCH_REFERENCE_SPACE_ALL), "colour space")
     aged = lib.ColorSpace(
         referenceSpace=lib.REFERENCE_SPACE_SCENE,
         name=names.space,

@@ -220,10 +220,8 @@ def latest(entries: Sequence[AnswerRow]) -> datetime:
     return max(datetime.fromisoformat(entry.at) for entry in entries)
 
 
-def may_begin(entries: Sequence[AnswerRow], session: int, washout_days: float) -> datetime | None:
-    """Return the time when a session may begin, after the washout; None: at once."""
-    if session == 1:
-        return None
+def may_begin(entries: Sequence[AnswerRow], session: int, washout_days: float) -> datetime:
+    """Return the time when a session after the first may begin, after the washout."""
     before = [entry for entry in entries if entry.session == session - 1]
     return latest(before) + timedelta(days=washout_days)
 

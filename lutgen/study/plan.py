@@ -66,7 +66,7 @@ class Planned:
 
     def as_json(self) -> dict[str, Any]:
         """Return what ``--json`` writes. The protocol itself is in the study's folder."""
-        protocol = self.protocol
+        protocol, images, luts = self.protocol, self.per_condition, self.protocol.model["luts"]
         return {
             "schema": 1,
             "study": str(self.study),
@@ -76,11 +76,7 @@ class Planned:
             "display": {"file": protocol.model["file"], "sha256": protocol.model["sha256"]},
             "model": protocol.model["model"],
             "conditions": [
-                asdict(each)
-                | {
-                    "images_a_reader": self.per_condition.get(each.name, 0),
-                    "lut": protocol.model["luts"].get(each.name),
-                }
+                {**asdict(each), "images_a_reader": images.get(each.name, 0), "lut": luts.get(each.name)}
                 for each in protocol.conditions
             ],
             "readers": protocol.readers,

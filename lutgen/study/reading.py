@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from lutgen.errors import LutgenError, reason_of
-from lutgen.progress import Progress
+from lutgen.progress import Progress, unseen
 from lutgen.study import answers
 from lutgen.study.answer_file import AnswerFile, locked_place
 from lutgen.study.protocol import Protocol, read_protocol
@@ -115,9 +115,8 @@ class ReadingSession:
     def following(self) -> str:
         """Return a sentence on when the next session may begin; empty after the last session."""
         begin = answers.may_begin(self._file.entries, self.session + 1, self.protocol.washout_days)
-        if begin is None or self.session == self.protocol.sessions:
-            return ""
-        return f"Reading session {self.session + 1} may begin on {when(begin)}."
+        last = self.session == self.protocol.sessions
+        return "" if last else f"Reading session {self.session + 1} may begin on {when(begin)}."
 
     def note(self, kind: str, content: Mapping[str, Any]) -> None:
         """Record an event. Raises NotSavedError when the disk cannot be written."""
@@ -208,7 +207,7 @@ def begin_reading(
     session: int,
     override: str | None = None,
     clock: Callable[[], datetime] = lambda: datetime.now(UTC),
-    progress: Progress | None = None,
+    progress: Progress = unseen,
 ) -> Iterator[ReadingSession]:
     """Begin or resume a reader's session for the ``with`` block. Raises LutgenError: it may not begin now."""
     protocol = read_protocol(study)
@@ -224,8 +223,7 @@ def begin_reading(
             tasks = [*reading.practice, *reading.images]
             for done, task in enumerate(tasks, start=1):
                 reading.picture(task)
-                if progress:
-                    progress(done, len(tasks))
+                progress(done, len(tasks))
             _begin(reading, file, clock(), why)
             yield reading
     finally:
@@ -260,8 +258,8 @@ def _forbidden(protocol: Protocol, file: AnswerFile, session: int, now: datetime
     # Network time may set the clock back by less than this.
     if now < last - timedelta(seconds=2):
         reasons["clock"] = f"the clock says {when(now)}, but {when(last)} was recorded before: it was set back. Set it"
-    begin = answers.may_begin(file.entries, session, protocol.washout_days)
-    if begin and now < begin:
+    begin = answers.may_begin(file.entries, session, protocol.washout_days) if session > 1 else now
+    if now < begin:
         days = f"{protocol.washout_days:g} days"
         reasons["washout"] = f"it may begin on {when(begin)}, {days} after session {session - 1} ended. Wait"
     if reasons and not why:

@@ -150,9 +150,8 @@ def simulate(
     for trial in trials:
         difference = differences.get((trial.image, trial.condition), 0.0)
         seconds, ease, category = reader.answer(trial, difference, reader.difficulty(trial.image))
-        given = (seconds, ease, category, positive[category])
-        reader_name = f"simulated {trial.reader}"
-        answers.append(Answer(reader_name, trial.session, trial.position, trial.image, trial.condition, *given))
+        shown = (f"simulated {trial.reader}", trial.session, trial.position, trial.image, trial.condition)
+        answers.append(Answer(*shown, seconds, ease, category, positive[category]))
     return tuple(answers)
 
 
