@@ -22,7 +22,8 @@ UNKNOWN = ("", "unknown", "color lcd", "generic pnp monitor", "default monitor",
 #: Keywords for the settings of the instrument in files of ArgyllCMS' dispread: another value means another correction.
 _SETTINGS = ("DISPLAY_TYPE_REFRESH", "DISPLAY_TYPE_BASE_ID", "CCMX_NAME", "CCSS_NAME")
 
-#: Largest shift of a spectrum that is tried, and smallest that counts, in nm: a spectrometer repeats to 0.1 to 0.2.
+#: Largest shift of a spectrum that is tried, and smallest shift that counts, in nanometres: the repeatability of a
+#: spectrometer is 0.1 to 0.2.
 REACH, CLEAR_SHIFT = 5.0, 0.3
 
 #: Facts that a cause may move: colour of blue, colour of red or green, transfer curve, white over the sum of the

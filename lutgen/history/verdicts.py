@@ -315,7 +315,8 @@ def _brighter_later(pair: SessionPair, pairs: Sequence[SessionPair]) -> float:
     if mine is None or pair.days is None:
         return 0.0
     later = [each.light_change for each in pairs if each.days is not None and each.days > pair.days]
-    # Where a session is brighter than the reference, somebody raised the brightness, and perhaps in others: the median.
+    # In sessions brighter than the reference, somebody raised the brightness. Other sessions may also have a raised
+    # brightness: use the median.
     gains = [float((each - mine).min()) for each in later if each is not None and each.max() <= CAME_BACK]
     gain = float(np.median(gains)) if gains else 0.0
     return float(np.expm1(gain)) if gain >= CAME_BACK else 0.0
