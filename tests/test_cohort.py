@@ -377,7 +377,7 @@ def test_processes_end_when_nobody_waits_for_them_any_more(tmp_path: Path) -> No
 
 
 def _asked(display: DisplayModel) -> CohortTask:
-    return CohortTask(display, (3.0,), ("chroma",), HOURS, tissue=False, source="auto")
+    return CohortTask(display, {"tolerances": [3.0], "modes": ["chroma"], "hours": HOURS})
 
 
 # Dask -----------------------------------------------------------------------------------------------------------------

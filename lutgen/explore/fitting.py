@@ -187,21 +187,10 @@ class Fitting(Hosted):
 
 
 def first_step(current: Fit, effects: Sequence[Effect]) -> Comparison:
-    """Compare the model with these effects after one linear step from a fit that has other effects: a preview.
+    """Compare the model with ``effects`` after one linear step from a fit that has other effects: a preview.
 
-    Parameters
-    ----------
-    current
-        The fit to start from; its effects that are not in ``effects`` are removed.
-    effects
-        The effects of the new model. Effects of ``current`` start at their fitted values. Other effects start at rest,
-        in their simple form with the largest linear gain.
-
-    Raises
-    ------
-    LutgenError
-        An effect happens between two sessions, and the readings hold one session.
-
+    Effects of ``current`` start at their fitted values; others at rest, in their simple form with the largest linear
+    gain. Raises LutgenError: an effect happens between two sessions, and the readings hold one session.
     """
     fitted = {term.effect.name: term for term in current.terms}
     terms = tuple(fitted.get(effect.name) or best_start(current, effect) for effect in effects)

@@ -44,7 +44,7 @@ class Opened:
 
         self.model, self.files, self.expressions = model, files, expressions
         if files or expressions:
-            self.__dict__["effects"] = _sound(files, expressions)
+            self.effects = _sound(files, expressions)
         self.saved = load_model(model) if model else None
         self.readings: Measurements = self.saved.measurements if self.saved and not data else read_measurements(data)
         self.data = data or self.readings.file
@@ -55,7 +55,6 @@ class Opened:
                 f"--baseline {self.baseline} contradicts --model, whose baseline is {self.saved.baseline}."
             )
         self.fresh: DisplayModel = self.saved or DisplayModel(self.readings, baseline=self.baseline)
-        self._course: Course | None = None
         self._seen: dict[str, Visibility] = {}
         self._fitted: dict[tuple[str, ...], Refinement] = {}
         self._refined: dict[tuple[str, ...], Refinement] = {}
@@ -69,10 +68,9 @@ class Opened:
 
         effects = _sound(files, expressions)
         course, given = self.course, {name: self.course.effects[name] for name in self.given}
-        self._course = course.with_effects({**known_under(effects, self.baseline), **given})
-        self.files, self.expressions, self._seen = files, expressions, {}
-        self.__dict__["effects"] = effects
-        stay = self._course.shared_with(course)
+        self.course = course.with_effects({**known_under(effects, self.baseline), **given})
+        self.files, self.expressions, self.effects, self._seen = files, expressions, effects, {}
+        stay = self.course.shared_with(course)
         self._fitted = {names: each for names, each in self._fitted.items() if stay.issuperset(names)}
         self._refined = {names: each for names, each in self._refined.items() if stay.issuperset(names)}
         return stay
@@ -89,18 +87,14 @@ class Opened:
         """The rule that selects the paper's matrix of a colour."""
         return self.saved.selection if self.saved else "nearest"
 
-    @property
+    @cached_property
     def course(self) -> Course:
         """The model, and its fits with added effects."""
         from lutgen.criticism.refine import Course, terms_of
 
-        if self._course is None:
-            terms = terms_of(self.saved) if self.saved else ()
-            known = {**self.effects, **{term.effect.name: term.effect for term in terms}}
-            self._course = Course.of(
-                self.readings, baseline=self.baseline, selection=self.selection, effects=known, terms=terms
-            )
-        return self._course
+        terms = terms_of(self.saved) if self.saved else ()
+        known = {**self.effects, **{term.effect.name: term.effect for term in terms}}
+        return Course.of(self.readings, baseline=self.baseline, selection=self.selection, effects=known, terms=terms)
 
     @property
     def given(self) -> list[str]:

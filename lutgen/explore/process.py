@@ -183,12 +183,8 @@ def _end_with_fault(answered: Future[None]) -> None:
         os._exit(1)
 
 
-def _main(home: str) -> None:
-    answering = os.fdopen(os.dup(1), "wb")
+if __name__ == "__main__":
+    answers = os.fdopen(os.dup(1), "wb")
     # A user's own effect may print to standard output, which is redirected to standard error.
     os.dup2(2, 1)
-    _Child(sys.stdin.buffer, answering).serve(home)
-
-
-if __name__ == "__main__":
-    _main(sys.argv[1])
+    _Child(sys.stdin.buffer, answers).serve(sys.argv[1])

@@ -7,7 +7,7 @@ never reached ranks as longer than all others.
 
 from __future__ import annotations
 
-from contextlib import closing, contextmanager
+from contextlib import closing, nullcontext
 from dataclasses import asdict, dataclass
 from functools import cached_property, partial
 from itertools import product
@@ -21,20 +21,17 @@ from lutgen.cells import csv_text
 from lutgen.errors import LutgenError
 from lutgen.names import AGING_MODES
 from lutgen.pictures.blocks import threads
-from lutgen.pictures.cohort_slides import CohortSlide, CohortTask, claim, find_slides, image_from_json
+from lutgen.pictures.cohort_slides import CohortTask, claim, find_slides, image_from_json
 from lutgen.pictures.cohort_workers import on_cluster, on_this_machine
 from lutgen.pictures.difference import IN_JSON, STATISTICS, DifferenceCurve
 from lutgen.pictures.lifetime import TOLERANCES, Lifetimes, check_asked, csv_hours
 from lutgen.progress import Progress, unseen
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Sequence
 
     from lutgen.colorimetry import Array
     from lutgen.display import DisplayModel
-    from lutgen.pictures.cohort_workers import Outcomes
-
-    Crew = Callable[[CohortTask, Sequence[CohortSlide]], Outcomes]
 
 #: Confidence of the interval of a median. Fewer than six slides cannot reach this confidence, and get no interval.
 CONFIDENCE = 0.95
@@ -170,14 +167,10 @@ class Cohort:
         rows += [["broken", each.file, *[""] * (1 + len(columns))] for each in self.broken]
         for mode, of in self.lives.items():
             all_lives = [of[tolerance][name] for tolerance, name in columns]
-            ends = [each.interval or (None, None) for each in all_lives]
-            for row, values in (
-                ("median", [each.median for each in all_lives]),
-                ("low", [low for low, _ in ends]),
-                ("high", [high for _, high in ends]),
-            ):
-                if row == "median" or all_lives[0].interval:
-                    rows.append([row, "", mode, *map(csv_hours, values)])
+            rows.append(["median", "", mode, *(csv_hours(each.median) for each in all_lives)])
+            intervals = (each.interval for each in all_lives if each.interval)
+            for row, ends in zip(("low", "high"), zip(*intervals, strict=True), strict=False):
+                rows.append([row, "", mode, *map(csv_hours, ends)])
         return csv_text(rows)
 
 
@@ -229,7 +222,9 @@ def cohort(
     if jobs is not None and scheduler is not None:
         raise LutgenError("jobs are processes of this machine, and a scheduler has its own. Leave one of them out.")
     checked, chosen = check_asked(model, tolerances=tolerances, modes=modes, hours=hours, source=source)
-    task = CohortTask(model, checked, tuple(dict.fromkeys(modes)), tuple(chosen), tissue, source)
+    modes = tuple(dict.fromkeys(modes))
+    options = {"tolerances": list(checked), "modes": list(modes), "hours": chosen, "tissue": tissue, "source": source}
+    task = CohortTask(model, options)
     all_slides = find_slides(slides)
     folder = claim(Path(output), task, force=force)
     images = {slide: earlier for slide in all_slides if (earlier := folder.kept(slide, checked))}
@@ -237,7 +232,8 @@ def cohort(
     progress(kept, len(all_slides))
     broken = {}
     missing = [slide for slide in all_slides if slide not in images]
-    with _crew(missing, jobs, scheduler) as crew:
+    here = nullcontext(partial(on_this_machine, jobs=min(jobs or threads(), len(missing))))
+    with on_cluster(scheduler) if scheduler and missing else here as crew:
         folder.begin()
         with closing(crew(task.anywhere(), missing)) as outcomes:
             for slide, outcome in outcomes:
@@ -250,13 +246,4 @@ def cohort(
                 progress(len(images) + len(broken), len(all_slides))
     in_order = tuple(images[slide] for slide in all_slides if slide in images)
     named = tuple(broken[slide] for slide in all_slides if slide in broken)
-    return Cohort(Lifetimes(in_order, checked, model), named, task.modes, kept, Path(output))
-
-
-@contextmanager
-def _crew(missing: Sequence[CohortSlide], jobs: int | None, scheduler: str | None) -> Iterator[Crew]:
-    if scheduler and missing:
-        with on_cluster(scheduler) as crew:
-            yield crew
-    else:
-        yield partial(on_this_machine, jobs=min(jobs or threads(), len(missing)))
+    return Cohort(Lifetimes(in_order, checked, model), named, modes, kept, Path(output))

@@ -51,11 +51,8 @@ class CohortTask:
     """Arguments for each slide's call of :func:`lutgen.pictures.lifetime.lifetime`."""
 
     model: DisplayModel
-    tolerances: tuple[float, ...]
-    modes: tuple[str, ...]
-    hours: tuple[float, ...]
-    tissue: bool
-    source: str
+    #: The other arguments by name, as JSON holds them.
+    options: Mapping[str, Any]
     version: str = __version__
 
     def anywhere(self) -> Self:
@@ -174,11 +171,15 @@ class RunFolder:
 
 
 def claim(path: Path, task: CohortTask, *, force: bool) -> RunFolder:
-    """Check that a run may use ``path``. Raises LutgenError: no folder, foreign files, or another run unless forced."""
+    """Check that a run may use ``path``.
+
+    Raises LutgenError: no folder, foreign files, a model without files, or another run unless forced.
+    """
     in_the_way = next((place for place in (path, *path.parents) if place.exists()), path)
     if in_the_way.exists() and not in_the_way.is_dir():
         raise LutgenError(f"{in_the_way}: is a file, and a run is a folder. Choose another with -o.")
-    recipe = recipe_of(task, path)
+    model = hashlib.sha256(model_text(task.model, path.resolve())).hexdigest()
+    recipe = {"schema": SCHEMA, "version": task.version, "model": model, **task.options}
     before = _read(path)
     if before is None:
         return RunFolder(path, recipe, other=False)
@@ -189,20 +190,6 @@ def claim(path: Path, task: CohortTask, *, force: bool) -> RunFolder:
             "results up, or choose another folder with -o."
         )
     return RunFolder(path, recipe, other=bool(changed))
-
-
-def recipe_of(task: CohortTask, path: Path) -> dict[str, Any]:
-    """Return the recipe of a run into ``path``, for JSON. Raises LutgenError: a model without files."""
-    return {
-        "schema": SCHEMA,
-        "version": task.version,
-        "model": hashlib.sha256(model_text(task.model, path.resolve())).hexdigest(),
-        "tolerances": list(task.tolerances),
-        "modes": list(task.modes),
-        "hours": list(task.hours),
-        "tissue": task.tissue,
-        "source": task.source,
-    }
 
 
 def _read(path: Path) -> dict[str, Any] | None:

@@ -51,15 +51,7 @@ def look_at(task: CohortTask, slide: CohortSlide, threads: int = 0) -> Outcome:
     """Compute one slide's lifetimes in ``threads`` threads (0: one a core); an error becomes the outcome's reason."""
     try:
         with few_threads(threads):
-            lifetimes = lifetime(
-                [slide.path],
-                task.model,
-                tolerances=task.tolerances,
-                modes=task.modes,
-                hours=task.hours,
-                tissue=task.tissue,
-                source=task.source,
-            )
+            lifetimes = lifetime([slide.path], task.model, **task.options)
     except LutgenError as error:
         return Outcome(None, str(error).removeprefix(f"{slide.path}: "))
     except MemoryError:

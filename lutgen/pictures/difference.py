@@ -50,27 +50,23 @@ def differences(
 
     def fill(start: int) -> int:
         part = slice(start, min(start + CHUNK, size))
-        displays = [seen_at(each, places(part)) for each in (unaged, *aged)] if places else [unaged, *aged]
-        _fill(result[:, part], code(part), displays[0], displays[1:])
+        first, *others = [seen_at(each, places(part)) for each in (unaged, *aged)] if places else [unaged, *aged]
+        colours, heads = code(part), dict[object, Array]()
+
+        def seen(display: AgedDisplay) -> Array:
+            if display.head not in heads:
+                heads[display.head] = display.head_signal(colours)
+            return shown_lab(display.xyz(heads[display.head]))
+
+        before = seen(first)
+        for row, display in zip(result[:, part], others, strict=True):
+            row[:] = delta_e_2000(before, seen(display))
         return part.stop
 
     with ThreadPoolExecutor(threads()) as workers:
         for done in workers.map(fill, range(0, size, CHUNK)):
             progress(done, size)
     return result
-
-
-def _fill(result: Array, code: Array, unaged: AgedDisplay, aged: Sequence[AgedDisplay]) -> None:
-    heads: dict[object, Array] = {}
-
-    def seen(display: AgedDisplay) -> Array:
-        if display.head not in heads:
-            heads[display.head] = display.head_signal(code)
-        return shown_lab(display.xyz(heads[display.head]))
-
-    before = seen(unaged)
-    for row, display in zip(result, aged, strict=True):
-        row[:] = delta_e_2000(before, seen(display))
 
 
 def shown_lab(xyz: Array) -> Array:
