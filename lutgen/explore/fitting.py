@@ -37,23 +37,12 @@ class Fitting(Hosted):
         self._alone: dict[str, float | None] = {}
         self._switch = 0
 
-    def open(
-        self,
-        *,
-        data: str,
-        baseline: str | None,
-        model: str | None,
-        files: Sequence[str],
-        expressions: Sequence[str],
-        on: Sequence[str] = (),
-        switch: int = 0,
-    ) -> dict[str, Any]:
-        """Open readings, or the readings of a saved model, with some effects switched on.
+    def open(self, *, on: Sequence[str] = (), switch: int = 0, **readings: Any) -> dict[str, Any]:
+        """Open ``readings``, as :class:`Opened` takes them, with some effects switched on.
 
-        If they are refused, the previous readings stay open. ``switch`` is the number of the request to switch effects,
-        as in :meth:`switch`.
+        If they are refused, the previous readings stay open. ``switch``: as in :meth:`switch`.
         """
-        opened = Opened(data, baseline, model, tuple(files), tuple(expressions))
+        opened = Opened(**readings)
         _ = opened.effects  # raises LutgenError for a refused effect, of the user or of an installed package
         self._tell("without", pickle.dumps(opened.fresh))
         self._opened, self._on, self._fitted, self._settled = opened, tuple(on), (), False
@@ -147,7 +136,7 @@ class Fitting(Hosted):
 
     def own(self, files: Sequence[str], expressions: Sequence[str]) -> list[dict[str, Any]]:
         """Add the user's own effects to the catalogue. Effects that are switched on stay on."""
-        stay = self._now.take_own(tuple(files), tuple(expressions))
+        stay = self._now.take_own(files, expressions)
         self._settled = self._settled and stay.issuperset(self._on)
         self._on = tuple(name for name in self._on if name in self._now.effects)
         self._fitted = self._fitted if stay.issuperset(self._fitted) else ()

@@ -35,14 +35,14 @@ class Opened:
         data: str,
         baseline: str | None,
         model: str | None,
-        files: tuple[str, ...] = (),
-        expressions: tuple[str, ...] = (),
+        files: Sequence[str] = (),
+        expressions: Sequence[str] = (),
     ) -> None:
         """Read the readings and the model; errors as on the command line."""
         from lutgen.display import DisplayModel, load_model
         from lutgen.readings import read_measurements
 
-        self.model, self.files, self.expressions = model, files, expressions
+        self.expressions = expressions
         if files or expressions:
             self.effects = _sound(files, expressions)
         self.saved = load_model(model) if model else None
@@ -59,7 +59,7 @@ class Opened:
         self._fitted: dict[tuple[str, ...], Refinement] = {}
         self._refined: dict[tuple[str, ...], Refinement] = {}
 
-    def take_own(self, files: tuple[str, ...], expressions: tuple[str, ...]) -> set[str]:
+    def take_own(self, files: Sequence[str], expressions: Sequence[str]) -> set[str]:
         """Replace the user's own effects; return the names of unchanged effects, which keep their fits.
 
         Raises LutgenError: an effect is refused, or breaks the contract. Then the previous effects stay.
@@ -69,7 +69,7 @@ class Opened:
         effects = _sound(files, expressions)
         course, given = self.course, {name: self.course.effects[name] for name in self.given}
         self.course = course.with_effects({**known_under(effects, self.baseline), **given})
-        self.files, self.expressions, self.effects, self._seen = files, expressions, effects, {}
+        self.expressions, self.effects, self._seen = expressions, effects, {}
         stay = self.course.shared_with(course)
         self._fitted = {names: each for names, each in self._fitted.items() if stay.issuperset(names)}
         self._refined = {names: each for names, each in self._refined.items() if stay.issuperset(names)}
@@ -77,10 +77,10 @@ class Opened:
 
     @cached_property
     def effects(self) -> Mapping[str, Effect]:
-        """All effects by name, with the user's own effects. Loaded late, since no picture needs them."""
+        """All effects by name. Those without the user's own are loaded late, since no picture needs them."""
         from lutgen.effects.own import everything
 
-        return everything(self.files, self.expressions)
+        return everything()
 
     @property
     def selection(self) -> str:
@@ -196,7 +196,7 @@ class Opened:
         }
 
 
-def _sound(files: tuple[str, ...], expressions: tuple[str, ...]) -> Mapping[str, Effect]:
+def _sound(files: Sequence[str], expressions: Sequence[str]) -> Mapping[str, Effect]:
     """Return all effects by name. Raises LutgenError if a user's own effect is refused or breaks the contract."""
     from lutgen.effects.contract import refuse_unsound
     from lutgen.effects.own import everything

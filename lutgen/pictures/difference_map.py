@@ -59,8 +59,7 @@ class DifferenceMap:
     #: Number of pixels with alpha above 0, and of their distinct colours.
     pixels: int
     colours: int
-    #: Largest error of a statistic because colours were counted in bins, as in ``lifetime``; 0: exact. The maps are
-    #: always exact.
+    #: Largest error of a statistic because colours were counted in bins, as in ``lifetime``; 0: exact, as all maps.
     binning_error: float
     #: Statistics as in ``DifferenceCurve``.
     mean: float
@@ -93,15 +92,11 @@ class DifferenceMap:
 
     def as_json(self) -> dict[str, Any]:
         """Return what ``--json`` writes: see ``lutgen/pictures/schema/map.json``."""
+        named = ("file", "mode", "hours", "pixels", "colours", "binning_error")
         return {
             "schema": 1,
             **seen_on(self.model, self.on_screen),
-            "file": self.file,
-            "mode": self.mode,
-            "hours": self.hours,
-            "pixels": self.pixels,
-            "colours": self.colours,
-            "binning_error": self.binning_error,
+            **{name: getattr(self, name) for name in named},
             "delta_e": {
                 "mean": self.mean,
                 "sd": self.sd,

@@ -99,8 +99,7 @@ class PaperEngine:
         """Age linear light (3, n)."""
         chosen = self._chosen(planes)
         colours = np.bincount(chosen, minlength=16)
-        # First transform all colours by the most frequent matrix, then the rest by their own: this copies fewest
-        # pixels.
+        # All colours by the most frequent matrix, then the rest by their own: this copies fewest pixels.
         usual = int(np.argmax(colours))
         aged = transform(self._matrices[usual], planes.T).T
         colours[usual] = 0

@@ -94,8 +94,7 @@ def segment(field: Field, *, stain: str = "auto", min_area: int | None = None) -
 
 def sized(labels: Labels, width: float, least: float, most: float, how: str) -> Nuclei:
     """Keep the nuclei whose number of pixels lies between two limits, and renumber these nuclei."""
-    areas = np.bincount(labels[labels > 0])
-    areas = areas if areas.size else np.zeros(1, np.intp)
+    areas = np.bincount(labels[labels > 0], minlength=1)
     small, large = (areas > 0) & (areas < least), areas > most
     counted = (areas > 0) & ~small & ~large
     count = int(counted.sum())

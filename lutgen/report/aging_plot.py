@@ -1,7 +1,4 @@
-"""The picture of ``lutgen show``: chromaticity, luminance and non-additivity of a display against hours.
-
-Each plot has one function, which draws into given axes.
-"""
+"""The picture of ``lutgen show``: chromaticity, luminance and non-additivity of a display against hours."""
 
 from __future__ import annotations
 
@@ -65,9 +62,8 @@ def chromaticity(axes: Axes, shown: Shown) -> None:
     for i, (name, (align, right, up)) in enumerate(zip(TIP_NAMES, places, strict=True)):
         text, weight = f"{name}: {shown.shift[-1, i]:.3f}", "bold" if i == np.argmax(shown.shift[-1]) else "normal"
         beside(axes, text, shown.uv[-1, i], (right, up), ha=align, va="center", fontsize=10, weight=weight)
-    axes.set(xlim=(-0.02, 0.66), ylim=(-0.02, 0.63), xlabel="u'", ylabel="v'")
+    axes.set(xlim=(-0.02, 0.66), ylim=(-0.02, 0.63), xlabel="u'", ylabel="v'", aspect="equal")
     axes.set_title("CIE 1976 chromaticity; the numbers are Δu'v' since hour 0")
-    axes.set_aspect("equal")
     axes.legend(loc="upper right", frameon=False, fontsize=9)
     _draw_inset(axes, shown)
     bar = axes.figure.colorbar(shade, ax=axes, location="bottom", fraction=0.03, pad=0.08, aspect=50)
@@ -88,9 +84,8 @@ def luminance(axes: Axes, shown: Shown, model: DisplayModel) -> None:
         label = f"white, law {law.name}" + (" (mode chroma-luma)" if law == model.luminance else "")
         axes.plot(kept, np.interp(kept, hours, factors), line, color="#777777", linewidth=1.8, label=label)
     axes.axhline(1.0, color="#bbbbbb", linewidth=0.8, zorder=0)
-    axes.set(title="Luminance relative to hour 0", xlabel="operating hours")
+    axes.set(title="Luminance relative to hour 0", xlabel="operating hours", xlim=shown.hours[[0, -1]])
     axes.set_ylim(0.0, 1.08 * max(1.0, float(shown.luminance.max())))
-    axes.set_xlim(shown.hours[0], shown.hours[-1])
     axes.legend(loc="lower left", frameon=False, fontsize=9)
     axes.grid(color="#eeeeee")
 
@@ -103,8 +98,7 @@ def non_additivity(axes: Axes, shown: Shown) -> None:
     # At least ±1 %, so that the repeatability of a meter does not look like an error.
     low, high = min(-1.0, float(percent.min())), max(1.0, float(percent.max()))
     axes.set(title="Non-additivity of luminance, (R + G + B − W) / W in %", xlabel="operating hours")
-    axes.set_ylim(1.15 * low, 1.15 * high)
-    axes.set_xlim(shown.hours[0], shown.hours[-1])
+    axes.set(xlim=shown.hours[[0, -1]], ylim=(1.15 * low, 1.15 * high))
     axes.grid(color="#eeeeee")
 
 
@@ -146,8 +140,7 @@ def _draw_inset(axes: Axes, shown: Shown) -> None:
     reach = max(1.1 * float(shown.shift[:, 0].max()), 0.002)
     middle = 0.5 * (shown.uv[:, 0].max(axis=0) + shown.uv[:, 0].min(axis=0))
     inset = axes.inset_axes((0.585, 0.05, 0.405, 0.42))
-    inset.set(xlim=middle[0] + np.array([-reach, reach]), ylim=middle[1] + np.array([-reach, reach]))
-    inset.set_aspect("equal")
+    inset.set(xlim=middle[0] + np.array([-reach, reach]), ylim=middle[1] + np.array([-reach, reach]), aspect="equal")
     inset.text(0.03, 0.97, "white, with rings of Δu'v'", fontsize=9, va="top", transform=inset.transAxes)
     inset.set(xticks=[], yticks=[])  # the rings are its scale
     _draw_planck(inset, shown.uv[:, 0])

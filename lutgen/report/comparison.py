@@ -16,7 +16,7 @@ from lutgen.criticism.verdict.remarks import lines_of_pairs
 from lutgen.errors import listed
 from lutgen.numerals import spaced, times
 from lutgen.readings.conditions import CONDITIONS
-from lutgen.report.drawing import BAND, BLACK, BLUE, GREY, RED, hour_axis, picture, plain_log, tidy, without_frame
+from lutgen.report.drawing import BAND, BLACK, BLUE, GREY, RED, hour_axis, picture, plain_log, tidy
 from lutgen.report.parts import Part, Table
 
 if TYPE_CHECKING:
@@ -323,7 +323,7 @@ def _map(axes: Axes, panel: ResidualPanel) -> None:
         axes.text(u, v, f"{value:+.2f}\n{_short(ratio)} ×", ha="center", va="center", fontsize=9)
     axes.set(xlim=(-0.08, 1.08), ylim=(1.08, -0.08), xticks=[], yticks=[])
     axes.set_xlabel("the screen: mean ΔL*, and × the noise", fontsize=9)
-    without_frame(axes)
+    axes.spines[:].set_visible(False)
 
 
 def _short(ratio: float) -> str:

@@ -27,7 +27,6 @@ from lutgen.report.drawing import (
     picture,
     plain_log,
     tidy,
-    without_frame,
 )
 
 if TYPE_CHECKING:
@@ -65,9 +64,9 @@ def plot_diagnosis(
     # If the verdict names no effect, the steps of the search were rejected.
     steps = explanation.steps if diagnosis.verdict.effects else ()
     pictures = plot_comparison(diagnosis.comparison, folder, force=force)
+    trail = zip(steps, explanation.trail, strict=False)
     stages = {FIRST: diagnosis.comparison}
-    for step, trail in zip(steps, explanation.trail, strict=False):
-        stages[f"+ {step.name}"] = compare_problem(problem, trail.terms)
+    stages |= {f"+ {step.name}": compare_problem(problem, fit.terms) for step, fit in trail}
     plot_steps(stages, diagnosis, place / STEPS, foot=foot, force=force)
     plot_visibility(diagnosis.visibility, effects, place / VISIBILITY, foot=foot, force=force)
     pictures += [place / STEPS, place / VISIBILITY]
@@ -238,8 +237,7 @@ def _bars(
     low, high = min([LEAST_TIMES, *(0.7 * each for each in multiples)]), max([MOST_TIMES, *multiples])
     # The label of the longest bar needs a third of the axis.
     end = low * (high / low) ** 1.45
-    axes.set_xscale("log")
-    axes.set(xlim=(low, end), ylim=(len(order) - 0.4, -0.6))
+    axes.set(xscale="log", xlim=(low, end), ylim=(len(order) - 0.4, -0.6))
     axes.axvline(1.0, color=BLACK, linewidth=1.2)
     axes.text(1.0, -0.75, "typical size", ha="center", va="bottom", fontsize=10)
     for row, each in enumerate(order):
@@ -273,7 +271,7 @@ def _hidden(axes: Axes, order: Sequence[Visibility]) -> None:
     axes.set(xlim=(0.0, 1.0), xticks=[], ylim=(len(order) - 0.4, -0.6))
     axes.text(0.5, -0.75, "hidden by re-measured\nwhite and primaries", ha="center", va="bottom", fontsize=10)
     axes.tick_params(left=False, labelleft=False)
-    without_frame(axes)
+    axes.spines[:].set_visible(False)
 
 
 #: Most effects in one picture; each effect has one row.

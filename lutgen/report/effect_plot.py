@@ -1,7 +1,4 @@
-"""The picture of ``lutgen effects NAME --plot``: the change by an effect of greys, ramps and single colours.
-
-Each plot has one function, which draws into given axes.
-"""
+"""The picture of ``lutgen effects NAME --plot``: the change by an effect of greys, ramps and single colours."""
 
 from __future__ import annotations
 

@@ -292,8 +292,7 @@ def _draw_agreement(axes: Axes, analysis: Analysis) -> None:
         text = f"{row.percent:.1f} %\n{row.agreed} of {row.agreed + row.disagreed}"
         _point(axes, place, row.percent, row.ci95, text, letters=_points(12.0, len(analysis.table3)))
     # Space above 100 % for the mark and the figures of a condition where all answers agree.
-    axes.set_ylim(0, 107)
-    axes.set_yticks(range(0, 101, 20))
+    axes.set(ylim=(0, 107), yticks=range(0, 101, 20))
     axes.set_title("agreement with the un-aged reading, %", fontsize=13, weight="bold", loc="left")
     _name(axes, [row.condition for row in analysis.table3], analysis, "agreement")
 
