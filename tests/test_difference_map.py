@@ -182,7 +182,7 @@ def test_a_pixel_across_an_edge_counts_on_both_sides_by_its_share(high: int, wid
     random = np.random.default_rng(2)
     values, counted = random.random((61, 47, 1)), random.integers(0, 2, (61, 47)).astype(float)
     counted[:20, :20] = 0
-    grid = Grid.of(61, 47, high=high, wide=wide)
+    grid = Grid(np.linspace(0, 61, high + 1), np.linspace(0, 47, wide + 1))
     means = AreaMeans(grid, 1)
     for top in range(0, 61, band):
         for left, right in ((0, 31), (31, 47)):

@@ -177,13 +177,11 @@ def _shown(problem: Problem, xyz: Array) -> Any:
 def _drift(comparison: Comparison) -> list[dict[str, Any]]:
     """Return measured and predicted chromaticity u'v' of white and primaries at each hour of their readings."""
     problem = comparison.problem
-    rest = problem.is_at_rest
-    drive = problem.drive
     tips = []
     for name, tip in zip(TIP_NAMES, TIP_DRIVES, strict=True):
         points = []
         for place, hour in enumerate(problem.hours):
-            of_tip = rest & (problem.hour_of == place) & (drive == tip).all(axis=1)
+            of_tip = problem.is_at_rest & (problem.hour_of == place) & (problem.drive == tip).all(axis=1)
             if of_tip.any():
                 means = np.array([xyz[of_tip].mean(axis=0) for xyz in (problem.xyz, comparison.predicted)])
                 uv = (xy_to_uv(xyz_to_xyY(mean)[:2]) for mean in means)

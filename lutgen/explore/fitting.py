@@ -49,9 +49,8 @@ class Fitting(Hosted):
         self._alone, self._switch = {}, switch
         return opened.overview()
 
-    def gather(self, paths: Sequence[str], hours: Sequence[float] | None, *, same: bool) -> dict[str, Any]:
-        """Return one file of readings from files dropped together (:func:`lutgen.explore.exchange.gathered`)."""
-        return gathered(paths, hours, same=same)
+    #: Files dropped together → one file of readings.
+    gather = staticmethod(gathered)
 
     @property
     def _now(self) -> Opened:
@@ -114,7 +113,7 @@ class Fitting(Hosted):
         """
         now, on = self._now, self._now.in_order(effects)
         now.course.check(on)
-        if now.known(on):
+        if on in now.fits:
             error = error_json(now.fitted(on).after, now, now.fitted(on))
         else:
             chosen = [now.course.effects[name] for name in (*now.given, *on)]

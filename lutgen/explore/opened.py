@@ -56,7 +56,8 @@ class Opened:
             )
         self.fresh: DisplayModel = self.saved or DisplayModel(self.readings, baseline=self.baseline)
         self._seen: dict[str, Visibility] = {}
-        self._fitted: dict[tuple[str, ...], Refinement] = {}
+        #: Names of added effects → their fit, for each set that was fitted.
+        self.fits: dict[tuple[str, ...], Refinement] = {}
         self._refined: dict[tuple[str, ...], Refinement] = {}
 
     def take_own(self, files: Sequence[str], expressions: Sequence[str]) -> set[str]:
@@ -71,7 +72,7 @@ class Opened:
         self.course = course.with_effects({**known_under(effects, self.baseline), **given})
         self.expressions, self.effects, self._seen = expressions, effects, {}
         stay = self.course.shared_with(course)
-        self._fitted = {names: each for names, each in self._fitted.items() if stay.issuperset(names)}
+        self.fits = {names: each for names, each in self.fits.items() if stay.issuperset(names)}
         self._refined = {names: each for names, each in self._refined.items() if stay.issuperset(names)}
         return stay
 
@@ -125,19 +126,15 @@ class Opened:
         expressed = {name for name, each in self.effects.items() if each.origin in self.expressions}
         return tuple(sorted(new, key=expressed.__contains__))
 
-    def known(self, names: tuple[str, ...]) -> bool:
-        """Return whether these effects were fitted already."""
-        return names in self._fitted
-
     def fitted(self, names: tuple[str, ...]) -> Refinement:
         """Return the fit of these effects as ``lutgen refine --add``, without the test on withheld readings."""
         from lutgen.criticism.refine import Refinement, model_of
 
-        if names not in self._fitted:
+        if names not in self.fits:
             fit, steps, before = self.course.fit(names), self.course.steps(names), self.course.before
             model = model_of(fit, None, before, steps[-1].comparison if steps else before)
-            self._fitted[names] = Refinement(before, steps, fit, model).of_saved(self.saved)
-        return self._fitted[names]
+            self.fits[names] = Refinement(before, steps, fit, model).of_saved(self.saved)
+        return self.fits[names]
 
     def refinement(self, names: tuple[str, ...]) -> Refinement:
         """Return the result of ``lutgen refine --add`` for these effects."""

@@ -41,11 +41,6 @@ class Grid(NamedTuple):
     columns: Array
 
     @classmethod
-    def of(cls, height: int, width: int, *, high: int, wide: int) -> Self:
-        """Divide a picture of ``height`` × ``width`` pixels into ``high`` × ``wide`` cells of equal size."""
-        return cls(np.linspace(0.0, height, high + 1), np.linspace(0.0, width, wide + 1))
-
-    @classmethod
     def squares(cls, height: int, width: int, factor: int) -> Self:
         """Divide a picture into squares of ``factor`` × ``factor`` pixels, smaller at the lower and right edge."""
         rows, columns = (np.append(np.arange(0.0, length, factor), length) for length in (height, width))
@@ -216,7 +211,8 @@ def read_pixels(
     """Return, as :func:`read_frame`, code values (h, w, 3), visible pixels (h, w), and the image's width and height."""
     with open_blocks(path, source) as opened:
         high, wide = fitting(opened.height, opened.width, pixels, width)
-        linear = light_means(opened, Grid.of(opened.height, opened.width, high=high, wide=wide), progress)
+        grid = Grid(np.linspace(0.0, opened.height, high + 1), np.linspace(0.0, opened.width, wide + 1))
+        linear = light_means(opened, grid, progress)
     linear = turned(linear, opened.orientation)
     code = np.empty(linear.shape, np.uint8)
     for rows in bands(*linear.shape[:2]):
