@@ -27,7 +27,7 @@ from lutgen.pictures.encoding import NotFiniteError, Storage, Stored, not_finite
 from lutgen.pictures.engines import ChainEngine, Engine, Shader, TableShader, Unaged, engine_for, shader_for
 from lutgen.pictures.images import (
     DTYPES,
-    FORMATS,
+    SUFFIXES,
     TIFF,
     ImageFormat,
     ImageSource,
@@ -131,7 +131,7 @@ def outputs_for(images: Sequence[Path], output: str | Path) -> list[Path]:
         return [output]
     if output.exists() and not output.is_dir():
         raise LutgenError(f"{output}: is a file, and several images need a folder. Choose another name with -o.")
-    if not output.is_dir() and not into_folder and any(output.suffix.lower() in kind.suffixes for kind in FORMATS):
+    if not output.is_dir() and not into_folder and output.suffix.lower() in SUFFIXES:
         raise LutgenError(f"{output}: is the name of one image, and several images need a folder. Give one with -o.")
     twice = first_doubled(image.name for image in images)
     if twice:

@@ -16,15 +16,14 @@ from lutgen.display.model_file import model_text
 from lutgen.documents import from_json
 from lutgen.errors import LutgenError
 from lutgen.files import PARTIAL, bytes_at_most, files_below, read_at_most, write_atomically
-from lutgen.pictures import blocks
+from lutgen.pictures import blocks, images
 from lutgen.pictures.difference import IN_JSON, DifferenceCurve, Intervals
 from lutgen.pictures.distinct import Tissue
-from lutgen.pictures.images import FORMATS
 from lutgen.pictures.lifetime import ImageLifetime
 from lutgen.version import __version__
 
 #: Suffixes of the files in a folder that count as slides.
-SUFFIXES = tuple(suffix for kind in FORMATS for suffix in kind.suffixes) + blocks.SUFFIXES
+SUFFIXES = (*images.SUFFIXES, *blocks.SUFFIXES)
 
 #: Suffix of a list of slides.
 LIST = ".txt"
@@ -136,7 +135,6 @@ MAX_RESULT_BYTES = 64_000_000
 class RunFolder:
     """The folder of a run. :func:`claim` checks the folder before anything is written."""
 
-    #: The folder.
     path: Path
     #: The model and options that set the results. Written before the first result.
     recipe: Mapping[str, Any]

@@ -67,6 +67,8 @@ FORMATS = (
     ),
 )
 
+#: Suffix → format.
+SUFFIXES = {suffix: kind for kind in FORMATS for suffix in kind.suffixes}
 
 #: Pixels in a band: large enough for compressors to use every core, small enough to hold several bands in memory.
 BAND = 1_500_000
@@ -187,13 +189,11 @@ def new_by_oiio(path: Path, kind: str, spec: Any, check: Callable[[bool], None])
 
 def format_of_suffix(path: Path) -> ImageFormat:
     """Return the format of ``path``'s suffix, for writing. Raises LutgenError for none, or an unknown one."""
-    for kind in FORMATS:
-        if path.suffix.lower() in kind.suffixes:
-            return kind
-    suffixes = [suffix for kind in FORMATS for suffix in kind.suffixes]
+    if path.suffix.lower() in SUFFIXES:
+        return SUFFIXES[path.suffix.lower()]
     if not path.suffix:
-        raise LutgenError(f"{path}: has no suffix, which chooses the format. Add one of: {', '.join(suffixes)}.")
-    raise pick_one("output suffix", path.suffix, suffixes)
+        raise LutgenError(f"{path}: has no suffix, which chooses the format. Add one of: {', '.join(SUFFIXES)}.")
+    raise pick_one("output suffix", path.suffix, SUFFIXES)
 
 
 def first_bytes(path: Path, what: str) -> bytes:
@@ -245,7 +245,7 @@ def _check_channels(path: Path, spec: Any) -> bool:
 
 
 _TIFF_INKS, _TIFF_LAB = 5, (8, 9, 10)
-TIFF = next(kind for kind in FORMATS if kind.name == "tiff")
+TIFF = SUFFIXES[".tif"]
 
 
 def _encoding(path: Path, spec: Any, kind: ImageFormat) -> str:

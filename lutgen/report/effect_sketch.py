@@ -14,14 +14,6 @@ from lutgen.readings.conditions import CONDITIONS, Condition, Sketch
 #: Suggested name of the file, and the name of the effect in it.
 STUB_FILE, STUB_NAME = "my_effect.py", "my-effect"
 
-
-_LEVEL = Sketch("transfer", (), "change of the exponent", "linear ** (1.0 + {size})")
-_MIXING = Sketch(
-    "mixing",
-    (),
-    "share of a channel's light that each other channel takes",
-    "linear * (1.0 - {size} * (linear.sum(axis=-1, keepdims=True) - linear))",
-)
 _ADDED = Sketch("optics", (), "share of white's light that is added", "xyz + {size} * scene.white")
 _CAPPED = Sketch("instrument", (), "cd/m² that the meter adds in the dark", "xyz + {size}")
 
@@ -50,8 +42,13 @@ FOLLOWS = {
         for condition in CONDITIONS
         for pattern, sketch in (condition.sketches or dict([of_condition(condition)])).items()
     },
-    r".*(×|secondary|mixture)": _MIXING,
-    r".*(level|red|green|blue|grey)": _LEVEL,
+    r".*(×|secondary|mixture)": Sketch(
+        "mixing",
+        (),
+        "share of a channel's light that each other channel takes",
+        "linear * (1.0 - {size} * (linear.sum(axis=-1, keepdims=True) - linear))",
+    ),
+    r".*(level|red|green|blue|grey)": Sketch("transfer", (), "change of the exponent", "linear ** (1.0 + {size})"),
     r"lens cap": _CAPPED,
     r"black": _ADDED,
     r"": Sketch("optics", (), "share of the light", "xyz * (1.0 + {size})"),

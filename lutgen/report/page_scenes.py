@@ -84,7 +84,6 @@ class Still:
 class Scenes:
     """All that the page shows of one image, by mode and hour."""
 
-    #: The picture.
     frame: Frame
     #: Data address of the picture on the un-aged display.
     unaged: str
