@@ -1,8 +1,9 @@
 """``apply_to_image``: write what a picture looks like on an aged display.
 
-Bands of rows are read, aged and written in parallel. The picture's code values are those sent to the display: an ICC
-profile is copied, but not applied. Linear light (EXR) is encoded for the display, aged, and written as linear light
-again. No display shows numbers outside 0..1: they are clipped for the aged and for the un-aged display.
+The module reads, ages and writes bands of rows in parallel. It treats the picture's code values as the values that are
+sent to the display. It copies an ICC profile to the output but does not apply the profile. Linear light (EXR) is
+encoded for the display, aged, and written as linear light again. No display can show numbers outside 0..1, so these
+numbers are clipped for the aged and for the un-aged display.
 """
 
 from __future__ import annotations

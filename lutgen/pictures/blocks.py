@@ -1,9 +1,10 @@
 """Read an image or a slide block by block, so that memory does not grow with its size; or read a whole field of view.
 
 Whole slides (.svs, .ndpi, .mrxs) are read through OpenSlide, an optional extra: level 0, region by region. Colours are
-used as stored: as for other images, a scanner's ICC profile is not applied. Work that needs the neighbours of a pixel,
-such as segmentation of nuclei, holds one field of view in memory, in 16 bits a channel: exact for 8- and 16-bit images,
-rounded for float images.
+used as stored: as for other images, a scanner's ICC profile is not applied.
+
+Work that needs the neighbours of a pixel, such as segmentation of nuclei, holds one field of view in memory. The
+field's colours have 16 bits a channel. Colours of 8- and 16-bit images are exact; colours of float images are rounded.
 """
 
 import os

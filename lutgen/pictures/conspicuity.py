@@ -1,15 +1,17 @@
 """``nuclei``: colour contrast between nuclei and their surroundings on un-aged and on aged displays.
 
-The abstract of the paper announces conspicuity of nuclei by ΔE2000. Here it is the ΔE2000 between the mean Lab of a
-nucleus and of a ring around it, as a display shows both (:mod:`lutgen.pictures.difference`), compared between the
-un-aged and aged displays. It includes no texture, no edge and no reader, but errors of the segmentation.
+The abstract of the paper announces conspicuity of nuclei by ΔE2000. For each nucleus this module computes ΔE2000
+between the mean Lab of the nucleus and the mean Lab of a ring around the nucleus. A display shows both colours
+(:mod:`lutgen.pictures.difference`); the contrast on the un-aged display is compared with the contrast on aged displays.
+The contrast is between mean colours only. It includes no texture, no edge and no reader. It includes errors of the
+segmentation.
 
 A mean over pixels is a weighted mean over distinct colours. So the aged Lab is computed once for each colour and
-display; one sparse matrix, colours × (nuclei and rings), holds how often each colour occurs in each nucleus and ring.
+display. One sparse matrix, colours × (nuclei and rings), holds how often each colour occurs in each nucleus and ring.
 
-Intervals are percentile bootstraps over nuclei (Efron 1979, doi:10.1214/aos/1176344552), seeded; the un-aged and the
-aged ΔE2000 of a nucleus are drawn together. They hold for other nuclei of the same tissue, as if nuclei were drawn one
-by one, but not for another slide, another stain or another segmentation.
+Intervals are percentile bootstraps over nuclei (Efron 1979, doi:10.1214/aos/1176344552), seeded. The un-aged and the
+aged ΔE2000 of a nucleus are drawn together. The intervals hold for other nuclei of the same tissue, as if nuclei were
+drawn one by one. They do not hold for another slide, another stain or another segmentation.
 """
 
 from __future__ import annotations

@@ -1,20 +1,23 @@
 """ΔE2000 between the colours of the un-aged display and of aged displays, and the uncertainty of lifetimes.
 
-An un-aged sRGB viewer shows both pictures, as ``lutgen apply`` writes them: light clipped to the viewer's gamut, but
-not rounded to 8 bits. Lab is relative to the viewer's white, D65 with Y = 1, since the paper's observer is not adapted
-to the aged white. The un-aged display is the mode ``stable`` under the same conditions: a leak or a room light that is
-there from the first hour is no aging. With the paper's model and the reference ``relative``, it shows the picture
+An un-aged sRGB viewer shows both pictures, as ``lutgen apply`` writes the aged picture. The aged light is clipped to
+the viewer's gamut; it is not rounded to 8 bits. Lab of both pictures is relative to the viewer's white, D65 with Y = 1,
+since the paper's observer is not adapted to the aged white.
+
+The un-aged display is the mode ``stable`` under the same conditions: a leak or a room light that is there from the
+first hour is no aging. With the paper's model and the reference ``relative``, the un-aged display shows the picture
 unchanged.
 
 The uncertainty of a lifetime comes from models drawn at random around the given model. A refined model file holds the
-covariance of its effects' parameters and of the tips before the effects. Each draw takes both together from a normal
-distribution, with parameters within their bounds.
+covariance of its effects' parameters and of the tips before the effects. Each draw takes parameters and tips together
+from a normal distribution, with parameters within their bounds.
 
 A model file without a covariance may still state standard errors and the noise of a reading. Then each parameter is
-drawn independently. The tips before the effects are shifted so that white and primaries, which were read, are seen as
-before. Each tip gets the noise of one reading divided by the square root of its number of readings at that hour; X, Y
-and Z are drawn independently too, so that intervals are too wide rather than too narrow. A model of bare readings
-states no uncertainty, and gets no interval.
+drawn independently. The tips before the effects are shifted so that white and primaries are seen as before, since white
+and primaries were read. Each tip gets the noise of one reading divided by the square root of its number of readings at
+that hour. X, Y and Z are drawn independently too, so that intervals are too wide rather than too narrow.
+
+A model of bare readings states no uncertainty, and gets no interval.
 """
 
 from collections.abc import Callable, Sequence

@@ -1,14 +1,15 @@
 """Count the distinct colours of an image in one pass over a file of any size.
 
-A sum over pixels, such as a mean ΔE2000, is then a weighted sum over distinct colours: at most 16.7 million of an 8-bit
-image, and a few hundred thousand of a tissue image.
+A sum over pixels, such as a mean ΔE2000, is then a weighted sum over distinct colours. An 8-bit image has at most 16.7
+million distinct colours, and a tissue image has a few hundred thousand.
 
 8-bit colours are counted exactly, in a table of all 8-bit colours: 67 MB, or twice this for a slide of 2³² pixels.
-Other colours are counted in 16 bits a channel, which is exact for 16-bit images, or in as many bits as give at most
-``LIMIT`` colours. Neither counts nor bits depend on the order of the pixels. Pixels of alpha 0 are not counted; each
-other pixel counts as 1.
+Other colours are counted in 16 bits a channel, which is exact for 16-bit images. When there are more than ``LIMIT``
+distinct colours, they are counted in 15, 14, … bits: the largest number of bits that gives at most ``LIMIT`` colours.
+Neither counts nor bits depend on the order of the pixels. Pixels of alpha 0 are not counted; each other pixel counts as
+1.
 
-The lightness of these colours separates bare glass from tissue, by Otsu's threshold (1979,
+The lightness of these colours separates bare glass from tissue. The threshold is Otsu's (1979,
 doi:10.1109/TSMC.1979.4310076) on the histogram of CIE L* of all pixels. Otsu's method splits every image in two, also a
 field full of tissue. So the bright part is left out only if it looks like bare glass in bright field: bright, nearly
 without colour, and clearly separated from the rest.

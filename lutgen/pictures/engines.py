@@ -99,7 +99,8 @@ class PaperEngine:
         """Age linear light (3, n)."""
         chosen = self._chosen(planes)
         colours = np.bincount(chosen, minlength=16)
-        # All colours by the most frequent matrix, then the rest by their own: this copies fewest pixels.
+        # First transform all colours by the most frequent matrix, then the rest by their own: this copies fewest
+        # pixels.
         usual = int(np.argmax(colours))
         aged = transform(self._matrices[usual], planes.T).T
         colours[usual] = 0

@@ -1,8 +1,9 @@
 """``lifetime``: ΔE2000 of pictures as a display ages, and the hours until ΔE2000 reaches a tolerance.
 
 This is the paper's simulation (Avanaki et al., section 3, Figure 5 and Table 1) for any image: ΔE2000 between the
-picture on the un-aged and on the aged display, over all pixels, against operating hours. It is computed from the
-image's distinct colours: a slide is read once, and hours and modes cost the same for a thumbnail and for a slide.
+picture on the un-aged and on the aged display, over all pixels, against operating hours. Every number is computed from
+the image's distinct colours. So a slide is read once, and hours and modes cost the same for a thumbnail and for a
+slide.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""The picture of ``lutgen show``: chromaticity, luminance and non-additivity of a display against hours."""
+"""The picture of ``lutgen show``: chromaticity, luminance and non-additivity of a display against hours.
+
+Each plot has one function, which draws into given axes.
+"""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
 """Elements of all pictures: the figure with its title and foot, the grey page, the PNG file.
 
-Each picture has the same bytes on every run. Its path is checked before any work, and gets the complete file.
+Each picture has the same bytes on every run. The path of a PNG is checked before any work, and the complete file is
+renamed to the path.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""The picture of ``lutgen effects NAME --plot``: the change by an effect of greys, ramps and single colours."""
+"""The picture of ``lutgen effects NAME --plot``: the change by an effect of greys, ramps and single colours.
+
+Each plot has one function, which draws into given axes.
+"""
 
 from __future__ import annotations
 

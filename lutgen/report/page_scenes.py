@@ -1,8 +1,9 @@
 """The pictures of the page of ``lutgen report``: for each mode and hour a table that is applied to the picture.
 
-A script blends the tables of two hours for the slider between hours; the page states the error of the blended picture
-against the model. A still and a map of each mode's last hour are printed. The picture at its place on the screen is a
-still only: the slider applies LUTs, and a LUT cannot depend on the position.
+A script blends the tables of two hours, so that the slider can stand between hours. The page states the error of the
+blended picture against the model. The page also holds a picture and a map of the last hour of each mode, which are
+printed. The picture at its place on the screen is printed only as a still: the slider applies LUTs, and a LUT cannot
+depend on the position.
 """
 
 import zlib
@@ -84,6 +85,7 @@ class Still:
 class Scenes:
     """All that the page shows of one image, by mode and hour."""
 
+    #: The picture.
     frame: Frame
     #: Data address of the picture on the un-aged display.
     unaged: str
@@ -97,7 +99,8 @@ class Scenes:
     stills: dict[str, Still]
     #: ΔE2000 at the end of the colours of all maps; larger values have the last colour.
     reach: float
-    #: ΔE2000 of the slider's pictures from the model, at hours and half way between: mean, 95th percentile, largest.
+    #: ΔE2000 of the slider's pictures against the model, over the picture's pixels, at hours and half way between:
+    #: mean, 95th percentile and largest.
     blending: tuple[float, float, float]
 
 
