@@ -103,7 +103,8 @@ def _figures(
     with np.errstate(divide="ignore", invalid="ignore"):
         contrast = np.where(black + ambient > 0, (white + ambient) / (black + ambient), np.nan)
         share = np.where(black > 0, ambient / black, np.nan) if ambient else np.full(len(inspections), np.nan)
-    ends = [each.uniformity or (np.nan, np.nan) for each in inspections]
+        low, high = np.array([each.uniformity or (np.nan, np.nan) for each in inspections]).T
+        uneven = 2.0 * (high - low) / (high + low)
     dark = np.hypot(BLACK * black, FLOOR_CD_M2)
     values = {
         "white": white,
@@ -116,7 +117,7 @@ def _figures(
             starts,
         ),
         "gamma": np.array([each.gamma for each in inspections], np.float64),
-        "non-uniformity": np.array([2.0 * (high - low) / (high + low) for low, high in ends]),
+        "non-uniformity": uneven,
         "gsdf": np.array([each and each.worst for each in responses], np.float64),
         "ambient": share,
     }  # fmt: skip

@@ -11,6 +11,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -114,8 +115,11 @@ class Protocol:
 
     def render(self, image: str, condition: str) -> Render:
         """Return the render of an image under a condition. Raises KeyError if the study has no such render."""
-        renders = {(render.image, render.condition): render for render in self.renders}
-        return renders[image, condition]
+        return self._renders[image, condition]
+
+    @cached_property
+    def _renders(self) -> dict[tuple[str, str], Render]:
+        return {(render.image, render.condition): render for render in self.renders}
 
     def as_json(self) -> dict[str, Any]:
         """Return what the file holds, its own hash last."""
