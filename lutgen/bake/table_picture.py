@@ -8,11 +8,11 @@ points of a table differ less than other points.
 
 import struct
 import zlib
-from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
+from lutgen.bake.formats import Provenance
 from lutgen.bake.lut import Lut
 from lutgen.bindings import oiio
 from lutgen.colorimetry import Array
@@ -25,7 +25,7 @@ LEVELS = range(2, 13)
 POINTS, TILES = 64, 8
 
 
-def png(pixels: Array, depth: int, texts: Mapping[str, str]) -> bytes:
+def png(pixels: Array, depth: int, provenance: Provenance) -> bytes:
     """Return a PNG of values 0..1, shape (height, width, 3), with 8 or 16 bits, texts and no colour profile.
 
     The PNG is not compressed, since different compressors give different bytes.
@@ -34,6 +34,7 @@ def png(pixels: Array, depth: int, texts: Mapping[str, str]) -> bytes:
     values = np.rint(pixels * (2**depth - 1)).astype(">u2" if depth == 16 else np.uint8)
     # Each row begins with the number of its filter: 0 is no filter.
     rows = np.hstack([np.zeros((height, 1), np.uint8), values.reshape(height, -1).view(np.uint8)]).tobytes()
+    texts = {"Title": provenance.title, "Description": "\n".join(provenance.lines)}
     chunks = [
         _chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, depth, 2, 0, 0, 0)),
         *(_chunk(b"iTXt", key.encode() + bytes(5) + text.encode("utf-8", "replace")) for key, text in texts.items()),

@@ -30,8 +30,7 @@ def candidates(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | Mat
     return luts
 
 
-def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
-    """Return the file's bytes."""
+def _write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     places = " ".join(str(round(place)) for place in np.linspace(0, LARGEST_PLACE, lut.size))
     values = np.rint(table_of(lut).transpose(2, 1, 0, 3).reshape(-1, 3) * LARGEST).astype(int)
     number = [b"%d" % value for value in range(LARGEST + 1)]
@@ -39,4 +38,4 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     return b"".join((provenance.comments(), places.encode(), b"\n", rows))
 
 
-FORMAT = Format(name="3dl", suffix=".3dl", unclipped=False, write=write, candidates=candidates)
+FORMAT = Format(name="3dl", suffix=".3dl", unclipped=False, write=_write, candidates=candidates)

@@ -30,8 +30,7 @@ def candidates(sampler: Sampler, aged: AgedDisplay, size: int) -> list[Lut | Mat
     return sampler.candidates(aged, size, "code", "linear", clip=False)
 
 
-def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
-    """Return the file's bytes."""
+def _write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     if isinstance(lut, MatrixLut):
         nodes = _in_linear_light(_matrix(lut.matrix))
     elif lut.space == "linear":
@@ -79,4 +78,4 @@ def _table(lut: Lut) -> bytes:
     return b"".join((head.encode(), rows_of_text(values), b"    </Array>\n  </LUT3D>\n"))
 
 
-FORMAT = Format(name="clf", suffix=".clf", unclipped=True, write=write, candidates=candidates)
+FORMAT = Format(name="clf", suffix=".clf", unclipped=True, write=_write, candidates=candidates)

@@ -14,8 +14,7 @@ from lutgen.bake.lut import Lut, MatrixLut, shaper, table_of
 CURVE_POINTS = 257
 
 
-def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
-    """Return the file's bytes."""
+def _write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     table = table_of(lut)
     code, place = shaper(lut, CURVE_POINTS)
     curve = rows_of_text(np.stack([code, place]))
@@ -26,4 +25,4 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     return rows_of_text(table.reshape(-1, 3), head=b"".join((head, prelut, size)))
 
 
-FORMAT = Format(name="csp", suffix=".csp", unclipped=True, write=write, spaces=("code", "shaped"))
+FORMAT = Format(name="csp", suffix=".csp", unclipped=True, write=_write, spaces=("code", "shaped"))

@@ -10,11 +10,10 @@ from lutgen.bake.formats import Format, Provenance, rows_after
 from lutgen.bake.lut import Lut, MatrixLut
 
 
-def head(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
-    """Return the text before the table's rows."""
+def _head(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     title = provenance.title.replace('"', "'")
     first = f'TITLE "{title}"\n'.encode("ascii", errors="replace")
     return b"".join((first, provenance.comments(title=False), b"LUT_3D_SIZE %d\n" % lut.size))
 
 
-FORMAT = Format(name="cube", suffix=".cube", unclipped=False, write=partial(rows_after, head), head=head)
+FORMAT = Format(name="cube", suffix=".cube", unclipped=False, write=partial(rows_after, _head), head=_head)

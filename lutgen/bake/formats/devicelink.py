@@ -10,8 +10,7 @@ from lutgen.bake.littlecms import table_of_profile, through_profile
 from lutgen.bake.lut import Lut, MatrixLut, table_of
 
 
-def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
-    """Return the file's bytes."""
+def _write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     tags = (
         (b"desc", icc.description(provenance.title)),
         (b"cprt", icc.text("none")),
@@ -26,7 +25,7 @@ FORMAT = Format(
     name="devicelink",
     suffix=".icc",
     unclipped=False,
-    write=write,
+    write=_write,
     largest=icc.LARGEST,
     reader=Reader(through_profile, table_of_profile),
     stem="aged-link",

@@ -10,18 +10,16 @@ from lutgen.bake.lut import Lut, MatrixLut, table_of
 from lutgen.bake.table_picture import apply_picture, png, table_of_picture
 
 
-def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
-    """Return the file's bytes."""
+def _write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     side = round(lut.size**1.5)
-    texts = {"Title": provenance.title, "Description": "\n".join(provenance.lines)}
-    return png(table_of(lut).reshape(side, side, 3), 16, texts)
+    return png(table_of(lut).reshape(side, side, 3), 16, provenance)
 
 
 FORMAT = Format(
     name="hald",
     suffix=".png",
     unclipped=False,
-    write=write,
+    write=_write,
     largest=65_535,
     # 16, 36 or 64: a Hald image requires a square number.
     points=lambda size: round(size**0.5) ** 2,

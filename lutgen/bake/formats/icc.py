@@ -29,8 +29,7 @@ from lutgen.colorimetry import Array, code_to_linear
 GAMMA, DARK = 2.4, 0.01
 
 
-def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
-    """Return the file's bytes."""
+def _write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     table = table_of(lut)
     colorants = nearest_colorants(lab_held_to_xyz_d50(table))
     tags = icc.display_tags(provenance.title, provenance.lines, colorants, version=4)
@@ -60,7 +59,7 @@ FORMAT = Format(
     name="icc",
     suffix=".icc",
     unclipped=True,
-    write=write,
+    write=_write,
     spaces=("lab",),
     largest=icc.LARGEST,
     reader=Reader(through_profile, table_of_profile),

@@ -63,8 +63,7 @@ def _in_steps(matrix: Array) -> Array:
     return xyz_d50_to_linear(colorants).T
 
 
-def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
-    """Return the file's bytes."""
+def _write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     if not isinstance(lut, MatrixLut):
         raise TypeError("this format holds a matrix, not a table")
     tags = icc.display_tags(provenance.title, provenance.lines, _colorants(lut.matrix))
@@ -75,7 +74,7 @@ FORMAT = Format(
     name="icc-matrix",
     suffix=".icc",
     unclipped=True,
-    write=write,
+    write=_write,
     candidates=candidates,
     reader=Reader(through_profile, table_of_profile),
     stem="aged-matrix",

@@ -12,8 +12,7 @@ from lutgen.bake.lut import Lut, MatrixLut, table_of
 from lutgen.bake.spaces import lab_held_to_xyz_d50
 
 
-def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
-    """Return the file's bytes."""
+def _write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     table = table_of(lut)
     primaries = lab_held_to_xyz_d50(np.array([table[0, 0, -1], table[0, -1, 0], table[-1, 0, 0]]), version=2)
     tags = (*icc.display_tags(provenance.title, provenance.lines, primaries), (b"A2B0", icc.table(table)))
@@ -24,7 +23,7 @@ FORMAT = Format(
     name="icc-v2",
     suffix=".icc",
     unclipped=True,
-    write=write,
+    write=_write,
     spaces=("lab-v2",),
     largest=icc.LARGEST,
     reader=Reader(through_profile, table_of_profile),

@@ -9,17 +9,15 @@ from lutgen.bake.lut import Lut, MatrixLut, table_of
 from lutgen.bake.table_picture import POINTS, apply_picture, png, table_of_picture, tiles_of
 
 
-def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
-    """Return the file's bytes."""
-    texts = {"Title": provenance.title, "Description": "\n".join(provenance.lines)}
-    return png(tiles_of(table_of(lut)), 8, texts)
+def _write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
+    return png(tiles_of(table_of(lut)), 8, provenance)
 
 
 FORMAT = Format(
     name="obs",
     suffix=".png",
     unclipped=False,
-    write=write,
+    write=_write,
     largest=255,
     # OBS reads only this size.
     points=lambda _size: POINTS,

@@ -32,13 +32,13 @@ _BROKEN = (zipfile.BadZipFile, zlib.error, KeyError, EOFError, NotImplementedErr
 _DATE = (1980, 1, 1, 0, 0, 0)
 
 
-def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
-    """Return the file's bytes. The wording of the config depends on OpenColorIO's version, but its meaning does not."""
+def _write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
+    # The wording of the config depends on OpenColorIO's version, but its meaning does not.
     text = f"{provenance.title}. {' '.join(provenance.lines)}"
     config = AgedConfig(provenance.identifier, text, TABLE, words=WORDS[provenance.direction])
     archive = BytesIO()
     with zipfile.ZipFile(archive, "w", zipfile.ZIP_STORED) as opened:
-        for name, data in ((CONFIG, config_text(config)), (TABLE, clf.write(lut, provenance))):
+        for name, data in ((CONFIG, config_text(config)), (TABLE, clf.FORMAT.write(lut, provenance))):
             entry = zipfile.ZipInfo(name, _DATE)
             # The same on every system: created on Unix, readable by everybody.
             entry.create_system, entry.external_attr = 3, 0o644 << 16
@@ -99,5 +99,10 @@ def _unpacked(path: Path) -> Iterator[Path]:
 
 
 FORMAT = Format(
-    name="ocioz", suffix=".ocioz", unclipped=True, write=write, candidates=clf.candidates, reader=Reader(_apply, _table)
+    name="ocioz",
+    suffix=".ocioz",
+    unclipped=True,
+    write=_write,
+    candidates=clf.FORMAT.candidates,
+    reader=Reader(_apply, _table),
 )

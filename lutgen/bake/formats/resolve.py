@@ -18,8 +18,7 @@ from lutgen.bake.lut import Lut, MatrixLut, shaper
 CURVE_POINTS = 4096
 
 
-def head(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
-    """Return the text before the table's rows."""
+def _head(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     if lut.space == "code":
         return provenance.comments() + b"LUT_3D_SIZE %d\n" % lut.size
     _, curve = shaper(lut, CURVE_POINTS)
@@ -34,8 +33,8 @@ FORMAT = Format(
     name="resolve",
     suffix=".cube",
     unclipped=False,
-    write=partial(rows_after, head),
+    write=partial(rows_after, _head),
     spaces=("code", "shaped"),
-    head=head,
+    head=_head,
     stem="aged-resolve",
 )

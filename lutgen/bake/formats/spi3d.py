@@ -11,8 +11,7 @@ from lutgen.bake.formats import Format, Provenance
 from lutgen.bake.lut import Lut, MatrixLut, table_of
 
 
-def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
-    """Return the file's bytes."""
+def _write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     n = lut.size
     rows = np.frombuffer(rows_of_text(table_of(lut).transpose(2, 1, 0, 3).reshape(-1, 3)), np.uint8)
     numbers = np.frombuffer(b"".join(b"%2d " % number for number in range(n)), np.uint8).reshape(n, 3)
@@ -22,4 +21,4 @@ def write(lut: Lut | MatrixLut, provenance: Provenance) -> bytes:
     return b"".join((head, body, provenance.comments()))
 
 
-FORMAT = Format(name="spi3d", suffix=".spi3d", unclipped=True, write=write)
+FORMAT = Format(name="spi3d", suffix=".spi3d", unclipped=True, write=_write)

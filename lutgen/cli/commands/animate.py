@@ -1,5 +1,3 @@
-"""``lutgen animate``."""
-
 from typing import Any
 
 import click

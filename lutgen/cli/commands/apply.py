@@ -1,5 +1,3 @@
-"""``lutgen apply``."""
-
 from __future__ import annotations
 
 import re

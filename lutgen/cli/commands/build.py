@@ -1,5 +1,3 @@
-"""``lutgen build``."""
-
 from __future__ import annotations
 
 from pathlib import Path

@@ -1,5 +1,3 @@
-"""``lutgen check``."""
-
 from __future__ import annotations
 
 import sys

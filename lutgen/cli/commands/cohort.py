@@ -1,5 +1,3 @@
-"""``lutgen cohort``."""
-
 import sys
 from typing import Any
 

@@ -1,5 +1,3 @@
-"""``lutgen compare``."""
-
 import sys
 from typing import Any
 

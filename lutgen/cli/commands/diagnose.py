@@ -1,9 +1,5 @@
-"""``lutgen diagnose``."""
-
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -11,9 +7,6 @@ from lutgen.cli.command import Command, Section
 from lutgen.cli.data_options import data_options, question_from, split_all
 from lutgen.cli.outputs import Outputs, progress_bar
 from lutgen.files import check_new_file, write_atomically
-
-if TYPE_CHECKING:
-    from lutgen.criticism.diagnose import Diagnosis
 
 
 @click.command(cls=Command, section=Section.CRITICISM, place=2)
@@ -56,21 +49,15 @@ def command(
     question = question_from(**options)
     with progress_bar("trying effects", quiet=outputs.alone) as progress:
         diagnosis = diagnose(question.readings, **question.search, without=without, progress=progress)
-    written = _write_stub(diagnosis, stub)
+    if stub and diagnosis.verdict.name == "consistent":
+        click.echo(f"{stub} is not written: no residual is left that an effect of your own could explain.", err=True)
+        stub = None
+    if stub:
+        from lutgen.report.effect_sketch import sketch
+
+        write_atomically(Path(stub), sketch(diagnosis).encode())
     outputs.write(
-        diagnose_page(diagnosis, question.effects, question.again, written, verbose=verbose),
+        diagnose_page(diagnosis, question.effects, question.again, stub, verbose=verbose),
         diagnosis.as_json,
         plot=lambda folder: plot_diagnosis(diagnosis, question.effects, folder, force=force),
     )
-
-
-def _write_stub(diagnosis: Diagnosis, to: str | None) -> str | None:
-    if not to:
-        return None
-    if diagnosis.verdict.name == "consistent":
-        click.echo(f"{to} is not written: no residual is left that an effect of your own could explain.", err=True)
-        return None
-    from lutgen.report.effect_sketch import sketch
-
-    write_atomically(Path(to), sketch(diagnosis).encode())
-    return to

@@ -1,5 +1,3 @@
-"""``lutgen explore``."""
-
 import click
 
 from lutgen.cli.command import Command, Section

@@ -1,5 +1,3 @@
-"""``lutgen figure``."""
-
 from typing import Any
 
 import click

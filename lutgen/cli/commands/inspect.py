@@ -1,20 +1,10 @@
-"""``lutgen inspect``."""
-
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import json_option, replace_option
 from lutgen.cli.outputs import Outputs, progress_bar
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from lutgen.readings.session import Session
 
 
 @click.command(name="inspect", cls=Command, section=Section.REAL_DISPLAYS, place=1)
@@ -35,15 +25,19 @@ def command(*, files: tuple[str, ...], json_to: str | None, plots: str | None, f
       lutgen inspect examples/session.ti3
       lutgen inspect examples/session.ti3 --plots plots/inspect --json inspect.json
     """
-    from lutgen.history import inspect_session
+    from lutgen.history import Inspection, inspect_session
+    from lutgen.readings import read_campaign
     from lutgen.report.inspection import inspect_page, picture_names, plot_inspection
 
     outputs = Outputs(json_to, force=force)
-    inspections = []
+    inspections: list[Inspection] = []
     with progress_bar("inspecting", quiet=outputs.alone) as progress:
-        for number, session in enumerate(_sessions(files)):
-            progress(number, len(files))
-            inspections.append(inspect_session(session))
+        for number, file in enumerate(files):
+            entries = read_campaign(file).entries
+            total = len(inspections) + len(entries) + len(files) - number - 1
+            for entry in entries:
+                progress(len(inspections), total)
+                inspections.append(inspect_session(entry.session))
     # Checked only now, since the pictures have the names of the sessions.
     names = picture_names([each.session.file for each in inspections]) if plots else []
     outputs = Outputs(json_to, plots=plots, pictures=lambda: names, force=force)
@@ -61,11 +55,3 @@ def command(*, files: tuple[str, ...], json_to: str | None, plots: str | None, f
         lambda: {"schema": 1, "sessions": [each.as_json() for each in inspections]},
         plot=plot,
     )
-
-
-def _sessions(files: tuple[str, ...]) -> Iterator[Session]:
-    """Read the files one by one; yield all sessions of a campaign, a folder or a table with hours."""
-    from lutgen.readings import read_campaign
-
-    for file in files:
-        yield from (entry.session for entry in read_campaign(file).entries)

@@ -1,5 +1,3 @@
-"""``lutgen lifetime``."""
-
 from typing import Any
 
 import click

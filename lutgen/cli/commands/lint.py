@@ -1,5 +1,3 @@
-"""``lutgen lint``."""
-
 import sys
 
 import click

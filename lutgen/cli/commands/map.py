@@ -1,8 +1,4 @@
-"""``lutgen map``."""
-
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -21,9 +17,6 @@ from lutgen.cli.outputs import Outputs, progress_bar
 from lutgen.errors import LutgenError
 from lutgen.files import check_new_file
 from lutgen.names import AGING_MODES, MAP_SUFFIXES
-
-if TYPE_CHECKING:
-    from lutgen.pictures.difference_map import DifferenceMap
 
 
 @click.command(cls=Command, section=Section.PICTURES, place=4)
@@ -69,7 +62,7 @@ def command(
       lutgen map slide.png --mode chroma --hours 18000 -o slide-map.exr -o slide-map.tif --json slide-map.json
     """
     from lutgen.pictures.difference_map import difference_map
-    from lutgen.report.difference_map import check_range, plot_map
+    from lutgen.report.difference_map import check_range, counted, plot_map, title_of
 
     low, high = check_range(*_numbers(ends))
     statistics = Outputs(json_to, force=force)
@@ -83,8 +76,16 @@ def command(
     for path in paths:
         if path not in floats:
             plot_map(difference, path, ends=(low, high), force=force)
+    quantiles = f"95 % of the pixels are within {difference.p95:.2f}, 99 % within {difference.p99:.2f}."
     statistics.write(
-        [*_sentences(difference), f"Written: {', '.join(outputs)}", *difference.remarks()], difference.as_json
+        [
+            f"{title_of(difference)}. {quantiles}",
+            counted(difference),
+            difference.model.measurements.provenance,
+            f"Written: {', '.join(outputs)}",
+            *difference.remarks(),
+        ],
+        difference.as_json,
     )
 
 
@@ -93,10 +94,3 @@ def _numbers(text: str) -> tuple[float, float]:
     if ends is None or len(ends) != 2:
         raise LutgenError(f"--range {text}: give the two ends of the scale, such as 0,12.")
     return ends[0], ends[1]
-
-
-def _sentences(difference: DifferenceMap) -> list[str]:
-    from lutgen.report.difference_map import counted, title_of
-
-    quantiles = f"95 % of the pixels are within {difference.p95:.2f}, 99 % within {difference.p99:.2f}."
-    return [f"{title_of(difference)}. {quantiles}", counted(difference), difference.model.measurements.provenance]

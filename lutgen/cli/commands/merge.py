@@ -1,5 +1,3 @@
-"""``lutgen merge``."""
-
 import click
 
 from lutgen.cli.command import Command, Section

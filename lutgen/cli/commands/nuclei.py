@@ -1,5 +1,3 @@
-"""``lutgen nuclei``."""
-
 from typing import Any
 
 import click

@@ -1,5 +1,3 @@
-"""``lutgen plan``."""
-
 from pathlib import Path
 from typing import Any
 

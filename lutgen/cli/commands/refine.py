@@ -1,5 +1,3 @@
-"""``lutgen refine``."""
-
 from dataclasses import replace
 from typing import Any
 

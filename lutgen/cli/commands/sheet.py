@@ -1,5 +1,3 @@
-"""``lutgen sheet``."""
-
 from typing import Any
 
 import click

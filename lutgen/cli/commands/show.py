@@ -1,17 +1,10 @@
-"""``lutgen show``."""
-
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import model_from, model_options
 from lutgen.cli.outputs import print_json, print_page
-
-if TYPE_CHECKING:
-    from lutgen.display.aging import Shown
 
 #: Number of rows without --hours.
 _ROWS = 8
@@ -43,6 +36,7 @@ def command(*, hours: str | None, plot: str | None, force: bool, as_json: bool, 
     from lutgen.display.aging import show
     from lutgen.display.tips import parse_hours
     from lutgen.report.drawing import check_new_png
+    from lutgen.report.parts import Table
 
     if plot:
         check_new_png(plot, force=force)
@@ -55,13 +49,7 @@ def command(*, hours: str | None, plot: str | None, force: bool, as_json: bool, 
         plot_display(model, plot, force=force)
     if as_json:
         print_json(shown.as_json())
-    else:
-        _report(shown, plot)
-
-
-def _report(shown: Shown, plot: str | None) -> None:
-    from lutgen.report.parts import Table
-
+        return
     heads = ("hours", "x", "y", "cd/m²", "CCT", "Δu'v'\nwhite", "\nred", "\ngreen", "\nblue", "Y/Y₀", "add.%")
     rows = []
     for row, hour in enumerate(shown.hours):

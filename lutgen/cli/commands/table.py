@@ -1,5 +1,3 @@
-"""``lutgen table``."""
-
 from typing import Any
 
 import click

@@ -1,9 +1,7 @@
-"""``lutgen trend``."""
-
 import click
 
 from lutgen.cli.command import Command, Section
-from lutgen.cli.options import Choice, json_option, replace_option, say_remarks
+from lutgen.cli.options import NUMBER, Choice, json_option, replace_option, say_remarks
 from lutgen.cli.outputs import Outputs, progress_bar
 from lutgen.errors import LutgenError
 from lutgen.files import check_new_file
@@ -27,7 +25,7 @@ MOST_AMBIENT = 1000.0
 )
 @click.option(
     "--ambient",
-    type=float,
+    type=NUMBER,
     default=0.0,
     metavar="CD_M2",
     help="Luminance that the room adds to the screen, for sessions that were read without room light: for contrast, "

@@ -1,5 +1,3 @@
-"""``lutgen sessions explain``."""
-
 import click
 
 from lutgen.cli.command import Command

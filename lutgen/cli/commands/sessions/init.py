@@ -1,5 +1,3 @@
-"""``lutgen sessions init``."""
-
 from __future__ import annotations
 
 import sys

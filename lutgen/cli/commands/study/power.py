@@ -1,5 +1,3 @@
-"""``lutgen study power``."""
-
 import click
 
 from lutgen.cli.command import Command

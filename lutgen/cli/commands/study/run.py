@@ -1,5 +1,3 @@
-"""``lutgen study run``."""
-
 from pathlib import Path
 
 import click

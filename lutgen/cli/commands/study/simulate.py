@@ -1,5 +1,3 @@
-"""``lutgen study simulate``."""
-
 from __future__ import annotations
 
 from pathlib import Path

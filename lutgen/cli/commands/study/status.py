@@ -1,5 +1,3 @@
-"""``lutgen study status``."""
-
 from pathlib import Path
 
 import click
