@@ -215,6 +215,7 @@ def test_a_wrong_measurement_is_no_physical_effect(fault: str, instrument: str |
         assert "scatter" in diagnosis.verdict.sentence
 
 
+@pytest.mark.slow
 def test_copies_of_a_reading_are_no_replicates() -> None:
     readings = Case("", campaign=(("design", "greys"), ("hours", HOURS[:2]))).measured()
     xyz = readings.xyz_cd_m2.copy()
