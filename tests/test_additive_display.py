@@ -96,9 +96,10 @@ def bent(change: float, code: Array, hours: float) -> Array:
     return srgb(code, hours) ** (1.0 + change * hours / 18_000.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("beside", "leak", "change"),
-    mostly_slow([("black-level", 0.0015, 0.0), ("eotf-drift", 0.0, 0.06)]),
+    [("black-level", 0.0015, 0.0), ("eotf-drift", 0.0, 0.06)],
 )
 def test_a_fade_beside_another_effect_is_named(beside: str, leak: float, change: float) -> None:
     """A sensor holds the light until a quarter of the reserve is gone; the form of this law contains other laws."""
@@ -118,7 +119,8 @@ def test_a_drift_of_the_meter_states_the_assumption_that_a_sensor_holds_the_lumi
     )
 
 
-@pytest.mark.parametrize(("seed", "gamma"), mostly_slow([(1, 2.2), (4, 2.2), (1, 2.5), (4, 2.5)]))
+@pytest.mark.slow
+@pytest.mark.parametrize(("seed", "gamma"), [(1, 2.2), (4, 2.2), (1, 2.5), (4, 2.5)])
 def test_an_interpolation_between_few_levels_is_no_effect(gamma: float, seed: int) -> None:
     """A power of the code between seven greys and four levels of each ramp, read in twelve sessions."""
     greys, few = np.array([0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 0.9]), np.array([0.2, 0.4, 0.6, 0.8])

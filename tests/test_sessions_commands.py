@@ -117,6 +117,7 @@ def test_trend_writes_the_same_every_time(run: Callable[..., Done]) -> None:
         (("trend", CAMPAIGN, "--plot", "new.jpg"), "ends in .png"),
         (("trend", CAMPAIGN, "--limit", "white>200"), "write a quantity"),
         (("trend", CAMPAIGN, "--limits", "x"), "Invalid value"),
+        (("trend", CAMPAIGN, "--ambient", "1_0"), "'1_0' is not a finite number"),
         (("trend", CAMPAIGN, "--reference", "x"), "names 0 of its sessions"),
         (("trend", CAMPAIGN, "--reference", "2021-01.ti3", "--all-sessions"), "leave out --reference"),
         (("trend",), "Missing argument"),

@@ -294,7 +294,8 @@ def faded(codes: Array, hour: float, loss: float, depth: float) -> Array:
     return np.asarray(np.exp(-loss * tau**1.3) * (light(codes) @ np.linalg.inv(SHARES * WHITE) @ primaries))
 
 
-@pytest.mark.parametrize(("loss", "depth"), mostly_slow([(0.8, 1.0), (0.5, 0.4)]))
+@pytest.mark.slow
+@pytest.mark.parametrize(("loss", "depth"), [(0.8, 1.0), (0.5, 0.4)])
 def test_an_even_fading_behind_a_yellow_filter_is_two_effects(loss: float, depth: float) -> None:
     """Effects of several sizes, as rates of three channels, fit as well: they fit what formulas miss."""
     rows = [(hour, code, faded(code, hour, loss, depth), "") for hour in HOURS for code in CODES]
@@ -311,7 +312,8 @@ def test_an_even_fading_is_no_wear_of_phosphors(loss: float) -> None:
     assert not {"phosphor-wear", "channel-decay", "yellowing"} & set(verdict.effects)
 
 
-@pytest.mark.parametrize(("bump", "leak"), mostly_slow([(0.006, 0.004), (0.004, 0.003), (0.008, 0.006)]))
+@pytest.mark.slow
+@pytest.mark.parametrize(("bump", "leak"), [(0.006, 0.004), (0.004, 0.003), (0.008, 0.006)])
 def test_a_small_leak_beside_a_changed_curve_is_a_second_effect(bump: float, leak: float) -> None:
     """A changed curve leaves black as it is, so that black shows the leak, however little the leak explains."""
     rows = [

@@ -15,6 +15,7 @@ from scipy.integrate import quad
 from lutgen import LutgenError
 from lutgen.history.decay import LAWS, decay_of
 from lutgen.history.history import QUANTITIES, SETS, Limit, history, limits_of, parse_limit
+from lutgen.history.inspect import inspect_session
 from lutgen.history.transfer import contrast_response, index_of, luminance_of
 from lutgen.history.trend import ENOUGH, FEWEST, Trend, shortest, trend, trend_as_json
 from lutgen.names import LIMIT_SETS
@@ -440,6 +441,15 @@ def test_dates_become_hours_where_the_campaign_says_how_many_a_day(tmp_path: Pat
     hours = history(fading(tmp_path, 3000.0, head="hours_per_day = 8.0"))
     assert (days.unit, hours.unit) == ("days", "hours")
     np.testing.assert_allclose(hours.time, 8.0 * days.time)
+
+
+def test_places_that_cancel_have_no_uniformity(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A meter's zero may be as far below 0 as a dark corner is above."""
+    monkeypatch.setattr(
+        "lutgen.history.history.inspect_session",
+        lambda session: replace(inspect_session(session), uniformity=(-1.0, 1.0)),
+    )
+    assert not np.isfinite(history(fading(tmp_path, 3000.0)).values["non-uniformity"]).any()
 
 
 def test_limits_are_read_as_they_are_written() -> None:

@@ -1,7 +1,8 @@
 """Results from sessions of readings without a model: one session, two sessions, and a display's history.
 
-``inspect`` summarises one session, ``explain`` says why two sessions differ, and ``trend`` how a display changes. A
-further file takes a :class:`~lutgen.readings.session.Session` or a pair of sessions, and returns a frozen result, or
+``inspect`` summarises one session. ``explain`` says why two sessions differ; ``causes`` holds one file for each cause.
+``trend`` says how a display changes over its sessions. A further file in this folder answers another question about
+sessions: it takes a :class:`~lutgen.readings.session.Session` or a pair of sessions, and returns a frozen result, or
 None if patches are missing.
 """
 

@@ -96,7 +96,10 @@ def colour_points(session: Session, *, black_too: bool = True) -> ColourPoints |
 
 
 def changed(before: ColourPoints, values: Mapping[str, Array]) -> Array:
-    """Return XYZ after a change, (..., 5, 3), by numbers of ``PARAMETERS``, (..., count) each; 0 is no change."""
+    """Return XYZ of the colour points after a change, (..., 5, 3).
+
+    ``values``: numbers of ``PARAMETERS``, (..., count) each; 0 is no change.
+    """
     log_scale = sum((values[name] for name in ("scale", "gauge", "step") if name in values), np.zeros(1))
     gains, leak = np.exp(values.get("gains", np.zeros(3))), before.leak
     if "aged" in values:

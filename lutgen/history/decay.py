@@ -119,7 +119,10 @@ class _DecaySample:
 
 
 def decay_of(time: Array, figures: Array, errors: Array, ahead: Array, *, draws: int, seed: list[int]) -> Decay:
-    """Weigh all laws on a history, (n,) each, and draw its future, (m,). Times are multiples of the history's span."""
+    """Weigh all laws on a history, (n,) each, and draw its future at the times ``ahead``, (m,).
+
+    Times are multiples of the history's span.
+    """
     level = float(np.abs(figures).max()) or 1.0
     rng = np.random.default_rng(seed)
     samples = [_sample(law, (time, figures / level, errors / level), rng) for law in LAWS]

@@ -1,8 +1,9 @@
 """Say why the sessions of a campaign differ from a reference session: display, instrument, room or settings.
 
-Each session is compared with the reference, without misread readings. Some causes have a direct proof. Otherwise every
-cause, and every pair of causes, is weighed by the evidence of white, primaries and black. A verdict names one cause, or
-several causes that fit equally well and the measurements that would separate them.
+Each session is compared with the reference, without misread readings. Some causes have a direct proof: drift during the
+session, HDR, the name of another display, shifted spectral lines. Otherwise every cause, and every pair of causes, is
+weighed by the evidence of white, primaries and black. A verdict names one cause, or several causes that fit equally
+well and the measurements that would separate them.
 """
 
 from dataclasses import dataclass, replace

@@ -118,7 +118,7 @@ def _figures(
         ),
         "gamma": np.array([each.gamma for each in inspections], np.float64),
         "non-uniformity": uneven,
-        "gsdf": np.array([each and each.worst for each in responses], np.float64),
+        "gsdf": np.array([np.nan if each is None else each.worst for each in responses]),
         "ambient": share,
     }  # fmt: skip
     errors = {
@@ -165,8 +165,9 @@ class Limit:
     #: Whether the figure must stay at or above ``value``; False: at or below.
     above: bool = True
     relative: bool = False
-    #: Whether somebody compared the number with its source or a quotation of it; False: it is from memory, since the
-    #: reports of AAPM and ACR were not available. Check them before you rely on a limit.
+    #: Whether somebody compared the number with its source, or with a quotation of its source; False: the number is
+    #: from memory. The reports of AAPM and ACR were not available when this table was written: check them before you
+    #: rely on a limit.
     verified: bool = True
 
     @property

@@ -118,7 +118,10 @@ def primaries(session: Session) -> Primaries | None:
 
 
 def additivity(session: Session) -> float | None:
-    """Return Y of white over the sum of the primaries' Y, all minus black if it was read; None: one is missing."""
+    """Return Y of white over the sum of Y of red, green and blue, all minus black if it was read.
+
+    None if white or a primary is missing.
+    """
     white, dark = mean_xyz(session, "white"), float(black_xyz(session)[1])
     read = tips(session)
     if white is None or len(read) < 3:

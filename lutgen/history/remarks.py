@@ -12,14 +12,16 @@ from lutgen.numerals import in_percent
 from lutgen.readings.session import Session
 from lutgen.readings.steadiness import Steadiness
 
-#: Smallest change of luminance within a session that is a drift, and that is too large for a settled display at fixed
-#: settings: a warm-up from cold causes some percent, automatic brightness and local dimming cause tens.
+#: Smallest change of luminance within a session that counts as drift, and smallest change that is too large for a
+#: settled display at fixed settings: a warm-up from cold causes some percent, automatic brightness and local dimming
+#: cause tens.
 DRIFT, UNSTEADY = 0.005, 0.03
 
 #: Smallest noise that gets a remark: a contact colorimeter on a bright patch has some 0.1 to 0.3 %.
 NOISY = 0.005
 
-#: Largest deviation of an additive display from 1. Dynamic contrast, HDR or a fourth sub-pixel causes more.
+#: Largest deviation of an additive display from 1; dynamic contrast, HDR tone mapping or a fourth sub-pixel causes
+#: more.
 ADDITIVE = 0.03
 
 #: Smallest ΔL* from sRGB that counts as another curve: a plain γ of 2.2 differs by up to 3.4, at code 0.1.

@@ -15,7 +15,8 @@ from lutgen.history.transfer import lightness
 from lutgen.readings.session import Session
 from lutgen.readings.steadiness import CLEAR, SessionDrift, Steadiness, steadiness_of
 
-#: A misread reading's L* differs by ``FAR`` from its neighbours or repeats, and ``CLEARLY`` times as much as any other.
+#: A reading is misread if its L* differs by at least ``FAR`` from the value of its neighbours or repeats, and by at
+#: least ``CLEARLY`` times the largest such difference of the other readings.
 FAR, CLEARLY = 10.0, 4.0
 
 #: Full drive or the level below it is misread if the Δu'v' between the two is at least this.
@@ -99,7 +100,10 @@ def _from_neighbours(drive: Array, level: Array) -> Array:
 
 
 def _off_its_repeats(session: Session, rows: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Return the row of the only reading that is far from the patch's other readings; empty without one."""
+    """Return the row of the only reading that is far from the patch's other readings; empty without one.
+
+    L* is relative to the session's brightest reading.
+    """
     if rows.size < FEWEST_REPEATS or session.xyz[:, 1].max() <= 0:
         return _NO_ROWS
     level = lightness(session.xyz[rows, 1] / session.xyz[:, 1].max())
@@ -109,7 +113,10 @@ def _off_its_repeats(session: Session, rows: NDArray[np.int64]) -> NDArray[np.in
 
 
 def _off_its_twin(session: Session) -> NDArray[np.int64]:
-    """Return the row farther from its ramp, if the two readings of one patch alone disagree: no drift; or no rows."""
+    """Return the row that is farther from its ramp, if the two readings of one patch alone disagree; or no rows.
+
+    A drift would also change the other repeated patches.
+    """
     groups = repeats(session)
     if len(groups) < 2 or (brightest := float(session.xyz[:, 1].max())) <= 0:
         return _NO_ROWS
@@ -138,7 +145,8 @@ def steadiness(session: Session) -> Steadiness | None:
 #: Fewest shared patches of two sessions for a drift from their ratio.
 FEWEST_SHARED = 40
 
-#: If colours explain this share of the order's variance, patches were read sorted by code, and a drift does not show.
+#: If the colours explain this share of the variance of the order, the patches were read sorted by code: a drift then
+#: does not show.
 SORTED = 0.5
 
 #: Patches below this share of the brightest patch are left out: their ratio is mostly noise of the meter.

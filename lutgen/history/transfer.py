@@ -1,12 +1,17 @@
 """Tone curves: luminance against drive, γ and clipping, the colour of greys, DICOM's function, and calibration.
 
+A contrast that is set too high, or a calibration that reaches full drive, clips the bright end. A display that
+interprets a signal of limited range (16..235 of 255) as a signal of full range, or the other way round, crushes the
+dark end or clips both ends.
+
 DICOM PS3.14, 7.1 (Grayscale Standard Display Function) gives luminance by index of just-noticeable difference (JND);
 colour-science implements the function. Contrast response is defined by TG18 (Samei et al. 2005, doi:10.1118/1.1861159,
 4.3): the change of luminance between neighbouring greys over their mean luminance, per JND, compared with the standard.
 
 The signal passes the calibration curves of the graphics card before it reaches the display. The readings of a channel
-against the *output* of its curve are therefore the native curve of the display. If the calibrations of two sessions are
-known, lutgen compares the native curves.
+against the *output* of its curve are therefore the native curve of the display, and the output at full input is the
+share of the channel's drive that the calibration uses for white. If the calibrations of two sessions are known, lutgen
+compares the native curves.
 """
 
 import re

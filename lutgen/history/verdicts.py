@@ -277,7 +277,8 @@ CAME_BACK = 0.05
 #: If an earlier session has less than this share of the loss that a steady decay predicts, the loss was sudden.
 LATE = 0.25
 
-#: Fewest sessions for a steady loss beside the reference; largest residual from a straight line, least loss (nepers).
+#: Fewest sessions for a steady loss, without the reference; largest residual from a straight line in time, and smallest
+#: loss at its end, as natural logarithms.
 FEWEST_SESSIONS, STEADY, LEAST = 3, 0.02, 0.05
 
 

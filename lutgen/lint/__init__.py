@@ -1,6 +1,8 @@
 """``lutgen lint``: what each reader does with a LUT, a profile or a config of any program.
 
-``formats`` holds one module for each kind of file. ``programs`` holds the readers that ``--try`` runs.
+``formats`` holds one module for each kind of file. To support another kind of file, add a module there. The module
+reads the file without trusting its header, and defines ``FORMAT``: the suffixes, the rules and the lint function.
+``programs`` holds the readers of ``.cube`` that ``--try`` runs and compares with lutgen's own reading.
 """
 
 from __future__ import annotations

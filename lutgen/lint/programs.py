@@ -1,7 +1,8 @@
 """Trials of installed readers of ``.cube``. All use trilinear interpolation, which every reader supports.
 
-To add a reader, add a :class:`Program` to ``PROGRAMS``. ``lutgen lint --try`` compares its colours with lutgen's own
-reading, :func:`read_as_meant`. :func:`refusal` and :func:`loading` try OpenColorIO on the other formats too.
+``PROGRAMS`` lists the readers. To add a reader, add a :class:`Program`: its name, its version, and a function that
+applies a file to code values. ``lutgen lint --try`` compares the colours of a reader with lutgen's own reading,
+:func:`read_as_meant`. :func:`refusal` and :func:`loading` try OpenColorIO on the other formats too.
 """
 
 import shutil

@@ -5,7 +5,10 @@ colour space of these code values. A config with the role ``aces_interchange`` n
 signal can be defined through ACES2065-1 (:mod:`lutgen.merge.additions`).
 
 OpenColorIO's own ``ConfigMerger`` (2.5) is not used. It joins two whole configs, and would add the build's displays,
-roles and colour spaces.
+roles and colour spaces. New parts are inserted into the config's text, which preserves its comments and digits
+(:mod:`lutgen.merge.additions`). If that fails, OpenColorIO writes the whole config, and comments and digits are lost.
+
+Functions that lint also needs are in ``lutgen.bindings``.
 """
 
 from __future__ import annotations

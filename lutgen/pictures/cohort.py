@@ -167,10 +167,14 @@ class Cohort:
         rows += [["broken", each.file, *[""] * (1 + len(columns))] for each in self.broken]
         for mode, of in self.lives.items():
             all_lives = [of[tolerance][name] for tolerance, name in columns]
-            rows.append(["median", "", mode, *(csv_hours(each.median) for each in all_lives)])
-            intervals = (each.interval for each in all_lives if each.interval)
-            for row, ends in zip(("low", "high"), zip(*intervals, strict=True), strict=False):
-                rows.append([row, "", mode, *map(csv_hours, ends)])
+            ends = [each.interval or (None, None) for each in all_lives]
+            for row, values in (
+                ("median", [each.median for each in all_lives]),
+                ("low", [low for low, _ in ends]),
+                ("high", [high for _, high in ends]),
+            ):
+                if row == "median" or all_lives[0].interval:
+                    rows.append([row, "", mode, *map(csv_hours, values)])
         return csv_text(rows)
 
 

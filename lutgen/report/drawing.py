@@ -82,6 +82,12 @@ DPI, WIDTH = 100, 15.0
 BLACK, BLUE, RED, GREEN, YELLOW = "#222222", "#0072B2", "#D55E00", "#009E73", "#F0E442"
 GREY, BAND = "#777777", "#d9d9d9"
 
+#: Most characters in a line of the title, of the second text and of the foot, at their font sizes.
+_TITLE, _SECOND, _FOOT = 102, 150, 190
+
+#: Height in inches of a line of the title, of the second text and of the foot.
+_LINES = {"title": 0.30, "second": 0.22, "foot": 0.19}
+
 
 @contextmanager
 def new_figure(path: str | Path, size: tuple[float, float], *, force: bool) -> Iterator[Figure]:
@@ -108,18 +114,17 @@ def picture(
     """Yield a figure, and bottom and top of its free area as shares of its height; errors as :func:`check_new_png`."""
     with new_figure(path, (WIDTH, height), force=force) as figure:
         top = height - 0.2
-        # Each text with the most characters in a line, and the height of a line in inches, at its font size.
-        for text, letters, line, look in (
-            (title, 102, 0.30, {"fontsize": 16, "weight": "bold"}),
-            (second, 150, 0.22, {"fontsize": 12}),
+        for text, letters, kind, look in (
+            (title, _TITLE, "title", {"fontsize": 16, "weight": "bold"}),
+            (second, _SECOND, "second", {"fontsize": 12}),
         ):
             lines = _wrapped(text, letters, 2)
             if lines:
                 figure.text(0.04, top / height, "\n".join(lines), va="top", linespacing=1.2, **look)
-                top -= len(lines) * line + 0.08
-        lines = _wrapped(foot, 190, 3)
+                top -= len(lines) * _LINES[kind] + 0.08
+        lines = _wrapped(foot, _FOOT, 3)
         figure.text(0.04, 0.12 / height, "\n".join(lines), fontsize=10, va="bottom", color="#444444")
-        yield figure, (0.12 + len(lines) * 0.19) / height, top / height
+        yield figure, (0.12 + len(lines) * _LINES["foot"]) / height, top / height
 
 
 def named_once(names: list[str], what: str) -> list[str]:

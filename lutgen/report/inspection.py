@@ -143,6 +143,9 @@ COLOURS = dict(zip(("grey", *CHANNELS), TIP_COLOURS, strict=True))
 #: Least span of the axes of ΔL*, ΔE2000 and drift, so that noise does not look like an error.
 _CALM_LIGHTNESS, _CALM_CAST, _CALM_DRIFT = 5.0, 4.0, 2.0
 
+#: Most characters in a line of remarks, and most lines.
+_REMARK_LETTERS, _REMARK_LINES = 63, 12
+
 
 def picture_names(files: Sequence[str]) -> list[str]:
     """Return the name of each session's picture. Raises LutgenError if two names are equal."""
@@ -187,9 +190,9 @@ def what_stands_out(axes: Axes, inspection: Inspection) -> None:
     """Write as many remarks as fit, the most serious first."""
     axes.axis("off")
     axes.set_title("What stands out", fontsize=12, loc="left", weight="bold")
-    kept, space = [], 12
+    kept, space = [], _REMARK_LINES
     for remark in inspection.remarks:
-        lines = textwrap.wrap(remark, 63, initial_indent="• ", subsequent_indent="   ")
+        lines = textwrap.wrap(remark, _REMARK_LETTERS, initial_indent="• ", subsequent_indent="   ")
         if len(lines) > space:
             break
         kept += lines

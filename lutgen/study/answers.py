@@ -2,6 +2,8 @@
 
 A place is a reader's number in the protocol. A reader takes the next free place at the first session, and keeps it. The
 reader's name is stored in the file, and never becomes part of a path.
+
+The same rows give the progress of the readers, without their answers.
 """
 
 from __future__ import annotations

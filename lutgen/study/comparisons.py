@@ -177,7 +177,8 @@ class FurtherMeans:
     welch_t: float
     welch_df: float
     welch_p: float
-    #: Mann–Whitney's test, two-sided, for any distribution; NaN where the answers are not known, or all equal.
+    #: Mann–Whitney's test, two-sided: does not assume a normal distribution; NaN where the answers are not known, or
+    #: all equal.
     rank_p: float
     #: The difference in standard deviations.
     hedges_g: float

@@ -7,8 +7,9 @@ condition. Every later session shows the same images un-aged.
 
 Orders are random, and stratified in time. The session is divided into as many equal stretches as a condition has
 images, and each stretch holds one of these images. With equal numbers the stretches are blocks that hold every
-condition once: no condition comes late by chance, when the reader is tired. The mean positions of two conditions differ
-by less than one block in every session.
+condition once. In a purely random order a condition may come late by chance, and then a tired reader is slow on this
+condition. Here the mean positions of two conditions differ by less than one block in every session, not only on
+average.
 
 Each reader's session is drawn from its own random stream: another reader changes nothing for the other readers.
 """

@@ -19,7 +19,8 @@ Agreement: logistic regression on the condition with readers as fixed effects, b
 readings of the same image in a cluster (Liang & Zeger 1986, doi:10.1093/biomet/73.1.13), fitted by statsmodels
 (``lutgen[study]``), since answers of several readers to one image are not independent.
 
-The models leave out effects that the answers cannot separate, and a note names them.
+The models leave out effects that the answers cannot separate, and a note names them. With one reader there is no
+effect of readers. The effect of an image that was read once cannot be separated from the noise of its answer.
 """
 
 import warnings

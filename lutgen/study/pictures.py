@@ -1,8 +1,10 @@
 """The pictures of a study: the given images, and the renders that readers see.
 
-Given images become 8-bit RGB. Each image is rendered under each of its conditions, through a baked LUT. Only the pixels
-differ between conditions: a render is an uncompressed PNG that holds only 8-bit pixels, so that all renders of an image
-have the same file size and time; names are keyed hashes, and files are written in the order of their names.
+Given images become 8-bit RGB. Two images must not have the same name, the same bytes or the same pixels. Each image is
+rendered under each of its conditions, through a baked LUT. A render is an uncompressed PNG that holds only 8-bit
+pixels, so that all renders of an image have the same file size and time. Only the pixels differ between conditions:
+file names are keyed hashes, which reveal neither image nor condition, and files are written in the order of their
+names.
 """
 
 import hashlib

@@ -1,8 +1,9 @@
 """Power: which differences a reader study of a given size can find, and the power for the paper's own differences.
 
-The tests are the paper's tests (Avanaki et al., Proc. SPIE 9420, 2015, section 3.2): Student's two-sided two-sample t
-with pooled variance on time and ease, the one-tailed t on 0/1 values on agreement between sessions. Fisher's exact test
-is added. Power is exact: on means by the noncentral t, on agreement summed over both binomial distributions.
+The tests are the paper's tests (Avanaki et al., Proc. SPIE 9420, 2015, section 3.2). Student's two-sided two-sample t
+with pooled variance is for time to score and ease of reading. The one-tailed t on 0/1 values is for agreement between
+sessions; Fisher's exact test is added. Power of t on means is exact for normal values (noncentral t). Power of both
+tests on agreement is exact, summed over both binomial distributions.
 
 Standard deviations are from the paper: Table 2 prints means ± 95 % intervals. As ± 1.96 standard errors with 39, 40 and
 40 answers, these intervals give the paper's p-values. Answers are assumed independent. With several readers this is not

@@ -1,10 +1,12 @@
 """A reading session as a state machine, independent of the browser: the next image, and the answer to each image.
 
 First come the practice images, then the images of the session. Each image is answered exactly once. An answer is on
-disk before the next image is shown. Each event is a row in the reader's file.
+disk before the next image is shown. Each event is a row in the reader's file: started, resumed, shown, paused,
+continued, warned, accepted, overridden, practised, answered, ended.
 
-There are two clocks. The computer's clock dates the rows and measures the washout: a clock that was set back is
-detected, a clock that was set forward is not. The page's own clock, which nobody can set, measures the time to score.
+There are two clocks. The computer's clock dates the rows and measures the washout. It may be wrong: a clock that was
+set back is detected, a clock that was set forward is not. The page's own clock, which nobody can set, measures the time
+to score.
 """
 
 import hashlib

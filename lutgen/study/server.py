@@ -40,8 +40,6 @@ _KINDS: dict[type, tuple[type, ...]] = {str: (str,), int: (int,), float: (int, f
 #: Sources of the time of the first paint.
 PAINTS = ("element-timing", "animation-frame")
 
-ELSEWHERE = RefusedError(409, "tab", "The session is open in another tab.")
-
 
 class Conversation:
     """Answers the requests of the browser tab that holds a reading session."""
@@ -77,7 +75,7 @@ class Conversation:
                 raise RefusedError(503, "gone", "lutgen has ended. What you saved with Enter is kept.")
             if what not in ("claim", "look"):
                 if tab != self._tab:
-                    raise ELSEWHERE
+                    raise _elsewhere()
                 self._heard = self._clock()
             try:
                 return self._asked[what](body)
@@ -105,7 +103,7 @@ class Conversation:
 
     def _claim(self, body: Mapping[str, Any]) -> dict[str, Any]:
         if not self._look(body)["free"]:
-            raise ELSEWHERE
+            raise _elsewhere()
         self._tab, self._heard, self._shown = body["tab"], self._clock(), None
         reading, protocol = self._reading, self._reading.protocol
         return {
@@ -238,3 +236,7 @@ def serve(
                 # The last page has at most 20 s to be shown.
                 if time.monotonic() - complete > 20.0:
                     return
+
+
+def _elsewhere() -> RefusedError:
+    return RefusedError(409, "tab", "The session is open in another tab.")

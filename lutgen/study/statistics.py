@@ -3,9 +3,10 @@
 The tests accept arrays with one entry for each study, so that thousands of simulated studies take a moment. If both
 samples have no variance, p is NaN.
 
-Agreement within readers compares an answer under a condition with the reader's own un-aged answer: whether both are on
-the same side, positive or negative. The paper (section 2.3) reads every image twice, the second time un-aged. Here a
-reader may have read an image any number of times:
+Agreement within readers compares an answer under a condition with the reader's own un-aged answer.
+
+The paper (section 2.3) reads every image twice, the second time un-aged, and asks whether both diagnoses are on the
+same side, positive or negative. In general a reader may have read an image any number of times. The rule here:
 
 - An image's *reference* is the reader's last un-aged answer to the image in a session without aged images. If there is
   no such answer, the reference is the reader's last un-aged answer to the image. In the paper this is session 2.

@@ -52,7 +52,7 @@ NOTHING_COMPARED = (
 def pronounce(explanation: Explanation, error: PureError, seen: Sequence[Visibility], suspicion: Suspicion) -> Verdict:
     """Return the verdict of a search."""
     named = {name for step in explanation.steps for name in (step.name, *(rival.name for rival in step.rivals))}
-    if black.is_beyond_zero(explanation.base.problem):
+    if not explanation.steps and black.is_beyond_zero(explanation.base.problem):
         named |= {*black.CAUSES}
     blind = [each.effect for each in seen if not each.visible and each.effect not in named]
     remarks = remarks_of(explanation, blind, suspicion)
@@ -202,8 +202,7 @@ def _with_steps(explanation: Explanation, error: PureError, suspicion: Suspicion
         remark = f"A negligible part of the residual could be explained by {traces}."
         return _without_steps(explanation, error, suspicion, (*remarks, remark))
     residual_term = weighed.final_free_term if weighed.final_free_term.names else weighed.base_free_term
-    similar = weighed.is_sound_pair and _overlap(weighed.kept, explanation)
-    if is_changed_curve(explanation, weighed) and not similar:
+    if is_changed_curve(explanation, weighed) and not (weighed.is_sound_pair and _overlap(weighed.kept, explanation)):
         return replace(_changed_curves(explanation, weighed), remarks=remarks)
     if weighed.sound and not _leaves_much(explanation, weighed, error):
         verdict = _sound(explanation, weighed, error, remarks)

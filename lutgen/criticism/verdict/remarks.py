@@ -138,12 +138,11 @@ def _with_little_weight(explanation: Explanation) -> str:
 
 def lines_of(explanation: Explanation, suspicion: Suspicion) -> str:
     """Name the lines of the readings that are left out, and those whose readings were exchanged."""
-    places = explanation.base.problem.readings.places
+    problem = explanation.base.problem
     in_pairs = {row for pair in suspicion.exchanged for row in pair}
     single = [row for row in suspicion.rows if row not in in_pairs]
-    return listed(
-        [*([places(single)] if single else []), *lines_of_pairs(explanation.base.problem, suspicion.exchanged)]
-    )
+    of_single = [problem.readings.places(single)] if single else []
+    return listed([*of_single, *lines_of_pairs(problem, suspicion.exchanged)])
 
 
 def lines_of_pairs(problem: Problem, exchanged: Iterable[tuple[int, int]]) -> list[str]:

@@ -1,6 +1,8 @@
 """Causes of a difference between two sessions, one file for each cause; a new cause needs only a new file.
 
-A module defines one ``CAUSE``, a :class:`Cause`. Verdicts use only its declarations: no other file names a cause.
+A module defines one ``CAUSE``, which declares the facts that the cause may move, how the cause changes white, primaries
+and black, its proof, and the changes with which it may be confused. Verdicts use only these declarations: no other file
+names a cause.
 """
 
 from collections.abc import Callable, Mapping
@@ -49,15 +51,19 @@ class Cause:
     proof: Callable[[SessionPair], str] = lambda _pair: ""
     rank: int = 9
     alone: bool = True
-    #: A sentence if evidence supports the cause without a proof, or "": it is named if no other explains the pair.
+    #: A sentence if evidence supports the cause without a proof; otherwise "". The cause is then named if no other
+    #: cause explains the pair.
     sign: Callable[[SessionPair], str] = lambda _pair: ""
     #: Whether the cause may have changed the transfer curves by the measured amount.
     bends: Callable[[SessionPair], bool] = lambda _pair: False
-    #: A sentence if the cause happened beside other causes and was corrected (a reading was left out); otherwise "".
+    #: A sentence if the cause happened in addition to other causes and was corrected (a reading was left out);
+    #: otherwise "".
     beside: Callable[[SessionPair], str] = lambda _pair: ""
-    #: A sentence if the readings cannot show the cause, which is then not named beside other causes; otherwise "".
+    #: A sentence if the readings of a pair cannot show the cause, which is then not named beside other causes;
+    #: otherwise "".
     untold: Callable[[SessionPair], str] = lambda _pair: ""
-    #: Names, fitted values and pair of another explanation → the parameter that this cause can change too; or "".
+    #: Names, fitted values and pair of another explanation → the parameter whose change this cause can also make; ""
+    #: without such a parameter.
     rival: Callable[[tuple[str, ...], Values, SessionPair], str] = lambda _names, _values, _pair: ""
     #: Course of the light over many sessions with this cause: "steady", "step", or "" (unknown).
     over_time: str = ""

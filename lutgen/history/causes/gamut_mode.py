@@ -8,7 +8,8 @@ from lutgen.history.pair import SessionPair
 #: Smallest Δu'v' of the second most moved primary: modes of one gamut differ by less, and aging moves only blue.
 _TWO_MOVE = 0.006
 
-#: The same limit if white has not moved (by `_STANDS_STILL` of the largest shift): all modes have the same white.
+#: The same limit if white has not moved (shift below `_STANDS_STILL` of the largest shift), because all modes have the
+#: same white.
 _TWO_MOVE_ALONE, _STANDS_STILL = 0.003, 0.2
 
 

@@ -15,8 +15,10 @@ _WHOSE = ("the reference", "the session")
 
 
 def _proof(pair: SessionPair) -> str:
-    """Return a sentence on levels that are clipped in one session and distinct in the other; or ""."""
-    # Calibrations clip too.
+    """Return a sentence on levels that are clipped in one session and distinct in the other; or "".
+
+    "" also if the files' calibrations differ, since calibrations clip too.
+    """
     if pair.recalibrated:
         return ""
     curves = [_curves(each) for each in pair.sessions]
