@@ -13,6 +13,7 @@ import pytest
 
 from lutgen.criticism.compare.comparison import compare
 from lutgen.criticism.diagnose import diagnose, parameters_of
+from lutgen.criticism.fit.anchored import anchored, noise_only
 from lutgen.criticism.fit.lack_of_fit import p_of_autocorrelation
 from lutgen.criticism.fit.least_squares import fit
 from lutgen.criticism.fit.linear import State, Term, predict
@@ -40,7 +41,7 @@ from lutgen.criticism.verdict.pronounce import (
 )
 from lutgen.criticism.verdict.remarks import of_other_forms
 from lutgen.criticism.verdict.verdict import Verdict
-from lutgen.criticism.verdict.weighing import Weighed, _is_minor, _is_of_curves, is_changed_curve, lowers_error
+from lutgen.criticism.verdict.weighing import Weighed, _is_minor, _is_of_curves, evidence_against, is_changed_curve
 from lutgen.criticism.verdict.words import one
 from lutgen.effects import catalogue
 from lutgen.effects.clause import in_words
@@ -57,9 +58,11 @@ from tests.readings_text import read
 from tests.virtual_display.campaign import Campaign, csv_text
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
     from pathlib import Path
 
+    from lutgen.colorimetry import Array
+    from lutgen.criticism.fit.least_squares import Fit
     from lutgen.readings import Measurements
     from tests.generators.truth import Truth
 
@@ -517,14 +520,24 @@ def test_an_effect_with_which_the_baked_prediction_is_no_better_is_not_named(mon
     explanation, error = of_the_curve(), PureError.of(of_the_curve().base.problem)
     (step,) = explanation.steps
     better, worse = step.without, explanation.final
-    assert lowers_error(step, explanation.final)
-    assert not lowers_error(_stub(without=worse), better)
+    assert evidence_against(step, explanation.final) == 0.0
+    assert evidence_against(_stub(without=worse), better) == np.inf
+    # With readings so noisy that the difference says nothing, the effect is not refuted.
+    with monkeypatch.context() as patched:
+        patched.setattr(
+            "lutgen.criticism.verdict.weighing.noise_only", lambda *_: (1e3 * each for each in noise_of(better))
+        )
+        assert 0.0 < evidence_against(_stub(without=worse), better) < 9.0
     assert [each.name for each in Weighed.of(explanation, error).kept] == [step.name]
     for module in ("weighing", "pronounce"):
-        monkeypatch.setattr(f"lutgen.criticism.verdict.{module}.lowers_error", lambda *_: False)
+        monkeypatch.setattr(f"lutgen.criticism.verdict.{module}.evidence_against", lambda *_: np.inf)
     assert not Weighed.of(explanation, error).kept
     verdict = pronounce(explanation, error, (), Suspicion((), (), ""))
     assert (verdict.name, verdict.effects) == ("unexplained", ())
+
+
+def noise_of(fitted: Fit) -> Iterator[Array]:
+    return noise_only(fitted.problem, anchored(fitted.problem, fitted.terms))
 
 
 @cache

@@ -18,7 +18,7 @@ from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_code, xyY
 from lutgen.criticism.compare.comparison import compare
 from lutgen.criticism.diagnose import diagnose
 from lutgen.criticism.first_session.baselines import first_session
-from lutgen.criticism.fit.anchored import anchored_tips
+from lutgen.criticism.fit.anchored import anchored, anchored_tips
 from lutgen.criticism.fit.least_squares import fit
 from lutgen.criticism.fit.linear import State, Term, linearise, predict
 from lutgen.criticism.fit.problem import Problem
@@ -745,6 +745,22 @@ def test_white_and_primaries_do_not_hang_on_the_last_digit_of_a_curve(monkeypatc
     for least in (1e-12, 1e-10, 1e-8):
         monkeypatch.setattr(TransferCurve, "__call__", lambda self, code, e=least: curve(self, code) * (1.0 + e))
         assert tips() == pytest.approx(exact, rel=1e-6)
+
+
+def test_tips_of_a_display_with_residual_light_meet_their_readings() -> None:
+    """The colour of each channel changes along its ramp; tips are solved from few readings, but predicted by all."""
+    readings = bright_mixtures()
+    alone = (readings.drive > 0).sum(axis=1, keepdims=True) == 1
+    shifted = 0.05 * alone * np.sin(np.pi * readings.drive).sum(axis=1, keepdims=True) * [1.0, 0.0, -1.0]
+    problem = Problem.of(readings.with_light(readings.xyz_cd_m2 * (1.0 + shifted)), baseline="native")
+    assert problem.first_readings
+    assert len(problem.first_readings.residual_light.ramps) == 3
+    term = Term.at_rest(catalogue()["drive-loss"].since_first_session(), ("grown",), grown=0.05)
+    for drive in ((1.0, 1.0, 1.0), (0.0, 1.0, 0.0)):
+        last = problem.is_tip_anchor & (problem.hour_of == problem.hours.size - 1)
+        last &= (problem.drive == drive).all(axis=1)
+        predicted = anchored(problem, (term,))[last]
+        assert predicted == pytest.approx(problem.xyz[last].mean(axis=0)[np.newaxis].repeat(last.sum(), axis=0), 2e-3)
 
 
 def test_a_slip_of_the_first_session_says_little_of_its_colour() -> None:

@@ -120,7 +120,7 @@ class FirstSessionModel:
         if not self.problem.predicts_from_first_readings:
             return None
         problem, readings, (codes, place) = self.problem, self.problem.readings, self.codes
-        first = first_session_rows(readings, problem.noise.outliers)
+        first = self._first
         other = np.asarray(~is_tip(codes).any(axis=1))
         same = (readings.drive[first][:, np.newaxis] == codes).all(axis=2) & other
         times, exact = same.sum(axis=0), np.isin(problem.rows, first) & other[place]
@@ -250,9 +250,21 @@ class FirstSessionModel:
 
     @cached_property
     def codes(self) -> tuple[Array, NDArray[np.intp]]:
-        """The distinct code values (m, 3), and the index of each reading's code value, (n,)."""
-        codes, place = np.unique(self.problem.drive, axis=0, return_inverse=True)
-        return codes, place.reshape(-1)
+        """The distinct code values (m, 3), and the index of each reading's code value, (n,).
+
+        The code values of the first session are always among them: a problem of only some readings, such as those of
+        white and primaries, predicts these readings as the whole problem does.
+        """
+        drive, first = self.problem.drive, self.problem.readings.drive[self._first]
+        codes, place = np.unique(np.concatenate([drive, first]), axis=0, return_inverse=True)
+        return codes, place.reshape(-1)[: len(drive)]
+
+    @cached_property
+    def _first(self) -> NDArray[np.intp]:
+        """Indices in the file of the first session's readings at rest, if later readings are predicted from them."""
+        if not self.problem.predicts_from_first_readings:
+            return np.zeros(0, dtype=np.intp)
+        return first_session_rows(self.problem.readings, self.problem.noise.outliers)
 
     @cached_property
     def _first_scene(self) -> Scene:

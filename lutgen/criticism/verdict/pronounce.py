@@ -20,8 +20,8 @@ from lutgen.criticism.verdict.remarks import lines_of, of_other_forms, remarks_o
 from lutgen.criticism.verdict.verdict import Verdict
 from lutgen.criticism.verdict.weighing import (
     Weighed,
+    evidence_against,
     is_changed_curve,
-    lowers_error,
     share_of_simplest,
     shares_of_delta_e,
 )
@@ -355,7 +355,7 @@ def _beside_free_term(explanation: Explanation, weighed: Weighed) -> Verdict | N
     if len(explanation.steps) > 1 or weighed.kept or not weighed.clean:
         return None
     (step,) = explanation.steps
-    if not lowers_error(step, explanation.final):
+    if evidence_against(step, explanation.final):
         return None
     seen = shares_of_delta_e(explanation.base, explanation.final, explanation.steps)
     size = f"{clause(step)}: {excess(step, seen, weighed.shares)}"

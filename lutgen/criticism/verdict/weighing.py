@@ -31,6 +31,10 @@ if TYPE_CHECKING:
     from lutgen.effects import Effect
 
 
+#: Standard deviations above which no noise explains that an effect does not lower the error.
+SIGMAS = 3.0
+
+
 @dataclass(frozen=True)
 class Weighed:
     """The evidence for the admitted effects.
@@ -86,9 +90,10 @@ class Weighed:
         base_term = probe(base, error)
         final_term = free_term(final, error, base_term.names)
         leaves_noise = is_noise(final, error)
-        # If the residual is not noise, a fit with the errors of slopes and steps of a native display's code values
-        # decides whether the effects explain enough.
-        lenient = final if leaves_noise and not explanation.unknown_table else with_drive_errors(final)
+        # If the residual is not noise, or has a pattern, a fit with the errors of slopes and steps of a native
+        # display's code values decides whether the effects explain enough.
+        clean = leaves_noise and not final_term.names
+        lenient = final if clean and not explanation.unknown_table else with_drive_errors(final)
         is_rest_noise, rest_term = leaves_noise, final_term
         bic_of_both = final.bic - final_term.evidence
         if lenient is not final:
@@ -127,7 +132,6 @@ class Weighed:
             kept_fit = together(base, chosen)
             not_kept = (kept_fit if lenient is final else with_drive_errors(kept_fit)).chi2 - lenient.chi2
         misses_much = not_kept > (1.0 - MOST_OF_IT) * gain and not leaves_only_noise(kept_fit, error, base_term.names)
-        clean = leaves_noise and not final_term.names
         # Even scatter above the noise may be an effect that the catalogue lacks: half of the excess must be explained.
         half = is_within_scatter(error, lenient) or gain > HALF * excess
         # If the excess is visible and a residual is left, the kept effects must together explain half of the excess in
@@ -170,24 +174,38 @@ def _needed(
         bic_without = step.without.bic - term.evidence
         is_large = shares[step.name] > (1.0 - MOST_OF_IT) * largest
         is_large = is_large or is_shown_apart(step.chosen, similar, step.without, explanation.final)
-        if bic_without > bic_of_both + STRONG and is_large and lowers_error(step, explanation.final):
-            needed.append(step)
+        if bic_without > bic_of_both + STRONG and is_large:
+            against = evidence_against(step, explanation.final)
+            needed += [step] * (bic_without > bic_of_both + against + STRONG)
     return needed
 
 
-def lowers_error(step: Step, final: Fit) -> bool:
-    """Whether the error that white and primaries from their own readings leave is smaller with an effect than without.
+def evidence_against(step: Step, final: Fit) -> float:
+    """Return how much the error that white and primaries from their own readings leave speaks against an effect.
 
     A fit moves white and primaries together with an effect, a baked LUT does not: an effect that only improves the fit
-    does not improve the LUT. The error is the root mean square in σ over the colours that the first session has read.
+    does not improve the LUT. The error is the sum of squares in σ over the colours that the first session has read. If
+    the effect lowers the error, nothing speaks against the effect. If not, the noise of white and primaries may hide
+    that the effect is real: the result is the squared deviation from simulated campaigns in which the effect is real,
+    in standard deviations, which is a difference in -2 ln of the likelihood like BIC; infinite above ``SIGMAS``.
     """
     problem = final.problem
     judged = _judged(problem)
+    if not judged.any():
+        return 0.0
+    predicted, without = anchored(problem, final.terms), anchored(problem, step.without.terms)
 
-    def squares(terms: Sequence[Term]) -> float:
-        return float((whiten(problem, problem.xyz - anchored(problem, terms))[judged] ** 2).sum())
+    def rise(xyz: Array) -> float:
+        """Sum of squares in σ of readings (n, 3) with the effect, minus that without the effect."""
+        after, before = (whiten(problem, xyz - each)[judged] for each in (predicted, without))
+        return float((after**2).sum() - (before**2).sum())
 
-    return not judged.any() or squares(final.terms) < squares(step.without.terms)
+    observed = rise(problem.xyz)
+    if observed < 0.0:
+        return 0.0
+    simulated = [rise(predicted + noise) for noise in noise_only(problem, predicted)]
+    deviation = (observed - float(np.mean(simulated))) / max(float(np.std(simulated)), 1e-9)
+    return max(deviation, 0.0) ** 2 if deviation < SIGMAS else np.inf
 
 
 def _judged(problem: Problem) -> NDArray[np.bool_]:
