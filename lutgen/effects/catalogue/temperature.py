@@ -35,7 +35,7 @@ from lutgen.effects.shapes import scaled
         "backlight-decay": "the temperature column: without it a warmer room looks like wear",
     },
     says="light changes by {size} per kelvin",
-    source="size: an assumption",
+    source="US patent 10607551 B2 (light of LEDs linear in their temperature); size: an assumption",
     slope=Parameter(-0.003, (-0.06, 0.06), "1/K", "relative change of the light per kelvin above 25 °C"),
     curve=Parameter(0.0, (-0.002, 0.002), "1/K²", "relative change of the light per squared kelvin"),
     red=Parameter(0.0, (-0.06, 0.06), "1/K", "relative change of red per kelvin, in addition to slope"),
