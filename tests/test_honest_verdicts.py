@@ -493,6 +493,16 @@ def test_an_effect_that_ties_with_a_free_term_is_named_with_a_doubt() -> None:
     assert "channel-gamma" in diagnosis.verdict.effects
 
 
+@pytest.mark.slow
+def test_the_noise_of_white_and_primaries_does_not_refute_a_faint_effect() -> None:
+    """White and primaries from their own readings leave a larger error with the effect that the display has."""
+    truth = campaign(341871747, {"primary-shift": 0.0722})
+    diagnosis = diagnose(read(_by_a_good_meter(truth, 341871747), file="shift.csv", sha256=""))
+    (step,) = diagnosis.explanation.steps
+    assert 0.0 < evidence_against(step, diagnosis.explanation.final) < 9.0
+    assert (diagnosis.verdict.name, diagnosis.verdict.effects) == ("named", ("primary-shift",))
+
+
 def test_a_form_that_explains_as_much_with_other_sizes_is_remarked() -> None:
     """Standard errors allow for noise. Here the exponent of time is not determined, and with it the size is another."""
     effect = SimpleNamespace(name="decay")

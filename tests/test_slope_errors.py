@@ -16,7 +16,11 @@ from lutgen.criticism.noise.session_errors import with_shared_errors
 from lutgen.display.transfer_curve import TransferCurve, rising_light
 from lutgen.effects import catalogue
 from lutgen.readings import read_measurements
+from tests.generators.meters import METERS
+from tests.generators.real import campaign
+from tests.generators.table import table
 from tests.native_displays import BLACK, GREYS, MIXTURES, RAMPS, TIPS, Panel, session
+from tests.readings_text import read
 from tests.real_data import needs_sessions, real_data
 
 pytestmark = pytest.mark.numbers
@@ -66,9 +70,9 @@ def test_a_rounding_behind_tables_that_are_no_powers_is_told_beside_a_leak() -> 
     still = session(Panel(), [*CODES, *random.uniform(0.05, 0.95, (200, 3)).round(3).tolist()], HOURS)
     drive, later = still.drive.copy(), still.hours > 0
     for channel, (bow, wave) in enumerate(((0.1, 0.026), (-0.08, 0.022), (0.12, -0.024))):
-        table = levels + bow * np.sin(np.pi * levels) + wave * np.sin(3.0 * np.pi * levels)
-        rounded = np.round(np.interp(drive[later, channel], levels, table) * 63.0) / 63.0
-        drive[later, channel] = np.interp(rounded, table, levels)
+        curve = levels + bow * np.sin(np.pi * levels) + wave * np.sin(3.0 * np.pi * levels)
+        rounded = np.round(np.interp(drive[later, channel], levels, curve) * 63.0) / 63.0
+        drive[later, channel] = np.interp(rounded, curve, levels)
     xyz = np.array([Panel().xyz(code, hour) for code, hour in zip(drive.tolist(), still.hours.tolist(), strict=True)])
     white = still.xyz_cd_m2[(still.drive == 1.0).all(axis=1)][0]
     full = still.drive.any(axis=1) & np.isin(still.drive, (0.0, 1.0)).all(axis=1)
@@ -77,6 +81,18 @@ def test_a_rounding_behind_tables_that_are_no_powers_is_told_beside_a_leak() -> 
     diagnosis = diagnose(replace(still, xyz_cd_m2=xyz), baseline="native")
     assert set(diagnosis.verdict.effects) == {"black-level", "quantization"}
     assert any("The number of bits is uncertain" in remark for remark in diagnosis.verdict.remarks)
+
+
+@pytest.mark.slow
+@needs_sessions
+def test_on_a_real_display_a_loss_of_drive_is_no_shift_of_primaries_too() -> None:
+    """The residual of the display's own curves is no larger than noise, but has a pattern that primary-shift fits."""
+    seed, meter = 811668018, METERS["gaussian"]
+    truth = campaign(seed, {"drive-loss": 1.284}, design="full", habits=2)
+    stated = replace(truth, metadata={**truth.metadata, **meter.metadata})
+    text = table(stated, meter.read(truth, seed), order=True)
+    verdict = diagnose(read(text, file="real.csv", sha256=""), baseline="native").verdict
+    assert (verdict.name, verdict.effects) == ("one-of", ("drive-loss",))
 
 
 @needs_sessions
