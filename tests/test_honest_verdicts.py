@@ -42,7 +42,7 @@ from lutgen.criticism.verdict.pronounce import (
 from lutgen.criticism.verdict.remarks import of_other_forms
 from lutgen.criticism.verdict.verdict import Verdict
 from lutgen.criticism.verdict.weighing import Weighed, _is_minor, _is_of_curves, evidence_against, is_changed_curve
-from lutgen.criticism.verdict.words import one
+from lutgen.criticism.verdict.words import one, strongest
 from lutgen.effects import catalogue
 from lutgen.effects.clause import in_words
 from lutgen.effects.shapes import is_knot
@@ -864,6 +864,16 @@ def test_no_instruments_gain_wanders_by_more_than_two_percent(spread: float, wan
     drawn = np.random.default_rng(2).standard_normal(4001) * np.hypot(spread, 0.001)
     departures = np.array([drawn**2, np.full(4001, 0.001**2), np.ones(4001)])
     assert _likeliest_sd(departures, 0.0003) == pytest.approx(wander, rel=0.05)
+
+
+def test_a_misfit_that_effects_hardly_explain_is_described_without_them() -> None:
+    """The description of the misfit takes the residual without the effects that were tried in vain."""
+    base = fit(Problem.of(readings("curve")))
+    of_black = np.where(base.problem.drive.any(axis=1, keepdims=True), 0.0, 100.0 * np.ones(3))
+    for share, words in ((0.4, "grey"), (0.6, "black")):
+        chi2 = base.chi2 - share * (base.chi2 - base.freedom)
+        final = _stub(chi2=chi2, residual=of_black, problem=base.problem)
+        assert strongest(_stub(base=base, final=final))[0] == words
 
 
 @pytest.mark.parametrize(

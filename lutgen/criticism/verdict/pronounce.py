@@ -25,7 +25,18 @@ from lutgen.criticism.verdict.weighing import (
     share_of_simplest,
     shares_of_delta_e,
 )
-from lutgen.criticism.verdict.words import NO_FREE_TERM, clause, excess, like_both, more_light, one, several, structure
+from lutgen.criticism.verdict.words import (
+    NO_FREE_TERM,
+    clause,
+    excess,
+    leaves_most,
+    left_of_excess,
+    like_both,
+    more_light,
+    one,
+    several,
+    structure,
+)
 from lutgen.errors import listed
 from lutgen.numerals import in_percent, percent
 
@@ -155,7 +166,7 @@ def _unexplained(
     what = "a pattern no larger than noise" if within else "an error"
     alone = tried = ""
     if nearest:
-        left = _left(nearest.best.fit.chi2, explanation)
+        left = left_of_excess(nearest.best.fit.chi2, explanation)
         tried = f" The nearest effect, {nearest.name}, leaves {percent(left)} of it."
         is_likelier = base.bic - residual_term.evidence < final.bic
         if len(explanation.steps) == 1 and left < 1.0 - MOST_OF_IT and is_likelier:
@@ -164,7 +175,7 @@ def _unexplained(
         elif left < 1.0 - MOST_OF_IT:
             tried = f" {nearest.name} explains nearly all of the misfit, but not this part."
     if len(explanation.steps) > 1:
-        names, left = listed(step.name for step in explanation.steps), _left(final.chi2, explanation)
+        names, left = listed(step.name for step in explanation.steps), left_of_excess(final.chi2, explanation)
         if left < 1.0 - MOST_OF_IT:
             alone = " alone"
             tried += f" Together, {names} explain it, but they may imitate an effect that the catalogue lacks."
@@ -182,12 +193,6 @@ def _unexplained(
     return Verdict("unexplained", sentence, remarks=remarks, signatures=residual_term.names)
 
 
-def _left(chi2: float, explanation: Explanation) -> float:
-    """Return the share of the base's excess of χ² over its degrees of freedom that a fit with ``chi2`` leaves."""
-    base = explanation.base
-    return max(chi2 - base.freedom, 0.0) / max(base.chi2 - base.freedom, 1e-9)
-
-
 def _with_steps(explanation: Explanation, error: PureError, suspicion: Suspicion, remarks: tuple[str, ...]) -> Verdict:
     """Return the verdict of a search that has admitted effects."""
     steps = explanation.steps
@@ -201,7 +206,6 @@ def _with_steps(explanation: Explanation, error: PureError, suspicion: Suspicion
         traces = ", ".join(step.name for step in steps)
         remark = f"A negligible part of the residual could be explained by {traces}."
         return _without_steps(explanation, error, suspicion, (*remarks, remark))
-    residual_term = weighed.final_free_term if weighed.final_free_term.names else weighed.base_free_term
     if is_changed_curve(explanation, weighed) and not (weighed.is_sound_pair and _overlap(weighed.kept, explanation)):
         return replace(_changed_curves(explanation, weighed), remarks=remarks)
     if weighed.sound and not _leaves_much(explanation, weighed, error):
@@ -210,7 +214,8 @@ def _with_steps(explanation: Explanation, error: PureError, suspicion: Suspicion
         verdict = _beside_free_term(explanation, weighed)
     if verdict := verdict or _aging_in_several_ways(explanation, weighed):
         return replace(verdict, remarks=verdict.remarks or remarks)
-    return _unexplained(explanation, remarks, residual_term)
+    of_base = leaves_most(explanation) or not weighed.final_free_term.names
+    return _unexplained(explanation, remarks, weighed.base_free_term if of_base else weighed.final_free_term)
 
 
 def _sound(explanation: Explanation, weighed: Weighed, error: PureError, remarks: tuple[str, ...]) -> Verdict | None:

@@ -59,8 +59,19 @@ SHAPES = {
 CLEARLY = 3.0
 
 
+def left_of_excess(chi2: float, explanation: Explanation) -> float:
+    """Return the share of the base's excess of χ² over its degrees of freedom that a fit with ``chi2`` leaves."""
+    base = explanation.base
+    return max(chi2 - base.freedom, 0.0) / max(base.chi2 - base.freedom, 1e-9)
+
+
+def leaves_most(explanation: Explanation) -> bool:
+    """Whether the admitted effects leave more than half of the excess, so that a description leaves them out."""
+    return left_of_excess(explanation.final.chi2, explanation) > HALF
+
+
 def structure(explanation: Explanation, residual_term: FreeTerm = NO_FREE_TERM) -> str:
-    """Say where the residual of the final fit is largest: family or condition, and its free term, or its course."""
+    """Say where the residual is largest: family or condition, and its free term, or its course."""
     worst, course = strongest(explanation)
     # The signatures of a free term already state how the residual changes with the hours.
     rest = f"; {changes(residual_term.names)}" if residual_term.names else f", {course}"
@@ -85,9 +96,13 @@ def _change(name: str) -> str:
 
 
 def strongest(explanation: Explanation) -> tuple[str, str]:
-    """Return the family or condition with the largest residual of the final fit, and the residual's course in time."""
-    problem = explanation.final.problem
-    size = (explanation.final.residual**2).sum(axis=1) / 3.0
+    """Return the family or condition with the largest residual, and the residual's course in time.
+
+    The residual is that of the final fit, or of the base if the admitted effects leave most of the misfit.
+    """
+    fitted = explanation.base if leaves_most(explanation) else explanation.final
+    problem = fitted.problem
+    size = (fitted.residual**2).sum(axis=1) / 3.0
     family, condition = family_of(problem), condition_of(problem)
     named = np.where(condition == "", family, condition)
     share = {str(name): float(np.maximum(size[named == name] - 1.0, 0.0).mean()) for name in np.unique(named)}
