@@ -15,9 +15,10 @@ import pytest
 
 from lutgen.criticism.compare.comparison import compare
 from lutgen.criticism.diagnose import diagnose
+from lutgen.criticism.refine import refine
 from lutgen.effects import catalogue
 from lutgen.report.comparison import compare_page
-from lutgen.report.diagnosis import diagnose_page
+from lutgen.report.diagnosis import diagnose_page, refine_page
 from tests.quick import mostly_slow
 from tests.readings_text import read
 
@@ -191,6 +192,10 @@ def test_exchanged_readings_are_named_and_left_out() -> None:
     assert verdict.name == "measurement-problem"
     assert said in verdict.sentence
     assert f"Readings were exchanged: {said}. The error" in str([*compare_page(comparison)])
+    refinement = refine(read(readings, file="table.csv", sha256=""), ["eotf-drift"])
+    left_out = f"Left out of the fit, because other readings contradict them: lines {first + red}, {first + mixture}."
+    assert left_out in [*refine_page(refinement, catalogue(), "table.csv", None)]
+    assert refinement.before.ratio < 1.5 < comparison.ratio
 
 
 def test_all_colours_that_lose_the_same_light_at_once_are_no_wear_of_single_parts() -> None:

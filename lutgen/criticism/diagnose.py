@@ -13,9 +13,9 @@ from lutgen.criticism.noise.pure_error import PureError
 from lutgen.criticism.noise.session_errors import with_shared_errors
 from lutgen.criticism.search.influence import (
     Suspicion,
-    exchanged_rows,
     misread_rows,
     suspicious_noise,
+    without_exchanged,
     wrong_rows,
     wrong_sessions,
 )
@@ -185,9 +185,8 @@ def diagnose(
 
     """
     problem = Problem.of(readings, baseline=baseline, selection=selection, instrument=instrument)
-    exchanged = exchanged_rows(problem)
-    rows = tuple(row for pair in exchanged for row in pair)
-    problem = with_shared_errors(problem.without(rows) if rows else problem, terms)
+    problem, exchanged = without_exchanged(problem)
+    problem, rows = with_shared_errors(problem, terms), tuple(row for pair in exchanged for row in pair)
     choices = candidates(effects, baseline, (*without, *(term.effect.name for term in terms)))
     if problem.first_readings:
         # The choice among the paper's matrices has no influence if a colour is predicted from its own first reading.

@@ -18,6 +18,7 @@ from lutgen.criticism.fit.linear import Term
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.session_errors import with_shared_errors
 from lutgen.criticism.search.candidates import family
+from lutgen.criticism.search.influence import without_exchanged
 from lutgen.display.carried import what_luts_carry
 from lutgen.display.conditions import Conditions, conditions_of
 from lutgen.display.fitted import AppliedEffect, Estimate, LatentTips
@@ -230,7 +231,7 @@ class Course:
     ) -> Course:
         """Return the model before any effect is added; parameters and errors as for :func:`refine`."""
         problem = Problem.of(readings, baseline=baseline, selection=selection, instrument=instrument)
-        return cls(fit(with_shared_errors(problem, terms), terms), known_under(effects, baseline))
+        return cls(fit(with_shared_errors(without_exchanged(problem)[0], terms), terms), known_under(effects, baseline))
 
     def with_effects(self, effects: Mapping[str, Effect]) -> Course:
         """Return the same model with other effects that may be added; fits of effects in both sets stay cached."""

@@ -310,7 +310,12 @@ def refine_page(refinement: Refinement, effects: Mapping[str, Effect], data: str
     if refinement.diagnosis:
         verdict = refinement.diagnosis.verdict
         yield f"Verdict: {verdict.name}: {verdict.sentence}"
-    yield data_line(refinement.final.problem)
+    problem = refinement.final.problem
+    yield data_line(problem)
+    contradicted = np.setdiff1d(np.arange(problem.readings.hours.size), [*problem.rows, *problem.noise.outliers])
+    if contradicted.size:
+        places = problem.readings.places(contradicted.tolist())
+        yield f"Left out of the fit, because other readings contradict them: {places}."
     yield ""
     yield _steps_table(refinement)
     if refinement.final.terms:
@@ -324,7 +329,7 @@ def refine_page(refinement: Refinement, effects: Mapping[str, Effect], data: str
         first = "Next" if model else f"Write the model (-o MODEL.toml{keep}), then"
         yield f"Part of the error remains unexplained. {first}:  lutgen diagnose {data} --model {model or 'MODEL.toml'}"
     if model:
-        last = f"{float(refinement.final.problem.hours[-1]):g}"
+        last = f"{float(problem.hours[-1]):g}"
         yield f"Model written: {model}. Bake it:  lutgen build --model {model} --hours 0..{last} -o aged/"
     elif refinement.improves:
         yield "No model was written: -o MODEL.toml writes it."

@@ -92,6 +92,12 @@ def exchanged_rows(problem: Problem) -> tuple[tuple[int, int], ...]:
     return tuple(pairs) if len(in_pairs) == len(set(in_pairs)) else ()
 
 
+def without_exchanged(problem: Problem) -> tuple[Problem, tuple[tuple[int, int], ...]]:
+    """Return the problem without exchanged readings, and the pairs of their rows."""
+    pairs = exchanged_rows(problem)
+    return problem.without([row for pair in pairs for row in pair]) if pairs else problem, pairs
+
+
 def wrong_rows(current: Fit) -> tuple[int, ...]:
     """Return the indices of outliers: they contradict the fit, and the same patch at other hours or in replicates.
 
