@@ -44,8 +44,8 @@ def compare_page(comparison: Comparison, again: str = "") -> Iterator[Part]:
     yield comparison.sentence()
     if black.is_beyond_zero(comparison.problem):
         yield black.remark(comparison.problem)
-    if exchanged := lines_of_pairs(comparison.problem, exchanged_rows(comparison.problem)):
-        yield f"Readings were exchanged: {listed(exchanged)}. The error includes them; diagnose and refine leave them out."
+    if pairs := lines_of_pairs(comparison.problem, exchanged_rows(comparison.problem)):
+        yield f"Readings were exchanged: {listed(pairs)}. The error includes them; diagnose and refine leave them out."
     yield from (each.sentence() for each in comparison.drifts)
     yield data_line(comparison.problem)
     yield from fresh_lines(comparison)
