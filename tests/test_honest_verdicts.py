@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from lutgen.criticism.compare.comparison import compare
-from lutgen.criticism.diagnose import diagnose, parameters_of
+from lutgen.criticism.diagnose import Diagnosis, diagnose, parameters_of
 from lutgen.criticism.fit.anchored import anchored, noise_only
 from lutgen.criticism.fit.lack_of_fit import p_of_autocorrelation
 from lutgen.criticism.fit.least_squares import fit
@@ -46,7 +46,7 @@ from lutgen.criticism.verdict.words import one, strongest
 from lutgen.effects import catalogue
 from lutgen.effects.clause import in_words
 from lutgen.effects.shapes import is_knot
-from lutgen.report.diagnosis import _error, _next
+from lutgen.report.diagnosis import _error, _next, diagnose_page
 from tests.campaigns import MORE_HOURS, single, text_of
 from tests.command import Done, in_process
 from tests.generators.meters import METERS
@@ -501,6 +501,25 @@ def test_the_noise_of_white_and_primaries_does_not_refute_a_faint_effect() -> No
     (step,) = diagnosis.explanation.steps
     assert 0.0 < evidence_against(step, diagnosis.explanation.final) < 9.0
     assert (diagnosis.verdict.name, diagnosis.verdict.effects) == ("named", ("primary-shift",))
+
+
+@pytest.mark.slow
+def test_the_page_says_how_small_a_leak_a_steady_zero_would_show() -> None:
+    meter, truth = METERS["dark-offset"], campaign(13, {})
+    text = table(replace(truth, metadata={**truth.metadata, **meter.metadata}), meter.read(truth, 13), order=True)
+    diagnosis = diagnose(read(text, file="zero.csv", sha256=""))
+    (hidden,) = [each.smallest_detectable for each in diagnosis.visibility if each.effect == "black-level"]
+    said = re.search("With a steady zero, black-level would be detectable from ([0-9.]+) ×10⁻⁶", page_of(diagnosis))
+    assert said
+    assert hidden
+    assert 1e-6 * float(said[1]) < 0.8 * hidden
+    explanation = diagnosis.explanation
+    steady = replace(explanation, base=fit(replace(explanation.base.problem, offset_cd_m2=0.0)))
+    assert "steady zero" not in page_of(replace(diagnosis, explanation=steady))
+
+
+def page_of(diagnosis: Diagnosis) -> str:
+    return "\n".join(str(part) for part in diagnose_page(diagnosis, catalogue(), "zero.csv"))
 
 
 def test_a_form_that_explains_as_much_with_other_sizes_is_remarked() -> None:

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from lutgen.criticism.diagnose import Diagnosis, Ranked, parameters_of
+from lutgen.criticism.diagnose import Diagnosis, Ranked, candidates, parameters_of
 from lutgen.criticism.refine import Refinement
 from lutgen.criticism.search.separate import Separation
 from lutgen.criticism.verdict.black import CAUSES
-from lutgen.criticism.verdict.visibility import Visibility, relative_size, typical_size
+from lutgen.criticism.verdict.visibility import Visibility, relative_size, typical_size, with_steady_zero
 from lutgen.effects import Effect
 from lutgen.effects.shapes import is_knot
 from lutgen.errors import listed
@@ -26,6 +26,9 @@ RANKED, LISTED = 6, 2
 
 #: χ² that separates two rivals clearly, and the largest number of repetitions of a set that is proposed.
 CLEARLY, TOO_OFTEN = 20.0, 10
+
+#: A steady zero of the meter is mentioned if it makes a leak detectable at less than this share of the size.
+LESS_HIDDEN = 0.9
 
 
 def diagnose_page(
@@ -63,6 +66,7 @@ def diagnose_page(
         "campaigns."
     )
     yield visibility_table(diagnosis.visibility, effects, verbose=verbose)
+    yield from _hidden_by_zero(diagnosis, effects)
     if verbose:
         yield (
             "Each detectable size allows for the hidden share: a precise meter may show an effect of which more than "
@@ -78,6 +82,22 @@ def diagnose_page(
         yield from _held_out_lines(diagnosis.ranking)
     if not verbose:
         yield "How each effect does alone: --verbose."
+
+
+def _hidden_by_zero(diagnosis: Diagnosis, effects: Mapping[str, Effect]) -> Iterator[str]:
+    """Say what a leak of black would have to be if the zero of the meter did not differ between sessions."""
+    base, name = diagnosis.explanation.base, "black-level"
+    seen = [each for each in diagnosis.visibility if each.effect == name and each.visible]
+    if not seen or not base.problem.offset_cd_m2:
+        return
+    (effect,) = candidates({name: effects[name]}, base.problem.baseline, ())
+    steady = with_steady_zero(base, effect).smallest_detectable
+    if steady is not None and steady < LESS_HIDDEN * (seen[0].smallest_detectable or 0.0):
+        zero = f"{readable(base.problem.offset_cd_m2, 2)} cd/m²"
+        yield (
+            f"The zero of the meter differs between sessions (1 σ: {zero}). With a steady zero, {name} would be "
+            f"detectable from {readable(steady, 3)}."
+        )
 
 
 def visibility_table(seen: tuple[Visibility, ...], effects: Mapping[str, Effect], *, verbose: bool = True) -> Table:

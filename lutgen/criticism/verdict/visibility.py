@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lutgen.criticism.fit.least_squares import switching_penalty
+from lutgen.criticism.fit.least_squares import fit, switching_penalty
 from lutgen.criticism.fit.linear import Term
 from lutgen.criticism.noise.pure_error import PureError
 from lutgen.criticism.search.candidates import STRONG
@@ -76,6 +76,12 @@ def visibility(base: Fit, effects: Iterable[Effect]) -> list[Visibility]:
     """Return the visibility of every effect in the readings of ``base``."""
     needed = cache(partial(threshold, base))
     return [_of(base.score, effect, needed) for effect in effects]
+
+
+def with_steady_zero(base: Fit, effect: Effect) -> Visibility:
+    """Return the visibility of an effect if the zero of the meter were the same in all sessions."""
+    steady = fit(replace(base.problem, offset_cd_m2=0.0), base.terms)
+    return visibility(steady, [effect])[0]
 
 
 def _of(score: Score, effect: Effect, needed: Callable[[int], float]) -> Visibility:
