@@ -40,7 +40,6 @@ PAGES = (
 NOT_RUN = {
     "make demo": "set-up of a clone: .ci/run runs the targets of make",
     "make setup": "set-up of a clone: .ci/run runs the targets of make",
-    "python -m tests.generators": "a score on real sessions: ten minutes, and exit code 1 if a share is below a gate",
     "vips icc_transform": "it needs a picture with an embedded aged.icc and a PDF; make consumers runs both programs",
 }
 

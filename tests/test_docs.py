@@ -28,6 +28,7 @@ from lutgen.criticism.search.explanation import UNCHANGED
 from lutgen.criticism.search.stepwise import UNDOUBTED
 from lutgen.criticism.verdict.black import LARGEST_ZERO_CD_M2
 from lutgen.criticism.verdict.imitation import APART, DEPARTURE
+from lutgen.criticism.verdict.weighing import SIGMAS
 from lutgen.display import MODES, REFERENCES, SELECTIONS
 from lutgen.readings.conditions import COLUMNS as CONDITION_COLUMNS
 from lutgen.readings.formats import cgats
@@ -245,6 +246,7 @@ NUMBERS = {
     "α of an undoubted effect": UNDOUBTED,
     "share": MOST_OF_IT,
     "half": HALF,
+    "refuted": SIGMAS,
     "apart": APART,
     "unchanged": UNCHANGED,
     "departure": DEPARTURE,
