@@ -11,7 +11,6 @@ from __future__ import annotations
 import argparse
 import sys
 from collections import defaultdict
-from dataclasses import replace
 from typing import TYPE_CHECKING
 from zlib import crc32
 
@@ -52,8 +51,9 @@ def healthy(seed: int, number: int) -> Measurements:
     """Return readings of a display without a hidden effect; generators and habits of writing take turns."""
     make = SOURCES[GENERATORS[number % len(GENERATORS)]].load().campaign
     truth, meter = make(1000 * seed + number, {}, design="full", habits=number), METERS[GOOD]
-    stated = replace(truth, metadata={**truth.metadata, **meter.metadata})
-    return read(table(stated, meter.read(truth, seed), order=bool(number % 2)), file="healthy.csv", sha256="")
+    return read(
+        table(meter.stated(truth), meter.read(truth, seed), order=bool(number % 2)), file="healthy.csv", sha256=""
+    )
 
 
 def at_smallest_size(base: Fit, effects: Sequence[Effect]) -> Iterator[Term]:

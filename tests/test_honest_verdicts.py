@@ -25,7 +25,7 @@ from lutgen.criticism.noise.session_errors import _likeliest_sd, with_shared_err
 from lutgen.criticism.refine import refine
 from lutgen.criticism.search import explanation as searched
 from lutgen.criticism.search.candidates import HALF, STRONG, contenders, family
-from lutgen.criticism.search.explanation import Explanation, together
+from lutgen.criticism.search.explanation import Explanation, together, unexplained_fit
 from lutgen.criticism.search.free_term import FreeTerm
 from lutgen.criticism.search.influence import Suspicion, wrong_sessions
 from lutgen.criticism.search.separate import separation
@@ -76,9 +76,11 @@ TIPS: dict[tuple[float, ...], tuple[float, ...]] = {
 
 
 def _by_a_good_meter(truth: Truth, seed: int) -> str:
-    meter = METERS["gaussian"]
-    stated = replace(truth, metadata={**truth.metadata, **meter.metadata})
-    return table(stated, meter.read(truth, seed), order=True)
+    return _by("gaussian", truth, seed)
+
+
+def _by(meter: str, truth: Truth, seed: int) -> str:
+    return table(METERS[meter].stated(truth), METERS[meter].read(truth, seed), order=True)
 
 
 def readings(name: str) -> Measurements:
@@ -505,9 +507,7 @@ def test_the_noise_of_white_and_primaries_does_not_refute_a_faint_effect() -> No
 
 @pytest.mark.slow
 def test_the_page_says_how_small_a_leak_a_steady_zero_would_show() -> None:
-    meter, truth = METERS["dark-offset"], campaign(13, {})
-    text = table(replace(truth, metadata={**truth.metadata, **meter.metadata}), meter.read(truth, 13), order=True)
-    diagnosis = diagnose(read(text, file="zero.csv", sha256=""))
+    diagnosis = diagnose(read(_by("dark-offset", campaign(13, {}), 13), file="zero.csv", sha256=""))
     (hidden,) = [each.smallest_detectable for each in diagnosis.visibility if each.effect == "black-level"]
     said = re.search("With a steady zero, black-level would be detectable from ([0-9.]+) ×10⁻⁶", page_of(diagnosis))
     assert said
@@ -892,7 +892,7 @@ def test_a_misfit_that_effects_hardly_explain_is_described_without_them() -> Non
     for share, words in ((0.4, "grey"), (0.6, "black")):
         chi2 = base.chi2 - share * (base.chi2 - base.freedom)
         final = _stub(chi2=chi2, residual=of_black, problem=base.problem)
-        assert strongest(_stub(base=base, final=final))[0] == words
+        assert strongest(unexplained_fit(_stub(base=base, final=final)))[0] == words
 
 
 @pytest.mark.parametrize(

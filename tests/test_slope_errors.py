@@ -89,8 +89,7 @@ def test_on_a_real_display_a_loss_of_drive_is_no_shift_of_primaries_too() -> Non
     """The residual of the display's own curves is no larger than noise, but has a pattern that primary-shift fits."""
     seed, meter = 811668018, METERS["gaussian"]
     truth = campaign(seed, {"drive-loss": 1.284}, design="full", habits=2)
-    stated = replace(truth, metadata={**truth.metadata, **meter.metadata})
-    text = table(stated, meter.read(truth, seed), order=True)
+    text = table(meter.stated(truth), meter.read(truth, seed), order=True)
     verdict = diagnose(read(text, file="real.csv", sha256=""), baseline="native").verdict
     assert (verdict.name, verdict.effects) == ("one-of", ("drive-loss",))
 

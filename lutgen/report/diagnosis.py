@@ -85,7 +85,7 @@ def diagnose_page(
 
 
 def _hidden_by_zero(diagnosis: Diagnosis, effects: Mapping[str, Effect]) -> Iterator[str]:
-    """Say what a leak of black would have to be if the zero of the meter did not differ between sessions."""
+    """Say from which size a leak of black would be detectable if the meter's zero were the same in all sessions."""
     base, name = diagnosis.explanation.base, "black-level"
     seen = [each for each in diagnosis.visibility if each.effect == name and each.visible]
     if not seen or not base.problem.offset_cd_m2:

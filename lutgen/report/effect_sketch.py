@@ -6,6 +6,7 @@ from math import isfinite
 import numpy as np
 
 from lutgen.criticism.diagnose import Diagnosis
+from lutgen.criticism.search.explanation import unexplained_fit
 from lutgen.criticism.search.free_term import probe
 from lutgen.criticism.verdict.words import changes, strongest
 from lutgen.effects import STAGES
@@ -67,7 +68,7 @@ _PARTS = {
 def sketch(diagnosis: Diagnosis) -> str:
     """Return the Python source of an effect that follows the model's residual."""
     follows = diagnosis.verdict.signatures or probe(diagnosis.explanation.base, diagnosis.error).names
-    where, course = strongest(diagnosis.explanation)
+    where, course = strongest(unexplained_fit(diagnosis.explanation))
     if follows:
         return sketched(follows[0], misfit=changes(follows))
     return sketched(f"{where}, {course}", misfit=f"it is largest in the readings called '{where}', {course}")

@@ -7,7 +7,7 @@ readings in twelve real sessions.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -71,6 +71,10 @@ class Meter:
     states_gain: bool
     noise: Callable[[Array, Truth, np.random.Generator], Array]
     finish: Callable[[Array, np.random.Generator], Array] = lambda xyz, _random: xyz
+
+    def stated(self, truth: Truth) -> Truth:
+        """Return the campaign with what a file of this meter's readings states."""
+        return replace(truth, metadata={**truth.metadata, **self.metadata})
 
     @property
     def metadata(self) -> dict[str, str]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from lutgen.criticism.fit.least_squares import fit
 from lutgen.criticism.fit.linear import State, Term, predict
-from lutgen.criticism.search.candidates import STRONG, GainRatio, best_linear_gain, bic, contenders
+from lutgen.criticism.search.candidates import HALF, STRONG, GainRatio, best_linear_gain, bic, contenders
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -131,6 +131,17 @@ class Explanation:
             for step, each in zip(steps, fitted, strict=True)
         ]
         return replace(self, final=trail[-1], steps=tuple(alone), trail=trail)
+
+
+def left_of_excess(chi2: float, explanation: Explanation) -> float:
+    """Return the share of the base's excess of χ² over its degrees of freedom that a fit with ``chi2`` leaves."""
+    base = explanation.base
+    return max(chi2 - base.freedom, 0.0) / max(base.chi2 - base.freedom, 1e-9)
+
+
+def unexplained_fit(explanation: Explanation) -> Fit:
+    """Return the fit whose residual no effect explains: the base if the admitted effects leave most of its excess."""
+    return explanation.base if left_of_excess(explanation.final.chi2, explanation) > HALF else explanation.final
 
 
 def together(base: Fit, chosen: Sequence[Candidate]) -> Fit:

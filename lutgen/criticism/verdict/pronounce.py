@@ -11,7 +11,7 @@ from lutgen.criticism.compare.comparison import CLEAR
 from lutgen.criticism.compare.drift import drift_problem
 from lutgen.criticism.fit.lack_of_fit import is_even, is_within_scatter
 from lutgen.criticism.search.candidates import HALF, MOST_OF_IT, STRONG
-from lutgen.criticism.search.explanation import ages_light, bends_curves
+from lutgen.criticism.search.explanation import ages_light, bends_curves, left_of_excess, unexplained_fit
 from lutgen.criticism.search.free_term import IN_ORDER, FreeTerm, change_in_order, free_term, leaves_only_noise, probe
 from lutgen.criticism.search.influence import WORST_INSTRUMENT
 from lutgen.criticism.verdict import black
@@ -25,18 +25,7 @@ from lutgen.criticism.verdict.weighing import (
     share_of_simplest,
     shares_of_delta_e,
 )
-from lutgen.criticism.verdict.words import (
-    NO_FREE_TERM,
-    clause,
-    excess,
-    leaves_most,
-    left_of_excess,
-    like_both,
-    more_light,
-    one,
-    several,
-    structure,
-)
+from lutgen.criticism.verdict.words import NO_FREE_TERM, clause, excess, like_both, more_light, one, several, structure
 from lutgen.errors import listed
 from lutgen.numerals import in_percent, percent
 
@@ -161,7 +150,8 @@ def _unexplained(
     within: bool = False,
 ) -> Verdict:
     """Return the verdict of a misfit that no effect explains; ``within``: the misfit is no larger than noise."""
-    where, nearest = structure(explanation, residual_term), explanation.first[0] if explanation.first else None
+    where = structure(unexplained_fit(explanation), residual_term)
+    nearest = explanation.first[0] if explanation.first else None
     base, final = explanation.base, explanation.final
     what = "a pattern no larger than noise" if within else "an error"
     alone = tried = ""
@@ -214,7 +204,7 @@ def _with_steps(explanation: Explanation, error: PureError, suspicion: Suspicion
         verdict = _beside_free_term(explanation, weighed)
     if verdict := verdict or _aging_in_several_ways(explanation, weighed):
         return replace(verdict, remarks=verdict.remarks or remarks)
-    of_base = leaves_most(explanation) or not weighed.final_free_term.names
+    of_base = unexplained_fit(explanation) is explanation.base or not weighed.final_free_term.names
     return _unexplained(explanation, remarks, weighed.base_free_term if of_base else weighed.final_free_term)
 
 
@@ -239,7 +229,7 @@ def _sound(explanation: Explanation, weighed: Weighed, error: PureError, remarks
         if weighed.leaves_noise
         else "its formula leaves a residual"
     )
-    left = "" if weighed.clean else f"{what}: {structure(explanation, weighed.final_free_term)}."
+    left = "" if weighed.clean else f"{what}: {structure(explanation.final, weighed.final_free_term)}."
     if len(kept) == 1:
         if further := [*beside, *minor]:
             left = left or f"its formula leaves a residual that {_explain(further)}."

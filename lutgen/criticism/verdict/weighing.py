@@ -174,9 +174,9 @@ def _needed(
         bic_without = step.without.bic - term.evidence
         is_large = shares[step.name] > (1.0 - MOST_OF_IT) * largest
         is_large = is_large or is_shown_apart(step.chosen, similar, step.without, explanation.final)
-        if bic_without > bic_of_both + STRONG and is_large:
-            against = evidence_against(step, explanation.final)
-            needed += [step] * (bic_without > bic_of_both + against + STRONG)
+        margin = bic_without - bic_of_both - STRONG
+        if margin > 0.0 and is_large and margin > evidence_against(step, explanation.final):
+            needed.append(step)
     return needed
 
 

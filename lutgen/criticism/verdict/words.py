@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.criticism.fit.least_squares import Fit
-    from lutgen.criticism.search.explanation import Explanation, Step
+    from lutgen.criticism.search.explanation import Step
     from lutgen.criticism.verdict.imitation import Imitated
 
 NO_FREE_TERM = FreeTerm()
@@ -59,20 +59,9 @@ SHAPES = {
 CLEARLY = 3.0
 
 
-def left_of_excess(chi2: float, explanation: Explanation) -> float:
-    """Return the share of the base's excess of χ² over its degrees of freedom that a fit with ``chi2`` leaves."""
-    base = explanation.base
-    return max(chi2 - base.freedom, 0.0) / max(base.chi2 - base.freedom, 1e-9)
-
-
-def leaves_most(explanation: Explanation) -> bool:
-    """Whether the admitted effects leave more than half of the excess, so that a description leaves them out."""
-    return left_of_excess(explanation.final.chi2, explanation) > HALF
-
-
-def structure(explanation: Explanation, residual_term: FreeTerm = NO_FREE_TERM) -> str:
-    """Say where the residual is largest: family or condition, and its free term, or its course."""
-    worst, course = strongest(explanation)
+def structure(fitted: Fit, residual_term: FreeTerm = NO_FREE_TERM) -> str:
+    """Say where the residual of a fit is largest: family or condition, and its free term, or its course."""
+    worst, course = strongest(fitted)
     # The signatures of a free term already state how the residual changes with the hours.
     rest = f"; {changes(residual_term.names)}" if residual_term.names else f", {course}"
     return f"it is largest in the readings called '{worst}'{rest}"
@@ -95,12 +84,8 @@ def _change(name: str) -> str:
     return f"it follows {name}" if name.startswith("the ") else f"light changes with {name}"
 
 
-def strongest(explanation: Explanation) -> tuple[str, str]:
-    """Return the family or condition with the largest residual, and the residual's course in time.
-
-    The residual is that of the final fit, or of the base if the admitted effects leave most of the misfit.
-    """
-    fitted = explanation.base if leaves_most(explanation) else explanation.final
+def strongest(fitted: Fit) -> tuple[str, str]:
+    """Return the family or condition with the largest residual of a fit, and the residual's course in time."""
     problem = fitted.problem
     size = (fitted.residual**2).sum(axis=1) / 3.0
     family, condition = family_of(problem), condition_of(problem)

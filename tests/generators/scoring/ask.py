@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -155,8 +155,7 @@ def _text(question: Question, truth: Truth) -> str:
 
 
 def _written(question: Question, truth: Truth, xyz: Array) -> str:
-    stated = replace(truth, metadata={**truth.metadata, **METERS[question.meter].metadata})
-    return table(stated, xyz, order=question.order)
+    return table(METERS[question.meter].stated(truth), xyz, order=question.order)
 
 
 def put(question: Question, text: str) -> Outcome:
