@@ -706,20 +706,33 @@ def test_bad_image_is_one_sentence_and_nothing_written(
 ) -> None:
     make, says = BAD_IMAGES[what]
     image = make(tmp_path)
-    folder = tmp_path / "out"
-    folder.mkdir()
-    good = write(tmp_path / "good.tif", np.zeros((8, 8, 3), np.uint8))
     suffix = image.suffix if image.suffix in {".png", ".jpg", ".tif", ".exr"} else ".png"
-    for arguments in ([image, "-o", folder / f"out{suffix}"], [good, image, "-o", folder]):
-        assert run("apply", *arguments, "--mode", MODE, "--hours", HOURS) == 2
-        output = capfd.readouterr()
-        assert output.out == ""
-        (line,) = output.err.splitlines()
-        assert line.startswith("lutgen: error: ")
-        if len(arguments) == 3 or image.suffix in {".png", ".jpg", ".tif", ".exr"}:
-            assert says in line
-            assert str(image) in line
-        assert list(folder.iterdir()) == []
+    line = refusal([image], tmp_path / "out", f"out{suffix}", capfd)
+    assert says in line
+    assert str(image) in line
+
+
+@pytest.mark.parametrize("what", ["grey TIFF", "NaN half", "in.png cut at 0.5", "tiled.exr cut at 0.9"])
+def test_a_bad_image_among_good_ones_is_named_and_nothing_written(
+    what: str, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    make, says = BAD_IMAGES[what]
+    image, good = make(tmp_path), write(tmp_path / "good.tif", np.zeros((8, 8, 3), np.uint8))
+    line = refusal([good, image], tmp_path / "out", "", capfd)
+    assert says in line
+    assert str(image) in line
+
+
+def refusal(images: list[Path], folder: Path, output: str, capfd: pytest.CaptureFixture[str]) -> str:
+    """Return the one line with which apply refuses; nothing may be in the folder afterwards."""
+    folder.mkdir()
+    assert run("apply", *images, "-o", folder / output, "--mode", MODE, "--hours", HOURS) == 2
+    shown = capfd.readouterr()
+    assert shown.out == ""
+    (line,) = shown.err.splitlines()
+    assert line.startswith("lutgen: error: ")
+    assert list(folder.iterdir()) == []
+    return line
 
 
 def unwritable(tmp_path: Path) -> Path:

@@ -236,7 +236,8 @@ def test_no_line_ends_inside_a_command(sentence: str, command: str, width: int) 
     assert all(len(line) <= max(width, len(command) + 1) for line in lines)
 
 
-@pytest.mark.parametrize("width", mostly_slow([60, 80], 80))
+@pytest.mark.slow
+@pytest.mark.parametrize("width", [60, 80])
 def test_a_terminal_gets_the_draft_of_an_effect_as_it_is_in_the_file(width: int, tmp_path: Path) -> None:
     stub = tmp_path / "stub.py"
     shown = "\n".join(line.rstrip() for line in on_terminal(width, "diagnose", str(ROOT / "examples/display-b.csv")))

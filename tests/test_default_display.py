@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 
     from lutgen.pictures.lifetime import ImageLifetime
 
+pytestmark = pytest.mark.numbers
+
 ROOT = Path(__file__).parent.parent
 
 # The paper's printed order: hours until Max 3, average 3, Max 5, average 5.

@@ -8,6 +8,8 @@ import pytest
 
 from configs.displays import reconstruct_ccfl as script
 
+pytestmark = pytest.mark.numbers
+
 TABLE = Path(__file__).parents[1] / "configs" / "displays" / "reconstructed-ccfl.csv"
 TIPS = ((1, 1, 1), (1, 0, 0), (0, 1, 0), (0, 0, 1))
 

@@ -27,6 +27,8 @@ from tests.quick import mostly_slow
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+pytestmark = pytest.mark.numbers
+
 DISPLAY = Path(__file__).parents[1] / "configs" / "displays" / "reconstructed-ccfl.csv"
 
 AGES = (("chroma", 10_000.0), ("chroma", 18_000.0), ("chroma-luma", 10_000.0), ("chroma-luma", 18_000.0))

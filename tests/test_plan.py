@@ -234,9 +234,10 @@ def test_a_ti1_is_cgats_with_codes_in_percent() -> None:
     ({"effect": "backlight-decay", "baseline": "native"}, r"Use --baseline native-first-hour\."),
     ({"between": ("backlight-decay", "meter-drift")}, r"no patch .* hide both\. Use --baseline first-hour, or"),
     ({"between": ("backlight-decay", "black-level")}, "primaries hide backlight-decay"),
-    (
+    pytest.param(
         {"between": ("backlight-decay", "meter-drift"), "baseline": "native"},
         "hide both. Use --baseline native-first-hour, or",
+        marks=pytest.mark.slow,
     ),
     (
         {"between": ("backlight-decay", "meter-drift"), "baseline": "first-hour"},

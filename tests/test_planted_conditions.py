@@ -77,6 +77,7 @@ def test_without_its_column_no_campaign_has_it_for_a_candidate(name: str, tmp_pa
     assert rows == {name: False, "black-level": True}
 
 
+@pytest.mark.slow
 def test_two_effects_that_readings_of_their_own_prove_are_named_although_a_formula_leaves_more_than_one_explains(
     tmp_path: Path,
 ) -> None:

@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
     from tests.command import Done
 
+pytestmark = pytest.mark.numbers
+
 ROOT = Path(__file__).resolve().parents[1]
 MODEL = DisplayModel(read_measurements(default_display()))
 

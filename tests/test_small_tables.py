@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
+pytestmark = pytest.mark.numbers
+
 #: Light of white, 250 cd/m², and shares of red, green and blue in it.
 WHITE = np.array([237.6, 250.0, 272.2])
 SHARES = np.array([[0.434, 0.213, 0.018], [0.376, 0.715, 0.109], [0.190, 0.072, 0.873]])

@@ -98,6 +98,13 @@ def served(study: Path) -> Iterator[Desk]:
         yield served
 
 
+@pytest.fixture(scope="module")
+def shared(planned: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Desk]:
+    """A session for requests that are refused or change nothing: one server for all of them."""
+    with desk(Path(shutil.copytree(planned, tmp_path_factory.mktemp("shared") / "study"))) as served:
+        yield served
+
+
 def answer(number: int, *, practice: bool = False, **change: Any) -> dict[str, Any]:
     return {"number": number, "practice": practice, **vars(decision(number)), **change}
 
@@ -133,9 +140,9 @@ def test_only_the_loopback_address_is_served(served: Desk) -> None:
         ("PUT", "claim", {}, 501),
     ],
 )
-def test_who_may_ask_what(served: Desk, method: str, path: str, headers: dict[str, str], status: int) -> None:
+def test_who_may_ask_what(shared: Desk, method: str, path: str, headers: dict[str, str], status: int) -> None:
     body = json.dumps({"tab": TAB}).encode() if method == "POST" else None
-    assert served.request(method, served.path + path, body, **headers).status == status
+    assert shared.request(method, shared.path + path, body, **headers).status == status
 
 
 @pytest.mark.parametrize(
@@ -145,15 +152,15 @@ def test_who_may_ask_what(served: Desk, method: str, path: str, headers: dict[st
         ("/é/", b"400"),
     ],
 )
-def test_nothing_is_served_without_the_random_word(served: Desk, path: str, status: bytes) -> None:
-    with socket.create_connection((HOST, served.port), timeout=60) as raw:
-        raw.sendall(f"GET {path} HTTP/1.1\r\nHost: {HOST}:{served.port}\r\nConnection: close\r\n\r\n".encode())
+def test_nothing_is_served_without_the_random_word(shared: Desk, path: str, status: bytes) -> None:
+    with socket.create_connection((HOST, shared.port), timeout=60) as raw:
+        raw.sendall(f"GET {path} HTTP/1.1\r\nHost: {HOST}:{shared.port}\r\nConnection: close\r\n\r\n".encode())
         assert raw.recv(4096).split()[1] == status
 
 
-def test_every_reply_is_stored_nowhere_and_runs_nothing_foreign(served: Desk) -> None:
+def test_every_reply_is_stored_nowhere_and_runs_nothing_foreign(shared: Desk) -> None:
     for path in ("", "page.js", "colours.png", "nothing"):
-        reply = served.request("GET", served.path + path)
+        reply = shared.request("GET", shared.path + path)
         assert reply.headers["Cache-Control"] == "no-store"
         assert "default-src 'none'; script-src 'self'" in reply.headers["Content-Security-Policy"]
         assert reply.headers["X-Content-Type-Options"] == "nosniff"
@@ -175,10 +182,10 @@ def test_every_reply_is_stored_nowhere_and_runs_nothing_foreign(served: Desk) ->
         ("sing", b'{"tab": "tab-number-one"}', 404),
     ],
 )
-def test_what_makes_no_sense_is_refused(served: Desk, what: str, body: bytes, status: int) -> None:
-    origin = f"http://{HOST}:{served.port}"
-    assert served.request("POST", served.path + what, body, Origin=origin).status == status
-    assert served.ask("claim")[0] == 200
+def test_what_makes_no_sense_is_refused(shared: Desk, what: str, body: bytes, status: int) -> None:
+    origin = f"http://{HOST}:{shared.port}"
+    assert shared.request("POST", shared.path + what, body, Origin=origin).status == status
+    assert shared.ask("claim")[0] == 200
 
 
 def test_a_page_that_goes_away_in_the_middle_of_a_request_is_no_trouble(served: Desk, caplog: Any) -> None:
@@ -200,42 +207,48 @@ def test_a_page_that_goes_away_in_the_middle_of_a_request_is_no_trouble(served: 
         {"first_choice_seconds": 1e308}, {"paused_seconds": 1e308}, {"pauses": 10**18},
     ],
 )  # fmt: skip
-def test_an_answer_that_makes_no_sense_is_refused(served: Desk, change: dict[str, Any]) -> None:
+def test_an_answer_that_makes_no_sense_is_refused(shared: Desk, change: dict[str, Any]) -> None:
+    shared.ask("claim")
+    shared.ask("next")
+    status, content = shared.ask("answer", **answer(1, practice=True) | change)
+    assert (status, content["why"]) == (400, "bad")
+    assert shared.reading.practised == 0
+
+
+def test_an_answer_is_saved_after_one_that_was_refused(served: Desk) -> None:
     served.ask("claim")
     served.ask("next")
-    status, content = served.ask("answer", **answer(1, practice=True) | change)
-    assert (status, content["why"]) == (400, "bad")
-    assert served.reading.practised == 0
+    assert served.ask("answer", **answer(0, practice=True))[0] == 400
     assert served.ask("answer", **answer(1, practice=True)) == (200, {"saved": True})
 
 
 @pytest.mark.parametrize("seconds", ["1" + "0" * 400, "1e400", "NaN"])
-def test_a_number_that_no_computer_holds_is_refused_at_the_door(served: Desk, seconds: str) -> None:
-    served.ask("claim")
-    served.ask("next")
+def test_a_number_that_no_computer_holds_is_refused_at_the_door(shared: Desk, seconds: str) -> None:
+    shared.ask("claim")
+    shared.ask("next")
     body = json.dumps({"tab": TAB, **answer(1, practice=True, seconds="HERE")}).replace('"HERE"', seconds)
-    reply = served.request("POST", f"{served.path}answer", body.encode(), Origin=f"http://{HOST}:{served.port}")
+    reply = shared.request("POST", f"{shared.path}answer", body.encode(), Origin=f"http://{HOST}:{shared.port}")
     assert reply.status == 400
-    assert served.reading.practised == 0
+    assert shared.reading.practised == 0
 
 
 @pytest.mark.parametrize("length", ["9" * 5000, "１", "1_0", "-1", "+", ""])
-def test_a_length_that_is_none_is_refused(served: Desk, length: str) -> None:
-    with socket.create_connection((HOST, served.port), timeout=60) as connection:
+def test_a_length_that_is_none_is_refused(shared: Desk, length: str) -> None:
+    with socket.create_connection((HOST, shared.port), timeout=60) as connection:
         head = (
-            f"POST {served.path}claim HTTP/1.1\r\nHost: {HOST}:{served.port}\r\nOrigin: http://{HOST}:{served.port}\r\n"
+            f"POST {shared.path}claim HTTP/1.1\r\nHost: {HOST}:{shared.port}\r\nOrigin: http://{HOST}:{shared.port}\r\n"
         )
         connection.sendall(f"{head}Content-Length: {length}\r\n\r\n".encode())
         assert connection.recv(100).startswith(b"HTTP/1.1 400 ")
-    assert served.ask("claim")[0] == 200
+    assert shared.ask("claim")[0] == 200
 
 
 @pytest.mark.parametrize(
     "note", [{}, {"kind": "answered", "said": {}}, {"kind": "paused"}, {"kind": "paused", "said": {"why": "x" * 3000}}]
 )
-def test_a_note_is_one_of_few_and_short(served: Desk, note: dict[str, Any]) -> None:
-    served.ask("claim")
-    assert served.ask("note", **note)[0] == 400
+def test_a_note_is_one_of_few_and_short(shared: Desk, note: dict[str, Any]) -> None:
+    shared.ask("claim")
+    assert shared.ask("note", **note)[0] == 400
 
 
 def test_only_the_image_to_be_read_now_is_served(served: Desk) -> None:

@@ -9,7 +9,6 @@ from lutgen.criticism.diagnose import candidates, known_under
 from lutgen.criticism.fit.least_squares import Fit, fit
 from lutgen.criticism.fit.linear import Term, predict
 from lutgen.criticism.fit.problem import Problem
-from lutgen.criticism.noise.model import estimate_noise
 from lutgen.criticism.noise.session_errors import with_shared_errors
 from lutgen.criticism.search.candidates import HALF, family
 from lutgen.criticism.search.separate import POOL, Patch, Separation, separation, with_patches
@@ -125,14 +124,15 @@ def plan(
     Raises
     ------
     LutgenError
-        Unknown effects.
+        An effect is unknown, is given twice, or no patch of one more session can show or distinguish it.
 
     """
     known = known_under(effects, baseline)
     for name in (*(between or ()), *([effect] if effect else [])):
         if name not in known:
             raise pick_one("effect", name, known)
-    estimate_noise(readings, instrument)
+    if between and between[0] == between[1]:
+        raise LutgenError(f"--between needs two different effects; {between[0]} was given twice.")
     problem = Problem.of(readings, baseline=baseline, selection=selection, instrument=instrument)
     base = fit(with_shared_errors(problem))
     if between:
@@ -141,8 +141,6 @@ def plan(
 
 
 def _between(base: Fit, known: Mapping[str, Effect], pair: tuple[str, str]) -> MeasurementPlan:
-    if pair[0] == pair[1]:
-        raise LutgenError(f"--between needs two different effects; {pair[0]} was given twice.")
     fitted = {name: family(base, known[name]).best.fit for name in pair}
     separations = []
     for one, other in (pair, pair[::-1]):
