@@ -65,13 +65,13 @@ NINE_OF_TEN = "test_an_effect_of_the_smallest_detectable_size_is_found_in_nine_o
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("faint", "low", "high", "luck"), [
-    # With a true rate of nine in ten, 40 draws give 31 or more in 99 of 100 cases.
-    (FAINT[:1], 0.775, 1.0, 0.15),
-    pytest.param(FAINT, 0.85, 0.95, 0.06, marks=pytest.mark.rare(instead=NINE_OF_TEN)),
+@pytest.mark.parametrize(("faint", "draws", "low", "high", "luck"), [
+    # With a true rate of nine in ten, 20 draws give 15 or more in 99 of 100 cases.
+    (FAINT[:1], 20, 0.75, 1.0, 0.15),
+    pytest.param(FAINT, 40, 0.85, 0.95, 0.06, marks=pytest.mark.rare(instead=NINE_OF_TEN)),
 ])  # fmt: skip
 def test_an_effect_of_the_smallest_detectable_size_is_found_in_nine_of_ten_campaigns(
-    faint: tuple[tuple[str, str], ...], low: float, high: float, luck: float
+    faint: tuple[tuple[str, str], ...], draws: int, low: float, high: float, luck: float
 ) -> None:
     detected, smaller = {}, {}
     for name, design in faint:
@@ -79,11 +79,11 @@ def test_an_effect_of_the_smallest_detectable_size_is_found_in_nine_of_ten_campa
         assert entry.visible
         assert entry.smallest_detectable is not None
         size = entry.smallest_detectable * (1.0 if effect.parameters[entry.parameter].value >= 0 else -1.0)
-        detected[name] = detections(effect, entry.parameter, size, design, 40)
-        smaller[name] = detections(effect, entry.parameter, size / 3.0, design, 20)
-    assert low <= sum(detected.values()) / (40 * len(faint)) <= high, detected
-    assert min(detected.values()) >= 26, detected
-    assert sum(smaller.values()) / (20 * len(faint)) < luck, smaller
+        detected[name] = detections(effect, entry.parameter, size, design, draws)
+        smaller[name] = detections(effect, entry.parameter, size / 3.0, design, draws // 2)
+    assert low <= sum(detected.values()) / (draws * len(faint)) <= high, detected
+    assert min(detected.values()) >= 0.65 * draws, detected
+    assert sum(smaller.values()) / (draws // 2 * len(faint)) < luck, smaller
 
 
 def test_an_effect_whose_shortest_form_frees_more_must_be_larger() -> None:
