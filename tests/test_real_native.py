@@ -86,6 +86,7 @@ def test_a_calibration_that_no_file_holds_is_a_changed_curve() -> None:
     assert diagnosis.after.error.delta_e_mean < 0.75 * diagnosis.comparison.error.delta_e_mean
 
 
+@pytest.mark.rare(instead="test_the_calibration_of_2020_is_known_and_no_aging")
 def test_black_blues_curve_and_the_recalibration_of_2020_bring_the_error_down() -> None:
     """The own model of 2017 has 413 readings, the null pair's model 825: with half of the 825 its error is 0.26."""
     course = Course.of(sessions(*AGED), baseline="native")
@@ -95,7 +96,7 @@ def test_black_blues_curve_and_the_recalibration_of_2020_bring_the_error_down() 
     assert refinement.after.error.delta_e_mean < 0.86 * refinement.before.error.delta_e_mean
 
 
-@pytest.mark.rare(instead="test_black_blues_curve_and_the_recalibration_of_2020_bring_the_error_down")
+@pytest.mark.rare(instead="test_the_calibration_of_2020_is_known_and_no_aging")
 def test_what_the_cells_do_with_the_drive_brings_it_to_the_null_pairs() -> None:
     """Each session has its own curves, leaks between channels, and channels whose colour changes with the drive."""
     course = Course.of(sessions(*AGED), baseline="native")
