@@ -14,7 +14,8 @@ import lutgen
 from lutgen.colorimetry import delta_e_2000, xyz_to_lab
 from lutgen.criticism.compare.comparison import compare_problem
 from lutgen.criticism.diagnose import diagnose
-from lutgen.criticism.refine import Course, Refinement, refine, terms_of
+from lutgen.criticism.display_model import terms_of
+from lutgen.criticism.refine import Course, Refinement, refine
 from lutgen.display import DisplayModel, load_model, save_model
 from lutgen.display.tips import luminance_law
 from lutgen.errors import LutgenError

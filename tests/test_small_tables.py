@@ -197,6 +197,7 @@ def test_exchanged_readings_are_named_and_left_out() -> None:
     refinement = refine(read(readings, file="table.csv", sha256=""), ["eotf-drift"])
     left_out = f"Left out of the fit, because other readings contradict them: lines {first + red}, {first + mixture}."
     assert left_out in [*refine_page(refinement, catalogue(), "table.csv", None)]
+    assert refinement.as_json()["left_out"] == [first + red, first + mixture]
     assert refinement.before.ratio < 1.5 < comparison.ratio
 
 

@@ -107,7 +107,7 @@ def question_from(
     expressions: tuple[str, ...] = (),
 ) -> Question:
     """Read the files that the options of :func:`data_options` name."""
-    from lutgen.criticism.refine import terms_of
+    from lutgen.criticism.display_model import terms_of
     from lutgen.display import load_model
     from lutgen.effects.contract import refuse_unsound
     from lutgen.effects.expression import parse

@@ -9,20 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lutgen.criticism.compare.comparison import SCHEMA, Comparison, compare_problem
+from lutgen.criticism.compare.comparison import SCHEMA, Comparison, compare_problem, lines_left_out
 from lutgen.criticism.diagnose import Diagnosis, candidates, diagnose, known_under, parameters_of
-from lutgen.criticism.fit.anchored import anchored_tips
-from lutgen.criticism.fit.joint_covariance import joint_covariance
-from lutgen.criticism.fit.least_squares import Fit, fit, start_state
-from lutgen.criticism.fit.linear import Term
+from lutgen.criticism.display_model import model_of
+from lutgen.criticism.fit.least_squares import Fit, fit
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.session_errors import with_shared_errors
 from lutgen.criticism.search.candidates import family
 from lutgen.criticism.search.influence import without_exchanged
 from lutgen.display.carried import what_luts_carry
-from lutgen.display.conditions import Conditions, conditions_of
-from lutgen.display.fitted import AppliedEffect, Estimate, LatentTips
-from lutgen.display.model import DisplayModel
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError, pick_one
 from lutgen.numerals import times
@@ -30,7 +25,8 @@ from lutgen.numerals import times
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from lutgen.colorimetry import Array
+    from lutgen.criticism.fit.linear import Term
+    from lutgen.display.model import DisplayModel
     from lutgen.effects import Effect
     from lutgen.readings import Measurements
 
@@ -147,6 +143,7 @@ class Refinement:
             "after": asdict(self.after.error),
             "floor": asdict(self.after.floor),
             "parameters": parameters_of(self.final),
+            "left_out": lines_left_out(self.after.problem),
             "verdict": self.diagnosis.verdict.name if self.diagnosis else None,
             "carried": self.carried(),
             "model": model,
@@ -328,73 +325,3 @@ def _check_enough(current: Fit, effect: Effect) -> None:
 def _added(current: Fit, name: str) -> Added:
     term = next(each for each in current.terms if each.effect.name == name)
     return Added(name, (*term.gridded, *term.free), compare_problem(current.problem, current.terms))
-
-
-def model_of(current: Fit, diagnosis: Diagnosis | None, before: Comparison, after: Comparison) -> DisplayModel:
-    """Return the display model of a fit, with its provenance."""
-    problem = current.problem
-    knots = problem.is_knot
-    tips = _tips_of(current, after)
-    parameters = parameters_of(current)
-    applied = tuple(
-        AppliedEffect(
-            term.effect,
-            {
-                name: Estimate(each["value"], each["stderr"], each["at_bound"])
-                for name, each in parameters[term.effect.name].items()
-            },
-            (*term.gridded, *term.free),
-        )
-        for term in current.terms
-    )
-    noise = problem.noise
-    record: dict[str, str | float] = {
-        "readings": int(problem.rows.size),
-        "noise_relative": noise.relative,
-        "noise_floor_cd_m2": noise.floor_cd_m2,
-        "rms_sigma_before": before.error.rms_sigma,
-        "rms_sigma_after": after.error.rms_sigma,
-        "rms_sigma_floor": after.floor.rms_sigma,
-    }
-    if diagnosis:
-        record["sentence"] = diagnosis.verdict.sentence
-    return DisplayModel(
-        problem.readings,
-        selection=problem.selection,
-        conditions=_at_rest(problem, [term.effect for term in current.terms]),
-        effects=applied,
-        latent=LatentTips(problem.hours[knots], np.array(tips[knots])),
-        covariance=joint_covariance(current),
-        baseline=problem.baseline,
-        held=problem.held,
-        native=problem.native,
-        verdict=diagnosis.verdict.name if diagnosis else "",
-        fit=record,
-    )
-
-
-def _tips_of(current: Fit, after: Comparison) -> Array:
-    """Return the latent tips for a model file, (H, 4, 3), cd/m².
-
-    Fitted tips that compensate for an unexplained residual are not the tips of the display. Therefore, without effects,
-    the measured tips are returned; if more than noise is left, the tips are solved from their own readings.
-    """
-    if not current.terms:
-        return start_state(current.problem, ()).tips
-    return current.tips if after.agrees else anchored_tips(current.problem.as_baked, current.terms)
-
-
-def _at_rest(problem: Problem, effects: Sequence[Effect]) -> Conditions:
-    """Return the campaign's rest in the columns that effects need; a bake uses it unless ``--at`` states others."""
-    needed = {name for effect in effects for name in effect.needs}
-    return conditions_of({name: value for name, value in problem.readings.usual().items() if name in needed})
-
-
-def terms_of(model: DisplayModel) -> tuple[Term, ...]:
-    """Return the effects of a saved model as terms of a fit, with the same free parameters."""
-    terms = []
-    for applied in model.effects:
-        grids = tuple(name for name in applied.free if applied.effect.parameters[name].grid)
-        free = tuple(name for name in applied.free if name not in grids)
-        terms.append(replace(Term(applied.effect, dict(applied.values)), free=free, gridded=grids))
-    return tuple(terms)

@@ -91,7 +91,8 @@ class Opened:
     @cached_property
     def course(self) -> Course:
         """The model, and its fits with added effects."""
-        from lutgen.criticism.refine import Course, terms_of
+        from lutgen.criticism.display_model import terms_of
+        from lutgen.criticism.refine import Course
 
         terms = terms_of(self.saved) if self.saved else ()
         known = {**self.effects, **{term.effect.name: term.effect for term in terms}}
@@ -128,7 +129,8 @@ class Opened:
 
     def fitted(self, names: tuple[str, ...]) -> Refinement:
         """Return the fit of these effects as ``lutgen refine --add``, without the test on withheld readings."""
-        from lutgen.criticism.refine import Refinement, model_of
+        from lutgen.criticism.display_model import model_of
+        from lutgen.criticism.refine import Refinement
 
         if names not in self.fits:
             fit, steps, before = self.course.fit(names), self.course.steps(names), self.course.before
@@ -147,8 +149,8 @@ class Opened:
     ) -> tuple[Comparison, DisplayModel]:
         """Compare with one parameter set to a value, others as fitted, and white and primaries solved again."""
         from lutgen.criticism.compare.comparison import compare_problem
+        from lutgen.criticism.display_model import model_of
         from lutgen.criticism.fit.least_squares import fit
-        from lutgen.criticism.refine import model_of
 
         fitted: Fit = self.course.fit(names)
         term = next((each for each in fitted.terms if each.effect.name == effect), None)

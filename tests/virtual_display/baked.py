@@ -14,7 +14,7 @@ import numpy as np
 
 from lutgen.bake.lut import Sampler
 from lutgen.colorimetry import code_to_linear, delta_e_2000, linear_to_xyz, xyz_to_lab
-from lutgen.criticism.refine import model_of
+from lutgen.criticism.display_model import model_of
 from tests.virtual_display.campaign import truth
 
 if TYPE_CHECKING:

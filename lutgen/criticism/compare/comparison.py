@@ -137,7 +137,7 @@ class Comparison:
             "worst": [{**asdict(each), "code": list(each.code)} for each in self.worst],
             "drifts": [{**asdict(each), "code": list(each.code)} for each in self.drifts],
             "first_session": asdict(self.first_session) if self.first_session else None,
-            "left_out": [int(readings.lines[row]) for row in left_out(self.problem)],
+            "left_out": lines_left_out(self.problem),
         }
 
 
@@ -160,9 +160,11 @@ def noise_as_json(problem: Problem) -> dict[str, Any]:
     }
 
 
-def left_out(problem: Problem) -> list[int]:
-    """Return the indices of the readings that are left out of the problem."""
-    return [int(row) for row in np.setdiff1d(np.arange(problem.readings.hours.size), problem.rows)]
+def lines_left_out(problem: Problem) -> list[int]:
+    """Return the lines in the file of the readings that are left out of the problem."""
+    readings = problem.readings
+    rows = np.setdiff1d(np.arange(readings.hours.size), problem.rows)
+    return [int(line) for line in readings.lines[rows]]
 
 
 def compare(
