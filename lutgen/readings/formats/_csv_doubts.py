@@ -97,25 +97,29 @@ def lone_jump(xyz: Array) -> int | None:
     ``xyz``: white, red, green and blue of the sessions, (3, 4, 3).
     """
     before, here, after = (each / each[0, 1] for each in xyz)
-    jumping = [tip for tip in (1, 2, 3) if _is_far(here[tip], before[tip], after[tip])]
-    if len(jumping) != 1:
+    jumping = 1 + np.flatnonzero(_is_far(here[1:], before[1:], after[1:]))
+    if jumping.size != 1:
         return None
+    (tip,) = jumping.tolist()
     usual = (before + after) / 2.0
-    jump = here[jumping[0]] - usual[jumping[0]]
+    jump = here[tip] - usual[tip]
     # Light of the primaries together minus white, minus the usual value of this difference.
     above = (here[1:].sum(axis=0) - here[0]) - (usual[1:].sum(axis=0) - usual[0])
-    return jumping[0] if np.linalg.norm(above - jump) <= UNLIKE * np.linalg.norm(jump) else None
+    return tip if np.linalg.norm(above - jump) <= UNLIKE * np.linalg.norm(jump) else None
 
 
-def _is_far(here: Array, before: Array, after: Array) -> bool:
-    """Whether a colour, XYZ over white's Y, is far from its value in the sessions before and after, which agree."""
-    uv = xyz_to_uv(np.array([here, before, after]))
-    luminance = np.log([here[1], before[1], after[1]])
-    apart = float(np.hypot(*(uv[1] - uv[2]))), float(abs(luminance[1] - luminance[2]))
-    away = float(np.hypot(*(uv[1:] - uv[0]).T).min()), float(np.abs(luminance[1:] - luminance[0]).min())
-    least = FAR_UV, float(np.log(FAR_FACTOR))
-    jumps = [far >= few and far * AGREE >= near for far, near, few in zip(away, apart, least, strict=True)]
-    return any(jumps)
+def _is_far(here: Array, before: Array, after: Array) -> NDArray[np.bool_]:
+    """Whether each colour is far from its value in the sessions before and after, which agree: (n,).
+
+    ``here``, ``before``, ``after``: XYZ over white's Y, (n, 3).
+    """
+    colours = np.array([here, before, after])
+    far = np.zeros(len(here), dtype=bool)
+    for values, least in ((xyz_to_uv(colours), FAR_UV), (np.log(colours[..., 1:2]), np.log(FAR_FACTOR))):
+        apart = np.linalg.norm(values[1] - values[2], axis=-1)
+        away = np.linalg.norm(values[1:] - values[0], axis=-1).min(axis=0)
+        far |= (away >= least) & (away * AGREE >= apart)
+    return far
 
 
 def _colour(xyY: Array) -> str:
