@@ -171,7 +171,7 @@ def test_the_schema_refuses_what_is_wrong(content: Any, path: tuple[Any, ...], v
     ("arguments", "message"),
     [
         (("in", "--tolerance", "3,-1"), "tolerance -1: a tolerated ΔE2000 is a finite number above 0"),
-        (("in", "--tolerance", "three"), "--tolerance three: give numbers above 0 in a list"),
+        (("in", "--tolerance", "three"), "--tolerance three: give numbers in a list"),
         (("gone",), "gone: no such file or folder"),
         (("in", "gone.png"), "gone.png: no such file or folder"),
         (("gone.txt",), "gone.txt: cannot read the list of slides"),

@@ -136,7 +136,7 @@ def test_an_option_with_a_value_too_few_or_too_many_shows_the_example_too(
         (
             ("lifetime", ROOT / "examples/tissue.jpg", "--tolerance", "x"),
             "lutgen lifetime",
-            "--tolerance x: give numbers above 0",
+            "--tolerance x: give numbers in a list",
         ),
     ],
 )
@@ -476,6 +476,7 @@ def test_a_full_disk_under_standard_output_is_one_sentence() -> None:
             "t.png: is given with --plot and with --json.",
         ),
         (("diagnose", "a.csv", "--json", "x.py", "--stub", "x.py"), "x.py: is given with --json and with --stub. Give"),
+        (("plan", "a.csv", "--json", "x.ti1", "--ti1", "x.ti1"), "x.ti1: is given with --json and with --ti1. Give"),
     ],
 )
 def test_an_output_is_neither_an_input_nor_another_output(

@@ -158,7 +158,7 @@ def test_nothing_is_replaced_without_force(option: str, run: Callable[..., Done]
     ("arguments", "message"),
     [
         (("a.png", "--tolerance", "3,-1"), "tolerance -1: a tolerated ΔE2000 is a finite number above 0"),
-        (("a.png", "--tolerance", "three"), "--tolerance three: give numbers above 0 in a list, such as 3,5."),
+        (("a.png", "--tolerance", "three"), "--tolerance three: give numbers in a list, such as 3,5."),
         (("a.png", "--tolerance", "3,,5"), "--tolerance 3,,5: give numbers"),
         (("a.png", "--tolerance", "inf"), "tolerance inf:"),
         (("a.png", "--hours", "0..20000"), "hour 20000 is outside the measured span 0..18000 h"),

@@ -262,6 +262,13 @@ def test_bad_input_ends_with_2_and_a_sentence_and_writes_nothing(
     assert [path.name for path in tmp_path.rglob("*") if path.is_file()] == ["protocol.json"]
 
 
+def test_a_study_without_aged_images_takes_no_difference(run: Callable[..., Done], tmp_path: Path) -> None:
+    write_protocol(tmp_path / "unaged", small_protocol(images=4, practice=0, readers=1, conditions=CONDITIONS[:1]))
+    done = run("simulate", "unaged", "--seed", "1", *DIFFERENCE, "-o", "a.csv")
+    assert (done.code, done.out) == (2, "")
+    assert "the study in unaged has no aged condition. Leave --difference out." in words(done.err)
+
+
 # Pictures and figures -------------------------------------------------------------------------------------------------
 
 

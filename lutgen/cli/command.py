@@ -37,7 +37,7 @@ WIDEST = 100
 LARGEST_TOML = 1_000_000
 
 #: Names of the parameters that name a file to write.
-OUTPUTS = frozenset({"output", "outputs", "json_to", "csv_to", "plot", "labels", "stub"})
+OUTPUTS = frozenset({"output", "outputs", "json_to", "csv_to", "plot", "labels", "stub", "ti1"})
 
 
 class Section(Enum):

@@ -221,7 +221,7 @@ def numbers(option: str, text: str) -> list[float]:
     """Read an option's list of numbers, such as 3,5. Raises LutgenError if a part is no number."""
     values = number_list(text)
     if values is None:
-        raise LutgenError(f"{option} {text}: give numbers above 0 in a list, such as 3,5.")
+        raise LutgenError(f"{option} {text}: give numbers in a list, such as 3,5.")
     return list(values)
 
 

@@ -70,6 +70,8 @@ def _differences(
     from lutgen.study.statistics import UNAGED
 
     aged = [condition.name for condition in protocol.conditions if condition.name != UNAGED]
+    if not aged:
+        raise LutgenError(f"--difference: the study in {folder} has no aged condition. Leave --difference out.")
     by_condition = dict(_given(text, aged) for text in given)
     missing = [condition for condition in aged if condition not in by_condition]
     if missing:
