@@ -211,7 +211,7 @@ def _binding(module: str) -> Any:
         name, debian = _SOURCES[module]
         raise LutgenError(
             f"{name}'s Python binding cannot be imported ({error}). Install Debian's {debian} and use a virtual "
-            f"environment with system site packages, or without rights `pip install lutgen[wheels]`."
+            f"environment with system site packages, or, without administrator rights, `pip install lutgen[wheels]`."
         ) from None
 
 

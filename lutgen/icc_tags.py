@@ -60,5 +60,6 @@ def tag_table(data: bytes, file: object) -> tuple[Tag, ...]:
     tags = tuple(tags_claimed(data))
     for tag in tags:
         if tag.start + tag.size > len(data) or tag.size < SMALLEST_TAG:
-            raise LutgenError(f"{file}: its tag {tag.name!r} lies outside the file. Copy it again.")
+            wrong = f"lies outside the file, or has fewer than {SMALLEST_TAG} bytes"
+            raise LutgenError(f"{file}: its tag {tag.name!r} {wrong}. Copy it again.")
     return tags

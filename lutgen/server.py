@@ -68,6 +68,7 @@ class RefusedError(LutgenError):
 
 
 NOTHING = RefusedError(404, "bad", "There is nothing here.")
+UNSUPPORTED = RefusedError(501, "bad", "This request is not supported.")
 
 
 def new_address(listening: socket) -> tuple[str, str]:
@@ -111,11 +112,11 @@ class Guard:
         _, _, below = scope["path"].partition("/")
         word, slash, _ = below.partition("/")
         if scope["method"] not in ("GET", "POST"):
-            return RefusedError(501, "bad", "That cannot be asked.")
+            return UNSUPPORTED
         if headers.get(b"host") != self._host:
             return RefusedError(421, "bad", "This address is not served.")
         if headers.get(b"origin", own) != b"http://" + self._host:
-            return RefusedError(403, "bad", "Another page may not ask.")
+            return RefusedError(403, "bad", "Requests from other pages are refused.")
         if not secrets.compare_digest(word.encode(), self._word.encode()) or not slash:
             return NOTHING
         if self._at_once >= MOST_AT_ONCE:
@@ -132,7 +133,7 @@ def application(routes: Sequence[BaseRoute]) -> ASGIApp:
         if isinstance(error, RefusedError):
             return refused(error)
         if isinstance(error, HTTPException):
-            return refused(NOTHING if error.status_code == 404 else RefusedError(501, "bad", "That cannot be asked."))
+            return refused(NOTHING if error.status_code == 404 else UNSUPPORTED)
         return refused(RefusedError(400, "bad", str(error)))
 
     handlers: dict[Any, Any] = {LutgenError: refuse, RefusedError: refuse, HTTPException: refuse}
@@ -170,7 +171,7 @@ async def pieces(request: Request, most: int, what: str) -> AsyncIterator[bytes]
                 raise _too_large(most, what)
             yield piece
     except ClientDisconnect:
-        raise RefusedError(400, "bad", f"{what} ended before its end.") from None
+        raise RefusedError(400, "bad", f"{what} is incomplete: the page closed the connection.") from None
 
 
 def _too_large(most: int, what: str) -> RefusedError:

@@ -79,7 +79,7 @@ _MODEL = (
         "--instrument",
         metavar="NOISE",
         help="Noise of a reading, 1 σ: share of the light and cd/m², such as 0.002,0.003; or an instrument "
-        f"({', '.join(INSTRUMENTS)}, or your own file, .toml), which replicates correct [default: from replicates].",
+        f"({', '.join(INSTRUMENTS)}, or your own file, .toml), corrected by replicates [default: from replicates].",
     ),
     click.option("--effects", "files", multiple=True, metavar="FILE", help="A Python file of your own effects."),
 )

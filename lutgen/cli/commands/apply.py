@@ -174,9 +174,9 @@ def _built_lut(folder: Path, mode: str, hours: float) -> Path:
 def _sentence(applied: AppliedImage, age: str) -> str:
     parts = [f"{applied.output}: {age}{applied.width} × {applied.height}"]
     if applied.clipped_share is None:
-        parts.append("clipped colours unknown to a LUT")
+        parts.append("clipped pixels not counted, since a LUT does not record clipping")
     else:
         parts.append(f"{in_percent(applied.clipped_share, 2)} of the pixels clipped to the viewer's gamut")
     if applied.source_clipped_share:
-        parts.append(f"{in_percent(applied.source_clipped_share, 2)} of the source's beyond what a display shows")
+        parts.append(f"{in_percent(applied.source_clipped_share, 2)} of the source pixels beyond what a display shows")
     return ", ".join(parts)

@@ -1,5 +1,3 @@
-"""``lutgen effects``."""
-
 from __future__ import annotations
 
 import sys

@@ -8,6 +8,7 @@ from lutgen.cli.options import (
     WHOLE,
     Choice,
     hours_option,
+    image_argument,
     json_option,
     model_from,
     model_options,
@@ -20,7 +21,7 @@ from lutgen.names import STAINS
 
 
 @click.command(cls=Command, section=Section.PICTURES, place=3)
-@click.argument("image", metavar="IMAGE")
+@image_argument
 @click.option(
     "--stain",
     type=Choice(("auto", *STAINS)),

@@ -43,17 +43,17 @@ def command(
     from lutgen.report.measurement_plan import plan_page
 
     outputs = Outputs(json_to, force=force)
-    outputs_of_plan = {path: suffix for path, suffix in ((output, ".csv"), (ti1, ".ti1")) if path}
-    for path, suffix in outputs_of_plan.items():
+    suffixes = {path: suffix for path, suffix in ((output, ".csv"), (ti1, ".ti1")) if path}
+    for path, suffix in suffixes.items():
         check_new_file(path, force=force, suffixes=(suffix,))
     question = question_from(**options)
     planned = plan(question.readings, between=pair, effect=effect, **question.settings, effects=question.effects)
     # Without patches there is no list to write; the page says why.
-    outputs_of_plan = outputs_of_plan if planned.patches else {}
-    for path, suffix in outputs_of_plan.items():
-        write_atomically(Path(path), (planned.as_csv() if suffix == ".csv" else planned.as_ti1()).encode())
+    written = list(suffixes) if planned.patches else []
+    for path in written:
+        write_atomically(Path(path), (planned.as_csv() if suffixes[path] == ".csv" else planned.as_ti1()).encode())
     kind = "between" if pair else "effect" if effect else "coverage"
-    outputs.write(plan_page(planned, kind, list(outputs_of_plan)), planned.as_json)
+    outputs.write(plan_page(planned, kind, written), planned.as_json)
 
 
 def _pair(between: str | None) -> tuple[str, str] | None:

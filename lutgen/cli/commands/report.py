@@ -8,6 +8,7 @@ import click
 from lutgen.cli.command import Command, Section
 from lutgen.cli.options import (
     PlaceOptions,
+    image_argument,
     model_from,
     model_options,
     numbers,
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 
 
 @click.command(cls=Command, section=Section.PICTURES, place=9)
-@click.argument("image", metavar="IMAGE")
+@image_argument
 @click.option("--build", metavar="DIR", help="Add the certificates of a folder that lutgen build made.")
 @click.option("--data", metavar="READINGS", help="Add compare, diagnose and refine of these readings (.csv).")
 @tolerance_option

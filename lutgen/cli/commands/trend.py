@@ -73,7 +73,7 @@ def command(
 
     if not 0 <= ambient <= MOST_AMBIENT:
         raise LutgenError(
-            f"--ambient {ambient:g}: luminance of the dark screen in the lit room, 0 to {MOST_AMBIENT:g} cd/m²."
+            f"--ambient {ambient:g}: give the luminance of a dark screen in the lit room, 0 to {MOST_AMBIENT:g} cd/m²."
         )
     if all_sessions and reference:
         raise LutgenError("--all-sessions compares no sessions: leave out --reference, or --all-sessions.")

@@ -42,8 +42,8 @@ def command(*, files: tuple[str, ...], output: str, same_display: bool, force: b
     path = check_new_file(output, force=force, suffixes=(".toml",))
     sessions = []
     with progress_bar("reading") as progress:
-        for number, file in enumerate(files):
-            progress(number, len(files))
+        for done, file in enumerate(files):
+            progress(done, len(files))
             sessions.append(read_session(file))
     if not same_display:
         check_one_display(sessions)
@@ -62,7 +62,7 @@ def _ask(sessions: Sequence[Session]) -> Answers:
     from lutgen.history.draft import OF_DISPLAY, OF_SESSION, Answers
 
     names = ", ".join(dict.fromkeys(each.display for each in sessions if each.display))
-    say("Enter alone: not known, and left open in the file.", err=True)
+    say("Press Enter if you do not know an answer: the file then leaves it open.", err=True)
     name = click.prompt("Display", default=names, err=True)
     values = {
         key: click.prompt(question, default="", show_default=False, err=True).strip()

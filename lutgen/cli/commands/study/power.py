@@ -14,10 +14,11 @@ from lutgen.cli.outputs import Outputs
 @click.option("--plots", metavar="DIR", help="Draw power against answers per condition, into this folder.")
 @replace_option
 def command(*, per_condition: int, readers: int, json_to: str | None, plots: str | None, force: bool) -> None:
-    """Say what a reader study of this size can find: the smallest differences, and power for those the paper saw.
+    """Say what a reader study of this size can find: the smallest differences, and the power for those in the paper.
 
-    At 80 % power and a level of 5 %, by the paper's tests: two-sample t on time to score and ease of reading,
-    one-tailed t on 0/1 values, and Fisher's exact test, on agreement between two reading sessions. No study is needed.
+    At 80 % power and a level of 5 %, by the paper's tests: two-sample t on time to score and ease of reading;
+    one-tailed t on 0/1 values, and Fisher's exact test, on agreement between two reading sessions. The command needs no
+    planned study.
 
     \b
     Example:
