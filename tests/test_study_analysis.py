@@ -403,7 +403,7 @@ def test_an_analysis_of_answers_says_what_its_design_cannot_show() -> None:
     [
         ((20, 0), "With 20 pairs a condition, a fall of agreement from 100 % by less than about 20 percentage points"),
         ((27, 12), "With 39 pairs a condition, a fall of agreement from 69 % by less than about 28 percentage points"),
-        ((2, 2), "With 4 pairs a condition, no fall of agreement is found four times in five by the one-tailed test."),
+        ((2, 2), "With 4 pairs a condition, the one-tailed test misses even a fall of agreement to 0 % more often"),
         ((1, 0), ""),
         ((0, 9), ""),
     ],

@@ -127,7 +127,7 @@ def test_one_reader_and_images_read_once_are_left_out_and_said() -> None:
 
 
 def test_ease_at_the_end_of_its_scale_is_said() -> None:
-    assert "no normal errors" in models(answers(2))["ease"].notes[-1]
+    assert "the errors are not normal" in models(answers(2))["ease"].notes[-1]
 
 
 def test_conditions_that_are_sessions_cannot_be_told_apart() -> None:

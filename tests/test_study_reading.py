@@ -184,7 +184,7 @@ def test_the_same_answer_again_changes_nothing_and_another_is_refused(study: Pat
         assert entries(study) == before
         first = decision(1)
         for other in (replace(first, ease=9), replace(first, seconds=1.0), replace(first, category="0")):
-            with pytest.raises(PastError, match="image 1 was answered already, and otherwise"):
+            with pytest.raises(PastError, match="image 1 already has another answer"):
                 reading.answer(1, other)
         assert entries(study) == before
 

@@ -120,7 +120,7 @@ def _width(share: float, pairs: int) -> str:
     fall = smallest_difference(ONE_TAILED, None, share, pairs)
     with_pairs = f"With {counted(pairs, 'pair')} a condition"
     if fall is None:
-        return f"{with_pairs}, no fall of agreement is found four times in five by the one-tailed test."
+        return f"{with_pairs}, the one-tailed test misses even a fall of agreement to 0 % more often than once in five."
     return (
         f"{with_pairs}, a fall of agreement from {in_percent(share)} by less than about {100 * fall:.0f} percentage "
         "points is missed more often than once in five, by the one-tailed test."

@@ -131,7 +131,7 @@ def _of_answers(
     # With at least this share of answers at the highest ease, errors cannot be normal.
     if measure == "ease" and share >= 0.25:
         at_the_end = f"{in_percent(share)} of the answers are {values.max():g}, the highest given"
-        notes.append(f"{at_the_end}: no normal errors, rely on it less")
+        notes.append(f"{at_the_end}: the errors are not normal, so rely less on this model")
     sd = {name: variance**0.5 for name, variance in fit.variances.items()}
     # Readers usually react alike: then their variance in the table is 0, which needs no note.
     alike = [
@@ -188,7 +188,8 @@ def _of_agreement(conditions: Sequence[str], reading_pairs: Sequence[ReadingPair
         fit = _fit_logistic(agreed, fixed, images)
     except (np.linalg.LinAlgError, ValueError) as error:
         return _not_fitted(blank, f"the fit failed ({error})")
-    notes = ["one reader: not valid for others"] if len(levels) == 1 else ["readers are fixed: valid only for them"]
+    several = len(levels) > 1
+    notes = ["readers are fixed effects: valid only for them" if several else "one reader: not valid for other readers"]
     return replace(blank, effects=_effects(shown, fit, _ratio), notes=(*notes, *fit.complaints))
 
 

@@ -215,7 +215,7 @@ def render_images(
             sha256 = hashlib.sha256(data).hexdigest()
             renders[picture.name, condition] = Render(picture.name, condition, f"{IMAGES}/{name}", sha256)
             progress(len(renders))
-    # Copied after all renders: ageing takes time, and the file system's own times would reveal the aged pictures.
+    # Copied after all renders: aging takes time, and the file system's own times would reveal the aged pictures.
     for path in sorted(rendered.iterdir()):
         copy = study / IMAGES / path.name
         shutil.copyfile(path, copy)

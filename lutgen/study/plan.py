@@ -124,7 +124,7 @@ def plan_study(
     seed
         Seed of the design and of the blind names.
     categories, ease
-        The scales of the answers (see ``scales``).
+        The diagnoses that a reader may give, and the smallest and largest ease of reading.
     progress
         Called with the number of images and renders done, and of all.
 
@@ -246,8 +246,8 @@ def _model(model: DisplayModel, luts: dict[str, BakedLut]) -> dict[str, Any]:
 @contextmanager
 def _new_study(study: Path, *, force: bool) -> Iterator[Path]:
     """Yield a new folder that becomes ``study`` at the end; until then a replaced folder stays."""
-    whole = study.resolve()
-    temporary = whole.with_name(f".{whole.name}{PARTIAL}")
+    final = study.resolve()
+    temporary = final.with_name(f".{final.name}{PARTIAL}")
     new, old = temporary / "new", temporary / "old"
     try:
         shutil.rmtree(temporary, ignore_errors=True)
@@ -255,14 +255,14 @@ def _new_study(study: Path, *, force: bool) -> Iterator[Path]:
         yield new
         # A reader may have answered during rendering.
         check_new_study(study, force=force)
-        if whole.exists():
-            whole.rename(old)
-        new.rename(whole)
+        if final.exists():
+            final.rename(old)
+        new.rename(final)
     except OSError as error:
         reason = reason_of(error)
         message = f"{study}: cannot make the study: {reason}. Make room, or choose another place with -o."
         raise LutgenError(message) from None
     finally:
-        if old.exists() and not whole.exists():
-            old.rename(whole)
+        if old.exists() and not final.exists():
+            old.rename(final)
         shutil.rmtree(temporary, ignore_errors=True)

@@ -210,13 +210,13 @@ def power_of(test: str, values: tuple[float, float], sd: float | None, answers: 
 
 
 def _detectable(answers: int) -> list[Detectable]:
-    smallest: list[tuple[str, str, float | None, float | None]] = []
+    tests: list[tuple[str, str, float | None, float | None]] = []
     for measure in TABLE_2:
         sd = standard_deviation(measure, tuple(ANSWERS))
-        smallest += [(measure, test, sd, None) for test in TESTS[measure]]
+        tests += [(measure, test, sd, None) for test in TESTS[measure]]
     base = AGREED["none"] / ANSWERS["none"]
-    smallest += [("agreement", test, None, base) for test in TESTS["agreement"]]
-    return [Detectable(*each, smallest_difference(*each[1:], answers)) for each in smallest]
+    tests += [("agreement", test, None, base) for test in TESTS["agreement"]]
+    return [Detectable(*each, smallest_difference(*each[1:], answers)) for each in tests]
 
 
 def smallest_difference(test: str, sd: float | None, base: float | None, answers: int) -> float | None:

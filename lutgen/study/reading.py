@@ -21,7 +21,8 @@ from lutgen.errors import LutgenError, reason_of
 from lutgen.progress import Progress, unseen
 from lutgen.study import answers
 from lutgen.study.answer_file import AnswerFile, locked_place
-from lutgen.study.protocol import Protocol, read_protocol
+from lutgen.study.protocol import Protocol, Render, read_protocol
+from lutgen.study.statistics import UNAGED
 from lutgen.version import __version__
 
 #: Most pauses of an image, and most seconds of its pauses: a month.
@@ -131,8 +132,7 @@ class ReadingSession:
         if number <= (self.practised if practice else self.read):
             before = answers.answered(self._file.entries, self.session, kind)[number - 1]
             if {**before, **asdict(decision)} != before:
-                why = "was answered already, and otherwise: that answer stays. There is no going back."
-                raise PastError(f"image {number} {why}")
+                raise PastError(f"image {number} already has another answer. That answer stays: it cannot be changed.")
             return
         task = self.task()
         if task is None or (task.practice, task.number) != (practice, number) or not self.showings(task):
@@ -168,17 +168,16 @@ class ReadingSession:
 
 def tasks_of(protocol: Protocol, place: int, session: int) -> tuple[list[Task], list[Task]]:
     """Return a session's practice images and its images to read. Raises LutgenError: no such session or image."""
-    first = {render.image: render for render in reversed(protocol.renders)}
     trials = protocol.session(place, session)
     if not trials:
         raise LutgenError(f"the protocol has no images for place {place} in session {session}. Plan the study again.")
     try:
-        practice = [first[image.name] for image in protocol.practice]
+        practice = [protocol.render(image.name, UNAGED) for image in protocol.practice]
         images = [protocol.render(trial.image, trial.condition) for trial in trials]
     except KeyError as error:
         raise LutgenError(f"the protocol has no picture of {error}. Plan the study again.") from None
 
-    def numbered(renders: list[Any], *, practice: bool) -> list[Task]:
+    def numbered(renders: list[Render], *, practice: bool) -> list[Task]:
         return [
             Task(number, len(renders), practice, render.file, render.sha256)
             for number, render in enumerate(renders, start=1)

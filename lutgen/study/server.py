@@ -67,7 +67,7 @@ class Conversation:
         """Return the response to a request of the page. Raises RefusedError with a sentence for the reader."""
         tab = body.get("tab")
         if what not in self._asked:
-            raise RefusedError(404, "bad", f"{what}: there is no such thing to ask.")
+            raise RefusedError(404, "bad", f"{what}: unknown request.")
         if not isinstance(tab, str) or not 8 <= len(tab) <= 64:
             raise RefusedError(400, "bad", "tab: give the page's own identifier.")
         with self._one_at_a_time:

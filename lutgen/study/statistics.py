@@ -50,7 +50,7 @@ class StudySample:
 
 def sample_of(measure: str, condition: str, values: Sequence[float]) -> StudySample:
     """Return n, mean and SD of at least one answer, with the answers."""
-    sd = stdev(values) if len(values) > 1 else float("nan")
+    sd = stdev(values) if len(values) > 1 else nan
     return StudySample(measure, condition, len(values), fmean(values), sd, tuple(map(float, values)))
 
 
@@ -203,7 +203,7 @@ class AgreementCounts:
 
     def figures(self) -> SampleFigures:
         """Return n, mean and SD of values that are 1 for a pair that agreed and 0 for another pair."""
-        variance = self.share * (1 - self.share) * self.n / (self.n - 1) if self.n > 1 else float("nan")
+        variance = self.share * (1 - self.share) * self.n / (self.n - 1) if self.n > 1 else nan
         return SampleFigures(self.n, self.share, variance**0.5)
 
 
@@ -286,7 +286,7 @@ def cohen(table: Array) -> tuple[float, float]:
     rows, columns = share.sum(axis=1), share.sum(axis=0)
     seen, chance = float(np.trace(share)), float(rows @ columns)
     if chance >= 1:
-        return float("nan"), float("nan")
+        return nan, nan
     kappa = (seen - chance) / (1 - chance)
     both = rows[np.newaxis, :] + columns[:, np.newaxis]
     diagonal = np.diag(share) @ (1 - np.diag(both) * (1 - kappa)) ** 2

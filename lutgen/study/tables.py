@@ -175,7 +175,7 @@ def read_counts(file: str | Path) -> tuple[str, tuple[AgreementCounts, ...]]:
         agreed, disagreed = (row.whole(column, low=0, high=MOST) for column in COUNTS[1:])
         count = AgreementCounts(row.text("condition"), agreed, disagreed)
         if not count.n:
-            raise row.error("agreed", "and no disagreed either: nothing was compared. Leave the condition out.")
+            raise row.refused("agreed", "agreed and disagreed are both 0, so nothing was compared. Leave the line out.")
         counts.append(count)
     _check_once(rows, [(row.condition,) for row in counts])
     return remark, tuple(counts)
