@@ -313,8 +313,8 @@ def test_the_picture_shows_the_maps_colours(whole_map: DifferenceMap, tmp_path: 
 @pytest.mark.parametrize(
     ("ends", "sentence"),
     [
-        ((20.0, 0.0), "range 20,0: the scale runs backwards"),
-        ((3.0, 3.0), "range 3,3: the scale runs backwards, or nowhere"),
+        ((20.0, 0.0), "range 20,0: the second number must be larger than the first"),
+        ((3.0, 3.0), "range 3,3: the second number must be larger than the first"),
         ((-1.0, 5.0), "range -1,5: a scale runs between finite"),
         ((0.0, float("inf")), "range 0,inf: a scale"),
         ((float("nan"), 5.0), "range nan,5: a scale"),

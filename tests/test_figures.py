@@ -303,7 +303,7 @@ def test_an_ffmpeg_that_fails_is_quoted_and_leaves_nothing(
         (("sheet", "a.png", "-o", "s.tif"), "s.tif: give a name that ends in .png."),
         (("animate", "a.png", "--mode", "stable", "-o", "x.png"), "'stable' is not one of"),
         (("animate", "a.png", "--mode", "chroma", "-o", "x.gif"), "x.gif: give a name that ends in .png, .apng"),
-        (("animate", "a.png", "--mode", "chroma", "--hours", "9000", "-o", "x.png"), "animation of 1 hour stands"),
+        (("animate", "a.png", "--mode", "chroma", "--hours", "9000", "-o", "x.png"), "needs at least 2 hours, not 1"),
         (("animate", "a.png", "--mode", "chroma", "--hours", "0..19000", "-o", "x.png"), "outside the measured span"),
         (("animate", "a.png", "--mode", "chroma", "--seconds", "0", "-o", "x.png"), "0 seconds for 31 frames"),
         (("animate", "a.png", "--mode", "chroma", "--seconds", "nan", "-o", "x.png"), "'nan' is not a finite number"),

@@ -95,7 +95,7 @@ def test_a_limit_of_two_sets_that_no_session_tells_is_said_once(run: Callable[..
     sessions = "".join(f'[[sessions]]\nfile = "{year}.ti3"\ndate = {year}-15\n' for year in ("2021-01", "2024-12"))
     Path("two.toml").write_text(f"schema = 1\n{sessions}")
     done = run("trend", "two.toml", "--limits", "tg18-primary", "--limits", "acr-diagnostic")
-    (sentence,) = [line for line in done.lines if line.startswith("No session tells: ")]
+    (sentence,) = [line for line in done.lines if line.startswith("No session has the readings for these limits: ")]
     assert sentence.count("non-uniformity<=30%") == 1
 
 

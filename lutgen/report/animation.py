@@ -42,7 +42,7 @@ def check_animation(path: str | Path, hours: Sequence[float], seconds: float) ->
     if path.suffix.lower() == ".mp4":
         check_ffmpeg()
     if len(hours) < 2:
-        raise LutgenError(f"an animation of {len(hours)} hour stands still. Give several, such as 0..18000.")
+        raise LutgenError(f"an animation needs at least 2 hours, not {len(hours)}. Give several, such as 0..18000.")
     each = seconds / len(hours)
     if not _SHORTEST <= each <= _LONGEST:
         raise LutgenError(

@@ -128,18 +128,18 @@ def plot_steps(
     height = 6.4
     with picture(path, _steps_title(stages), foot=legend + foot, height=height, force=force) as (figure, low, high):
         bottom, top = low + 0.85 / height, high - 0.4 / height
-        way = figure.add_axes((0.115, bottom, 0.325, top - bottom))
+        left = figure.add_axes((0.115, bottom, 0.325, top - bottom))
         rows = [(name, each.ratio, BLUE if each.agrees else RED) for name, each in stages.items()]
         most = max(ratio for _, ratio, _ in rows)
-        _ratios(way, rows, most)
-        way.set_title("Effect by effect", loc="left", fontsize=12)
+        _ratios(left, rows, most)
+        left.set_title("Effect by effect", loc="left", fontsize=12)
         if diagnosis:
-            by_itself = figure.add_axes((0.60, bottom, 0.36, top - bottom))
+            right = figure.add_axes((0.60, bottom, 0.36, top - bottom))
             effects, named = alone(diagnosis), diagnosis.verdict.effects
             bars = [(name, ratio, "#7fb8dc" if name in named else "#bbbbbb") for name, ratio in effects]
-            _ratios(by_itself, [(FIRST, stages[FIRST].ratio, RED), *bars], most)
+            _ratios(right, [(FIRST, stages[FIRST].ratio, RED), *bars], most)
             title = "With one effect alone (blue: named)" if effects else "No effect alone lowers the error"
-            by_itself.set_title(title, loc="left", fontsize=12)
+            right.set_title(title, loc="left", fontsize=12)
         else:
             _colours(figure.add_axes((0.55, bottom, 0.42, top - bottom)), stages)
 

@@ -81,7 +81,7 @@ def diagnose_page(
         yield _ranking_table(diagnosis.ranking, effects)
         yield from _held_out_lines(diagnosis.ranking)
     if not verbose:
-        yield "How each effect does alone: --verbose."
+        yield "--verbose also prints the fit of each effect alone."
 
 
 def _hidden_by_zero(diagnosis: Diagnosis, effects: Mapping[str, Effect]) -> Iterator[str]:
@@ -191,16 +191,16 @@ def _separation(each: Separation, again: str) -> str:
             f"The formulas of {first} and {second} differ on these readings by a χ² of {each.before:.0f}, but neither "
             f"is exact: either may be the cause."
         )
-    times, gain = _repetitions(each), each.after - each.before
-    if times > TOO_OFTEN:
+    repetitions, gain = _repetitions(each), each.after - each.before
+    if repetitions > TOO_OFTEN:
         return (
             f"{second} would explain these readings almost as well as {first}. Nothing in one more session would tell "
             f"the two apart, but within the range of these readings both give the same LUTs."
         )
-    often = f", read {times} times," if times > 1 else ""
+    often = f", read {repetitions} times," if repetitions > 1 else ""
     return (
         f"To tell {first} from {second}: {each.name}. {len(each.patches)} readings{often} raise the χ² between them "
-        f"from {each.before:.3g} to {each.before + times * gain:.3g} ({CLEARLY:g} is clear).\n"
+        f"from {each.before:.3g} to {each.before + repetitions * gain:.3g} ({CLEARLY:g} is clear).\n"
         f"  lutgen plan {again} --between {first},{second} -o plan.csv"
     )
 
@@ -241,12 +241,12 @@ def _error(diagnosis: Diagnosis) -> str:
 
 
 def _is_fitted(diagnosis: Diagnosis) -> bool:
-    """Whether the verdict names effects that were fitted: not those that blacks of single sessions may show."""
+    """Whether the verdict names fitted effects. Effects that only the blacks of sessions suggest are not fitted."""
     return bool(diagnosis.verdict.effects and diagnosis.explanation.steps)
 
 
 #: The error of blacks that differ between sessions: the fit takes the difference as an error of the meter.
-_IF_ZERO = "If it is the zero of the meter, the rest agrees with the model"
+_IF_ZERO = "If the zero of the meter makes the blacks differ, the readings agree with the model"
 
 
 def _refutation(diagnosis: Diagnosis, effects: Mapping[str, Effect]) -> list[str]:
@@ -275,14 +275,14 @@ def _is_held(how: str, readings: Measurements) -> bool:
 
 #: Verdict → the observation that would refute it.
 _REFUTES = {
-    "consistent": "readings of a kind that these are not: effects that cannot be seen above are not excluded",
+    "consistent": "readings of another kind: effects that these readings cannot show are not excluded",
     "unexplained": "an effect of your own, with which nothing but noise is left",
     "measurement-problem": "the same readings again, with the same result",
 }
 
 
 def _advice(diagnosis: Diagnosis, again: str, stub_file: str | None) -> Iterator[Part]:
-    """Yield what to do next; for something unexplained, first what the readings have in themselves as a cause."""
+    """Yield what to do next; for the verdict ``unexplained``, first the remarks on possible faults of the readings."""
     verdict = diagnosis.verdict
     own = from_own_model(diagnosis.comparison, again) if verdict.name != "consistent" else ""
     if own:
@@ -342,7 +342,7 @@ def refine_page(refinement: Refinement, effects: Mapping[str, Effect], data: str
         yield ""
         yield parameter_table(parameters_of(refinement.final), effects)
         yield ""
-        yield from refinement.carried() or ["LUTs of this model carry all of it."]
+        yield from refinement.carried() or ["LUTs of this model carry all its effects."]
     yield ""
     if not refinement.after.agrees and not refinement.diagnosis:
         keep = "" if refinement.improves else " --keep"

@@ -53,9 +53,7 @@ def check_range(low: float, high: float) -> tuple[float, float]:
     if not (np.isfinite([low, high]).all() and low >= 0.0):
         raise LutgenError(f"range {low:g},{high:g}: a scale runs between finite ΔE2000 from 0 on, such as 0,12.")
     if low >= high:
-        raise LutgenError(
-            f"range {low:g},{high:g}: the scale runs backwards, or nowhere. Give the smaller number first."
-        )
+        raise LutgenError(f"range {low:g},{high:g}: the second number must be larger than the first, as in 0,12.")
     return float(low), float(high)
 
 

@@ -20,7 +20,7 @@ _CAPPED = Sketch("instrument", (), "cd/m² that the meter adds in the dark", "xy
 
 
 def of_condition(condition: Condition) -> tuple[str, Sketch]:
-    """Return pattern and draft for a condition without ``sketches``: proportional to the distance from usual."""
+    """Return pattern and draft for a condition without ``sketches``: light that follows the condition's value."""
     column = condition.columns[0]
     reach = abs(column.axis[1] - column.axis[0])
     values = {each.name: np.array([each.shown]) for each in condition.columns}
@@ -76,24 +76,24 @@ def sketch(diagnosis: Diagnosis) -> str:
 
 def sketched(name: str, *, misfit: str) -> str:
     """Return the source of a valid effect that follows the probe, or the readings, of this ``name``."""
-    pattern_of = next(each for pattern, each in FOLLOWS.items() if re.match(pattern, name))
+    draft = next(each for pattern, each in FOLLOWS.items() if re.match(pattern, name))
     part = next((each for pattern, each in _PARTS.items() if re.match(pattern, name)), "")
     growing = "growing" in name
     size = " * ".join(["size", *(["scene.tau"] if growing else []), *([part] if part else [])])
-    formula = pattern_of.formula.format(size=size)
+    formula = draft.formula.format(size=size)
     signal = formula.partition(" ")[0]
     imports = "import numpy as np\n\n" if "np." in formula else ""
-    needs = "    needs={},\n".format(str(pattern_of.needs).replace("'", '"')) if pattern_of.needs else ""
+    needs = "    needs={},\n".format(str(draft.needs).replace("'", '"')) if draft.needs else ""
     return (
         f'"""What happens, in one sentence; then the mechanism and where it is described.\n\n'
         f"Misfit to be explained: {misfit}.\n"
         f'"""\n\n{imports}'
         f"from lutgen.effects import Parameter, effect\n\n\n"
         f"@effect(\n"
-        f'    stage="{pattern_of.stage}",  # {signal}: {STAGES[pattern_of.stage]}\n'
+        f'    stage="{draft.stage}",  # {signal}: {STAGES[draft.stage]}\n'
         f'    neutral={{"size": 0.0}},\n'
         f"{needs}"
-        f'    size=Parameter({pattern_of.range}, "1", "{pattern_of.meaning}{" at 18 000 h" if growing else ""}"),\n'
+        f'    size=Parameter({draft.range}, "1", "{draft.meaning}{" at 18 000 h" if growing else ""}"),\n'
         f")\n"
         f"def {STUB_NAME.replace('-', '_')}({signal}, scene, *, size):\n"
         f"    return {formula}\n"

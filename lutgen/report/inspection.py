@@ -154,7 +154,7 @@ def picture_names(files: Sequence[str]) -> list[str]:
 
 def plot_inspection(inspection: Inspection, path: Path, *, force: bool = False) -> None:
     """Draw a session's page, the same bytes on every run. Raises LutgenError if it cannot be written."""
-    foot = "u'v' and greys as seen, black included; curves after black."
+    foot = "u'v' and greys include the light of black; it is subtracted from the curves."
     second = f"{Path(inspection.session.file).name}: {origin(inspection)}"
     with picture(path, headline(inspection), second=second, foot=foot, height=9.4, force=force) as (figure, low, high):
         grid = figure.add_gridspec(
@@ -220,7 +220,7 @@ def chromaticities(axes: Axes, inspection: Inspection) -> None:
 
 
 def transfer_curve(axes: Axes, inspection: Inspection) -> None:
-    """Draw luminance after black against code value, over sRGB."""
+    """Draw luminance, with black subtracted, against code value, over sRGB."""
     code = np.linspace(0.0, 1.0, 200)
     axes.plot(code, code_to_linear(code), color=GREY, linewidth=5, alpha=0.35, label="sRGB")
     for name, curve in inspection.curves.items():

@@ -11,7 +11,7 @@ from lutgen.report.parts import Headline, Part, Table
 
 _UNREACHABLE = {
     "clip": "Colours out of reach are clipped by channels of the drive; all others stay exact.",
-    "scale": "Everything is dimmed until no colour needs more than full drive; the rest is too saturated.",
+    "scale": "All colours are dimmed until none needs more than full drive; colours out of reach are too saturated.",
 }
 
 
@@ -39,8 +39,11 @@ def simulation(luts: list[FileRecord]) -> Iterator[Part]:
 
 def compensation(luts: list[FileRecord], unreachable: str) -> Iterator[Part]:
     """Yield a table of colours out of reach and residual aging by mode and hour, from the first file of each."""
-    yield "smooth, gamut, border: the files against the model's drives. The others: what the aged display shows through"
-    yield "them against the un-aged display; border: where the table mixes across a jump or the end of the drive."
+    yield (
+        "smooth, gamut, border: the files against the model's drives. The other groups: the aged display with the "
+        "corrected drive against the un-aged display; reached border: where the table interpolates across a jump or "
+        "the end of the drive."
+    )
     heads = ("mode", "hours", "out of reach: all", "tissue", "light", "ΔE2000 reached", "99 %", "out of reach", "99 %")
     rows: dict[tuple[str | None, float | None], tuple[str, ...]] = {}
     for record in sorted(luts, key=lambda record: bool(record.clipped)):

@@ -39,7 +39,7 @@ def nuclei_page(conspicuity: Conspicuity) -> Iterator[Part]:
     yield ""
     yield f"{conspicuity.field.file}: {counted(conspicuity)}"
     yield (
-        f"{MEASURED} In brackets: 95 % bootstrap over nuclei, as if drawn one by one."
+        f"{MEASURED} In brackets: 95 % bootstrap intervals, as if nuclei were independent."
         if next(iter(conspicuity.contrasts.values())).intervals is not None
         else f"{MEASURED} No intervals: too few nuclei to say how they scatter."
     )

@@ -63,9 +63,9 @@ def power_headline(power: Power) -> str:
     """Return a sentence on the power for the paper's fall of agreement, and on the answers for the target power."""
     seen = _agreement(power)
     first, second = (f"{100 * value:.1f} %" for value in seen.values)
-    counted = "1 answer" if power.answers == 1 else f"{power.answers} answers"
+    answers = "1 answer" if power.answers == 1 else f"{power.answers} answers"
     return (
-        f"With {counted} per condition a fall of agreement from {first} to {second}, as the paper saw for chroma, is "
+        f"With {answers} per condition a fall of agreement from {first} to {second}, as the paper saw for chroma, is "
         f"found {percent(seen.yours)} of the time; {percent(TARGET)} takes {seen.needed} answers."
     )
 
@@ -204,7 +204,7 @@ def plan_page(planned: Planned) -> Iterator[Part]:
     if planned.left_out:
         yield f"Read by nobody: {counted(len(planned.left_out), 'image')} given ({listed(planned.left_out, LISTED)})."
     if planned.rounded:
-        yield f"Of 16 bits a channel, of which readers see the nearest 8: {listed(planned.rounded, LISTED)}."
+        yield f"16 bits a channel, rounded to 8 bits for the readers: {listed(planned.rounded, LISTED)}."
     yield from planned.remarks
     if power is not None:
         yield ""

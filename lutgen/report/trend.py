@@ -62,14 +62,15 @@ def trend_page(trend: Trend) -> Iterator[Part]:
         yield weighed
     kept = int(trend.kept.sum())
     if kept < FEWEST:
-        yield f"{kept} session{'' if kept == 1 else 's'}: a time cannot be told from fewer than {FEWEST}."
+        yield f"{counted(kept, 'session')}: a time cannot be told from fewer than {FEWEST}."
     elif kept < ENOUGH and any(each.status == "ahead" for each in trend.passings):
         yield f"Fewer than eight sessions ({kept}): the intervals depend strongly on the assumed laws of decay."
     yield limits(trend)
     yield from (f"{each.limit.text}: {source(each.limit)}." for each in trend.passings if _is_read(trend, each))
     # Two published sets may contain the same limit.
     if unread := dict.fromkeys(each.limit.text for each in trend.passings if not _is_read(trend, each)):
-        yield f"No session tells: {', '.join(unread)} (greys and black, several places, --ambient)."
+        needs = "they need greys and black, several places, or --ambient"
+        yield f"No session has the readings for these limits: {', '.join(unread)} ({needs})."
 
 
 def source(limit: Limit) -> str:
@@ -86,11 +87,11 @@ def trend_headline(trend: Trend) -> str:
         name += f" no trend, since {len(trend.left_out)} of {trend.kept.size} sessions differ by more than age;"
     passed = [each for each in trend.passings if each.status == "passed"]
     if named := _headlined(trend):
-        more = f"; limits not kept in all: {len(passed)}" if any(each not in named for each in passed) else ""
+        more = f"; passed in all: {counted(len(passed), 'limit')}" if any(each not in named for each in passed) else ""
         return f"{name} {'; '.join(_clause(each, trend) for each in named)}{more}."
     among = " in the sessions used" if trend.why else ""
     if any(each.status == "cannot-tell" for each in trend.passings):
-        return f"{name} no limit is seen passed{among}, and when one will be cannot be told from these sessions."
+        return f"{name} no limit is known to be passed{among}, and these sessions do not show when one will be."
     return f"{name} no limit is passed{among}, and none is in sight."
 
 
