@@ -105,7 +105,7 @@ def lut_processor(path: Path) -> Any:
         if len(digits) > 9 or int(digits) > most:
             raise LutgenError(
                 f"{path}: claims {digits[:12].decode()} points in {dimensions.decode()}D; OpenColorIO takes at most "
-                f"{most}. Ask its maker for a smaller one."
+                f"{most}. Ask the author of the file for a smaller table."
             )
     if line := unclosed_metadata(path):
         raise LutgenError(f"{path}:{line}: opens its metadata and never closes them. Write END METADATA after them.")

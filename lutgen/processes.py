@@ -57,7 +57,7 @@ def _start_method() -> str:
     return "spawn"
 
 
-#: The function that this worker applies, as the last element.
+#: Its last element is the function that this worker process applies.
 _FUNCTION: list[Callable[[Any], Any]] = []
 
 

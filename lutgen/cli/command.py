@@ -110,7 +110,10 @@ class Command(click.Command):
         return ["-h", "--help"]
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parse the arguments; add the command to an error about an option without its value, which click omits."""
+        """Parse the arguments. Errors name the command, which click omits for an option without its value.
+
+        If a command without arguments gets one, the error names --display, if the command has this option.
+        """
         self._check_values(ctx, args)
         try:
             return super().parse_args(ctx, args)

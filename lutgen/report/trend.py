@@ -96,7 +96,7 @@ def trend_headline(trend: Trend) -> str:
 
 
 def _display(trend: Trend) -> str:
-    """Return the campaign's name of the display; the names in the files of used sessions if it is from the files."""
+    """Return the display's name in the campaign; if the files have this name, the names in those of used sessions."""
     seen, campaign = trend.history, trend.history.campaign
     names = [campaign.entries[place].session.display for place in seen.places]
     used = dict.fromkeys(name for name, kept in zip(names, trend.kept, strict=True) if name and kept)
