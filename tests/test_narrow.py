@@ -36,6 +36,16 @@ def test_no_figure_is_cut_off_however_narrow_the_terminal_is(width: int) -> None
     assert all(word in text for head in heads for word in head.split())
 
 
+@pytest.mark.parametrize("width", [30, 50, 70])
+def test_no_line_of_a_cell_is_cut_off_however_narrow_the_terminal_is(width: int) -> None:
+    cells = ("4 438\n12.3 months\n4 012 to 4 871", "11 084\n30.8 months\n9 995 to 12 345")
+    table = Table(("hours until", "Max ΔE2000 3", "Avg ΔE2000 3"), [("chroma-luma, a slide", *cells)], unbroken=True)
+    lines = printed(table, width)
+    assert any(line.startswith("chroma-luma, a slide ") and line.endswith("11 084") for line in lines)
+    for below in ("12.3 months 30.8 months", "4 012 to 4 871 9 995 to 12 345"):
+        assert below in [" ".join(line.split()) for line in lines]
+
+
 def test_headings_wrap_before_anything_else() -> None:
     lines = printed(Table(("where", "mean change of a pixel"), [("18000 h", "2.55")]), 20)
     assert max(map(len, lines)) <= 20

@@ -256,7 +256,7 @@ def _for_a_pipe(stream: io.TextIOWrapper) -> io.TextIOWrapper:
     )
 
 
-#: A cell of at most so many letters is never wrapped: a figure with its unit, a span, an hour, a short name.
+#: A line of a cell of at most so many letters is never wrapped: a figure with its unit, a span, an hour, a short name.
 WHOLE_CELL = 16
 #: A word of more letters may be broken: a path.
 LONGEST_WORD = 40
@@ -300,10 +300,10 @@ def _least_of(cell: object) -> int:
     from rich.cells import cell_len
     from rich.text import Text
 
-    text = str(cell)
-    if cell_len(text) <= WHOLE_CELL or (isinstance(cell, Text) and cell.no_wrap):
-        return cell_len(text)
-    return max(WHOLE_CELL, min(LONGEST_WORD, _longest_word(text)))
+    most = max(map(cell_len, str(cell).split("\n")))
+    if most <= WHOLE_CELL or (isinstance(cell, Text) and cell.no_wrap):
+        return most
+    return max(WHOLE_CELL, min(LONGEST_WORD, _longest_word(str(cell))))
 
 
 def _longest_word(text: str) -> int:
