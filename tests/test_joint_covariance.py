@@ -155,7 +155,7 @@ def test_a_bound_stops_a_parameter_and_what_follows_it() -> None:
 @pytest.mark.parametrize(
     ("of", "matrix", "says"),
     [
-        ((), np.eye(5), "5 rows are 5 beside those of parameters; white and primaries take 12 an hour"),
+        ((), np.eye(5), "of 5 rows, 5 are not of parameters. White and primaries need 12 rows for each hour"),
         ((("a", "b"),), np.zeros((0, 0)), "1 parameters need 1 rows and columns"),
         ((("a", "b"),), np.array([[np.nan]]), "all numbers must be finite"),
         ((("a", "b"), ("a", "c")), np.array([[1.0, 2.0], [2.0, 1.0]]), "larger than the errors"),

@@ -62,8 +62,8 @@ def lutgen(*arguments: str, cwd: Path) -> subprocess.CompletedProcess[str]:
     [
         ((0.9, 0.8), ""),
         ((1.05, 0.9), ""),
-        ((0.5, 0.7), "white rose from 150 cd/m² at 1000 h to 210 at 2000 h, which is no age"),
-        ((1.2, 0.8), "white rose from 300 cd/m² at 0 h to 360 at 1000 h, which is no age"),
+        ((0.5, 0.7), "white rose from 150 cd/m² at 1000 h to 210 at 2000 h, which is not aging"),
+        ((1.2, 0.8), "white rose from 300 cd/m² at 0 h to 360 at 1000 h, which is not aging"),
     ],
 )
 def test_white_that_became_much_brighter_did_not_only_age(

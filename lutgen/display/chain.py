@@ -62,7 +62,7 @@ class AgedDisplay:
 
     def linear(self, head_signal: Array) -> Array:
         """Return linear sRGB of the aged colour (n, 3), unclipped, for the signal after the head (n, k)."""
-        # The conversion to linear sRGB merges with a last link that is a matrix.
+        # If the last link is a matrix, its product with the conversion to linear sRGB is one matrix: faster.
         to_linear = getattr(self.tail[-1], "to_linear", None) if self.tail else None
         if to_linear is not None:
             return transform(to_linear, _pass(self.tail[:-1], head_signal))

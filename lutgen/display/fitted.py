@@ -174,12 +174,13 @@ class FitCovariance:
     def __post_init__(self) -> None:
         matrix, count = np.asarray(self.matrix, dtype=np.float64), len(self.of)
         if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or matrix.shape[0] < count:
-            message = f"covariance: {count} parameters need {count} rows and columns, and 12 more an hour of [tips]."
-            raise LutgenError(message)
+            raise LutgenError(
+                f"covariance: {count} parameters need {count} rows and columns, and 12 more for each hour of [tips]."
+            )
         if (matrix.shape[0] - count) % 12:
             raise LutgenError(
-                f"covariance: {matrix.shape[0]} rows are {matrix.shape[0] - count} beside those of parameters; white "
-                f"and primaries take 12 an hour."
+                f"covariance: of {matrix.shape[0]} rows, {matrix.shape[0] - count} are not of parameters. White and "
+                f"primaries need 12 rows for each hour."
             )
         if not np.isfinite(matrix).all():
             raise LutgenError("covariance: all numbers must be finite.")
@@ -208,7 +209,7 @@ class FitCovariance:
             of = tuple((str(effect), str(name)) for effect, name in (str(each).rsplit(".", 1) for each in record["of"]))
             rows = [[float(value) for value in row] for row in record["rows"]]
         except (KeyError, TypeError, ValueError):
-            rows, of = [[0.0, 0.0]], ()
+            rows, of = [[0.0, 0.0]], ()  # a first row of two numbers, which the next line refuses
         if any(len(row) != place + 1 for place, row in enumerate(rows)):
             raise LutgenError(
                 "[covariance]: of is a list of EFFECT.PARAMETER, rows are lists of numbers: one in the first row, and "
@@ -229,7 +230,7 @@ class FitCovariance:
         if self.hours not in {0, hours}:
             raise LutgenError(
                 f"[covariance]: it holds white and primaries of {self.hours} hours, but {hours} are fitted. "
-                f"Leave them out."
+                f"Delete the rows of white and primaries."
             )
 
     def among(self, free: Collection[tuple[str, str]]) -> FitCovariance:

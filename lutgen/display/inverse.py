@@ -143,16 +143,18 @@ def _unnamed(display: AgedDisplay) -> AgedDisplay:
 @cache
 def _correction(aged: AgedDisplay, fresh: AgedDisplay, unreachable: str) -> Compensation:
     whole = Compensation(aged, fresh)
-    if unreachable == "clip" or whole.drive(_PROBES).max() <= 1.0 + _FULL:
+    if unreachable == "clip":
+        return whole
+    last, drives = 1.0, whole.drive(_PROBES)
+    if drives.max() <= 1.0 + _FULL:
         return whole
     low, high = 0.0, 1.0
-    last, drives = 1.0, whole.drive(_PROBES)
     while high - low > _FULL:
         middle = 0.5 * (low + high)
         near = Start(drives * (middle / last), np.full((3, 3, len(_PROBES)), np.nan))
         last, drives = middle, replace(whole, scale=middle).drive_from(_PROBES, near)
         low, high = (middle, high) if drives.max() <= 1.0 + _FULL else (low, middle)
-    # Rounded to six decimals, because lutgen prints six decimals: the printed factor is the applied factor.
+    # Rounded down to six decimals, because lutgen prints six decimals: the printed factor is the applied factor.
     return replace(whole, scale=np.floor(low * 1e6) / 1e6)
 
 

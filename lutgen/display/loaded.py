@@ -1,4 +1,4 @@
-"""Calibrations of later sessions, if the files hold them: a known change of the calibration is not aging.
+"""Calibrations that the files of later sessions hold: a known change of the calibration is not aging.
 
 A calibration acts before the panel. If the files of the first session and of a later session both hold the curves in
 the graphics card, then a code value of the later session drives the panel like another code value of the first session.
@@ -97,9 +97,10 @@ class LoadedCalibrations:
                 if abs(end - was) >= 0.0005
             ]
             if self.first_codes[place] != self.first_codes[place - 1]:
+                change = ", ".join(moves) or "the same outputs at full code"
                 sentences.append(
-                    f"By hour {self.hours[place]:g} another calibration was loaded: {', '.join(moves) or 'same ends'}. "
-                    f"Its file holds the curves, so the model goes by them."
+                    f"By hour {self.hours[place]:g} another calibration was loaded: {change}. "
+                    f"Its file holds the curves, so the model uses them."
                 )
         return tuple(sentences)
 

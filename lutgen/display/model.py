@@ -142,10 +142,10 @@ class DisplayModel:
     def at(self, mode: str, hours: float) -> AgedDisplay:
         """Return the display of ``mode`` at ``hours``, under the model's conditions.
 
-        Effects that exist from the first hour, such as a leak, show at hour 0 too. With such effects hour 0 is not the
-        identity, and ``stable`` is the un-aged display with its leak. Under the baseline ``native`` the fresh display
-        contains the effects of the first session: ``relative`` applies the changes since then to sRGB, so that hour 0
-        is the identity; ``absolute`` is the native display itself.
+        Effects that exist from the first hour, such as a light leak, show at hour 0 too. With such effects hour 0 is
+        not the identity, and ``stable`` is the un-aged display with this leak. Under the baseline ``native`` the fresh
+        display contains the effects of the first session: ``relative`` applies the changes since then to sRGB, so that
+        hour 0 is the identity; ``absolute`` is the native display itself.
 
         Raises
         ------
@@ -190,8 +190,8 @@ class DisplayModel:
         """
         if self._acting or self._shown_native:
             raise LutgenError(
-                "a display with effects, or curves of its own, is more than four matrices: ask its chain, "
-                "at(mode, hours)."
+                "four matrices do not describe a display with effects or with its own curves. Use at(mode, hours), "
+                "which returns its whole chain."
             )
         (emission,) = (link for link in self.at(mode, hours).tail if isinstance(link, Matrices))
         return emission
@@ -212,7 +212,7 @@ class DisplayModel:
 
     @property
     def _acting(self) -> tuple[Applied, ...]:
-        """The effects on the light, without an effect that only selects ``continuous``."""
+        """Known calibrations and the effects that a LUT shows, except an effect that only selects ``continuous``."""
         chosen = (each for each in self.baked if each.effect.stage != SELECTION_STAGE or is_soft(each))
         return (*self.known, *chosen)
 

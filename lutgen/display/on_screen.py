@@ -111,7 +111,7 @@ class MeasuredUniformity:
             spline = RBFInterpolator(self.places, np.log(self.ratio), kernel="thin_plate_spline")
         except np.linalg.LinAlgError:
             raise LutgenError(
-                f"{self.file}: all places lie on one line, and say nothing of the rest of the screen. Measure near all "
+                f"{self.file}: all places lie on one line, so the rest of the screen is not measured. Measure near all "
                 f"four corners."
             ) from None
         axes = np.linspace(self.places.min(axis=0), self.places.max(axis=0), SIDE).T
@@ -178,7 +178,7 @@ class OnScreen:
             if not names:
                 raise LutgenError(
                     "nothing in this model depends on the place on the screen. Give a uniformity table (--uniformity), "
-                    "or a --model with an effect that knows places, such as edge-falloff."
+                    "or a --model with an effect that depends on it, such as edge-falloff."
                 )
             return model
         if names:

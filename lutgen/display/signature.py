@@ -32,7 +32,8 @@ CODES = np.vstack([
     *((0.9, 0.7, 0.8), (0.8, 0.55, 0.7), (0.6, 0.3, 0.5), (0.4, 0.35, 0.6), (0.95, 0.9, 0.93)),
 ])  # fmt: skip
 
-#: Smallest visible ΔE2000 of an effect; and the share of an effect below which the tips count as absorbing the effect.
+#: Smallest ΔE2000 that counts as a change; and the remaining share of an effect below which the tips, measured again,
+#: count as containing the whole effect.
 LEAST, ABSORBED = 0.005, 0.02
 
 

@@ -63,8 +63,8 @@ class Tips:
         first = int(np.argmin(white[: last + 1]))
         return (
             f"{self.source}: white rose from {white[first]:.4g} cd/m² at {self.hours[first]:g} h to {white[last]:.4g} "
-            f"at {self.hours[last]:g} h, which is no age: a setting or an instrument changed. `lutgen sessions "
-            f"explain` names what did; leave the sessions of other settings out."
+            f"at {self.hours[last]:g} h, which is not aging: a setting or an instrument changed. `lutgen "
+            f"sessions explain` names the change; leave the sessions of other settings out."
         )
 
     def check_span(self, hours: float) -> None:

@@ -45,13 +45,13 @@ class Applied(Protocol):
 #: factor is computed.
 LEAST_RISE, LEAST_LIGHT = 0.05, 1e-9
 
-#: An effect of this stage switches the selection to ``continuous``. If a parameter differs from 0, the effect also
-#: replaces the smallest channel by its own grey of a colour.
+#: An effect of this stage switches the selection to ``continuous``. The grey of a colour is then its smallest channel;
+#: the effect computes another grey if one of its parameters differs from 0.
 SELECTION_STAGE = "selection"
 
 
 def is_soft(each: Applied) -> bool:
-    """Whether an effect replaces the grey of the paper's ``continuous`` (the smallest channel) by its own grey."""
+    """Whether an effect of the selection computes another grey of a colour than its smallest channel."""
     return each.effect.stage == SELECTION_STAGE and any(each.values.values())
 
 
@@ -89,6 +89,7 @@ class Panel:
     def emit_by(self, tips: Array, places: Sequence[NDArray[np.intp] | slice]) -> Array:
         """Return XYZ (..., n, 3) for tips (..., k, 4, 3); ``places``: the rows of the colours of each set of tips."""
         xyz = np.empty((*tips.shape[:-3], len(self.shares), 3))
+        # Without black and offset nothing reads white: save an array, and let the light overwrite white.
         white = xyz if self.black is None and self.offset is None else np.empty_like(xyz)
         for index, place in enumerate(places):
             of_group = tips[..., index, :, :]
