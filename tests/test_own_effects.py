@@ -110,7 +110,7 @@ BAD = [
     (GOOD.replace("glue_glow", "black_level"), "'black-level' is a built-in effect. Rename the function"),
     (
         GOOD.replace('stage="optics"', 'stage="glue"'),
-        "line 13: effect 'glue-glow': stage 'glue' is none. Pick one of",
+        "line 13: effect 'glue-glow': unknown stage 'glue'. Pick one of",
     ),
     (GOOD.replace('stage="optics", ', ""), "TypeError: .*'stage'"),
     (GOOD.replace("0.1, (", "2.0, ("), "parameter 'k': the typical value 2 lies outside its bounds -1..1"),
@@ -123,7 +123,7 @@ BAD = [
     (GOOD.replace("k=K", 'k=K, needs="window"'), r"needs is the text 'window'. Write \('window',\)"),
     (GOOD.replace("k=K", 'k=K, forms=("k",)'), r"forms is the text 'k'. Write \('k',\)"),
     (GOOD.replace("k=K", 'k=K, forms=(("q",),)'), "forms names 'q'. Pick from: k"),
-    (GOOD.replace("k=K", 'k=K, baseline="old"'), "baseline 'old' is none. Pick one of: colour-points, first-hour"),
+    (GOOD.replace("k=K", 'k=K, baseline="old"'), "unknown baseline 'old'. Pick one of: colour-points, first-hour"),
     (
         GOOD.replace("k=K", 'k=K, says="glows by {size} of {q}"'),
         r"says cannot be filled in \('q'\). It may insert {size}",

@@ -50,7 +50,7 @@ def check_file(path: str | Path, *, limit_s: float = LIMIT_S) -> tuple[Report, .
 
 
 def _names(answers: list[dict[str, Any]], ended: str, path: str | Path) -> list[str]:
-    """Return the names of the loaded effects. Raises LutgenError: the child refused the file, or ended before."""
+    """Return the names of the loaded effects. Raises LutgenError: the file was refused, or ended the child."""
     for line in answers:
         if "refused" in line:
             raise LutgenError(line["refused"])

@@ -33,7 +33,7 @@ def in_words(effect: Effect, values: Mapping[str, float], hours: Sequence[float]
     new = new if abs(new) >= 0.01 * abs(grown) else 0.0  # a size of no importance is not printed
     less = effect.says_less and new + grown < 0 and new <= 0
     new, grown = (-new, -grown) if less else (new, grown)
-    channels = listed(each for each in CHANNELS if any(_of(name) == each for name in changed))
+    channels = listed(each for each in CHANNELS if any(_channel_of(name) == each for name in changed))
     dates = {name: each.value for name, each in effect.parameters.items() if each.grid == "gaps"}
     when = next((_when(values[name], hours) for name in dates), "")
     words = {"size": f"{100 * (new or grown):.2g} %", "channels": channels, "when": when}
@@ -43,7 +43,7 @@ def in_words(effect: Effect, values: Mapping[str, float], hours: Sequence[float]
     return f"{clause}, since a time {when}" if is_later else clause
 
 
-def _of(name: str) -> str:
+def _channel_of(name: str) -> str:
     """Return the channel of a parameter, such as red of ``red_grown``; "" if there is none."""
     channel = name.partition("_")[0]
     return channel if channel in CHANNELS else ""

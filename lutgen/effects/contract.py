@@ -141,7 +141,7 @@ def _pointwise(effect: Effect) -> str:
             alone = _apply(effect, probe.some(reading, slice(row, row + 1), effect.stage), values)
             if not np.allclose(alone, together[row : row + 1], rtol=0, atol=tolerance, equal_nan=True):
                 raise Broken(
-                    f"Gives {_which(reading, (row,))} another result alone than among {probe.READINGS} readings. "
+                    f"Gives {_which(reading, row)} another result alone than among {probe.READINGS} readings. "
                     f"Compute each reading from itself: no mean, maximum or order over axis 0."
                 )
         if effect.stage in _STACKED:
@@ -252,20 +252,20 @@ def _hint(effect: Effect, message: str) -> str:
     return ""
 
 
-def _worst(change: Array) -> tuple[int, ...]:
+def _worst(change: Array) -> int:
     """Return the index of the reading with the largest change."""
-    return (int(np.argmax(change.reshape(len(change), -1).max(axis=1))),)
+    return int(np.argmax(change.reshape(len(change), -1).max(axis=1)))
 
 
-def _which(reading: ProbeReading, row: tuple[int, ...]) -> str:
+def _which(reading: ProbeReading, row: int) -> str:
     code = ", ".join(f"{value:.3g}" for value in reading.scene.code[row])
     hours = np.broadcast_to(reading.scene.hours, (probe.READINGS, 1))[row][0]
     return f"the reading of code ({code}) at hour {hours:g}"
 
 
 def _with(values: Mapping[str, float], names: list[str] | None = None) -> str:
-    listed = [f"{name} = {value:g}" for name, value in values.items() if names is None or name in names]
-    return f" with {', '.join(listed)}" if listed else ""
+    given = [f"{name} = {value:g}" for name, value in values.items() if names is None or name in names]
+    return f" with {', '.join(given)}" if given else ""
 
 
 @dataclass(frozen=True)

@@ -42,7 +42,7 @@ STAGES = {
     "optics": "XYZ (..., 3), cd/m²",
     "viewing": "XYZ (..., 3), cd/m²",
     "instrument": "XYZ as the meter reports it (..., 3), cd/m²",
-    "selection": "linear light per channel (..., 3), of which it returns the grey that a colour holds, in all three",
+    "selection": "linear light per channel (..., 3); the effect returns the grey in each colour, in all three channels",
 }
 
 #: Prefix of the modules of built-in effects.
@@ -331,9 +331,9 @@ def check_declaration(declared: Effect) -> None:
     """Check the consistency of a declaration. Raises LutgenError; the message says what to change."""
     who = f"effect {declared.name!r}"
     if declared.stage not in STAGES:
-        _refuse(f"{who}: stage {declared.stage!r} is none. Pick one of: {', '.join(STAGES)}.")
+        _refuse(f"{who}: unknown stage {declared.stage!r}. Pick one of: {', '.join(STAGES)}.")
     if declared.baseline not in {"colour-points", "first-hour"}:
-        _refuse(f"{who}: baseline {declared.baseline!r} is none. Pick one of: colour-points, first-hour.")
+        _refuse(f"{who}: unknown baseline {declared.baseline!r}. Pick one of: colour-points, first-hour.")
     _check_signature(declared, who)
     for name, parameter in declared.parameters.items():
         _check_parameter(f"{who}: parameter {name!r}", parameter, declared.neutral.get(name))

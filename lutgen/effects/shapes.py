@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.effects.scene import Scene
 
+#: Parameters of the growth. ``onset`` is ``GROWING`` (typically 0: no effect at hour 0) or ``LASTING`` (typically 1: a
+#: constant effect).
 POWER = Parameter(1.0, (0.3, 6.0), "1", "power of time in the growth")
 SATURATION = Parameter(0.0, (0.0, 20.0), "1", "saturation of the growth by 18 000 h, in nepers; 0: a power of time")
 GROWING = Parameter(0.0, (0.0, 1.5), "1", "share of the size at 18 000 h that is there at hour 0", beside_first=0.0)

@@ -31,7 +31,7 @@ USUAL_LX = 100.0
     forms=(("reflectance",), ("reflectance", "tint_x", "tint_z"), ("reflectance", "exponent", "tint_x", "tint_z")),
     needs=("ambient_lx",),
     confused_with={
-        "black-level": "a shrouded black: stray light goes, a leak stays; or several levels of ambient light",
+        "black-level": "black under a shroud: room light disappears, a leak stays; or several levels of ambient light",
         "meter-offset": "read with the lens capped, or several levels of ambient light",
         "veiling-glare": "black at two levels of ambient light",
     },

@@ -38,7 +38,7 @@ from lutgen.effects.shapes import POWER, SATURATION, growth
     ),
     refined=3,
     confused_with={
-        "ambient-reflection": "a shrouded black: stray light goes, a leak stays",
+        "ambient-reflection": "black under a shroud: room light disappears, a leak stays",
         "veiling-glare": "black on black beside black on white",
         "meter-offset": "read with the lens capped, and on a second date: a leak follows the backlight",
     },

@@ -1,9 +1,9 @@
 """The model's own jump: the paper's ``nearest`` matrix changes at once where white becomes the nearest colour point.
 
-This effect is not physics of the display. At the borders between colour points the model jumps by a third of the
-difference between white and the sum of its primaries. The remedy: each colour receives a share of this difference
-that equals the grey in the colour. The grey is the smallest channel, which is the paper's ``continuous`` selection.
-With ``softness`` s the grey is the power mean (⅓ Σ l^(−1/s))^(−s) of the channels.
+This effect is not physics of the display. At the border of white the model jumps by a third of the difference between
+white and the sum of its primaries, times the largest channel. The remedy: each colour receives a share of this
+difference that equals the grey in the colour. The grey is the smallest channel, which is the paper's ``continuous``
+selection. With ``softness`` s the grey is the power mean (⅓ Σ l^(−1/s))^(−s) of the channels.
 
 Meaning of 0 and 1: s = 0 is the smallest channel. s = 1 is the harmonic mean of the three channels. The effect has no
 amplitude: it is present or absent.

@@ -5,8 +5,8 @@ x̄(λ − s), ȳ(λ − s) and z̄(λ − s) give for the spectra of the displa
 number, Δ.
 
 Light is additive, so white, primaries and mixtures pass through the same matrix. Where white and primaries are measured
-again in every session, the readings cannot show the mismatch. The mismatch of the first session belongs to the
-display's white and primaries. Only the change of the mismatch is visible, and only where the first session predicts the
+again in every session, the readings cannot show the mismatch. White and primaries of the first session contain the
+mismatch of that session. Only the change of the mismatch is visible, and only where the first session predicts the
 later sessions. A free matrix could describe almost every change of white and primaries by aging. A shift of the filters
 has a pattern of its own: red and blue lie on opposite flanks of ȳ, so one gains luminance and the other loses
 luminance; green hardly changes.
