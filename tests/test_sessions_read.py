@@ -238,7 +238,10 @@ def test_a_uniformity_table_has_places_on_the_screen(tmp_path: Path) -> None:
         for c in range(3)
         for n, b in enumerate((200, 110, 45, 10))
     ]
-    session = read(tmp_path, "position,row,col,level_index,X,Y,Z\n" + "\n".join(rows) + "\n", "u.csv")
+    text = "position,row,col,level_index,X,Y,Z\n" + "\n".join(rows) + "\n"
+    session = read(tmp_path, text, "u.csv")
+    assert session.lines[0] == 2
+    assert read(tmp_path, f"\n\n{text}", "u.csv").lines[0] == 4
     assert session.positions is not None
     assert session.positions[4 * 5].tolist() == pytest.approx([5 / 6, 1 / 2])
     assert session.drive[:4, 0].tolist() == [1.0, 0.75, 0.5, 0.25]

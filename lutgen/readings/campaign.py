@@ -63,9 +63,7 @@ class Campaign:
     def hours(self) -> Array:
         """Return the operating hours of each entry since the earliest entry, (n,).
 
-        The source is ``hours``, or ``date`` and the hours per day.
-
-        A campaign of one session needs neither.
+        The source is ``hours``, or ``date`` and the hours per day. A campaign of one session needs neither.
 
         Raises LutgenError: an entry has neither hours nor date, or some entries have hours and others only dates.
         """
@@ -88,7 +86,7 @@ class Campaign:
         return np.asarray((days - days.min()) * self.hours_per_day)
 
     def check_several(self, purpose: str) -> None:
-        """Raises LutgenError: the campaign has one session, but ``purpose`` ("a trend") needs several."""
+        """Raise LutgenError if the campaign has one session; ``purpose`` ("a trend") names what needs several."""
         if len(self.entries) < 2:
             raise LutgenError(
                 f"{self.file}: one session; {purpose} needs two or more. Name further files, or add [[sessions]] to a "

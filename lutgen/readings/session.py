@@ -70,7 +70,7 @@ class Session:
     remedy: str = ""
     #: Remarks of the reader on its assumptions and on values that it did not accept.
     remarks: tuple[str, ...] = ()
-    #: The one of ``remarks`` that says why the date in the file was not accepted; "": accepted, or no date.
+    #: The remark, among ``remarks``, that says why the date in the file was not accepted; "": accepted, or no date.
     date_remark: str = ""
     #: Keywords of the file and their values.
     metadata: Mapping[str, str] = field(default_factory=dict)
@@ -90,10 +90,9 @@ class Session:
         highest = HIGHEST_CD_M2 if self.absolute else HIGHEST_RELATIVE
         unit = "cd/m²" if self.absolute else "times white"
         self._refuse(~np.isfinite(np.hstack([self.drive, self.xyz])), "a value is not a finite number")
-        self._refuse((self.drive < 0) | (self.drive > 1), "drive is outside 0..1 of its range")
-        self._refuse(
-            (self.xyz < LOWEST) | (self.xyz > highest), f"XYZ is outside {LOWEST:g} to {highest:g} {unit}, no light"
-        )
+        self._refuse((self.drive < 0) | (self.drive > 1), "drive is outside 0..1 of full drive")
+        span = f"{LOWEST:g} to {highest:g} {unit}"
+        self._refuse((self.xyz < LOWEST) | (self.xyz > highest), f"XYZ is outside {span}: no display gives this light")
         if self.calibration is not None:
             check_calibration(self.calibration, self.file)
 

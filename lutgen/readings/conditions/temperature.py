@@ -76,7 +76,7 @@ CONDITION = Condition(
         r".*\b(temperature|heat)": Sketch(
             "optics",
             ("temperature_c",),
-            "share of the light a kelvin",
+            "share of the light per kelvin",
             "xyz * (1.0 + {size} * (scene.temperature_c - 25.0))",
             "0.005, (-0.05, 0.05)",
         )

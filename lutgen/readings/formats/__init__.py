@@ -99,7 +99,7 @@ def read_session(path: str | Path) -> Session:
         raise LutgenError(f"{path}: is a folder. Name the files in it, such as {path}/*.ti3.")
     entries = read_readings(path).campaign().entries
     if len(entries) > 1:
-        raise LutgenError(f"{path}: holds {len(entries)} sessions, and one is needed here. Make a file of it.")
+        raise LutgenError(f"{path}: holds {len(entries)} sessions, and one is needed here. Make a file of that one.")
     return entries[0].session
 
 

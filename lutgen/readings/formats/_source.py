@@ -123,7 +123,7 @@ def decoded(data: bytes, file: str) -> str:
     except UnicodeDecodeError:
         text = data.decode("latin-1")
     if "\0" in text:
-        raise LutgenError(f"{file}: holds NUL bytes: a binary file? Readable are text: .ti3, CGATS or CSV.")
+        raise LutgenError(f"{file}: holds NUL bytes: a binary file? lutgen reads text: .ti3, CGATS or CSV.")
     if not text.strip():
         raise LutgenError(f"{file}: the file is empty. It needs a header line and one row a reading.")
     return text

@@ -64,7 +64,7 @@ def read(source: FileText) -> Session:
     if not claims(source):
         raise LutgenError(
             f"{source.file}: is no CGATS: no table in it begins with BEGIN_DATA: {source.text.lstrip()[:24]!r}. "
-            f"Readable are .ti3, CGATS or CSV."
+            f"lutgen reads .ti3, CGATS or CSV."
         )
     file_tables = tables(source)
     readings = _readings(source, file_tables)
@@ -229,13 +229,13 @@ def _scaled(source: FileText, table: CgatsTable, xyz: Array, drive: Array, *, ar
     return _undeclared(source, xyz, white, argyll=argyll)
 
 
-_RELATIVE = "XYZ are relative to white; how many cd/m² white has, the file does not say: good for ratios alone."
+_RELATIVE = "XYZ are relative to white, and the file does not give white's luminance in cd/m²: only ratios are known."
 
 #: Remedy for a relative file, without a change to the file; and the remedy for a file that does not state the unit.
 _REMEDY = "Say white_cd_m2 = 120.0, white's luminance, in a campaign file (lutgen sessions init drafts one)."
 _IF_ABSOLUTE = (
     'White has Y = {0:.6g}: if that is in cd/m², add the line NORMALIZED_TO_Y_100 "NO", or say white_cd_m2 = {0:.6g} '
-    "in a campaign file (lutgen sessions init drafts one); else say there what white had."
+    "in a campaign file (lutgen sessions init drafts one); otherwise say there which luminance white had."
 )
 
 

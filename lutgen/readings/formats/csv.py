@@ -224,7 +224,7 @@ class CsvTable:
                 f"{self.source.file}: white has Y = {white:g}: no light. Correct the row of R = G = B = full drive."
             )
         if relative:
-            remark = f"White has Y = {white:g}: taken as relative, not as cd/m². Good for ratios alone."
+            remark = f"White has Y = {white:g}: taken as relative, not as cd/m²: only ratios are known."
             return white, "" if stated else remark
         return None, "" if absolute else self._unit_remark(white if places.size else None)
 

@@ -30,15 +30,13 @@ def claims(source: FileText) -> bool:
 
 def read(source: FileText) -> Session:
     """Read a uniformity table. Raises LutgenError; the message names file, line and column."""
-    first, *rest = source.text.lstrip().splitlines()
-    names = source.row(first, 1)
+    (top, header), *rest = [(at, line) for at, line in enumerate(source.text.splitlines(), start=1) if line.strip()]
+    names = source.row(header, top)
     missing = [name for name in _COLUMNS if name not in names]
     if missing:
-        raise LutgenError(f"{source.at(1)}: the header lacks {', '.join(missing)}. Required: {', '.join(_COLUMNS)}.")
+        raise LutgenError(f"{source.at(top)}: the header lacks {', '.join(missing)}. Required: {', '.join(_COLUMNS)}.")
     values, lines = [], []
-    for at, line in enumerate(rest, start=2):
-        if not line.strip():
-            continue
+    for at, line in rest:
         row = source.row(line, at)
         if len(row) != len(names):
             raise LutgenError(f"{source.at(at)}: {len(row)} fields for {len(names)} columns: is the file cut off?")
