@@ -29,9 +29,11 @@ COLOURS = (*CHANNELS, "white", "black")
 ROOM = np.array([1.0, 1.0, 0.7])
 
 #: Parameter → (count of numbers, width of the prior). Widths are natural logarithms, except for ``added`` (Y of room
-#: light, cd/m²), ``tint`` (deviation of X and Z of room light from ``ROOM``, cd/m²) and ``matrix`` (shares). Meters
-#: agree within some percent; corrections move a primary by tens of percent. ``yellowed`` changes short-wavelength light
-#: of all channels; ``faded`` changes X and Z of blue relative to its Y; ``gamut`` mixes channels.
+#: light, cd/m²), ``tint`` (deviation of X and Z of room light from ``ROOM``, cd/m²), ``matrix`` and ``gamut`` (shares).
+#: ``scale``, ``gauge`` and ``step`` are factors of all light: by a setting, by the disagreement of two meters, and by
+#: another correction of a meter. Meters agree within some percent; corrections move a primary by tens of percent.
+#: ``gains`` and ``aged`` are factors of the channels; ``aged`` also dims the leak. ``yellowed`` changes light of short
+#: wavelengths of all channels; ``faded`` changes X and Z of blue relative to its Y; ``gamut`` mixes channels.
 PARAMETERS: dict[str, tuple[int, float]] = {
     "scale": (1, 0.7),
     "gauge": (1, 0.03),
@@ -181,10 +183,10 @@ def covariance(before: ColourPoints, after: Array, *, noise: float, loose: float
     if not before.has_black:
         variance[4] = 1e9
     matrix = np.diag(variance.ravel())
-    wild = UNCERTAIN * _by_content(before, after)
-    common = (np.hypot(ALIKE, wild) * after).ravel()
+    uncertain = UNCERTAIN * _by_content(before, after)
+    common = (np.hypot(ALIKE, uncertain) * after).ravel()
     matrix += np.outer(common, common)
-    total, own = after[:3].sum(axis=0), np.hypot(CHANNEL, wild)
+    total, own = after[:3].sum(axis=0), np.hypot(CHANNEL, uncertain)
     for channel in range(3):
         alone = np.zeros((5, 3))
         alone[channel] = own * after[channel]

@@ -70,10 +70,10 @@ def check_one_display(sessions: Sequence[Session]) -> None:
 def draft(sessions: Sequence[Session], beside: Path, answers: Answers | None = None) -> str:
     """Return a campaign file for the folder ``beside``, sessions by date. Raises LutgenError: a file is given twice."""
     answers = answers or Answers()
-    twice = {each.sha256: each for each in sessions}
-    if len(twice) < len(sessions):
-        same = next(each for each in sessions if twice[each.sha256] is not each)
-        raise LutgenError(f"{same.file} and {twice[same.sha256].file} hold the same bytes. Name one of them.")
+    by_hash = {each.sha256: each for each in sessions}
+    if len(by_hash) < len(sessions):
+        same = next(each for each in sessions if by_hash[each.sha256] is not each)
+        raise LutgenError(f"{same.file} and {by_hash[same.sha256].file} hold the same bytes. Name one of them.")
     ordered = sorted(sessions, key=lambda each: (each.created.isoformat() if each.created else "undated", each.file))
     names = _names(ordered)
     lines = [
@@ -119,11 +119,11 @@ def _answered(key: str, answers: Answers, example: str, why: str) -> str:
 def _summary(session: Session) -> str:
     """Return a comment on the file: readings, white, calibration."""
     parts = [f"{len(session.drive)} readings"]
-    white, loop = mean_xyz(session, "white"), calibration(session)
+    white, loaded = mean_xyz(session, "white"), calibration(session)
     if white is not None:
         parts.append(f"white {white[1]:.1f} cd/m²" if session.absolute else "relative to white")
-    if loop is not None:
-        ends = ", ".join(f"{name} {end:.3f}" for name, end in zip(CHANNELS, loop.ends, strict=True))
+    if loaded is not None:
+        ends = ", ".join(f"{name} {end:.3f}" for name, end in zip(CHANNELS, loaded.ends, strict=True))
         parts.append(f"calibration ends at {ends}")
     return "; ".join(parts)
 

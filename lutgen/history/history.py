@@ -71,7 +71,8 @@ class History:
 def history(campaign: Campaign, ambient_cd_m2: float = 0.0, used: Collection[int] | None = None) -> History:
     """Collect the figures of all sessions. Raises LutgenError: no hours and no dates, or a relative session.
 
-    Colours shift since the first session of ``used``, indices in the campaign (default: all), that read them.
+    ``used``: indices in the campaign (default: all). Shifts of colours are relative to the first of these sessions that
+    read the colours.
     """
     time, unit = times(campaign)
     order = np.argsort(time, kind="stable")

@@ -110,7 +110,7 @@ class Inspection:
                 "order": steady.order.tolist(),
                 "ratio": steady.ratio.tolist(),
             },
-            "calibration": _loop(self),
+            "calibration": _calibration(self),
             "uniformity": dict(zip(("lowest", "highest"), self.uniformity, strict=True)) if self.uniformity else None,
             "remarks": list(self.remarks),
             "missing": list(self.missing),
@@ -134,18 +134,18 @@ def _curve(curve: transfer.Transfer) -> dict[str, Any]:
     }
 
 
-def _loop(inspection: Inspection) -> dict[str, Any] | None:
-    loop = inspection.calibration
-    if loop is None:
+def _calibration(inspection: Inspection) -> dict[str, Any] | None:
+    loaded = inspection.calibration
+    if loaded is None:
         return None
     return {
-        "ends": dict(zip("rgb", loop.ends.tolist(), strict=True)),
-        "starts": dict(zip("rgb", loop.starts.tolist(), strict=True)),
-        "at_stop": list(loop.at_stop),
-        "luminance_cost": loop.cost,
-        "monotonic": loop.monotonic,
-        "bend": loop.bend,
-        "target": loop.target,
+        "ends": dict(zip("rgb", loaded.ends.tolist(), strict=True)),
+        "starts": dict(zip("rgb", loaded.starts.tolist(), strict=True)),
+        "at_stop": list(loaded.at_stop),
+        "luminance_cost": loaded.cost,
+        "monotonic": loaded.monotonic,
+        "bend": loaded.bend,
+        "target": loaded.target,
         "native_gamma": {name[0]: transfer.native_gamma(inspection.session, name) for name in CHANNELS},
     }
 

@@ -78,24 +78,24 @@ def on_additivity(additivity: float | None, black: Array | None) -> Iterator[str
         )
 
 
-def on_calibration(loop: Calibration | None) -> Iterator[str]:
+def on_calibration(calibration: Calibration | None) -> Iterator[str]:
     """Report limits, cost and faults of the loaded calibration."""
-    if loop is None:
+    if calibration is None:
         return
-    ends = ", ".join(f"{name} {end:.3f}" for name, end in zip(CHANNELS, loop.ends, strict=True))
-    if loop.at_stop and len(loop.at_stop) < 3:
+    ends = ", ".join(f"{name} {end:.3f}" for name, end in zip(CHANNELS, calibration.ends, strict=True))
+    if calibration.at_stop and len(calibration.at_stop) < 3:
         yield (
-            f"Calibration: {' and '.join(loop.at_stop)} at the limit ({ends}): the calibration sets white by lowering "
-            "the other channels, and cannot raise its luminance."
+            f"Calibration: {' and '.join(calibration.at_stop)} at the limit ({ends}): the calibration sets white by "
+            "lowering the other channels, and cannot raise its luminance."
         )
-    elif not loop.at_stop:
+    elif not calibration.at_stop:
         yield f"Calibration ends at {ends}: no channel is at its limit."
-    if loop.cost is not None and loop.cost >= COST:
-        yield f"The calibration costs {in_percent(loop.cost)} of white's luminance."
-    if not loop.monotonic:
+    if calibration.cost is not None and calibration.cost >= COST:
+        yield f"The calibration costs {in_percent(calibration.cost)} of white's luminance."
+    if not calibration.monotonic:
         yield "A calibration curve falls in a part of its range: brightness steps invert there."
-    if loop.starts.max() > 1e-3:
-        yield f"The calibration raises black (to {loop.starts.max():.3f} of drive)."
+    if calibration.starts.max() > 1e-3:
+        yield f"The calibration raises black (to {calibration.starts.max():.3f} of drive)."
 
 
 def on_clipping(curves: dict[str, Transfer]) -> Iterator[str]:
@@ -113,18 +113,19 @@ def on_clipping(curves: dict[str, Transfer]) -> Iterator[str]:
         yield f"Crushed: no light for {', '.join(dark)}: a signal of limited range, or brightness set too low."
 
 
-def on_white(session: Session, white: Array | None, loop: Calibration | None) -> Iterator[str]:
+def on_white(session: Session, white: Array | None, calibration: Calibration | None) -> Iterator[str]:
     """Report white's colour and luminance that miss the calibration's target."""
     if white is None:
         return
-    aimed = loop is not None and "x" in loop.target
-    target = np.array([loop.target["x"], loop.target["y"]]) if loop is not None and aimed else SRGB_XY[0]
+    stated = {} if calibration is None else calibration.target
+    aimed = "x" in stated
+    target = np.array([stated["x"], stated["y"]]) if aimed else SRGB_XY[0]
     name = f"the calibration's target ({target[0]:.4f}, {target[1]:.4f})" if aimed else "D65"
     xy = xyz_to_xyY(white)[:2]
     shift = float(np.hypot(*(xy_to_uv(xy) - xy_to_uv(target))))
     if shift >= (COLOUR / 2 if aimed else COLOUR):
         yield f"White ({xy[0]:.4f}, {xy[1]:.4f}) is Δu'v' {shift:.4f} off {name}."
-    luminance = loop.target.get("Y") if loop is not None else None
+    luminance = stated.get("Y")
     if luminance and session.absolute and abs(white[1] / luminance - 1.0) >= 0.05:
         yield f"White has {white[1]:.0f} cd/m², the calibration asked for {luminance:.0f}."
 
@@ -202,7 +203,7 @@ def missing_patches(session: Session) -> Iterator[str]:
     if short:
         yield f"No ramp of {', '.join(short)}: no γ of these channels alone."
     if session.kinds.count("mixture") < FEWEST_MIXTURES:
-        yield "Hardly any mixtures: no crosstalk, no loading, and no check of the model where it is used."
+        yield "Hardly any mixtures: no crosstalk, no loading, and no check of the model on the colours of pictures."
 
 
 def missing_records(session: Session) -> Iterator[str]:
@@ -218,4 +219,4 @@ def missing_records(session: Session) -> Iterator[str]:
     if session.created is None:
         yield "No date: give it in the campaign file."
     if not session.instrument:
-        yield "No instrument named: a change of meter could pass for aging."
+        yield "No instrument named: a change of the meter could look like aging."

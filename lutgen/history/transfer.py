@@ -45,7 +45,7 @@ class Transfer:
     linear: Array
     #: Slope of log ``linear`` against log ``drive`` through full drive, from 10 to 90 %; None: fewer than three levels.
     gamma: float | None
-    #: Root mean square of the relative difference between ``linear`` and the power law of ``gamma``, or None too.
+    #: Root mean square of the relative difference between ``linear`` and the power law of ``gamma``; None: no γ.
     residual: float | None
     #: L* of the curve minus L* of sRGB at each drive, (n,): above 0 the display is lighter (CIE 15:2018, 8.2.1).
     lightness: Array
@@ -242,7 +242,7 @@ def _as_read(session: Session, kind: str) -> tuple[Array, Array]:
 
 
 def native_ramp(session: Session, channel: str) -> tuple[Array, Array]:
-    """Return the same of a channel, with its drive after the calibration, if known."""
+    """Return drive after the calibration, if known, (n,), and luminance minus black, (n,), of a channel's ramp."""
     drive, light = _as_read(session, channel)
     if session.calibration is not None:
         drive = np.interp(drive, session.calibration[:, 0], session.calibration[:, 1 + CHANNELS[channel]])
@@ -305,7 +305,7 @@ FEWEST = 4
 
 
 def bend(before: Session, after: Session, *, native: bool) -> float | None:
-    """Largest change of a normalised curve, in L*; above 0: later is lighter. None: no ramp in both sessions."""
+    """Return the largest change of a normalised curve, in L*; above 0: the later session is lighter. None: no ramp."""
     if native:
         curves = [[native_ramp(each, name) for name in CHANNELS] for each in (before, after)]
     else:

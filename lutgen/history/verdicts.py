@@ -37,7 +37,7 @@ MISFIT = 45.0
 #: Smallest change of white over the sum of the primaries that is reported.
 SUM_REPORTED = 0.02
 
-_NOT_READ = "white or a primary at full drive was not read in both, or not in cd/m²"
+_NOT_READ = "white or a primary at full drive was not read in both sessions, or not in cd/m²"
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ def _sound(values: Values, _pair: SessionPair) -> bool:
 def _untold(pair: SessionPair) -> str:
     if abs(pair.room_light_change or 0.0) >= _LUX or not pair.seen or pair.seen[0].has_black:
         return ""
-    return "black was not read in both sessions, so that a change of the room's light cannot be told"
+    return "black was not read in both sessions, so the readings cannot show a change of the room's light"
 
 
 CAUSE = Cause(
