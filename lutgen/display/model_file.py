@@ -137,10 +137,7 @@ def model_text(model: DisplayModel, folder: Path, own_file: str = "") -> bytes:
     for each in model.effects:
         parts += _effect_lines(each, folder)
     if model.latent is not None:
-        tips = {
-            "hours": [float(hour) for hour in model.latent.hours],
-            "xyz_cd_m2": [[[float(v) for v in tip] for tip in tips] for tips in model.latent.xyz_cd_m2],
-        }
+        tips = {"hours": model.latent.hours.tolist(), "xyz_cd_m2": model.latent.xyz_cd_m2.tolist()}
         notes = {"hours": "of the display before its effects", "xyz_cd_m2": "X, Y, Z of white, red, green, blue; cd/m²"}
         parts.append(table_lines("[tips]", tips, notes))
     if model.covariance is not None:
@@ -324,7 +321,8 @@ def _effect(each: _TomlTable, folder: Path, effects: Mapping[str, Effect]) -> Ap
         if stderr is not None and stderr < 0:
             raise LutgenError(f"{parameter.where}: stderr is {stderr:g}; a standard error is never negative.")
         estimates[key] = Estimate(parameter.number("value"), stderr, parameter.flag("at_bound"))
-        free += [key] * parameter.flag("free")
+        if parameter.flag("free"):
+            free.append(key)
     return AppliedEffect(effect, estimates, tuple(free))
 
 

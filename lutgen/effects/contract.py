@@ -101,7 +101,7 @@ def _finite(effect: Effect) -> str:
             result = _apply(effect, reading, values)
             if not np.isfinite(result).all():
                 worst = _worst(~np.isfinite(result))
-                kinds = ["NaN"] * bool(np.isnan(result).any()) + ["infinity"] * bool(np.isinf(result).any())
+                kinds = [name for name, found in (("NaN", np.isnan), ("infinity", np.isinf)) if found(result).any()]
                 raise Broken(
                     f"Gives {listed(kinds)} for {_which(reading, worst)}{_with(values)}. Narrow the bounds, or "
                     f"guard the formula there (a root or power of a negative number, a division by zero)."

@@ -87,13 +87,14 @@ def _given(formula: Formula, values: Sequence[str]) -> dict[str, _Given]:
         read = _VALUE.fullmatch(value)
         if not read:
             refuse(formula.text, f"`{value.strip()}` is no parameter's value. Write `k=0.01` or `k=0.01[-0.1,0.1]`")
-        name, *numbers = read[1], *(number_of(number, formula.text) for number in read.groups()[1:] if number)
+        name = read[1]
+        start, *bounds = (number_of(number, formula.text) for number in read.groups()[1:] if number)
         if name not in formula.parameters:
             known = ", ".join(formula.parameters) or "none"
             refuse(formula.text, f"`{value.strip()}`: {name!r} is none of its parameters, which are: {known}")
-        if len(numbers) == 3 and not numbers[1] <= numbers[0] <= numbers[2] > numbers[1]:
+        if bounds and not (bounds[0] <= start <= bounds[1] and bounds[0] < bounds[1]):
             refuse(formula.text, f"`{value.strip()}`: write start[low,high], the start between the bounds")
-        given[name] = numbers[0], (numbers[1], numbers[2]) if len(numbers) == 3 else None
+        given[name] = start, (bounds[0], bounds[1]) if bounds else None
     return given
 
 

@@ -187,7 +187,7 @@ def _call(name: str, arguments: list[ast.expr], text: str, depth: int) -> Iterat
     if name not in FUNCTIONS:
         _outside(text, f"{name!r} is no function")
     count = FUNCTIONS[name][1]
-    if len(arguments) != count and not (count == 2 < len(arguments)):
+    if len(arguments) != count and not (count == 2 and len(arguments) > 2):
         _outside(text, f"{name} takes {count} argument{'s' * (count > 1)}, not {len(arguments)}")
     for position, argument in enumerate(arguments):
         yield from _steps(argument, text, depth + 1)

@@ -146,7 +146,7 @@ class SessionPair:
             "blue": blue >= COLOUR_MOVED,
             "colour": max(red, green) >= COLOUR_MOVED,
             "curve": self.bend is not None and abs(self.bend) >= CURVE_MOVED,
-            "sum": abs(after - before) >= SUM_MOVED <= max(abs(after - 1.0), abs(before - 1.0)),
+            "sum": min(abs(after - before), max(abs(after - 1.0), abs(before - 1.0))) >= SUM_MOVED,
             "contrast": abs(ratio) >= np.log(CONTRAST_MOVED),
         }
         return frozenset(fact for fact in FACTS if moved[fact])

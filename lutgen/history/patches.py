@@ -6,13 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lutgen.colorimetry import SRGB_XY, Array, xy_to_uv, xyz_to_uv, xyz_to_xyY
-from lutgen.readings.session import Session
+from lutgen.readings.session import DRIVE_TOLERANCE, Session
 
 #: Channel → its index in drive; ramps have the same names.
 CHANNELS = {"red": 0, "green": 1, "blue": 2}
-
-#: Drives that differ by less belong to one patch: files round at the fifth digit.
-_SAME = 1e-4
 
 
 @dataclass(frozen=True)
@@ -42,7 +39,7 @@ def black_xyz(session: Session) -> Array:
 def tip_rows(session: Session, channel: str) -> NDArray[np.int64]:
     """Return the rows of one channel at full drive, the other channels at 0."""
     rows = session.rows(channel)
-    return np.asarray(rows[session.drive[rows, CHANNELS[channel]] >= 1.0 - _SAME])
+    return np.asarray(rows[session.drive[rows, CHANNELS[channel]] >= 1.0 - DRIVE_TOLERANCE])
 
 
 def tips(session: Session) -> dict[str, Array]:
@@ -59,7 +56,7 @@ def ramp(session: Session, kind: str) -> Ramp:
     drive, xyz = drive[order], session.xyz[rows[order]]
     if not drive.size:
         return Ramp(drive, xyz, ())
-    starts = np.flatnonzero(np.concatenate([[True], np.diff(drive) > _SAME]))
+    starts = np.flatnonzero(np.concatenate([[True], np.diff(drive) > DRIVE_TOLERANCE]))
     levels = tuple(np.split(rows[order], starts[1:]))
     counts = np.array([level.size for level in levels])
     return Ramp(np.add.reduceat(drive, starts) / counts, np.add.reduceat(xyz, starts) / counts[:, np.newaxis], levels)
@@ -68,7 +65,7 @@ def ramp(session: Session, kind: str) -> Ramp:
 def repeats(session: Session) -> list[NDArray[np.int64]]:
     """Return the rows of each patch that was read twice or more at one place; rows and patches in the order read."""
     where = session.positions if session.positions is not None else np.zeros((len(session.drive), 2))
-    keys = np.round(np.hstack([session.drive, where]) / _SAME).astype(np.int64)
+    keys = np.round(np.hstack([session.drive, where]) / DRIVE_TOLERANCE).astype(np.int64)
     _, group, counts = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
     groups = [np.flatnonzero(group.ravel() == each).astype(np.int64) for each in np.flatnonzero(counts > 1)]
     return sorted(groups, key=lambda rows: int(rows[0]))

@@ -21,7 +21,7 @@ import numpy as np
 
 from lutgen.colorimetry import Array, code_to_linear, delta_e_2000, xyz_to_lab, xyz_to_uv
 from lutgen.history.patches import CHANNELS, Ramp, black_xyz, mean_xyz, ramp, tips
-from lutgen.readings.session import Session
+from lutgen.readings.session import DRIVE_TOLERANCE, Session
 
 #: γ is fitted between these code values: below, black and noise are too large a part; above, all curves meet.
 FITTED = (0.1, 0.9)
@@ -70,7 +70,7 @@ class Transfer:
 
 def transfer(ramp: Ramp, black: Array | None) -> Transfer | None:
     """Return the curve of a ramp minus black, if given; None if full drive was not read, or has no light."""
-    if not ramp.drive.size or ramp.drive[-1] < 1.0 - 1e-4:
+    if not ramp.drive.size or ramp.drive[-1] < 1.0 - DRIVE_TOLERANCE:
         return None
     light = ramp.xyz[:, 1] - (0.0 if black is None else black[1])
     if light[-1] <= 0:
@@ -113,7 +113,7 @@ def grey_tracking(ramp: Ramp, white: Array | None) -> GreyTracking | None:
     """Return the colour of a grey ramp relative to ``white``, (3,); None without greys or without white."""
     if white is None or white[1] <= 0:
         return None
-    kept = (ramp.drive >= LOWEST) & (ramp.drive < 1.0 - 1e-4) & (ramp.xyz[:, 1] > 0)
+    kept = (ramp.drive >= LOWEST) & (ramp.drive < 1.0 - DRIVE_TOLERANCE) & (ramp.xyz[:, 1] > 0)
     if not kept.any():
         return None
     xyz = ramp.xyz[kept]
@@ -171,7 +171,9 @@ class ContrastResponse:
 def contrast_response(session: Session, ambient_cd_m2: float = 0.0) -> ContrastResponse | None:
     """Return the contrast response of a session's greys with room light; None: too few, relative, or out of range."""
     greys, black = ramp(session, "grey"), mean_xyz(session, "black")
-    if not session.absolute or black is None or greys.drive.size < FEWEST_GREYS - 1 or greys.drive[-1] < 1.0 - 1e-4:
+    if not session.absolute or black is None or greys.drive.size < FEWEST_GREYS - 1:
+        return None
+    if greys.drive[-1] < 1.0 - DRIVE_TOLERANCE:
         return None
     drive = np.concatenate([[0.0], greys.drive])
     light = np.concatenate([[black[1]], greys.xyz[:, 1]]) + ambient_cd_m2

@@ -215,9 +215,9 @@ def _by_the_laws(limit: Limit, bound: float, curves: Array, ahead: Array, end: f
     """Return when curves, (d, m), pass a limit; a time after ``end``, the last session, is an extrapolation."""
     # A relative limit is a share of the first session's figure in each draw, since its reading is noisy.
     bounds = limit.value * curves[:, :1] if limit.relative else np.full((len(curves), 1), bound)
-    times = first_beyond(curves, bounds, ahead, above=limit.above)
-    middle = np.percentile(times, 50.0, method="nearest")
-    low, high = shortest(times, INTERVAL, float(ahead[-1]))
+    passed = first_beyond(curves, bounds, ahead, above=limit.above)
+    middle = np.percentile(passed, 50.0, method="nearest")
+    low, high = shortest(passed, INTERVAL, float(ahead[-1]))
     if not np.isfinite(middle):
         return Passing(limit, bound, "kept", low=low if np.isfinite(low) else None)
     late = high if np.isfinite(high) else None

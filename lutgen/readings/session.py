@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
 
-#: Tolerance of drive for full drive, zero drive and grey. Files round at the fifth digit.
+#: Tolerance of drive for full drive, zero drive, grey, and readings of one patch. Files round at the fifth digit.
 DRIVE_TOLERANCE = 1e-4
 
 #: Largest number of readings of a session. Profiling charts have up to 10 000 patches.

@@ -138,8 +138,8 @@ class Measurements:
         for row in rows:
             lines.setdefault(self.file_of(row), []).append(int(self.lines[row]))
         numbers = {file: ", ".join(map(str, sorted(each))) for file, each in lines.items()}
-        listed = {file: f"line{'s' if len(lines[file]) > 1 else ''} {text}" for file, text in numbers.items()}
-        return "; ".join(f"{Path(file).name}, {text}" if self.files else text for file, text in listed.items())
+        texts = {file: f"line{'s' if len(lines[file]) > 1 else ''} {text}" for file, text in numbers.items()}
+        return "; ".join(f"{Path(file).name}, {text}" if self.files else text for file, text in texts.items())
 
     def with_light(self, xyz_cd_m2: Array) -> Measurements:
         """Return the same readings with other XYZ, (n, 3) in cd/m², without checks; for simulations."""

@@ -69,7 +69,8 @@ class Sample:
         """Return a sample of code values (n, 3) and XYZ (n, 3) in any unit."""
         tips = is_tip(drive)
         lacks = [name for name, is_name in zip(TIP_NAMES, tips.T, strict=True) if not is_name.any()]
-        lacks += [] if (~drive.any(axis=1)).any() else ["black"]
+        if drive.any(axis=1).all():
+            lacks.append("black")
         if lacks:
             raise LutgenError(
                 f"{file}: a display's own model needs {listed(lacks)}, which were not read. Measure them."

@@ -110,8 +110,8 @@ class Condition:
     #: Whether a session contains readings under several values of the condition. Of other conditions, a session of a
     #: table contains the readings at rest alone.
     of_readings: bool = False
-    #: If logged values scatter from reading to reading: values minus the value at rest, (n,) → numbers, (n,), which are
-    #: equal if replicates may have these values, although the light of replicates may change with them.
+    #: For logged values that scatter from reading to reading: values minus the value at rest, (n,) → numbers, (n,).
+    #: Readings of one patch with equal numbers are replicates, although the condition may change their light.
     clusters: Callable[[Array], Array] | None = None
     #: Values → for each reading, whether the condition can affect the reading, (n,); default: it can.
     matters: Callable[[Values], NDArray[np.bool_]] = lambda values: np.ones(

@@ -117,8 +117,8 @@ def _readings(source: FileText, file_tables: list[CgatsTable]) -> CgatsTable:
             raise LutgenError(
                 f"{source.at(table.line)}: CMYK: a printer's file. lutgen reads displays: R, G, B and XYZ."
             )
-    lit = [{*_RGB, *names} for names in (_XYZ, *_XYY, _LAB)]
-    full = [table for table in file_tables if any(names <= {*table.fields} for names in lit)]
+    needed = [{*_RGB, *names} for names in (_XYZ, *_XYY, _LAB)]
+    full = [table for table in file_tables if any(names <= {*table.fields} for names in needed)]
     if len(full) == 1:
         return full[0]
     if full:
