@@ -9,10 +9,10 @@ where l are the measured transfer curves, s the shares of :func:`lutgen.display.
 tips. Black K is a constant share of white in X, Y and Z, because black follows the backlight. Curves and the share of
 black are constant over time; effects (``black-level``, ``eotf-drift``, …) describe their change with age.
 
-A point of a curve is the light of a ramp's reading minus black, projected on the light of the ramp's tip. Without ramps
-of the channels, X, Y and Z of every grey are solved for the light of the three channels; also if there are no mixtures,
-and the ramps do not predict the greys. If the first session has many mixtures, the curves may be fitted to all
-readings, or may be sRGB's, if these curves predict the mixtures better (:mod:`lutgen.display.own_model.native_curves`).
+A point of a curve is the light of a ramp's reading minus black, projected on the light of the ramp's tip. If there are
+no ramps of the channels, or no mixtures and the ramps do not predict the greys, X, Y and Z of every grey are solved for
+the light of the three channels. If the first session has many mixtures, the curves may be fitted to all readings, or
+may be sRGB's, if these curves predict the mixtures better (:mod:`lutgen.display.own_model.native_curves`).
 """
 
 from collections.abc import Callable, Mapping, Sequence

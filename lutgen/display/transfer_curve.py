@@ -114,7 +114,9 @@ LEVELS_A_MISREADING = 20
 def misread_levels(codes: Array, light: Array, sigma: Array) -> list[int]:
     """Return the indices of misread levels, without which a ramp falls within noise; [] if there are too many.
 
-    Each step removes the level whose removal gives the smallest fall. ``codes``, ``light``, ``sigma``: (m,) each.
+    Each step removes one level. Of the levels whose removal leaves a fall within noise, or otherwise the smallest fall,
+    it is the level with the largest distance from the line of its neighbours. ``codes``, ``light``, ``sigma``: (m,)
+    each.
     """
     out: list[int] = []
     kept = list(range(codes.size))
@@ -124,8 +126,7 @@ def misread_levels(codes: Array, light: Array, sigma: Array) -> list[int]:
         others = [kept[:place] + kept[place + 1 :] for place in range(len(kept))]
         without = [_fall(light[rows], sigma[rows]) for rows in others]
         least = min(without)
-        # Of two levels that contradict each other, the level with the larger distance from the line of its neighbours
-        # is wrong.
+        # Of two levels that contradict each other, the level that is off the line of its neighbours is wrong.
         worst = max(
             (place for place, fall in enumerate(without) if fall <= max(least, FALLS)),
             key=lambda place: _off_line(codes, light, kept, place),

@@ -326,7 +326,7 @@ def check_tips(readings: Measurements) -> None:
         if missing and (hour == 0 or count.any()):
             raise LutgenError(
                 f"{readings.file}: no reading of {listed(missing)} at full drive at hour {hour:g}"
-                f"{_under(readings)}. The model needs white, red, green and blue at every hour it starts from."
+                f"{_under(readings)}. The model needs white, red, green and blue at hour 0, and later all four or none."
             )
         counts[float(hour)] = int(here.sum()), count
         if count.any():
@@ -380,7 +380,7 @@ def _check_repeated_hour(readings: Measurements, counts: dict[float, tuple[int, 
     if tips_only and len(twice) == 1 and len(once) == len(counts) - 1 and once:
         raise LutgenError(
             f"{readings.file}: hour {twice[0]:g} appears twice, the others once. Correct or delete one of the two; "
-            f"replicates, if they are meant, are taken at every hour."
+            f"if these are replicates, read replicates at every hour."
         )
 
 

@@ -56,7 +56,7 @@ def curves_of(sample: Sample) -> Curves3:
 
 
 def straight() -> Curves3:
-    """Return sRGB's curves, the lowest rung."""
+    """Return sRGB's curves, which are straight lines in encoded light: the lowest rung."""
     red, green, blue = (TransferCurve(name, (0.0, 1.0), (0.0, 1.0)) for name in TIP_NAMES[1:])
     return red, green, blue
 

@@ -1,4 +1,4 @@
-"""A bright screen pulls its supply down: all light falls with the mean drive of the whole screen, that of black too.
+"""A bright screen lowers its supply voltage: all light, also of black, falls with the mean drive of the whole screen.
 
 P' = P·(1 − ξ(τ)·m) for white and all primaries, with m the mean code value of patch and surround. Supply lines droop,
 and the brightness limiters of OLED screens reduce the light. On full-field patches loading looks like crosstalk,

@@ -1,4 +1,4 @@
-"""The meter's filters move along the wavelengths, and its 3 × 3 mismatch changes.
+"""The meter's filters shift in wavelength, and the 3 × 3 matrix of its mismatch changes.
 
 XYZ' = M·XYZ. The matrix M (3 × 3, as in ASTM E1455, for displays of one kind) follows from the XYZ that
 x̄(λ − s), ȳ(λ − s) and z̄(λ − s) give for the spectra of the display's primaries. The shift s = Δ·τ^p has one free

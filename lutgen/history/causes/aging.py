@@ -50,11 +50,11 @@ def _prior(pair: SessionPair) -> float:
 
 
 def _sound(values: Values, pair: SessionPair) -> bool:
-    way = -1.0 if pair.days is not None and pair.days < 0 else 1.0
-    aged = way * values["aged"]
+    sign = -1.0 if pair.days is not None and pair.days < 0 else 1.0
+    aged = sign * values["aged"]
     # Light of short wavelengths is lost and does not come back: not in white, and not in the blue channel.
-    yellowed = way * float(values.get("yellowed", np.zeros(1))[0])
-    short_of_blue = float(aged[2]) + way * float(values["faded"][1]) if "faded" in values else 0.0
+    yellowed = sign * float(values.get("yellowed", np.zeros(1))[0])
+    short_of_blue = float(aged[2]) + sign * float(values["faded"][1]) if "faded" in values else 0.0
     slow = pair.days is None or -float(aged.mean()) <= _SUDDEN + _FASTEST * abs(pair.days) / 365.25
     # A filter or emitter of blue may fade alone; a backlight dims all channels.
     together = aged.max() <= 0.02 + (0.0 if "faded" in values else _TOGETHER * aged.min())
