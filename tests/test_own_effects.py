@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lutgen.effects import Effect, Parameter, catalogue, effect
+from lutgen.effects import Effect, Parameter, catalogue, child, effect
 from lutgen.effects.child import LIMIT_S, check_file
-from lutgen.effects.contract import check, refuse_unsound
+from lutgen.effects.contract import CLAUSES, check, refuse_unsound
 from lutgen.effects.own import everything, installed, load_file, recall
 from lutgen.errors import LutgenError
 from tests.quick import mostly_slow
@@ -169,6 +169,14 @@ def test_a_check_ends_whatever_a_file_does(tmp_path: Path, lines: str, sentence:
     source = f"{HEAD}{lines}\n"
     with pytest.raises(LutgenError, match=sentence):
         check_file(write(tmp_path, source), limit_s=1.0 if "pass" in lines else LIMIT_S)
+
+
+def test_a_child_that_is_stopped_after_the_last_clause_breaks_no_clause(monkeypatch: pytest.MonkeyPatch) -> None:
+    passed = [{"effect": "glow", "clause": name, "passed": True, "sentence": "Fine."} for name in CLAUSES]
+    monkeypatch.setattr(child, "_ask", lambda _path, _limit: ([{"effects": ["glow"]}, *passed], "loops for ever"))
+    (report,) = check_file("glow.py")
+    assert report.passed
+    assert [each.clause for each in report.clauses] == list(CLAUSES)
 
 
 @pytest.mark.parametrize(

@@ -320,6 +320,10 @@ BAD: dict[str, tuple[str | bytes, str]] = {
     "a CSV of fractions called percent": (
         "# drive: percent\nR,G,B,X_cdm2,Y_cdm2,Z_cdm2\n1,1,1,190,200,218\n0,0,0,0.1,0.1,0.1\n", "reaches only 1"
     ),
+    "a CSV of an unknown scale of drive": (
+        "# drive: 8bit\nR,G,B,X_cdm2,Y_cdm2,Z_cdm2\n255,255,255,190,200,218\n",
+        r"unknown scale of drive in .* '8bit'\. Pick one of: 0\.\.1, percent, 8-bit, 10-bit",
+    ),
     "a CSV with a dark white": (
         "R,G,B,X_cdm2,Y_cdm2,Z_cdm2\n255,255,255,0,0,0\n255,0,0,41,21,2\n", "white has Y = 0: no light"
     ),

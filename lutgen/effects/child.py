@@ -41,7 +41,7 @@ def check_file(path: str | Path, *, limit_s: float = LIMIT_S) -> tuple[Report, .
     for name in _names(answers, ended, path):
         lines = [line for line in answers if line.get("effect") == name]
         clauses = [Clause(line["clause"], line["passed"], line["sentence"]) for line in lines if "clause" in line]
-        if not lines or "clause" in lines[-1]:
+        if not lines or ("clause" in lines[-1] and len(clauses) < len(CLAUSES)):
             why = f"It was not tried, after {stopped_at!r}." if stopped_at else f"It {ended} when this is tried."
             clauses.append(Clause(list(CLAUSES)[len(clauses)], passed=False, sentence=why))
             stopped_at = stopped_at or name

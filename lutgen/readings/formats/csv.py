@@ -258,7 +258,7 @@ class CsvTable:
         if declared is None:
             return full_drive(drive, self.source.file, self.lines)
         known = {name: full for full, name in FULL_DRIVE.items()}
-        refuse_unknown(f"{self.source.file}: drive", declared, known)
+        refuse_unknown(f"scale of drive in {self.source.file}", declared, known)
         top = float(drive.max(initial=0.0))
         if 0.0 < top <= 1.0 < known[declared]:
             raise LutgenError(
