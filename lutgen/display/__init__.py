@@ -1,7 +1,8 @@
 """The display: white and primaries over time, aging modes, the paper's matrices, the chain from code value to light.
 
 A ``DisplayModel`` (``model``) returns an ``AgedDisplay`` (``chain``) for each mode and hour, which converts code values
-to XYZ. ``inverse`` and ``search`` compute the inverse. Each further file is a part of the chain or a part of a model
+to XYZ. ``inverse`` and ``search`` compute the inverse. ``aging`` computes the output of ``lutgen show``, ``signature``
+the size of an effect, and ``carried`` says what LUTs leave out. Each further file is a part of the chain or of a model
 file.
 """
 

@@ -252,7 +252,7 @@ class FitCovariance:
         count = len(self.of)
         drawn = self._root @ random.standard_normal(len(self.matrix))
         clipped = np.clip(drawn[:count], low, high)
-        tips = drawn[count:] + self._follow @ (clipped - drawn[:count])
+        tips = drawn[count:] + self._regression @ (clipped - drawn[:count])
         return clipped, tips.reshape(-1, 4, 3)
 
     @cached_property
@@ -261,7 +261,8 @@ class FitCovariance:
         return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
     @cached_property
-    def _follow(self) -> Array:
+    def _regression(self) -> Array:
+        """Regression of the tips on the parameters, (12·n, p)."""
         count = len(self.of)
         return np.asarray(self.matrix[count:, :count] @ np.linalg.pinv(self.matrix[:count, :count], hermitian=True))
 

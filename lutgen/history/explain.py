@@ -140,11 +140,11 @@ def explanations_as_json(explanations: Explanations) -> dict[str, Any]:
         "schema": 1,
         "campaign": {"file": campaign.file, "sha256": campaign.sha256, "display": campaign.display or None},
         "reference": campaign.entries[explanations.reference].session.file,
-        "sessions": [*map(_session, explanations.pairs, explanations.verdicts)],
+        "sessions": [*map(_session_json, explanations.pairs, explanations.verdicts)],
     }
 
 
-def _session(pair: SessionPair, verdict: SessionVerdict) -> dict[str, Any]:
+def _session_json(pair: SessionPair, verdict: SessionVerdict) -> dict[str, Any]:
     return {
         "file": pair.after.session.file,
         "days": pair.days,
@@ -155,11 +155,11 @@ def _session(pair: SessionPair, verdict: SessionVerdict) -> dict[str, Any]:
         "sentence": verdict.sentence,
         "evidence": list(verdict.evidence),
         "tests": list(verdict.tests),
-        "figures": _figures(pair),
+        "figures": _figures_json(pair),
     }
 
 
-def _figures(pair: SessionPair) -> dict[str, Any] | None:
+def _figures_json(pair: SessionPair) -> dict[str, Any] | None:
     if pair.seen is None:
         return None
     return {

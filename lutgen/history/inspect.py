@@ -85,13 +85,13 @@ class Inspection:
             "instrument": session.instrument or None,
             "display": session.display or None,
             "unit": "cd/m2" if session.absolute else "relative",
-            "white": _colour(self.white),
-            "black": _colour(self.black),
+            "white": _colour_json(self.white),
+            "black": _colour_json(self.black),
             "contrast": self.contrast,
-            "primaries": {name[0]: _colour(tips.xyz.get(name)) if tips else None for name in CHANNELS},
+            "primaries": {name[0]: _colour_json(tips.xyz.get(name)) if tips else None for name in CHANNELS},
             "gamut": tips and {"nearest": tips.nearest, "shift_uv": tips.shift, "srgb_coverage": tips.coverage},
             "gamma": self.gamma,
-            "transfer": {name: _curve(curve) for name, curve in self.curves.items()},
+            "transfer": {name: _curve_json(curve) for name, curve in self.curves.items()},
             "additivity": self.additivity,
             "grey_tracking": greys
             and {
@@ -110,21 +110,21 @@ class Inspection:
                 "order": steady.order.tolist(),
                 "ratio": steady.ratio.tolist(),
             },
-            "calibration": _calibration(self),
+            "calibration": _calibration_json(self),
             "uniformity": dict(zip(("lowest", "highest"), self.uniformity, strict=True)) if self.uniformity else None,
             "remarks": list(self.remarks),
             "missing": list(self.missing),
         }
 
 
-def _colour(xyz: Array | None) -> dict[str, float | None] | None:
+def _colour_json(xyz: Array | None) -> dict[str, float | None] | None:
     if xyz is None:
         return None
     x, y, luminance = xyz_to_xyY(xyz).tolist()
     return {"x": x, "y": y, "Y": luminance}
 
 
-def _curve(curve: transfer.Transfer) -> dict[str, Any]:
+def _curve_json(curve: transfer.Transfer) -> dict[str, Any]:
     return {
         "gamma": curve.gamma,
         "residual": curve.residual,
@@ -134,7 +134,7 @@ def _curve(curve: transfer.Transfer) -> dict[str, Any]:
     }
 
 
-def _calibration(inspection: Inspection) -> dict[str, Any] | None:
+def _calibration_json(inspection: Inspection) -> dict[str, Any] | None:
     loaded = inspection.calibration
     if loaded is None:
         return None
