@@ -58,6 +58,7 @@ GOOD: dict[str, bytes] = {
 BAD: dict[str, tuple[str, bytes]] = {
     "title without quotes": ("cube-title", lines("TITLE a b", SIZE, *R)),
     "comment behind a row": ("trailing-comment", lines(SIZE, f"{R[0]} # c", *R[1:])),
+    "empty comment behind a row": ("trailing-comment", lines(SIZE, f"{R[0]} #", *R[1:])),
     "comment behind the size": ("trailing-comment", lines(f"{SIZE} # c", *R)),
     "domain before the size": ("cube-domain", lines(*WIDE, SIZE, *R)),
     "domain behind the size": ("cube-domain", lines(SIZE, *WIDE, *R)),

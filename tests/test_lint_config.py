@@ -440,6 +440,17 @@ def test_what_ociocheck_alone_refuses_is_told() -> None:
     assert Linted(Path("a"), "config", (), (), (refused,)).disagreements() == (refused,)
 
 
+def test_an_ociocheck_that_fails_without_a_message_does_not_validate(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    program = tmp_path / OCIOCHECK
+    program.write_text("#!/bin/sh\nexit 1\n")
+    program.chmod(0o755)
+    monkeypatch.setenv("PATH", str(tmp_path))
+    trial = programs.try_config(OURS / "config.ocio")
+    assert trial == Trial(OCIOCHECK, "", REFUSES, "ends with an error, without a message")
+
+
 def test_metadata_that_never_end_are_told_and_never_given_to_opencolorio(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

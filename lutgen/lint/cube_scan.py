@@ -86,7 +86,7 @@ class CubeScan:
     single_cr: bool = False
     #: The lines of the header, at most ``MAX_ENTRIES``.
     entries: list[Entry] = field(default_factory=list)
-    #: Kind of irregularity → its position: ``nan``, ``infinite``, ``overflow``, ``subnormal``, ``decimal comma``,
+    #: Kind of irregularity → the affected lines: ``nan``, ``infinite``, ``overflow``, ``subnormal``, ``decimal comma``,
     #: ``comma``, ``comment``, ``columns``, ``text``, ``NUL``, ``tab``, ``not UTF-8``.
     oddities: dict[str, Oddity] = field(default_factory=dict)
     #: The number of rows of the 1D part, its stored rows, and their largest distance from the identity.
@@ -206,9 +206,9 @@ class CubeScan:
 
     def _repair(self, place: int, line: bytes) -> list[float]:
         """Note the fault of a line without three numbers. Return the numbers that its author probably meant."""
-        plain, _, comment = line.partition(b"#")
+        plain, mark, _ = line.partition(b"#")
         row = _numbers(plain.split())
-        if comment and row is not None:
+        if mark and row is not None:
             self._note("comment", place, line)
             return row
         if re.search(rb"\d,\d", line):

@@ -190,7 +190,7 @@ def refusal(path: Path) -> str:
 
 
 def loading(why: str | None, *readers: str) -> Iterator[finding.LintFinding]:
-    """Yield the finding for a result of :func:`refusal` (None: not tried). OpenColorIO 2.1 and 2.6 agree about it."""
+    """Yield the finding for a result of :func:`refusal` (None: not tried). OpenColorIO 2.1 and 2.6 agree."""
     if why:
         fates = finding.refused(*readers, how=f"OpenColorIO {_opencolorio_version()} was tried")
         yield finding.LintFinding(f"is not read: {why}", "Export it again.", 0, fates)
@@ -291,6 +291,6 @@ def try_config(path: Path) -> finding.Trial:
     output = [line for line in done.stdout.decode(errors="replace").splitlines() if line.strip()]
     stated = [line.split(":")[1].strip() for line in output if line.startswith("OpenColorIO Library Version")]
     version = stated[0] if stated else ""
-    if not done.returncode:
-        return trial(version, finding.READS, "loads and validates")
-    return trial(version, finding.REFUSES, output[-1] if output else "loads and validates")
+    if done.returncode:
+        return trial(version, finding.REFUSES, output[-1] if output else "ends with an error, without a message")
+    return trial(version, finding.READS, "loads and validates")

@@ -48,7 +48,7 @@ def blocks(path: Path) -> Iterator[LineBlock]:
         while chunk := file.read(BLOCK):
             # A CR at the end of a chunk may be half of a CRLF. It is read together with the next chunk.
             data = rest + chunk
-            cut = max(data.rfind(b"\n", 0, len(data)), data.rfind(b"\r", 0, len(data) - 1)) + 1
+            cut = max(data.rfind(b"\n"), data.rfind(b"\r", 0, len(data) - 1)) + 1
             rest = data[cut:]
             if len(rest) > LONGEST_LINE:
                 raise LutgenError(

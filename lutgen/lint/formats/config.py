@@ -173,15 +173,12 @@ def config_files(scan: ConfigScan) -> Iterator[LintFinding]:
     unsaid = (*(suffix for suffix in lut_suffixes() if suffix != ".clf"), *OTHER_TABLES)
     tables = [each for each in scan.file_transforms if each.getSrc().lower().endswith(unsaid)]
     # The text of the object, since its method returns the same value for "default" and for no interpolation.
-    stated = ["interpolation" in str(each) and "interpolation=default" not in str(each) for each in tables]
-    unstated = [each.getSrc() for each, states in zip(tables, stated, strict=True) if not states]
+    texts = [(each.getSrc(), str(each)) for each in tables]
+    unstated = [file for file, text in texts if "interpolation" not in text or "interpolation=default" in text]
     if unstated:
         better = "OpenColorIO then takes trilinear, and tetrahedral follows the grey axis of a 3D table better"
-        fact, remedy = (
-            f"states no interpolation for {unstated[0]}: {better}",
-            "Add interpolation: tetrahedral for 3D tables.",
-        )
-        yield LintFinding(fact, remedy, scan.line_of(unstated[0]))
+        fact = f"states no interpolation for {unstated[0]}: {better}"
+        yield LintFinding(fact, "Add interpolation: tetrahedral for 3D tables.", scan.line_of(unstated[0]))
 
 
 def config_environment(scan: ConfigScan) -> Iterator[LintFinding]:
@@ -210,8 +207,8 @@ def config_roles(scan: ConfigScan) -> Iterator[LintFinding]:
     expected = {role: why for role, why in ROLE_USES.items() if scan.version >= (2, 0) or "interchange" not in role}
     missing = {role: why for role, why in expected.items() if not scan.config.hasRole(role)}
     if missing:
-        listed = "; ".join(f"{role} ({why})" for role, why in missing.items())
-        yield LintFinding(f"has no role {listed}", "Add them under roles.", scan.line_of("roles:"))
+        roles = "; ".join(f"{role} ({why})" for role, why in missing.items())
+        yield LintFinding(f"has no role {roles}", "Add them under roles.", scan.line_of("roles:"))
     default = scan.config.getColorSpace("default") if scan.config.hasRole("default") else None
     if default is not None and default.isData():
         fact = "has a data space as its default: views show files without a rule unchanged, without an error"
