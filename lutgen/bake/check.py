@@ -247,7 +247,7 @@ def _check_part(work: _CheckWork, records: tuple[FileRecord, ...]) -> Checked:
                 findings += of_file
                 if certificate:
                     certificates[record.path] = certificate
-        except LutgenError as error:  # no build writes the manifest's description of this file
+        except LutgenError as error:  # the manifest describes this file as no build does
             findings.append(Finding(record.path, f"{MANIFEST}: {error}"))
     return Checked(len(records), tuple(findings), certificates, gpu=shaders)
 

@@ -141,7 +141,7 @@ def unknown_values(plan: BuildPlan) -> list[str]:
 
 
 #: Fields of the readings that a manifest copies → their names in messages.
-_COPIED = {"metadata": "words", "hours": "hours", "xyY": "colours"}
+_COPIED = {"metadata": "metadata", "hours": "hours", "xyY": "colours"}
 
 
 def stale(
@@ -181,8 +181,8 @@ def _differing_fields(readings: Measurements, folder: Path, manifest: Manifest, 
     copied = manifest.recipe["model"]
     written = model_as_json(replace(built_from, measurements=readings), folder)["display"]
     return [
-        f"its copy of the readings {Path(readings.file).name} has other {words} than the file"
-        for key, words in _COPIED.items()
+        f"its copy of the readings {Path(readings.file).name} has other {part} than the file"
+        for key, part in _COPIED.items()
         if not _equal_parts(copied["display"].get(key), written[key])
     ]
 

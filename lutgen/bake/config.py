@@ -100,7 +100,7 @@ ROLES = {
     "cie_xyz_d65_interchange": XYZ,
 }
 
-_OWN = re.compile(r"[A-Za-z0-9]+")
+_ALPHANUMERIC = re.compile(r"[A-Za-z0-9]+")
 
 #: Suffixes of images that hold code values, and of images that hold linear light.
 SIGNAL_FILES, LINEAR_FILES = ("png", "jpg", "jpeg", "tif", "tiff", "bmp"), ("exr", "hdr")
@@ -132,15 +132,14 @@ def config_text(aged: AgedConfig) -> bytes:
     Letters and digits do not affect quotes and line breaks. For the other configs the name and the description are
     replaced in this text.
     """
-    own = _OWN.sub("a", aged.name), _OWN.sub("a", aged.description)
-    kind = (*own, aged.lut, tuple(aged.environment.items()), aged.words.space)
+    blanked = _ALPHANUMERIC.sub("a", aged.name), _ALPHANUMERIC.sub("a", aged.description)
+    kind = (*blanked, aged.lut, tuple(aged.environment.items()), aged.words.space)
     if kind not in _SERIALISED:
         _SERIALISED[kind] = aged, _serialised(aged)
     like, text = _SERIALISED[kind]
     text = _replaced(rb"(?m)^(name: )%b()$", like.name, aged.name, text)
-    return _replaced(rb"(?m)^( *description: .*)%b(\"?)$", like.description, aged.description, text) or _serialised(
-        aged
-    )
+    text = _replaced(rb"(?m)^( *description: .*)%b(\"?)$", like.description, aged.description, text)
+    return text or _serialised(aged)
 
 
 def _replaced(line: bytes, old: str, new: str, text: bytes) -> bytes:

@@ -32,7 +32,7 @@ from lutgen.bake.littlecms import SourceProfile, source_profile_in
 from lutgen.bake.lut import Lut, MatrixLut, Sampler
 from lutgen.bake.manifest import FileRecord
 from lutgen.bake.readback import TableKind
-from lutgen.bake.round_trip import RoundTrip, Without, round_trip
+from lutgen.bake.round_trip import FileIndependent, RoundTrip, round_trip
 from lutgen.bake.spaces import lattice, tetrahedra
 from lutgen.colorimetry import Array, code_to_linear, delta_e_2000, in_chunks, linear_to_code, linear_to_lab, transform
 from lutgen.display import AgedDisplay
@@ -50,7 +50,6 @@ _REACH = 33
 #: Optical density of the stains per unit of R, G, B absorption: haematoxylin, eosin, DAB
 #: (Ruifrok & Johnston, Anal. Quant. Cytol. Histol. 23, 291-299, 2001).
 STAINS = np.array([[0.65, 0.70, 0.29], [0.07, 0.99, 0.11], [0.27, 0.57, 0.78]])
-
 
 #: A lattice point with a smaller weight has no influence: float32 rounds the weight to 0.
 INFLUENCE = 1e-6
@@ -126,7 +125,7 @@ class Judge:
     """A judge certifies files. It caches data that do not depend on the file: the colours and the model's results."""
 
     sampler: Sampler = field(default_factory=Sampler)
-    _without: Without | None = None
+    _fixed: FileIndependent | None = None
     _mixing: dict[tuple[str, int, int, SourceProfile | None], Mixing] = field(default_factory=dict)
     _tetrahedra: dict[tuple[str, int, int], tuple[NDArray[np.intp], Array]] = field(default_factory=dict)
 
@@ -137,7 +136,7 @@ class Judge:
 
     @cached_property
     def few(self) -> Array:
-        """A smaller set of colours of the same kinds."""
+        """A smaller set of the same kinds of colours, without the dark colours."""
         return certificate_colours(JUDGED)
 
     def prepare(self, aged: AgedDisplay, *, certify: bool) -> None:
@@ -170,9 +169,9 @@ class Judge:
         if link is None:
             return None
         drive, lattice = self._model(aged, self.code), self.sampler.linear(aged, _REACH, "code")
-        if self._without is None or self._without.link != link:
-            self._without = Without.of(link, self.code, drive, _usual())
-        return round_trip(self._without, drive, code, border=border, usual=_usual(), tissue=_TISSUE, lattice=lattice)
+        if self._fixed is None or self._fixed.link != link:
+            self._fixed = FileIndependent.of(link, self.code, drive, _usual())
+        return round_trip(self._fixed, drive, code, border=border, usual=_usual(), tissue=_TISSUE, lattice=lattice)
 
     def table_error(self, lut: Lut | MatrixLut, aged: AgedDisplay) -> TableError:
         """Return the ΔE2000 of a table, without a file, on ``self.few`` in double precision: equal on every binding."""

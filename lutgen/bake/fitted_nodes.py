@@ -35,7 +35,7 @@ LARGEST_MOVE = 0.5 / 255
 
 #: Number of places along each edge of a cell at which ramps are compared with the step; number of rounds and relaxation
 #: factor of the Jacobi iteration.
-_PLACES_OF_STEP, _STEPS, _STEP = 3, 4, 1.5
+_PLACES, _ROUNDS, _RELAXATION = 3, 4, 1.5
 
 
 def fit_beside_clip(table: Array, top: float = HEADROOM) -> None:
@@ -98,15 +98,15 @@ def ramps_at_white(space: str, size: int) -> tuple[NDArray[np.intp], Array]:
     for each in corners:
         moved[each] |= across
     touched = np.logical_or.reduce([moved[each] for each in corners])
-    within = (np.arange(_PLACES_OF_STEP) + 0.5) / _PLACES_OF_STEP
+    within = (np.arange(_PLACES) + 0.5) / _PLACES
     inside = np.array(list(product(within, repeat=3)))
     cells = np.argwhere(touched)[:, ::-1]
     code = SPACES[space].code((cells[:, np.newaxis] + inside).reshape(-1, 3) / (size - 1))
     nodes, weights = tetrahedra(code, space, size)
     step, ramp = _white(code), white.copy()
     share = np.bincount(nodes.T.ravel(), weights.T.ravel(), white.size)
-    factor = np.where(moved.reshape(-1), _STEP / np.maximum(share, 1.0), 0.0)
-    for _ in range(_STEPS):
+    factor = np.where(moved.reshape(-1), _RELAXATION / np.maximum(share, 1.0), 0.0)
+    for _ in range(_ROUNDS):
         residual = step - sum(weight * ramp[node] for node, weight in zip(nodes.T, weights.T, strict=True))
         ramp += factor * np.bincount(nodes.T.ravel(), (weights.T * residual).ravel(), white.size)
     chosen = np.flatnonzero(moved)

@@ -79,7 +79,7 @@ def claim(path: Path, recipe: Mapping[str, Any], paths: list[str], *, force: boo
 
 def _checked_folder(path: Path, recipe: Mapping[str, Any], paths: list[str], *, force: bool) -> Folder:
     manifest, journal = read_manifest(path / MANIFEST), read_manifest(path / JOURNAL)
-    # A link to a folder counts as a user's file, since lutgen never writes behind links.
+    # A link to a folder counts as a user's file, since lutgen never writes through links.
     present = {file for file in path.rglob("*") if file.is_symlink() or not file.is_dir()}
     ours = {path / record.path for build in (manifest, journal) if build for record in build.files}
     housekeeping = {path / MANIFEST, path / JOURNAL}

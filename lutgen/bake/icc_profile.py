@@ -41,9 +41,9 @@ def profile(*, device_class: bytes, pcs: bytes, tags: Sequence[tuple[bytes, byte
     table = b"".join(name + struct.pack(">II", places[content], len(content)) for name, content in tags)
     body = struct.pack(">I", len(tags)) + table + b"".join(padded)
     head = struct.pack(">I4xI", HEADER + len(body), _VERSIONS[version]) + device_class + b"RGB " + pcs
-    head += _DATE + b"acsp" + bytes(28) + _fixed(D50) + bytes(48)
-    intent = struct.pack(">I", 1)
-    return b"".join((head[:64], intent, head[68:84], identifier(head + body), head[100:], body))
+    # Intent 1 is relative colorimetric.
+    head += _DATE + b"acsp" + bytes(24) + struct.pack(">I", 1) + _fixed(D50) + bytes(48)
+    return b"".join((head[:84], identifier(head + body), head[100:], body))
 
 
 def display_tags(

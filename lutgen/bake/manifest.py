@@ -162,7 +162,7 @@ def _refinements_as_json(model: DisplayModel, output: Path) -> dict[str, Any]:
 
 
 def same_model(model: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
-    """Whether two descriptions describe the same display. Paths, conditions and verdict are ignored."""
+    """Whether two descriptions describe the same display. Paths, conditions, verdict and ``carries`` are ignored."""
     one, another = (
         {key: value for key, value in each.items() if key not in {"conditions", "carries", "verdict"}}
         for each in (model, json.loads(json.dumps(other)))

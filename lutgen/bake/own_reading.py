@@ -119,7 +119,7 @@ def _read(file: HeldFile) -> tuple[bytes, int, _Rows]:
         raise ValueError("its head is not in the form that lutgen writes")
     size, letters = int(match[2]) ** 3, np.frombuffer(file.data, np.uint8, offset=match.end())
     if not size or letters.size % size:
-        raise ValueError(f"it has not {size} rows of one length")
+        raise ValueError(f"it does not have {size} rows of equal length")
     text = letters.reshape(size, -1)
     if not (_LAST and np.array_equal(text, _LAST[0].text)):
         _LAST[:] = [_Rows(text)]

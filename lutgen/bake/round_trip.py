@@ -38,7 +38,7 @@ class RoundTrip:
 
 
 @dataclass(frozen=True, eq=False)
-class Without:
+class FileIndependent:
     """The file-independent part of a round trip: the target L*a*b*, (n, 3), and the errors of the inverse."""
 
     link: Compensation
@@ -46,7 +46,7 @@ class Without:
     inverse: Figures
 
     @classmethod
-    def of(cls, link: Compensation, code: Array, drive: Array, usual: NDArray[np.bool_]) -> "Without":
+    def of(cls, link: Compensation, code: Array, drive: Array, usual: NDArray[np.bool_]) -> "FileIndependent":
         """Send code values (n, 3) to the un-aged display, and their unclipped drives (n, 3) to the aged display.
 
         ``usual``, (n,), is the argument of :func:`figures`.
@@ -59,7 +59,7 @@ class Without:
 
 
 def round_trip(
-    without: Without,
+    fixed: FileIndependent,
     drive: Array,
     code: Array,
     *,
@@ -70,15 +70,15 @@ def round_trip(
 ) -> RoundTrip:
     """Return the figures of colours that pass through a correction's file and then the aged display.
 
-    ``without``: the file-independent part. ``drive``: the model's unclipped linear drives for the colours, (n, 3).
+    ``fixed``: the file-independent part. ``drive``: the model's unclipped linear drives for the colours, (n, 3).
     ``code``: the file's code values for the colours, (n, 3). ``border``: whether the file mixes drives from both sides
     of a jump or of the clip, (n,). ``usual``: which colours count for means and quantiles, (n,). ``tissue``: which
     colours are tissue. ``lattice``: the model's linear drives for a lattice, (m, 3).
     """
-    aged = without.link.aged
-    shown = delta_e_2000(linear_to_lab(aged.code_to_linear(np.clip(code, 0.0, 1.0))), without.target)
+    aged = fixed.link.aged
+    shown = delta_e_2000(linear_to_lab(aged.code_to_linear(np.clip(code, 0.0, 1.0))), fixed.target)
     out = outside_gamut(drive)
     groups = (~out & ~border, ~out & border, out)
     reached, at_border, unreachable = (figures(shown[group], usual[group]) for group in groups)
     shares = float(outside_gamut(lattice).mean()), float(out[tissue].mean())
-    return RoundTrip(reached, at_border, unreachable, without.inverse, *shares, without.link.scale)
+    return RoundTrip(reached, at_border, unreachable, fixed.inverse, *shares, fixed.link.scale)

@@ -209,7 +209,7 @@ def _with_parts(lines: Sequence[str], section: str, parts: Sequence[Sequence[str
     start, end = place
     first = next((line for line in lines[start + 1 : end] if line.lstrip().startswith("- ")), "  - ")
     shift = len(first) - len(first.lstrip()) - 2
-    moved = [(" " * shift + line if shift > 0 else line[-shift:] if shift else line) if line else "" for line in block]
+    moved = [(line[-shift:] if shift < 0 else " " * shift + line) if line else "" for line in block]
     return [*lines[:end], *moved, *lines[end:]]
 
 

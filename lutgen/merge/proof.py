@@ -50,7 +50,8 @@ def compare_parts(before: Any, after: Any) -> Proof:
 
 def missing_parts(planned: Any, merged: Any) -> list[str]:
     """Return the names of planned parts that the written config lacks. A comparison of pixels cannot find them."""
-    return [part for part in _named_parts(planned) if part not in set(_named_parts(merged))]
+    present = set(_named_parts(merged))
+    return [part for part in _named_parts(planned) if part not in present]
 
 
 def _named_parts(config: Any) -> Iterator[str]:
