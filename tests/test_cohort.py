@@ -270,9 +270,9 @@ def test_a_run_that_asked_something_else_is_refused_and_by_force_replaced(tmp_pa
         "modes": {"modes": ("chroma",), **FEW},
     }
     for name, options in other.items():
-        with pytest.raises(LutgenError, match=rf"run: holds a run that asked something else \({name}\)\. Add --force"):
+        with pytest.raises(LutgenError, match=rf"run: holds a run with other settings \({name}\)\. Add --force"):
             cohort(files, model(), run, jobs=1, **options)
-    with pytest.raises(LutgenError, match=r"something else \(model\)"):
+    with pytest.raises(LutgenError, match=r"other settings \(model\)"):
         cohort(files, replace(model(), selection="continuous"), run, jobs=1, **FEW)
     assert results(run) == before
     result = cohort(files[:1], model(), run, jobs=1, force=True, **other["modes"])

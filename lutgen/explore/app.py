@@ -287,11 +287,11 @@ async def _take(window: Window, request: Request) -> Response:
 async def _while_wanted(request: Request, working: asyncio.Task[tuple[str, bytes]]) -> tuple[str, bytes]:
     """Wait for work that may take minutes. The work is cancelled when the page disconnects or the window ends."""
 
-    async def hung_up() -> None:
+    async def disconnected() -> None:
         while (await request.receive())["type"] != "http.disconnect":
             pass
 
-    waiting = asyncio.create_task(hung_up())
+    waiting = asyncio.create_task(disconnected())
     await asyncio.wait({working, waiting}, return_when=asyncio.FIRST_COMPLETED)
     waiting.cancel()
     if not working.done():

@@ -100,7 +100,7 @@ def commands(
     ]
     # A display that is known only at hour 0 does not age without effects.
     kept = listed[:3] if state.baseline in FORETELLING_BASELINES and not (state.on or state.model) else listed
-    return [{"words": words, "command": shlex.join(command)} for words, command in kept]
+    return [{"words": label, "command": shlex.join(words)} for label, words in kept]
 
 
 def model_options(state: WindowState) -> list[str]:

@@ -1,6 +1,7 @@
 """The error, the effects and the verdict as plain values for the page, from the library's results."""
 
 from collections.abc import Mapping, Sequence
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -121,8 +122,11 @@ def _slices(comparison: Comparison) -> list[dict[str, Any]]:
 
 
 def _put_within(slices: Sequence[dict[str, Any]], sigma: Array) -> None:
-    """Add to each point the error of its readings that other points share: drawn when a user selects such a point."""
-    # ``sigma`` holds the errors of all readings in units of the noise, (n,).
+    """Add to each point ``within``: the errors of all points over the readings that they share with this point.
+
+    The page draws these errors when a user selects the point. ``sigma`` holds the errors of all readings in units of
+    the noise, (n,).
+    """
     points = [point for each in slices for point in each["points"]]
     member = np.array([np.isin(np.arange(sigma.size), point["rows"]) for point in points], dtype=np.float64)
     member = member.reshape(len(points), sigma.size)
@@ -133,11 +137,8 @@ def _put_within(slices: Sequence[dict[str, Any]], sigma: Array) -> None:
     with np.errstate(invalid="ignore"):  # without any error the ratio is undefined
         ratio = np.array([point["ratio"] for point in points])[:, np.newaxis] * np.sqrt(mean / diagonal[:, np.newaxis])
     for place, point in enumerate(points):
-        of_this = iter(ratio[:, place].tolist())
-        point["within"] = {
-            each["name"]: [None if np.isnan(other := next(of_this)) else round(other, 4) for _ in each["points"]]
-            for each in slices
-        }
+        errors = iter(None if np.isnan(error) else round(error, 4) for error in ratio[:, place].tolist())
+        point["within"] = {each["name"]: list(islice(errors, len(each["points"]))) for each in slices}
 
 
 def _place(problem: Problem, by: str, label: str, rows: Any) -> float | str:

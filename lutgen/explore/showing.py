@@ -36,7 +36,7 @@ class ShownModel:
 class Showing(Hosted):
     """A model and colours. The window calls its methods."""
 
-    #: To measure an image and to search a correction are slow: tables must not wait for these methods.
+    #: Measuring an image and searching for a correction are slow: tables must not wait for these methods.
     concurrent = frozenset({"difference", "compensated"})
 
     def __init__(self, tell: Callable[..., None]) -> None:

@@ -35,21 +35,30 @@ class Window:
     folder: Path
     state: WindowState
     overview: dict[str, Any] = field(default_factory=dict)
+    #: Size of the image, and the file that the page shows of it.
     image: dict[str, Any] = field(default_factory=dict)
     picture: Path | None = None
+    #: Files that were dropped and are not opened yet.
     dropping: list[Path] = field(default_factory=list)
+    #: Kind in ``LASTING`` → its last event.
     news: dict[str, bytes] = field(default_factory=dict)
+    #: One queue of events for each connected page; None ends the events.
     listeners: set[asyncio.Queue[tuple[str, bytes] | None]] = field(default_factory=set)
     _ended: bool = False
     _fitting: Process | None = None
     _processes: set[Process] = field(default_factory=set)
+    #: Number of folders that were created, and number of switches of effects.
     _folders: int = 0
     _switches: int = 0
+    #: What a restarted showing process needs: pickled models by topic, and the file of counted colours.
     _models: dict[str, bytes] = field(default_factory=dict)
     _colours: str = ""
+    #: An image that is read after the first error.
     _waiting_image: str = ""
     _verdict: dict[str, Any] = field(default_factory=dict)
+    #: Whether effects were switched and their fit is not finished.
     _unfinished: bool = False
+    #: The running diagnosis, the running restarts by process, background calls, and files in the making.
     _finding: asyncio.Task[None] | None = None
     _mending: dict[str, asyncio.Task[None]] = field(default_factory=dict)
     _tasks: set[asyncio.Task[None]] = field(default_factory=set)

@@ -63,7 +63,7 @@ def lives_of(lives: Sequence[float | None]) -> Lives:
 
 
 def left_out(size: int) -> int | None:
-    """Return how many of ``size`` ordered values lie beyond each end of the median's 95 % interval; None: none."""
+    """Return how many of ``size`` values lie beyond each end of the median's 95 % interval; None: no interval."""
     from scipy.stats import binom
 
     outside = int(binom.ppf((1.0 - CONFIDENCE) / 2.0, size, 0.5)) - 1
@@ -237,9 +237,9 @@ def cohort(
     broken = {}
     missing = [slide for slide in all_slides if slide not in images]
     here = nullcontext(partial(on_this_machine, jobs=min(jobs or threads(), len(missing))))
-    with on_cluster(scheduler) if scheduler and missing else here as crew:
+    with on_cluster(scheduler) if scheduler and missing else here as compute:
         folder.begin()
-        with closing(crew(task.anywhere(), missing)) as outcomes:
+        with closing(compute(task.anywhere(), missing)) as outcomes:
             for slide, outcome in outcomes:
                 if outcome.image is None:
                     broken[slide] = BrokenSlide(slide.name, outcome.reason)

@@ -71,7 +71,7 @@ def find_slides(given: Sequence[str | Path]) -> tuple[CohortSlide, ...]:
     In a list a path that does not exist is a slide that cannot be read.
     """
     if not given:
-        raise LutgenError("no slide was given. Give slides, a folder of them, or a list (.txt) of a path a line.")
+        raise LutgenError("no slide was given. Give slides, a folder of them, or a list (.txt) with one path per line.")
     slides: dict[str, CohortSlide] = {}
     for each in given:
         for path in _named(Path(each)):
@@ -94,7 +94,7 @@ def _named(given: Path) -> Iterable[Path]:
 
 
 def _in_list(file: Path) -> list[Path]:
-    advice = "A list holds the path of a slide a line."
+    advice = "A list holds the path of one slide per line."
     data = read_at_most(file, MAX_BYTES, what="the list of slides", none="list of slides", advice=advice)
     try:
         lines = [line.strip() for line in data.decode("utf-8-sig").splitlines()]
@@ -184,8 +184,8 @@ def claim(path: Path, task: CohortTask, *, force: bool) -> RunFolder:
     changed = [name for name in recipe if before.get(name) != recipe[name]]
     if changed and not force:
         raise LutgenError(
-            f"{path}: holds a run that asked something else ({', '.join(changed)}). Add --force to give its "
-            "results up, or choose another folder with -o."
+            f"{path}: holds a run with other settings ({', '.join(changed)}). Add --force to delete its results, or "
+            "choose another folder with -o."
         )
     return RunFolder(path, recipe, other=bool(changed))
 

@@ -1,7 +1,8 @@
 """Compute a cohort's slides in processes of this machine, or on workers of a Dask cluster (an optional extra).
 
 A pool of ``concurrent.futures`` breaks when one of its processes is killed (out of memory, a fault in a decoder). Then
-each slide in work is computed once more, alone in a new pool. A slide whose second process dies too has no result.
+each slide that was not finished by its process is computed once more, alone in a new pool. A slide whose second process
+dies too has no result.
 
 A worker of a cluster (https://distributed.dask.org) gets a slide's path, so it must see the file under the same path.
 The worker sends its result back, a few kB. When a worker dies, Dask gives its slides to other workers, also finished
@@ -66,7 +67,11 @@ def outcomes(
     slides: Sequence[CohortSlide],
     deadly: str,
 ) -> Outcomes:
-    """Yield each slide with its outcome. Slides whose process died (None of ``done``) are done again, one by one."""
+    """Yield each slide with its outcome.
+
+    ``done`` gives None for a slide whose process died. Each such slide is computed once more, alone. ``deadly`` is the
+    reason for a slide whose process dies again.
+    """
     suspects = []
     for slide, outcome in done(slides):
         if outcome:
@@ -141,7 +146,7 @@ def _pool(task: CohortTask, jobs: int, share: int) -> Iterator[ProcessPoolExecut
 
 
 def _start(pool: ProcessPoolExecutor, jobs: int) -> None:
-    """Start all processes. Otherwise the pool starts one while another may die, and may then wait for it for ever."""
+    """Start all processes at once. If one died while the pool starts another, the pool might wait for ever."""
     try:
         with _quiet_start():
             started = [pool.submit(int) for _ in range(jobs)]
@@ -269,8 +274,8 @@ def _outcome(dask: Any, client: Any, future: Any) -> Outcome | None:
     if error and not isinstance(error, dask.KilledWorker):
         return Outcome(
             None,
-            f"its Dask worker failed ({type(error).__name__}: {str(error).rstrip('.')}). Is lutgen there, "
-            "and what the model names?",
+            f"its Dask worker failed ({type(error).__name__}: {str(error).rstrip('.')}). Install lutgen there, and "
+            "the files of effects that the model names.",
         )
     return outcome
 

@@ -43,7 +43,8 @@ if TYPE_CHECKING:
 
 
 #: Widths of the gap and of the ring as shares of a typical nucleus's width. Optics and compression mix colours of both
-#: sides in the gap. The ring is 2 µm wide for a nucleus of 6 µm; most cytoplasm extends so far. Least widths in pixels.
+#: sides in the gap. The ring is 2 µm wide for a nucleus of 6 µm; most cytoplasm extends so far. ``LEAST_`` are the
+#: smallest widths in pixels.
 GAP, RING = 0.1, 1 / 3
 LEAST_GAP, LEAST_RING = 1, 2
 

@@ -214,7 +214,8 @@ def intervals(
         return None
     few = coarse(colours)
     modes, span = list(curves), next(iter(curves.values())).hours
-    # Some of the hours are enough for the width of an interval; its place is that of the whole curve.
+    # The width of an interval comes from coarse colours at a few hours. The interval is then shifted by the difference
+    # between the exact lifetime and the lifetime of the coarse colours.
     places = np.unique(np.linspace(0, span.size - 1, HOURS_OF_DRAWS).round().astype(int))
     hours = [float(hour) for hour in span[places]]
     own = curves_of(few, model, modes, hours)

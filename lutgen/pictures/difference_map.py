@@ -1,9 +1,10 @@
 """``difference_map``: ΔE2000 of every pixel between the un-aged and the aged display, the paper's Figure 6.
 
 The file is read twice. The first pass counts distinct colours, from which the statistics are computed as in
-``lifetime``. The second pass computes ΔE2000 of each pixel: 8-bit pixels by a table of colours, other pixels exactly,
-not for the centre of a bin. The map to look at is smaller than a large picture: its pixels are means over squares. The
-map in numbers (EXR, TIFF: one channel of single floats) has every pixel, and NaN where alpha is 0.
+``lifetime``. The second pass computes ΔE2000 of each pixel: of 8-bit pixels by a table of colours, of other pixels from
+their own code values, not from the centre of a bin. The map to look at is smaller than a large picture: its pixels are
+means over squares. The map in numbers (EXR, TIFF: one channel of single floats) has every pixel; those of alpha 0 are
+NaN.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -59,7 +60,8 @@ class DifferenceMap:
     #: Number of pixels with alpha above 0, and of their distinct colours.
     pixels: int
     colours: int
-    #: Largest error of a statistic because colours were counted in bins, as in ``lifetime``; 0: exact, as all maps.
+    #: Largest error of a statistic because colours were counted in bins, as in ``lifetime``; 0: exact. The maps
+    #: themselves are always exact.
     binning_error: float
     #: Statistics as in ``DifferenceCurve``.
     mean: float

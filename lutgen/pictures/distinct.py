@@ -157,12 +157,12 @@ class _Binned:
 
     def _merge(self) -> None:
         keys, counts = zip((self._keys, self._counts), *self._pending, strict=True)
-        joined = np.concatenate(keys), np.concatenate(counts)
+        together = np.concatenate(keys), np.concatenate(counts)
         # Released before the sort, which needs this memory.
         del keys, counts
         self._pending.clear()
-        self._keys, self._counts = _merged(*joined)
-        del joined
+        self._keys, self._counts = _merged(*together)
+        del together
         while len(self._keys) > LIMIT:
             self._keys = _coarser(self._keys, self._bits)
             self._bits -= 1

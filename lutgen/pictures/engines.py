@@ -66,7 +66,7 @@ class ChainEngine:
     """Evaluates any chain of links, as ``AgedDisplay`` does."""
 
     aged: AgedDisplay
-    #: Places on the screen, (n, 2), of n pixels from an index on: called with both. None: all pixels lie at one place.
+    #: Function (index of the first pixel, n) → places of n pixels on the screen, (n, 2); None: all lie at one place.
     places: Callable[[int, int], Array] | None = None
     works_in: str = SIGNAL
 

@@ -252,13 +252,13 @@ def _encoding(path: Path, spec: Any, kind: ImageFormat) -> str:
     """Return the encoding that the file states, or else the usual encoding of its format."""
     named = str(spec.get_string_attribute("oiio:ColorSpace")).lower()
     primaries = spec.getattribute("chromaticities") or _SRGB_PRIMARIES
-    if max(abs(a - b) for a, b in zip(primaries, _SRGB_PRIMARIES, strict=False)) > 1e-3:
-        named = f"that of other primaries ({', '.join(f'{number:g}' for number in primaries)})"
-    elif named in _LINEAR_NAMES:
+    of_srgb = max(abs(a - b) for a, b in zip(primaries, _SRGB_PRIMARIES, strict=False)) <= 1e-3
+    if of_srgb and named in _LINEAR_NAMES:
         return LINEAR
-    if named.startswith(("lin_", "aces", "that")):
+    if not of_srgb or named.startswith(("lin_", "aces")):
+        space = named if of_srgb else f"that of other primaries ({', '.join(f'{number:g}' for number in primaries)})"
         raise LutgenError(
-            f"{path}: its colour space is {named}; lutgen knows linear light of the sRGB primaries. Convert the image "
+            f"{path}: its colour space is {space}; lutgen knows linear light of the sRGB primaries. Convert the image "
             "to linear sRGB first, or say what its numbers are with --source signal or --source linear."
         )
     return SIGNAL if named.startswith("srgb") else kind.encoding

@@ -46,8 +46,8 @@ TABLE_1_COLUMNS = ((3.0, "max"), (3.0, "mean"), (5.0, "max"), (5.0, "mean"))
 #: Table 1 (section 3.1): aging mode → hours until each of ``TABLE_1_COLUMNS``. Its images were never published.
 TABLE_1 = {"chroma": (4500, 7800, 8100, 11_100), "chroma-luma": (2200, 3700, 4100, 5800)}
 
-#: Most measured hours that are added to a curve. Sparser ones are divided into parts of at most 1/``_PARTS`` of the
-#: span: then a lifetime is within some hours of the one that hours 100 h apart give.
+#: Most measured hours that are added to a curve. Gaps between hours are divided into parts of at most 1/``_PARTS`` of
+#: the span. A lifetime then differs by only some hours from that of a curve with a point every 100 h.
 _MEASURED, _PARTS = 64, 20
 
 #: Number of bins whose corners are compared with their centres.

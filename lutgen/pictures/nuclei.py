@@ -6,10 +6,10 @@ doi:10.1109/TSMC.1979.4310076) over the field, and the mean of its surroundings.
 second finds the gaps between crowded nuclei. A watershed on the distance to the edge divides nuclei that still touch.
 
 All lengths are shares of the width of a typical nucleus in the same field. This width is measured in pixels, with a
-large error where nuclei are small: two H&E fields with nuclei of 6 and 7 pixels, enlarged twice, are divided into 1.36
-and 1.44 times as many pieces, 1.5 times as wide. The median contrast changes by at most 3 % (4 % for the
-immunohistochemistry). Nuclei that touch or overlap are missed most often. Nuclei at the border of the field are kept:
-their colours are as good as the colours of other nuclei.
+large error where nuclei are small: when two H&E fields with nuclei of 6 and 7 pixels are enlarged by a factor of 2, the
+segmentation finds 1.36 and 1.44 times as many nuclei, and measures 1.5 times the width. The median contrast changes by
+at most 3 % (4 % for the immunohistochemistry). Nuclei that touch or overlap are missed most often. Nuclei at the border
+of the field are kept: their colours are as good as the colours of other nuclei.
 """
 
 import io
