@@ -10,8 +10,8 @@ is too dark at this bend, by up to two codes of 255 at 33³. The pale background
 
 The jump: the paper's ``nearest`` jumps at white's border, and a table replaces the step by a ramp. The side of a colour
 depends on its code values only. The ramps that fit the step best, by least squares, are therefore computed once for all
-hours (``ramps_at_white``). They are the share of the jump by which each node of a cell with corners on both sides is
-moved. A node moves by at most half a code.
+hours (``ramps_at_white``): for each node of a cell with corners on both sides, the share of the jump by which the node
+moves. A node moves by at most half a code.
 
 All sums have a fixed order, and the iteration has few rounds, so that the same display gives the same bytes everywhere.
 """

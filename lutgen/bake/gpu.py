@@ -27,7 +27,7 @@ from lutgen.processes import in_parallel
 #: Maximum difference in code values that a check accepts: a quarter of an 8-bit step.
 TOLERANCE = 1e-3
 
-#: Number of colours in a row of the drawn picture. Cards limit pictures to some thousand pixels a side.
+#: Number of colours in a row of the drawn picture. Cards limit pictures to some thousand pixels per side.
 _ROW = 512
 
 #: Settings of moderngl's context. The type Any is needed, since moderngl declares the settings as dictionaries.

@@ -75,7 +75,7 @@ def is_text_of(file: HeldFile, head: bytes, baked: Lut) -> bool:
     """Whether a file consists, byte for byte, of ``head`` and the rows of the table ``baked``."""
     with suppress(ValueError):
         _, start, rows = _read(file)
-        return file.data.startswith(head) and len(head) == start and rows.are(baked)
+        return file.data.startswith(head) and len(head) == start and rows.equal(baked)
     return False
 
 
@@ -89,7 +89,7 @@ class _Rows:
         self.text, self.steps = text, whole_steps(text)
         self._table: Array | None = None
 
-    def are(self, baked: Lut) -> bool:
+    def equal(self, baked: Lut) -> bool:
         """Whether the numbers equal those of a table. The last equal table is cached."""
         if self._table is not baked.table:
             table = baked.table.reshape(-1, 3)
@@ -103,7 +103,7 @@ class _Rows:
 
     def refuse_difference(self, baked: Lut) -> None:
         """Raise ValueError unless the numbers equal those of a table."""
-        if not self.are(baked):
+        if not self.equal(baked):
             raise ValueError("its table is not the one that was baked")
 
 

@@ -115,7 +115,7 @@ def _page_with(windows: Windows) -> Response:
 def _begins(content: dict[str, Any], *addresses: str) -> bytes:
     """Return HTML with a window's first data, and with the addresses that the page fetches first.
 
-    No template: the page is a file without gaps, sent before the window is open, and these elements follow it.
+    The page is no template: its file is sent unchanged, and these elements are sent in the place of ``BEGINS``.
     """
     # In a script element only "<" is special, since it may end the element.
     text = json.dumps(content).replace("<", "\\u003c")

@@ -75,7 +75,8 @@ async def _run(words: Sequence[str]) -> None:
         if process.returncode is None:
             process.kill()
     if process.returncode:
-        raise LutgenError(error.decode(errors="replace").strip().removeprefix("lutgen: error: ") or "it was ended.")
+        message = error.decode(errors="replace").strip().removeprefix("lutgen: error: ")
+        raise LutgenError(message or "the command was ended.")
 
 
 def zipped(folder: Path) -> bytes:

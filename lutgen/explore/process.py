@@ -26,7 +26,7 @@ from lutgen.processes import python_environment
 DIED = "died"
 
 #: The error of calls to a process that has ended, or was ended.
-ENDED = "this was cancelled, or its process ended."
+ENDED = "the request was cancelled, or its process ended."
 
 
 class Process:

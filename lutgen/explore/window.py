@@ -200,7 +200,7 @@ class Window:
                 return await asking
         except TimeoutError:
             process.kill()
-            raise LutgenError(f"this took longer than {patience:g} s and was ended.") from None
+            raise LutgenError(f"the request took longer than {patience:g} s and was ended.") from None
 
     def _mend(self, topic: str, work: Coroutine[Any, Any, None], why: bytes = b"") -> asyncio.Task[None]:
         async def mended() -> None:

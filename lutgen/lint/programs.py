@@ -195,7 +195,7 @@ def loading(why: str | None, *readers: str) -> Iterator[finding.LintFinding]:
         fates = finding.refused(*readers, how=f"OpenColorIO {_opencolorio_version()} was tried")
         yield finding.LintFinding(f"is not read: {why}", "Export it again.", 0, fates)
     elif why is None:
-        fates = finding.refused(*finding.OCIO, how="takes 129 points an axis at most")
+        fates = finding.refused(*finding.OCIO, how="takes 129 points per axis at most")
         yield finding.LintFinding("is too large to be given to OpenColorIO", "Resample it to 65 or 33.", 0, fates)
 
 
@@ -255,7 +255,7 @@ def try_cube(scan: CubeScan) -> Iterator[finding.Trial]:
             yield finding.Trial(program.reader(), "", "", str(absent))
             continue
         if max(scan.size, scan.size_1d >> 8) > MAX_KEPT or scan.length > MAX_BYTES:
-            why = f"not tried: more than {MAX_KEPT} points an axis, or 200 MiB"
+            why = f"not tried: more than {MAX_KEPT} points per axis, or 200 MiB"
             yield finding.Trial(program.reader(), version, "", why)
             continue
         yield finding.Trial(program.reader(), version, *_outcome(program, scan.path, code, meant))

@@ -180,7 +180,7 @@ def apply_to_images(
 
 @contextmanager
 def _new_folders(folders: Collection[Path]) -> Iterator[None]:
-    """Remove folders that do not exist yet, and are empty, when the body of the ``with`` statement fails."""
+    """When the body of the ``with`` statement fails, remove those folders that it created and that are empty."""
     new = {each for folder in folders for each in (folder, *folder.parents) if not each.exists()}
     try:
         yield

@@ -4,7 +4,7 @@ Whole slides (.svs, .ndpi, .mrxs) are read through OpenSlide, an optional extra:
 used as stored: as for other images, a scanner's ICC profile is not applied.
 
 Work that needs the neighbours of a pixel, such as segmentation of nuclei, holds one field of view in memory. The
-field's colours have 16 bits a channel. Colours of 8- and 16-bit images are exact; colours of float images are rounded.
+field's colours have 16 bits per channel. Colours of 8- and 16-bit images are exact, those of float images are rounded.
 """
 
 import os

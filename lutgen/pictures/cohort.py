@@ -201,7 +201,7 @@ def cohort(
     Parameters
     ----------
     slides
-        Slides and images, folders of slides and images, or lists (.txt) with one path a line.
+        Slides and images, folders of slides and images, or lists (.txt) with one path per line.
     model, tolerances, modes, hours, tissue, source
         As :func:`lutgen.lifetime` takes them.
     output

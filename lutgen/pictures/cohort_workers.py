@@ -49,7 +49,7 @@ class Outcome:
 
 
 def look_at(task: CohortTask, slide: CohortSlide, threads: int = 0) -> Outcome:
-    """Compute one slide's lifetimes in ``threads`` threads (0: one a core); an error becomes the outcome's reason."""
+    """Compute one slide's lifetimes in ``threads`` threads (0: one per core); an error becomes the outcome's reason."""
     try:
         with few_threads(threads):
             lifetimes = lifetime([slide.path], task.model, **task.options)

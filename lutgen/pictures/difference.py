@@ -17,7 +17,7 @@ drawn independently. The tips before the effects are shifted so that white and p
 and primaries were read. Each tip gets the noise of one reading divided by the square root of its number of readings at
 that hour. X, Y and Z are drawn independently too, so that intervals are too wide rather than too narrow.
 
-A model of bare readings states no uncertainty, and gets no interval.
+A model that was not fitted states no uncertainty, so its lifetimes get no interval.
 """
 
 from collections.abc import Callable, Sequence
@@ -191,7 +191,7 @@ HOURS_OF_DRAWS = 12
 #: Statistics that get an interval: the statistics of the paper's Table 1.
 OF = ("mean", "max")
 
-#: Bits a channel of the coarse colours, for which curves of drawn models and of the model itself are computed.
+#: Bits per channel of the coarse colours, for which curves of drawn models and of the model itself are computed.
 _BITS = 5
 
 #: Low and high end in hours; None for an end beyond the span of hours.
@@ -303,7 +303,7 @@ def _seen(model: DisplayModel, hours: Array) -> Array:
 
 
 def coarse(colours: Colours) -> Colours:
-    """Merge colours that have the same ``_BITS`` highest bits a channel; each merged colour is their mean."""
+    """Merge colours that have the same ``_BITS`` highest bits per channel; each merged colour is their mean."""
     size = 1 << 3 * _BITS
     sums = np.zeros((4, size))
     for start in range(0, len(colours), CHUNK):

@@ -71,7 +71,7 @@ class DifferenceMap:
     largest: float
     #: The map to look at, (h, w): means over ``factor`` × ``factor`` pixels; NaN where all pixels are transparent.
     shown: Array
-    #: 1 for images of up to ``LONGEST`` pixels a side.
+    #: 1 for images of up to ``LONGEST`` pixels per side.
     factor: int
     #: ΔE2000 of each distinct colour, and its number of pixels, both (n,); with ``on_screen`` an entry for each pixel.
     values: Array = field(repr=False)

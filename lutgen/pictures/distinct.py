@@ -4,7 +4,7 @@ A sum over pixels, such as a mean ΔE2000, is then a weighted sum over distinct 
 million distinct colours, and a tissue image has a few hundred thousand.
 
 8-bit colours are counted exactly, in a table of all 8-bit colours: 67 MB, or twice this for a slide of 2³² pixels.
-Other colours are counted in 16 bits a channel, which is exact for 16-bit images. When there are more than ``LIMIT``
+Other colours are counted in 16 bits per channel, which is exact for 16-bit images. When there are more than ``LIMIT``
 distinct colours, they are counted in 15, 14, … bits: the largest number of bits that gives at most ``LIMIT`` colours.
 Neither counts nor bits depend on the order of the pixels. Pixels of alpha 0 are not counted; each other pixel counts as
 1.
@@ -34,7 +34,7 @@ from lutgen.progress import Progress, unseen
 #: Most distinct colours of images of more than 8 bits; the sort of so many colours takes 130 MB.
 LIMIT = 1 << 20
 
-#: Bits a channel of the finest bins.
+#: Bits per channel of the finest bins.
 FINEST = 16
 
 #: Pixels, or entries of the table of 8-bit colours, that are processed at a time, to bound the memory.
@@ -53,7 +53,7 @@ class Colours:
     counts: Counts
     #: Function from keys (m,) to code values (m, 3) in 0..1.
     decode: Callable[[Keys], Array]
-    #: Bits a channel in which colours are distinguished.
+    #: Bits per channel in which colours are distinguished.
     bits: int
     #: Largest distance between a pixel's code values and the code values of its colour; 0: colours are exact.
     half_bin: float = 0.0
@@ -130,7 +130,7 @@ def _squeezed(table: Counts) -> tuple[list[Keys], Counts]:
 
 
 class _Binned:
-    """Counts colours in a sorted array, in as many bits a channel as ``LIMIT`` allows."""
+    """Counts colours in a sorted array, in as many bits per channel as ``LIMIT`` allows."""
 
     def __init__(self, storage: Storage) -> None:
         self._decoder, self._bits = Decoder(storage, SIGNAL), FINEST

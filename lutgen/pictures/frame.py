@@ -291,7 +291,7 @@ def aged_series(
     source: str = "auto",
     progress: Progress = unseen,
 ) -> AgedSeries:
-    """Age an image, reduced to at most ``longest`` pixels a side, to several hours; ``progress`` in thousandths."""
+    """Age an image, reduced to at most ``longest`` pixels per side, to several hours; ``progress`` in thousandths."""
     path = Path(image)
     for mode in modes:
         refuse_unknown("mode that ages", mode, AGING_MODES)

@@ -73,7 +73,8 @@ SUFFIXES = {suffix: kind for kind in FORMATS for suffix in kind.suffixes}
 #: Pixels in a band: large enough for compressors to use every core, small enough to hold several bands in memory.
 BAND = 1_500_000
 
-#: Most rows of a TIFF's strip. Higher strips, often the whole image, are read row by row, and not copied to outputs.
+#: Most rows of a TIFF's strip. Taller strips, often the whole image, are read in units of 32 rows, and the strips of
+#: outputs have 32 rows.
 MAX_STRIP = 512
 
 #: OpenImageIO's names of linear light with the sRGB primaries (version 2.4: Linear; version 3: the other names).

@@ -62,7 +62,7 @@ class ImageLifetime:
     #: Number of counted pixels, and of their distinct colours.
     pixels: int
     colours: int
-    #: Bits a channel in which colours are distinguished.
+    #: Bits per channel in which colours are distinguished.
     bits: int
     #: Largest error of a pixel's ΔE2000 because colours were counted in bins, at any hour, estimated at the corners of
     #: many bins; 0 if colours were counted exactly.

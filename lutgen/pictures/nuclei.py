@@ -79,7 +79,7 @@ def segment(field: Field, *, stain: str = "auto", min_area: int | None = None) -
     amount = _haematoxylin(field, kind)
     width = _typical_width(field, amount)
     if not width:
-        raise _none(field, "what is stained like nuclei is only specks")
+        raise _no_nuclei(field, "what is stained like nuclei is only specks")
     fine = ndimage.gaussian_filter(amount, max(SMOOTH * width, 0.7))
     nuclear = (fine > _threshold(field, fine)) & (fine > ndimage.gaussian_filter(amount, AROUND * width))
     nuclear = _filled(_without_threads(nuclear & field.visible, max(THIN * width, 1.0)), HOLE * width**2)
@@ -88,7 +88,7 @@ def segment(field: Field, *, stain: str = "auto", min_area: int | None = None) -
     labelled = sized(_parted(nuclear, width), width, least, LARGEST * width**2, how)
     if not labelled.count:
         small = f"{labelled.small} spots are smaller than {least:.0f} pixels"
-        raise _none(field, small if labelled.small else "nothing has their size")
+        raise _no_nuclei(field, small if labelled.small else "nothing has their size")
     return labelled
 
 
@@ -152,11 +152,11 @@ def _threshold(field: Field, amount: NDArray[np.float32]) -> float:
     """Return Otsu's threshold over the visible pixels. Raises LutgenError if the threshold separates only noise."""
     seen = amount[field.visible]
     if seen.min() == seen.max():
-        raise _none(field, "it holds no haematoxylin")
+        raise _no_nuclei(field, "it holds no haematoxylin")
     threshold = float(_skimage("filters").threshold_otsu(seen))
     dark, ground = seen[seen > threshold], seen[seen <= threshold]
     if not dark.size or float(dark.mean() - ground.mean()) < CONTRAST:
-        raise _none(field, "nothing holds clearly more haematoxylin than the rest")
+        raise _no_nuclei(field, "nothing holds clearly more haematoxylin than the rest")
     return threshold
 
 
@@ -187,7 +187,7 @@ def _parted(mask: Mask, width: float) -> Labels:
     return np.asarray(_skimage("segmentation").watershed(-depth, middles, mask=mask), np.int32)
 
 
-def _none(field: Field, why: str) -> LutgenError:
+def _no_nuclei(field: Field, why: str) -> LutgenError:
     return LutgenError(
         f"{field.file}: no nuclei were found: {why}. Choose the stain with --stain {listed(STAINS, 'or')}, lower "
         "--min-area, or say where nuclei are with --mask."
@@ -199,7 +199,7 @@ def _skimage(part: str) -> Any:
     return optional(f"skimage.{part}", use, extra="nuclei", otherwise=otherwise)
 
 
-_ALLOWED = "Give a PNG or TIFF of the image's size: 0 for the ground, and 1, 2, … for each nucleus or white for all."
+_ALLOWED = "Give a PNG or TIFF of the image's size: 0 for the background, 1, 2, … for the nuclei or white for all."
 
 #: First bytes of lossless files.
 _LOSSLESS = tuple(magic for kind in FORMATS if kind.name in ("png", "tiff") for magic in kind.magic)

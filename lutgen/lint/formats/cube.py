@@ -95,7 +95,7 @@ def _size(scan: CubeScan, entry: Entry) -> Iterator[LintFinding]:
     too_large = [refused(reader, how=f"takes {most} at most") for reader, most in LARGEST.items() if scan.size > most]
     if too_large:
         fates = {reader: fate for each in too_large for reader, fate in each.items()}
-        yield LintFinding(f"has {scan.size} points an axis", "Resample it to 65 or 33.", entry.line, fates)
+        yield LintFinding(f"has {scan.size} points per axis", "Resample it to 65 or 33.", entry.line, fates)
 
 
 def cube_domain(scan: CubeScan) -> Iterator[LintFinding]:

@@ -129,7 +129,7 @@ def hald_form(scan: HaldScan) -> Iterator[LintFinding]:
         return
     sides = f"has {scan.width} × {scan.height} pixels"
     if scan.level not in LEVELS or scan.height < scan.width:
-        fates = refused(HALDCLUT, how="expects as many pixels a side as a cube number, such as 512")
+        fates = refused(HALDCLUT, how="expects as many pixels per side as a cube number, such as 512")
         yield LintFinding(f"{sides}; no Hald image has so many", "A Hald image of level 8 has 512 × 512.", 0, fates)
     elif scan.height > scan.width:
         fates = wrong(HALDCLUT, how="reads the upper square only")

@@ -279,7 +279,7 @@ def profile_parts(scan: ProfileScan) -> Iterator[LintFinding]:
 def profile_table(scan: ProfileScan) -> Iterator[LintFinding]:
     """Find faults of tables. Every reader misreads a table of version 2 with more bytes than its head states."""
     for table in scan.tables:
-        shape = f"{table.tag.name} states {table.points} points an edge for {table.inputs} colours"
+        shape = f"{table.tag.name} states {table.points} points per edge for {table.inputs} colours"
         lacks = table.needs > table.tag.size
         if table.points < 2 or table.inputs != 3 or table.outputs != 3 or lacks:
             fact = f"{shape} to {table.outputs}"
