@@ -186,9 +186,8 @@ def _smallest_sizes(
     """Return for each display and format the smallest size whose largest smooth error meets the tolerance."""
     sizes = []
     for mode, hours, folder in displays:
-        for name in work.plan.formats:
-            aged, form = work.plan.display(work.model, mode, hours), format_named(name)
-            sizes.append(((folder, name), _smallest_size(work, aged, form)))
+        aged = work.plan.display(work.model, mode, hours)
+        sizes += [((folder, name), _smallest_size(work, aged, format_named(name))) for name in work.plan.formats]
     return sizes
 
 

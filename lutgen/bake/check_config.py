@@ -72,20 +72,20 @@ def check_config(
     words = WORDS[direction_of(manifest)]
     luts = [file for file in manifest.files if file.kind == "lut" and format_named(str(file.format)).reader is None]
     # The LUT that each display's config reads: an unclipped LUT where one exists.
-    every: dict[tuple[str, float], FileRecord] = {}
+    by_display: dict[tuple[str, float], FileRecord] = {}
     for lut in sorted(luts, key=lambda lut: bool(lut.clipped)):
-        every.setdefault((str(lut.mode), float(lut.hours or 0.0)), lut)
+        by_display.setdefault((str(lut.mode), float(lut.hours or 0.0)), lut)
     if record.mode is None:
-        last_mode = next(reversed(every), ("", 0.0))[0]
-        last = last_mode, max((hours for mode, hours in every if mode == last_mode), default=0.0)
-        for (mode, hours), lut in every.items():
+        last_mode = next(reversed(by_display), ("", 0.0))[0]
+        last = last_mode, max((hours for mode, hours in by_display if mode == last_mode), default=0.0)
+        for (mode, hours), lut in by_display.items():
             run = _ConfigRun(config, root / lut.path, words, through=through, context=(mode, hour_name(hours)[:-1]))
             faults = run.problems() if differs or (mode, hours) == last else run.elsewhere(written.lut)
             problems += [f"AGING_MODE={mode}, AGING_HOURS={hour_name(hours)[:-1]}: {fault}" for fault in faults]
         return problems
     if there and not differs:
         return problems
-    own = every.get((str(record.mode), float(record.hours or 0.0)))
+    own = by_display.get((str(record.mode), float(record.hours or 0.0)))
     if own is None:
         return [*problems, "the manifest names no LUT for it"]
     return [*problems, *_ConfigRun(config, root / own.path, words, through=through, context=None).problems()]
@@ -118,7 +118,7 @@ class _ConfigRun:
             return [str(error)]
         faults: dict[str, list[str]] = {}
         for part_name, part, expected in self._parts(code, aged):
-            for problem in self._one(part, code, expected):
+            for problem in self._faults_of(part, code, expected):
                 faults.setdefault(problem, []).append(part_name)
         return [f"{problem} ({'; '.join(places)})" for problem, places in faults.items()]
 
@@ -141,7 +141,7 @@ class _ConfigRun:
         yield f"named transform {words.named_transform}", forward, aged
         yield f"colour space {words.space}", lib.ColorSpaceTransform(src=words.space, dst=LINEAR), code_to_linear(aged)
 
-    def _one(self, part: Any, code: Array, expected: Array) -> list[str]:
+    def _faults_of(self, part: Any, code: Array, expected: Array) -> list[str]:
         lib = ocio()
         if part is None:
             return ["missing"]

@@ -222,12 +222,12 @@ class Judge:
             return np.zeros(len(self.code), dtype=bool)
         linear = self.sampler.linear(aged, table.size, table.space)
         above, below = linear.T > 1, linear.T < 0
-        beside = np.zeros(len(linear), dtype=np.uint8)
-        for bit, side in enumerate((*above, *below)):
-            beside |= side.view(np.uint8) << bit
+        flags = np.zeros(len(linear), dtype=np.uint8)
+        for bit, beyond in enumerate((*above, *below)):
+            flags |= beyond.view(np.uint8) << bit
         for channel, own in enumerate(linear.T):
-            beside[before_clip(own, channel, table.size)] |= _BEFORE
-        mixed = beside[self._mixing_in(table, self.code).nodes]
+            flags[before_clip(own, channel, table.size)] |= _BEFORE
+        mixed = flags[self._mixing_in(table, self.code).nodes]
         return _differ(mixed) | (mixed[:, 0] >= _BEFORE)
 
 

@@ -112,8 +112,7 @@ def coarse(luts: Sequence[FileRecord]) -> str:
         (smooth["max"], smooth["p99"], lut)
         for lut in luts
         if lut.size and format_named(str(lut.format)).follows
-        for smooth in ((lut.certificate or {}).get("smooth"),)
-        if smooth
+        if (smooth := (lut.certificate or {}).get("smooth"))
     ]
     over = [each for each in errors if each[0] > MAX_DELTA_E or each[1] > P99]
     if not over:

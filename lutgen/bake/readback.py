@@ -30,7 +30,7 @@ def apply_lut(path: Path, code: Array) -> Array:
         result = reader.apply(path, code)
     else:
         processor = lut_processor(path).getDefaultCPUProcessor()
-        shown = np.ascontiguousarray(code, dtype=np.float32).copy()
+        shown = np.array(code, dtype=np.float32, order="C")
         processor.applyRGB(shown)
         result = shown.astype(np.float64)
     if not np.isfinite(result).all():

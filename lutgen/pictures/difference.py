@@ -189,7 +189,7 @@ DRAWS, OUTSIDE = 80, 2
 HOURS_OF_DRAWS = 12
 
 #: Statistics that get an interval: the statistics of the paper's Table 1.
-OF = ("mean", "max")
+WITH_INTERVAL = ("mean", "max")
 
 #: Bits per channel of the coarse colours, for which curves of drawn models and of the model itself are computed.
 _BITS = 5
@@ -234,7 +234,8 @@ def intervals(
 
     return {
         mode: {
-            tolerance: {statistic: interval(mode, tolerance, statistic) for statistic in OF} for tolerance in tolerances
+            tolerance: {statistic: interval(mode, tolerance, statistic) for statistic in WITH_INTERVAL}
+            for tolerance in tolerances
         }
         for mode in modes
     }

@@ -70,7 +70,7 @@ def _apply(path: Path, code: Array) -> Array:
             processor = config.getProcessor(look).getDefaultCPUProcessor()
         except ocio_errors() as error:
             raise LutgenError(f"{path}: OpenColorIO {lib.__version__} cannot use it: {in_one_line(error)}") from None
-    shown = np.ascontiguousarray(code, dtype=np.float32).copy()
+    shown = np.array(code, dtype=np.float32, order="C")
     processor.applyRGB(shown)
     return shown.astype(np.float64)
 
