@@ -1,6 +1,8 @@
 """A scanner's profile combined with the aged display: against matrices and curves in this file."""
 
+import base64
 import json
+import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -11,8 +13,9 @@ import pytest
 from lutgen import DisplayModel, read_measurements
 from lutgen.bake import icc_profile as icc
 from lutgen.bake.check import check
-from lutgen.bake.littlecms import through_profile
+from lutgen.bake.littlecms import source_profile_of, through_profile
 from lutgen.display import default_display
+from lutgen.errors import LutgenError
 from tests.command import Done
 
 pytest.importorskip("imagecodecs", reason="LittleCMS comes with lutgen[icc]")
@@ -66,6 +69,12 @@ def test_check_needs_no_file_beside_the_build_and_tells_another_profile(built: P
         edit(other["options"])
         path.write_text(json.dumps(other))
         assert any(words in each.problem for each in check(built, jobs=1).findings), words
+
+
+def test_a_stored_profile_that_is_refused_is_refused_in_one_sentence() -> None:
+    stored = {"file": "a.icc", "zlib_base64": base64.b64encode(zlib.compress(scanner(b"link"))).decode()}
+    with pytest.raises(LutgenError, match=r"^a\.icc: is a profile of class 'link', which does not define"):
+        source_profile_of(stored)
 
 
 BAD = {

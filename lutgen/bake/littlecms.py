@@ -9,7 +9,6 @@ and clipped as for a screen → aged display.
 """
 
 import base64
-import binascii
 import struct
 import zlib
 from dataclasses import dataclass, field, replace
@@ -145,9 +144,10 @@ def source_profile_of(content: Any) -> SourceProfile:
     try:
         decompressor = zlib.decompressobj()
         data = decompressor.decompress(base64.b64decode(content["zlib_base64"], validate=True), LARGEST)
-        return _checked_profile(str(content["file"]), data)
-    except (KeyError, TypeError, ValueError, binascii.Error, zlib.error) as error:
+        name = str(content["file"])
+    except (KeyError, TypeError, ValueError, zlib.error) as error:
         raise LutgenError(f"its source profile cannot be read ({error!r}). Build again.") from None
+    return _checked_profile(name, data)
 
 
 def read_source_profile(path: str | Path) -> SourceProfile:
