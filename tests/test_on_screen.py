@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
-from PIL import Image
+from PIL import Image, ImageOps
 from skimage.io import imread, imsave
 
 from lutgen import DisplayModel, LutgenError, apply_to_image, read_measurements
@@ -272,6 +272,25 @@ def test_a_sheet_shows_each_pixel_at_its_place_and_its_mean(model: DisplayModel,
     series = aged_series(tmp_path / "a.png", model, [AGE[0]], [AGE[1]], on_screen=QUARTER)
     assert series.seen(*AGE) == pytest.approx(np.rint(255 * one_by_one(pixels / 255.0, model, QUARTER)), abs=0)
     assert series.curves[AGE[0]].mean[1] == pytest.approx(literal(pixels / 255.0, model, QUARTER).mean())
+
+
+@pytest.mark.parametrize("orientation", [2, 6])
+@pytest.mark.parametrize("screen", [None, QUARTER])
+def test_a_sheet_and_a_map_of_a_turned_file_are_those_of_the_upright_file(
+    screen: OnScreen | None, orientation: int, model: DisplayModel, tmp_path: Path
+) -> None:
+    image = Image.fromarray(np.random.default_rng(4).integers(0, 256, (4, 6, 3)).astype(np.uint8))
+    exif = Image.Exif()
+    exif[0x0112] = orientation
+    image.save(tmp_path / "turned.tif", exif=exif)
+    ImageOps.exif_transpose(Image.open(tmp_path / "turned.tif")).save(tmp_path / "upright.tif")
+    files = tmp_path / "turned.tif", tmp_path / "upright.tif"
+    of_turned, of_upright = (aged_series(file, model, [AGE[0]], [AGE[1]], on_screen=screen) for file in files)
+    assert (of_turned.seen(*AGE) == of_upright.seen(*AGE)).all()
+    assert of_turned.frame.whole
+    assert of_turned.curves[AGE[0]].mean == pytest.approx(of_upright.curves[AGE[0]].mean)
+    maps = [difference_map(file, model, *AGE, on_screen=screen).shown for file in files]
+    assert maps[0] == pytest.approx(maps[1])
 
 
 def test_beside_a_table_the_un_aged_display_is_even(tmp_path: Path) -> None:

@@ -27,7 +27,7 @@ from lutgen.pictures.blocks import Blocks, Place, open_blocks
 from lutgen.pictures.difference import differences, statistics
 from lutgen.pictures.distinct import Counts, count_colours
 from lutgen.pictures.encoding import Decoder, Keys, Storage, Stored, joined
-from lutgen.pictures.frame import AreaMeans, Grid, whole_factor
+from lutgen.pictures.frame import AreaMeans, Grid, turned, whole_factor
 from lutgen.pictures.images import new_by_oiio
 from lutgen.pictures.lifetime import binning_error
 from lutgen.progress import Progress, part_of, unseen
@@ -69,7 +69,8 @@ class DifferenceMap:
     p95: float
     p99: float
     largest: float
-    #: The map to look at, (h, w): means over ``factor`` × ``factor`` pixels; NaN where all pixels are transparent.
+    #: The map to look at, (h, w), turned as viewers turn the image: means over ``factor`` × ``factor`` pixels. NaN: all
+    #: pixels are transparent.
     shown: Array
     #: 1 for images of up to ``LONGEST`` pixels per side.
     factor: int
@@ -171,7 +172,7 @@ def difference_map(
         p95=p95,
         p99=p99,
         largest=largest,
-        shown=means.means()[..., 0],
+        shown=turned(means.means()[..., 0], blocks.orientation),
         factor=factor,
         values=values,
         counts=counts,

@@ -213,12 +213,17 @@ def read_pixels(
         high, wide = fitting(opened.height, opened.width, pixels, width)
         grid = Grid(np.linspace(0.0, opened.height, high + 1), np.linspace(0.0, opened.width, wide + 1))
         linear = light_means(opened, grid, progress)
+        size = _size_in_viewers(opened)
     linear = turned(linear, opened.orientation)
     code = np.empty(linear.shape, np.uint8)
     for rows in bands(*linear.shape[:2]):
         code[rows] = np.rint(linear_to_code(np.clip(np.nan_to_num(linear[rows]), 0.0, 1.0)) * 255.0)
-    size = (opened.width, opened.height) if opened.orientation < 5 else (opened.height, opened.width)
     return code, np.isfinite(linear[..., 0]), size
+
+
+def _size_in_viewers(blocks: Blocks) -> tuple[int, int]:
+    """Return width and height of a picture as viewers turn it."""
+    return (blocks.width, blocks.height) if blocks.orientation < 5 else (blocks.height, blocks.width)
 
 
 def fitting(height: int, width: int, pixels: int, most: int) -> tuple[int, int]:
@@ -252,7 +257,8 @@ class AgedSeries:
     file: str
     #: The display.
     model: DisplayModel
-    #: The image as it is sent to the display: its code values, or means over ``factor`` × ``factor`` pixels.
+    #: The image as it is sent to the display, turned as viewers turn it: its code values, or means over ``factor`` ×
+    #: ``factor`` pixels.
     frame: Frame
     #: 1 for images that are not reduced.
     factor: int
@@ -305,10 +311,11 @@ def aged_series(
     with open_blocks(path, source) as blocks:
         factor = whole_factor(blocks.height, blocks.width, longest)
         grid = Grid.squares(blocks.height, blocks.width, factor)
-        light = light_means(blocks, grid, part_of(progress, 400, 400))
+        light = turned(light_means(blocks, grid, part_of(progress, 400, 400)), blocks.orientation)
+        size = _size_in_viewers(blocks)
     seen = np.isfinite(light)
     code = np.rint(255.0 * np.where(seen, linear_to_code(np.nan_to_num(light)), GREY / 255.0)).astype(np.uint8)
-    frame = Frame.of(code, seen[..., 0], blocks.width, blocks.height, on_screen)
+    frame = Frame.of(code, seen[..., 0], *size, on_screen)
     if on_screen:
         unaged, pixels = on_screen.unaged(model), int(frame.visible.sum())
         curves = {mode: frame.curve(unaged, [model.at(mode, hour) for hour in chosen]) for mode in modes}
