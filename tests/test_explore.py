@@ -354,6 +354,9 @@ def test_commands_are_lines_to_copy() -> None:
     plain = commands(WindowState("a.csv", "b.png"), **shown, between=["crosstalk", "loading"])  # type: ignore[arg-type]
     assert plain[2]["command"] == "lutgen plan a.csv --between crosstalk,loading -o next.csv"
     assert plain[3]["command"] == "lutgen build --display a.csv --hours 0..100 -o aged"
+    shown["last"] = 10_234.75
+    exact = commands(WindowState("a.csv", "b.png"), **shown)  # type: ignore[arg-type]
+    assert exact[3]["command"] == "lutgen build --display a.csv --hours 0..10234.75 -o aged"
     for baseline in FORETELLING_BASELINES:
         # Without effects such a display does not age, and build refuses it.
         few = commands(WindowState("a.csv", "b.png", baseline=baseline), **shown)  # type: ignore[arg-type]

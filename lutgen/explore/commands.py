@@ -94,7 +94,7 @@ def commands(
         first,
         ("Find what is missing", ["lutgen", "diagnose", *_data(state), *_formulas(state)]),
         ("What to measure next", plan_words(state, between)),
-        ("All LUTs and configs", build_words(model, "--hours", f"0..{last:g}", to="aged")),
+        ("All LUTs and configs", build_words(model, "--hours", f"0..{last:.12g}", to="aged")),
         ("This hour's LUT", build_words(model, *lut_options(mode, hours, "cube", kind), to="this-hour")),
         ("The report", report_words(state, model, to="report.html")),
     ]

@@ -51,7 +51,7 @@ async def taken(window: Window, item: str, *, mode: str, hours: float, kind: str
         (file,) = place.rglob(f"*.{item}")
         return f"{stem}-{mode}-{hours:.0f}h-{kind}.{item}", file.read_bytes()
     if item == "build":
-        await _run(build_words(shown, "--hours", f"0..{window.overview['max_hours']:g}", to=str(place / "aged")))
+        await _run(build_words(shown, "--hours", f"0..{window.overview['max_hours']:.12g}", to=str(place / "aged")))
         return f"{stem}-aged.zip", zipped(place / "aged")
     if item == "report":
         await _run(report_words(state, shown, to=str(place / "report.html")))
