@@ -8,8 +8,8 @@ import pytest
 from lutgen import DisplayModel, read_measurements
 from lutgen.bake import config
 from lutgen.bake.config import SIMULATION, AgedConfig, config_text
-from lutgen.bake.plan import display_to_bake
-from lutgen.bake.provenance import config_of_display
+from lutgen.bake.plan import BuildPlan, display_to_bake
+from lutgen.bake.provenance import config_of_all, config_of_display
 from lutgen.display import MODES, default_display
 from lutgen.names import DIRECTIONS, UNREACHABLE
 
@@ -33,6 +33,13 @@ def test_what_stands_in_quotes_or_on_lines_of_its_own_is_worded_too(description:
     for name, text in product(("a_1", "b_2", "aged"), (description, description.replace("1", "2"), "c: d 1")):
         written = AgedConfig(name, text, "aged.cube", {}, SIMULATION)
         assert config_text(written) == config._serialised(written)
+
+
+def test_the_words_name_an_hour_as_its_folder_does() -> None:
+    plan = BuildPlan(hours=(0.0, 10_234.75))
+    common = config_of_all(plan, "aged.cube", unclipped=False)
+    assert "AGING_HOURS (0 to 10234.75)" in common.description
+    assert common.environment["AGING_HOURS"] == "10234.75"
 
 
 def test_what_differs_otherwise_is_worded_by_itself() -> None:

@@ -29,6 +29,7 @@ def provenance_of(model: DisplayModel, aged: AgedDisplay, lut: Lut | MatrixLut, 
     readings, link, source = model.measurements, compensation_of(aged), source_profile_in(aged)
     grid = f"{lut.size}^3 in {lut.space} values, tetrahedral" if lut.size else "one matrix in linear light"
     figures = f"dE2000 of the table mean {error.mean:.4f}, 99 % {error.p99:.4f}, max {error.max:.4f}"
+    hour = hour_name(aged.hours)
     first = _SENDS if link else "what an aged display shows, for an un-aged sRGB viewer"
     lines = (
         f"lutgen {__version__}: {first}",
@@ -37,13 +38,12 @@ def provenance_of(model: DisplayModel, aged: AgedDisplay, lut: Lut | MatrixLut, 
         f"model: reference {model.reference}, selection {model.selection}, luminance {model.luminance.name}",
         *_refinements(model),
         f"mode: {aged.mode}",
-        f"hours: {aged.hours:g}",
+        f"hours: {hour.removesuffix('h')}",
         *([f"source profile: {source.name}, SHA-256 {sha256(source.data)}"] if source else []),
         *([f"light of the un-aged display: times {link.scale:.6f}; {_OUTSIDE}"] if link else []),
         f"grid: {grid}",
         f"fidelity: {figures} over {error.colours} colours, borders included; certificate in manifest.json",
     )
-    hour = hour_name(aged.hours)
     name, kind = ("Correction of an aged display", "compensate-") if link else ("Aged display", "")
     identifier = f"lutgen-{kind}{aged.mode}-{hour}-{readings.sha256[:12]}"
     return Provenance(f"{name}, {aged.mode}, {hour}", identifier, lines, "compensate" if link else "simulate")
@@ -80,18 +80,19 @@ def config_of_display(aged: AgedDisplay, lut: str, *, unclipped: bool) -> AgedCo
 
 def config_of_all(plan: BuildPlan, lut: str, *, unclipped: bool) -> AgedConfig:
     """Return the common config, which selects modes and hours by context variables."""
-    last, correction = max(plan.hours), plan.direction == "compensate"
+    first, last = (hour_name(hour).removesuffix("h") for hour in (min(plan.hours), max(plan.hours)))
+    correction = plan.direction == "compensate"
     mode = "chroma" if "chroma" in plan.modes else plan.modes[0]
     reach = "Other displays show it wrong." if correction else _reach(unclipped=unclipped)
     text = (
         f"{'Compensated for aged' if correction else 'Aged'} displays: choose by the context variables "
-        f"AGING_MODE ({', '.join(plan.modes)}) and AGING_HOURS ({min(plan.hours):g} to {last:g}). {reach}"
+        f"AGING_MODE ({', '.join(plan.modes)}) and AGING_HOURS ({first} to {last}). {reach}"
     )
     return AgedConfig(
         "compensated_displays" if correction else "aged_displays",
         text,
         f"${{AGING_MODE}}/${{AGING_HOURS}}h/{lut}",
-        {"AGING_HOURS": hour_name(last).removesuffix("h"), "AGING_MODE": mode},
+        {"AGING_HOURS": last, "AGING_MODE": mode},
         CORRECTION if correction else SIMULATION,
     )
 

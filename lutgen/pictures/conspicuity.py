@@ -26,7 +26,7 @@ import numpy as np
 
 from lutgen.cells import csv_text
 from lutgen.colorimetry import CHUNK, Array, delta_e_2000
-from lutgen.display import AgedDisplay, DisplayModel, seen_on, what_pictures_carry
+from lutgen.display import AgedDisplay, DisplayModel, hour_name, seen_on, what_pictures_carry
 from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.names import AGING_MODES, SOURCES
 from lutgen.pictures.blocks import Field, Mask, code_of, read_field, threads
@@ -229,7 +229,7 @@ class Conspicuity:
             np.bincount(each[each > 0], minlength=self.nuclei.count + 1)[1:] for each in (labels, self.rings.labels)
         ]
         displays = list(product(self.contrasts, range(len(self.hours))))
-        names = [f"{mode}_{self.hours[place]:g}h" for mode, place in displays]
+        names = [f"{mode}_{hour_name(self.hours[place])}" for mode, place in displays]
         rows = [["nucleus", "x", "y", "pixels", "ring_pixels", "unaged", *names]]
         unaged = next(iter(self.contrasts.values())).unaged
         for each in range(self.nuclei.count):
