@@ -255,12 +255,12 @@ def copy_files(config: Any, folder: Path, output: Path) -> list[str]:
         if Path(source).is_absolute():
             continue
         if "$" in source or "%" in source:
-            remarks.append(f"{source} is chosen by a context variable, and was not copied: copy its files along")
+            remarks.append(f"{source} is chosen by a context variable, and was not copied: copy its files yourself")
             continue
         places = (folder / entry / source for entry in [*bindings.search_path(config), ""])
         path = next((place for place in places if place.is_file()), None)
         if path is None:
-            remarks.append(f"{source} is missing in the config that was merged into")
+            remarks.append(f"{source} was not copied: your config names it, and there is no such file")
             continue
         below = os.path.relpath(path, folder)
         if not below.startswith(os.pardir):

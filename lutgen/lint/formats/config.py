@@ -104,7 +104,7 @@ def scan_config(path: Path) -> ConfigScan:
 def _broken(config: Any) -> list[tuple[str, str]]:
     if endless := bindings.endless_file(config):
         why = f"{endless.name} opens its metadata and never closes them, so that readers never end"
-        return [("whatever reads it", why)]
+        return [(f"every part that reads {endless.name}", why)]
     works, fails = set(), {}
     try:
         for name, transform in bindings.all_parts(config):
@@ -114,7 +114,7 @@ def _broken(config: Any) -> list[tuple[str, str]]:
             except bindings.ocio_errors() as error:
                 fails[name] = in_one_line(error)
     except LutgenError as error:
-        fails["the whole"] = str(error)
+        fails["the whole config"] = str(error)
     # A colour space that converts in one direction only is valid. Many colour spaces of displays do so.
     return [(name, why) for name, why in fails.items() if name not in works]
 
