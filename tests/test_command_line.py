@@ -476,6 +476,7 @@ def test_a_full_disk_under_standard_output_is_one_sentence() -> None:
             "t.png: is given with --plot and with --json.",
         ),
         (("diagnose", "a.csv", "--json", "x.py", "--stub", "x.py"), "x.py: is given with --json and with --stub. Give"),
+        (("diagnose", "a.csv", "--json", "x.py", "--stub", "d/../x.py"), "x.py: is given with --json and with --stub."),
         (("plan", "a.csv", "--json", "x.ti1", "--ti1", "x.ti1"), "x.ti1: is given with --json and with --ti1. Give"),
     ],
 )

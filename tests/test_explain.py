@@ -306,7 +306,7 @@ def test_what_scatters_is_told_from_what_drifts(
     light = (1.0 + moved(np.linspace(0.0, 1.0, readings))) * (1.0 + noise * random.standard_normal((300, readings)))
     drifts = [drift_by_repeats(steadiness(replace(session, xyz=np.outer(each, white)))) for each in light]
     low, high = share
-    assert low <= sum(each.ran_away for each in drifts) / 300 <= high
+    assert low <= sum(each.drifted for each in drifts) / 300 <= high
 
 
 def test_dimming_between_five_patches_is_a_rival_of_hdr(tmp_path: Path) -> None:

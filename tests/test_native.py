@@ -265,6 +265,15 @@ def test_a_reading_that_its_own_model_meets_is_not_misread() -> None:
     assert Problem.of(wrong, baseline="native", instrument="0.002,0.003").discrepancy.misread == (row,)
 
 
+@pytest.mark.parametrize("source", ["readings", "srgb"])
+def test_curves_of_a_given_source_need_no_mixtures(source: str) -> None:
+    readings = session(Panel(), [*TIPS, BLACK, *GREYS, *RAMPS])
+    assert NativeDisplay.of(readings, source=source).source == source
+    assert NativeDisplay.of(readings).source == "ramps"
+    with pytest.raises(LutgenError, match="there is no black"):
+        NativeDisplay.of(session(Panel(), [*TIPS, *GREYS, *RAMPS]), source=source)
+
+
 @pytest.mark.slow
 def test_many_mixtures_outvote_the_ramps() -> None:
     rng = np.random.default_rng(11)

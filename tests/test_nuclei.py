@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pytest
 from jsonschema.exceptions import ValidationError
+from PIL import Image
 from scipy import ndimage
 from skimage.color import combine_stains, rgb_from_hdx, rgb_from_hed
 from skimage.data import immunohistochemistry
@@ -160,6 +161,27 @@ def test_what_is_transparent_is_neither_nucleus_nor_ring(model: DisplayModel, tm
     assert not part.nuclei.labels[:, 18:].any()
     assert not part.rings.labels[:, 18:].any()
     np.testing.assert_allclose(part.contrasts["chroma"].aged, whole.contrasts["chroma"].aged, rtol=1e-12)
+
+
+#: Exif's Orientation → quarter turns, anticlockwise, by which viewers turn a picture.
+TURNS = {3: 2, 6: 3}
+
+
+@pytest.mark.parametrize("orientation", TURNS)
+def test_image_and_mask_are_turned_as_their_files_ask(orientation: int, model: DisplayModel, tmp_path: Path) -> None:
+    labels = discs([(14, 20), (40, 30), (20, 50)], 6, 60)[:, :-6]
+    exif = Image.Exif()
+    exif[0x0112] = orientation
+    for name, stored in (("image", np.array([GROUND, INK, PALE, INK], np.uint8)[labels]), ("mask", labels)):
+        Image.fromarray(stored).save(tmp_path / f"{name}.tif", exif=exif)
+        save(tmp_path / f"{name}.png", np.rot90(stored, TURNS[orientation]))
+    upright = nuclei(tmp_path / "image.png", model, mask=tmp_path / "mask.png", hours=HOURS)
+    assert upright.nuclei.count == 3
+    for mask in ("mask.png", "mask.tif"):
+        analysis = nuclei(tmp_path / "image.tif", model, mask=tmp_path / mask, hours=HOURS)
+        np.testing.assert_array_equal(analysis.nuclei.labels, upright.nuclei.labels)
+        np.testing.assert_array_equal(analysis.contrasts["chroma"].aged, upright.contrasts["chroma"].aged)
+        np.testing.assert_array_equal(analysis.field.rgb(), upright.field.rgb())
 
 
 # Intervals ------------------------------------------------------------------------------------------------------------

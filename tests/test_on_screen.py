@@ -19,7 +19,8 @@ from lutgen.display.on_screen import SIDE, MeasuredUniformity, OnScreen, seen_at
 from lutgen.effects import catalogue
 from lutgen.pictures.difference import shown_lab
 from lutgen.pictures.difference_map import check_placed, difference_map
-from lutgen.pictures.frame import Frame, aged_series, turned
+from lutgen.pictures.frame import Frame, aged_series
+from lutgen.pictures.images import turned
 from lutgen.readings.session import Session
 from lutgen.report import difference_map as report_map
 from tests.command import here

@@ -15,7 +15,7 @@ from lutgen.display.native import NativeDisplay
 from lutgen.display.own_model import OwnModel, Sample, fit_own_model
 from lutgen.display.own_model.drive import WAYS
 from lutgen.display.own_model.ladder import mixtures_error
-from lutgen.display.own_model.native_curves import added_up, best_source, held_out_of_all, straight
+from lutgen.display.own_model.native_curves import added_up, best_source, held_out_of_all, srgb_curves
 from lutgen.errors import LutgenError
 from lutgen.readings import Measurements, read_measurements, read_session
 from tests.own_model_table import NEAR, sample_of
@@ -111,7 +111,7 @@ def test_no_native_display_foretells_worse_than_the_papers(pattern: str) -> None
         if source == "readings":
             prediction = held_out_of_all(sample)
         else:
-            prediction = added_up(sample, straight() if source == "srgb" or ramps is None else ramps, sample.drive)
+            prediction = added_up(sample, srgb_curves() if source == "srgb" or ramps is None else ramps, sample.drive)
         assert mixtures_error(sample, prediction) <= own_model(file.stem).rungs[0].error, file.name
 
 
@@ -128,7 +128,7 @@ def test_greys_and_ramps_alone_foretell_mixtures_about_as_well_as_srgb_curves(pa
             displays = NativeDisplay.of(without_mixtures), NativeDisplay.of(without_mixtures, source="ramps")
         except LutgenError:  # the brightness drifted, so that the greys are not monotonic
             continue
-        of_curves = [added_up(sample, each, sample.drive) for each in (*(n.curves for n in displays), straight())]
+        of_curves = [added_up(sample, each, sample.drive) for each in (*(n.curves for n in displays), srgb_curves())]
         own, ramps, srgb = (mixtures_error(sample, shares) for shares in of_curves)
         assert own <= 1.15 * srgb, file.name
         worse, worse_by_ramps = worse + (own > srgb), worse_by_ramps + (ramps > srgb)

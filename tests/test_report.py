@@ -25,7 +25,8 @@ from lutgen.colorimetry import code_to_linear, linear_to_code
 from lutgen.display import default_display
 from lutgen.numerals import times
 from lutgen.pictures.difference import differences
-from lutgen.pictures.frame import fitting, read_frame, turned
+from lutgen.pictures.frame import fitting, read_frame
+from lutgen.pictures.images import turned
 from lutgen.pictures.viewer import WHITE
 from lutgen.report.drawing import page_png
 from lutgen.report.page_scenes import MOST, SIZE, STEPS, hours_of, map_colours, reach_of

@@ -203,7 +203,7 @@ def test_16_bits_are_rounded_after_aging_and_it_is_said(run: Callable[..., Done]
     done = run("in/deep.tif", "in/s0.png", "--conditions", "none,chroma@18000", "--per-condition", "1",
                "--readers", "2", "-o", "study")  # fmt: skip
     assert done.code == 0
-    assert "16 bits a channel, rounded to 8 bits for the readers: deep." in words(done.out)
+    assert "16 bits per channel, rounded to 8 bits for the readers: deep." in words(done.out)
     protocol = read_protocol(tmp_path / "study")
     shown = pixels(tmp_path / "study" / protocol.render("deep", "none").file)
     assert np.array_equal(shown, np.rint(deep / 257))

@@ -150,7 +150,7 @@ def test_laws_beside_the_likeliest_are_separated_by_semicolons(faded: Trend) -> 
 
 def test_fewer_than_eight_sessions_are_said_where_it_matters(faded: Trend) -> None:
     lines = [str(each) for each in trend_page(faded)]
-    assert any(line.startswith("Fewer than eight sessions (6)") for line in lines)
+    assert any(line.startswith("Fewer than 8 sessions (6)") for line in lines)
 
 
 def test_the_grayscale_function_is_that_of_dicom() -> None:

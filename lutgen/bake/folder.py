@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from lutgen.bake.manifest import JOURNAL, MANIFEST, FileRecord, Manifest, read_manifest, without_ways
+from lutgen.bake.manifest import JOURNAL, MANIFEST, FileRecord, Manifest, read_manifest, without_paths
 from lutgen.errors import LutgenError, reason_of
 from lutgen.files import PARTIAL, cannot_write, file_sha256, is_file, locked, write_atomically
 
@@ -123,7 +123,7 @@ def _without_paths(recipe: Mapping[str, Any]) -> Mapping[str, Any]:
     """Return a recipe without the paths of its files, since a moved folder holds the same build."""
     model = recipe.get("model")
     try:
-        return {**recipe, "model": without_ways(model)}  # type: ignore[arg-type]
+        return {**recipe, "model": without_paths(model)}  # type: ignore[arg-type]
     except (KeyError, TypeError, AttributeError):
         return recipe
 

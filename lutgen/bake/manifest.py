@@ -167,10 +167,10 @@ def same_model(model: Mapping[str, Any], other: Mapping[str, Any]) -> bool:
         {key: value for key, value in each.items() if key not in {"conditions", "carries", "verdict"}}
         for each in (model, json.loads(json.dumps(other)))
     )
-    return without_ways(one) == without_ways(another)
+    return without_paths(one) == without_paths(another)
 
 
-def without_ways(model: Mapping[str, Any]) -> dict[str, Any]:
+def without_paths(model: Mapping[str, Any]) -> dict[str, Any]:
     """Return a description without the paths of its files, since a moved folder holds the same build."""
     display, effects = model["display"], model.get("effects", [])
     content = {key: value for key, value in model.items() if key not in {"display", "file", "effects"}}

@@ -150,10 +150,10 @@ class Command(click.Command):
                     raise LutgenError(
                         f"{path}: is an input of this command, and is never written to. Choose another name for {name}."
                     )
-                if other := written.get(path.absolute()):
+                if other := written.get(path.resolve()):
                     both = f"twice with {name}" if other == name else f"with {other} and with {name}"
                     raise LutgenError(f"{path}: is given {both}. Give each output a name of its own.")
-                written[path.absolute()] = name
+                written[path.resolve()] = name
         try:
             return super().invoke(ctx)
         except LutgenError as error:

@@ -26,6 +26,12 @@ if TYPE_CHECKING:
 
     from lutgen.effects import Effect
 
+#: Message about an invalid [covariance].
+_RECORD = (
+    "[covariance]: of is a list of EFFECT.PARAMETER, rows are lists of numbers: one in the first row, and one more in "
+    "each that follows."
+)
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -209,12 +215,9 @@ class FitCovariance:
             of = tuple((str(effect), str(name)) for effect, name in (str(each).rsplit(".", 1) for each in record["of"]))
             rows = [[float(value) for value in row] for row in record["rows"]]
         except (KeyError, TypeError, ValueError):
-            rows, of = [[0.0, 0.0]], ()  # a first row of two numbers, which the next line refuses
+            raise LutgenError(_RECORD) from None
         if any(len(row) != place + 1 for place, row in enumerate(rows)):
-            raise LutgenError(
-                "[covariance]: of is a list of EFFECT.PARAMETER, rows are lists of numbers: one in the first row, and "
-                "one more in each that follows."
-            )
+            raise LutgenError(_RECORD)
         matrix = np.zeros((len(rows), len(rows)))
         matrix[np.tril_indices(len(rows))] = [value for row in rows for value in row]
         return cls(of, matrix + np.tril(matrix, -1).T)

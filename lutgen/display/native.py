@@ -34,7 +34,7 @@ from lutgen.display.own_model.native_curves import (
     best_source,
     by_greys,
     curves_of,
-    straight,
+    srgb_curves,
 )
 from lutgen.display.own_model.sample import first_session_rows, in_first_session, sample_of
 from lutgen.display.own_model.stored import StoredModel
@@ -143,10 +143,10 @@ class NativeDisplay:
         """
         sample = None if source in {"ramps", "greys"} else _sample(readings, leave_out)
         by_ramps = partial(cls._of_ramps, readings, strict=strict)
+        if sample is not None and source is not None:
+            return cls(curves_of(sample) if source == "readings" else srgb_curves(), _black_of(sample), source)
         if sample is None or sample.mixtures < FEW:
             return by_ramps(leave_out, source or _source_without_mixtures(sample, readings, leave_out, by_ramps))
-        if source is not None:
-            return cls(curves_of(sample) if source == "readings" else straight(), _black_of(sample), source)
         if sample.mixtures < LEAST_MIXTURES:
             return _or_srgb(by_ramps(leave_out, "ramps"), sample)
         try:
@@ -161,7 +161,7 @@ class NativeDisplay:
         chosen, remark = best_source(sample, ramps.curves if ramps else None, ramps.source if ramps else "ramps")
         if ramps is not None and chosen == ramps.source:
             return replace(ramps, ladder=ladder)
-        curves = curves_of(sample) if chosen == "readings" else straight()
+        curves = curves_of(sample) if chosen == "readings" else srgb_curves()
         return cls(curves, _black_of(sample), chosen, (remark,), ladder=ladder)
 
     @classmethod
@@ -307,12 +307,12 @@ def _or_srgb(native: NativeDisplay, sample: Sample) -> NativeDisplay:
 
     This is the rule of the ladder, whose lowest rung is sRGB's curves.
     """
-    own, srgb = (added_up(sample, each, sample.drive) for each in (native.curves, straight()))
+    own, srgb = (added_up(sample, each, sample.drive) for each in (native.curves, srgb_curves()))
     if clearly_better(sample, own, srgb):
         return native
     errors = f"{native.source} {mixtures_error(sample, own):.2f}; sRGB {mixtures_error(sample, srgb):.2f}"
     remark = f"Curves are those of sRGB: mean ΔE2000 on mixtures: {errors}. Its own are not clearly nearer."
-    return replace(native, curves=straight(), source="srgb", remarks=(*native.remarks, remark))
+    return replace(native, curves=srgb_curves(), source="srgb", remarks=(*native.remarks, remark))
 
 
 def _black_of(sample: Sample) -> tuple[float, float, float]:

@@ -192,7 +192,7 @@ async def _table(window: Window, request: Request) -> Response:
         _kind(request),
         **_seen(request),
         without=request.query_params.get("without") == "yes",
-        size=int(size) if size.isdecimal() and len(size) < 4 else 0,
+        size=int(size) if size.isascii() and size.isdecimal() and len(size) < 4 else 0,
         differences=request.query_params.get("map") == "yes",
     )
     return Response(table, media_type="application/octet-stream", headers={"X-Lutgen-Size": size})

@@ -112,7 +112,7 @@ def _penalty(entry: CampaignEntry) -> float:
     if points is None:
         return np.inf
     off = abs(points.excess)
-    return (10.0 if drift_by_repeats(steadiness(entry.session)).ran_away else 0.0) + (off if off >= BY_CONTENT else 0.0)
+    return (10.0 if drift_by_repeats(steadiness(entry.session)).drifted else 0.0) + (off if off >= BY_CONTENT else 0.0)
 
 
 def _age(entry: CampaignEntry) -> tuple[float, str]:

@@ -102,7 +102,7 @@ class SessionPair:
         # One meter has the same noise in both sessions, so the noise of one session bounds the scatter of the other.
         known = [other.noise if other and not self.other_instrument else None for other in reversed(steady)]
         own = [drift_by_repeats(each, scatter) for each, scatter in zip(steady, known, strict=True)]
-        if not any(each.ran_away for each in own):
+        if not any(each.drifted for each in own):
             own[1] = drift_by_order(*self.sessions[::-1]) or own[1]
         return own[0], own[1]
 

@@ -9,7 +9,7 @@ from lutgen.errors import listed
 from lutgen.history.patches import CHANNELS, Primaries, mean_xyz, ramp, repeats, tips
 from lutgen.history.transfer import Calibration, GreyTracking, Transfer
 from lutgen.numerals import in_percent
-from lutgen.readings.session import Session
+from lutgen.readings.session import DRIVE_TOLERANCE, Session
 from lutgen.readings.steadiness import Steadiness
 
 #: Smallest change of luminance within a session that counts as drift, and smallest change that is too large for a
@@ -198,7 +198,7 @@ def missing_patches(session: Session) -> Iterator[str]:
         yield "No black: no contrast, no black-level or ambient light, and γ is fitted without subtracting black."
     if not any(rows.size > 1 for rows in repeats(session)):
         yield "No patch was read twice: no noise, no drift within the session (warm-up, automatic brightness)."
-    if ramp(session, "grey").drive.size <= FEWEST_LEVELS:
+    if (ramp(session, "grey").drive < 1.0 - DRIVE_TOLERANCE).sum() < FEWEST_LEVELS:
         yield f"Fewer than {FEWEST_LEVELS} greys below white: a coarse transfer curve, no drift of γ."
     if short:
         yield f"No ramp of {', '.join(short)}: no γ of these channels alone."

@@ -26,7 +26,7 @@ from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError
 from lutgen.names import SIGNAL
 from lutgen.pictures.encoding import Decoder, NotFiniteError, Storage, Stored, joined, level_of, levels_of, not_finite
-from lutgen.pictures.images import open_source
+from lutgen.pictures.images import open_source, turned
 from lutgen.progress import Progress
 
 #: Threads that the current work may use; 0: one for each core.
@@ -210,7 +210,10 @@ def code_of(keys: NDArray[np.uint64]) -> Array:
 
 
 def read_field(file: str | Path, source: str = "auto") -> Field:
-    """Read a field of view of at most ``FIELD_PIXELS`` pixels. Raises LutgenError: unreadable, or only one colour."""
+    """Read a field of view of at most ``FIELD_PIXELS`` pixels, turned as viewers turn it.
+
+    Raises LutgenError: unreadable, or only one colour.
+    """
     path = Path(file)
     if path.suffix.lower() in SUFFIXES:
         raise LutgenError(
@@ -236,6 +239,7 @@ def read_field(file: str | Path, source: str = "auto") -> Field:
                 row, column = divmod(error.index, image.width)
                 raise not_finite(file, column, first + row) from None
             keys[first:last] = joined(np.rint(planes * 65535.0), 16).reshape(last - first, image.width)
+    keys, visible = turned(keys, image.orientation), turned(visible, image.orientation)
     if not visible.any():
         raise LutgenError(f"{file}: every pixel is transparent (alpha 0): there is nothing to see.")
     seen = keys[visible]

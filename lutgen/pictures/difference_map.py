@@ -27,13 +27,10 @@ from lutgen.pictures.blocks import Blocks, Place, open_blocks
 from lutgen.pictures.difference import differences, statistics
 from lutgen.pictures.distinct import Counts, count_colours
 from lutgen.pictures.encoding import Decoder, Keys, Storage, Stored, joined
-from lutgen.pictures.frame import AreaMeans, Grid, turned, whole_factor
-from lutgen.pictures.images import new_by_oiio
+from lutgen.pictures.frame import LONGEST, AreaMeans, Grid, whole_factor
+from lutgen.pictures.images import new_by_oiio, turned
 from lutgen.pictures.lifetime import binning_error
 from lutgen.progress import Progress, part_of, unseen
-
-#: Longest side in pixels of a map to look at: a larger map does not fit on a screen beside its scale.
-LONGEST = 1000
 
 #: Width of the histogram's bins in ΔE2000.
 BIN = 0.1

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +25,7 @@ from lutgen.pictures.blocks import Blocks, Place, open_blocks
 from lutgen.pictures.difference import DifferenceCurve, curves_of, differences, statistics
 from lutgen.pictures.distinct import count_colours
 from lutgen.pictures.encoding import Decoder, Storage, Stored, joined, levels_of
+from lutgen.pictures.images import turned
 from lutgen.progress import Progress, part_of, unseen
 
 #: Pixels converted to double precision at a time.
@@ -231,15 +232,6 @@ def fitting(height: int, width: int, pixels: int, most: int) -> tuple[int, int]:
     share = min((pixels / (height * width)) ** 0.5, most / width, 1.0)
     # Rounding errors may make a whole number of pixels too small by up to a millionth.
     return max(int(height * share + 1e-6), 1), max(int(width * share + 1e-6), 1)
-
-
-def turned(frame: Any, orientation: int) -> Any:
-    """Turn a frame (h, w, …) as the file's Orientation (Exif, 1 to 8) tells viewers to turn it."""
-    if orientation in (5, 6, 7, 8):
-        frame = frame.swapaxes(0, 1)
-    if orientation in (3, 4, 7, 8):
-        frame = frame[::-1]
-    return frame[:, ::-1] if orientation in (2, 3, 6, 7) else frame
 
 
 #: Code value of L* = 50, shown in place of pixels of alpha 0.

@@ -327,3 +327,12 @@ def _tiff_is_whole(file: BinaryIO, size: int) -> bool:
         if bytes_ > struct.calcsize(where) and value + bytes_ > size:
             return False
     return True
+
+
+def turned(frame: Any, orientation: int) -> Any:
+    """Turn a frame (h, w, …) as the file's Orientation (Exif, 1 to 8) tells viewers to turn it."""
+    if orientation in (5, 6, 7, 8):
+        frame = frame.swapaxes(0, 1)
+    if orientation in (3, 4, 7, 8):
+        frame = frame[::-1]
+    return frame[:, ::-1] if orientation in (2, 3, 6, 7) else frame

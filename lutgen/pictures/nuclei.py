@@ -24,7 +24,7 @@ from lutgen.bindings import optional
 from lutgen.errors import LutgenError, listed, refuse_unknown
 from lutgen.names import STAINS
 from lutgen.pictures.blocks import Field, Mask
-from lutgen.pictures.images import FORMATS, first_bytes, opened_by_oiio
+from lutgen.pictures.images import FORMATS, first_bytes, opened_by_oiio, turned
 
 #: Least share of brown pixels among the stained pixels for the stain DAB. Eosin and haematoxylin absorb blue least.
 BROWN = 0.1
@@ -267,18 +267,19 @@ def _read(file: str | Path, field: Field) -> NDArray[Any]:
     if image is None:
         raise LutgenError(f"{file}: the mask is damaged and cannot be read. Get a whole copy.")
     spec = image.spec()
-    if (spec.height, spec.width) != field.shape:
+    orientation = int(spec.get_int_attribute("Orientation", 1))
+    height, width = (spec.height, spec.width) if orientation < 5 else (spec.width, spec.height)
+    if (height, width) != field.shape:
         rows, columns = field.shape
         raise LutgenError(
-            f"{file}: the mask has {spec.width} × {spec.height} pixels, the image {field.file} {columns} × {rows}. "
-            f"{_ALLOWED}"
+            f"{file}: the mask has {width} × {height} pixels, the image {field.file} {columns} × {rows}. {_ALLOWED}"
         )
     stored = image.read_image(0, 0, 0, spec.nchannels, spec.format)
     if stored is None or image.has_error:
         image.geterror()
         raise LutgenError(f"{file}: the mask is damaged and cannot be read to its end. Get a whole copy.")
     image.close()
-    values = np.asarray(stored).reshape(spec.height, spec.width, spec.nchannels)
+    values = turned(np.asarray(stored).reshape(spec.height, spec.width, spec.nchannels), orientation)
     shades = values[..., :3] if spec.nchannels > 2 else values[..., :1]
     if spec.nchannels > 2 and (shades != shades[..., :1]).any():
         raise LutgenError(f"{file}: the mask is coloured, and a colour is no label. {_ALLOWED}")

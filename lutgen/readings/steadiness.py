@@ -111,7 +111,7 @@ class SessionDrift:
         return abs(self.change) / max(RAN_AWAY, CLEAR * self.scatter)
 
     @property
-    def ran_away(self) -> bool:
+    def drifted(self) -> bool:
         """Whether the change counts as drift."""
         return self.size >= 1.0
 

@@ -100,7 +100,7 @@ def frame(series: AgedSeries, mode: str, hour: float) -> Pixels:
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 
-#: Kind of PNG: eight bits a channel, RGB; deflate, adaptive filters, not interlaced.
+#: Kind of PNG: eight bits per channel, RGB; deflate, adaptive filters, not interlaced.
 KIND = bytes((8, 2, 0, 0, 0))
 
 

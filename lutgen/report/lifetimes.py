@@ -71,7 +71,7 @@ def counted(image: ImageLifetime) -> str:
     """Return a sentence with the number of pixels, of colours, and of pixels left out."""
     sentence = f"{Path(image.file).name}: {pixels_of_colours(image.pixels, image.colours)}"
     if image.binning_error:
-        sentence += f" ({image.bits} bits a channel: ΔE2000 of a pixel to ± {image.binning_error:.1g})"
+        sentence += f" ({image.bits} bits per channel: ΔE2000 of a pixel to ± {image.binning_error:.1g})"
     if image.tissue is None:
         return f"{sentence}."
     if image.tissue.threshold is None:

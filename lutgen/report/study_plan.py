@@ -204,7 +204,7 @@ def plan_page(planned: Planned) -> Iterator[Part]:
     if planned.left_out:
         yield f"Read by nobody: {counted(len(planned.left_out), 'image')} given ({listed(planned.left_out, LISTED)})."
     if planned.rounded:
-        yield f"16 bits a channel, rounded to 8 bits for the readers: {listed(planned.rounded, LISTED)}."
+        yield f"16 bits per channel, rounded to 8 bits for the readers: {listed(planned.rounded, LISTED)}."
     yield from planned.remarks
     if power is not None:
         yield ""

@@ -64,7 +64,7 @@ def trend_page(trend: Trend) -> Iterator[Part]:
     if kept < FEWEST:
         yield f"{counted(kept, 'session')}: a time cannot be told from fewer than {FEWEST}."
     elif kept < ENOUGH and any(each.status == "ahead" for each in trend.passings):
-        yield f"Fewer than eight sessions ({kept}): the intervals depend strongly on the assumed laws of decay."
+        yield f"Fewer than {ENOUGH} sessions ({kept}): the intervals depend strongly on the assumed laws of decay."
     yield limits(trend)
     yield from (f"{each.limit.text}: {source(each.limit)}." for each in trend.passings if _is_read(trend, each))
     # Two published sets may contain the same limit.

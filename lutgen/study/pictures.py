@@ -50,7 +50,7 @@ class Picture:
     #: Size in pixels.
     width: int
     height: int
-    #: Whether the image has 16 bits a channel, and is shown rounded to 8 bits.
+    #: Whether the image has 16 bits per channel, and is shown rounded to 8 bits.
     rounded: bool
 
     @property
@@ -134,7 +134,7 @@ def shown_pixels(path: Path) -> Pixels:
 def _check_shown(source: ImageSource) -> None:
     path = source.path
     if source.format.name not in KINDS or source.storage.dtype not in (np.uint8, np.uint16):
-        message = f"{path}: readers are shown PNG, TIFF or JPEG of 8 or 16 bits a channel. Export the image as one."
+        message = f"{path}: readers are shown PNG, TIFF or JPEG of 8 or 16 bits per channel. Export the image as one."
         raise LutgenError(message)
     turned = int(source.spec.get_int_attribute("Orientation", 1))
     if turned > 1:

@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lutgen.bake.manifest import model_as_json, without_ways
+from lutgen.bake.manifest import model_as_json, without_paths
 from lutgen.display import DisplayModel, what_luts_carry
 from lutgen.errors import LutgenError, reason_of
 from lutgen.files import PARTIAL, file_sha256, scratch
@@ -45,7 +45,7 @@ class Planned:
     protocol: Protocol
     #: Names of given images that nobody reads.
     left_out: tuple[str, ...]
-    #: Names of images with 16 bits a channel, which are shown rounded to 8 bits.
+    #: Names of images with 16 bits per channel, which are shown rounded to 8 bits.
     rounded: tuple[str, ...]
     #: Sentences on conditions of the display that the LUTs fix, or cannot represent.
     remarks: tuple[str, ...]
@@ -235,7 +235,7 @@ def _model(model: DisplayModel, luts: dict[str, BakedLut]) -> dict[str, Any]:
         "file": Path(readings.file).name,
         "model": Path(model.file).name if model.file else None,
         "sha256": readings.sha256,
-        "description": without_ways(model_as_json(model, Path.cwd())),
+        "description": without_paths(model_as_json(model, Path.cwd())),
         "luts": {name: lut.as_json() for name, lut in luts.items()},
     }
     # Lists instead of tuples, as in a protocol read from its file.

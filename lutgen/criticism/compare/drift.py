@@ -95,7 +95,7 @@ def _drift(
     ]
     # A single reading of many may be an outlier; a drift changes several, so the second largest change counts.
     most = sorted(range(len(changes)), key=lambda each: -changes[each].size)[1 if steady.readings >= FEWEST else 0]
-    if changes[most].ran_away:
+    if changes[most].drifted:
         change, row = changes[most].change, int(here[steady.rows[most]])
         red, green, blue = readings.drive[row].tolist()
         yield Drift(change, float(readings.hours[row]), readings.places([row]), (red, green, blue))

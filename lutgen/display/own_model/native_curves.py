@@ -55,7 +55,7 @@ def curves_of(sample: Sample) -> Curves3:
     return red, green, blue
 
 
-def straight() -> Curves3:
+def srgb_curves() -> Curves3:
     """Return sRGB's curves, which are straight lines in encoded light: the lowest rung."""
     red, green, blue = (TransferCurve(name, (0.0, 1.0), (0.0, 1.0)) for name in TIP_NAMES[1:])
     return red, green, blue
@@ -78,7 +78,7 @@ def best_source(sample: Sample, ramps: Curves3 | None, name: str) -> tuple[str, 
     replace both if their error is smaller.
     """
     by_all = held_out_of_all(sample)
-    shares = {"readings": by_all, "srgb": added_up(sample, straight(), sample.drive)}
+    shares = {"readings": by_all, "srgb": added_up(sample, srgb_curves(), sample.drive)}
     if ramps:
         shares[name] = added_up(sample, ramps, sample.drive)
     errors = {each: mixtures_error(sample, share) for each, share in shares.items()}

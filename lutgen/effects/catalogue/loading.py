@@ -43,7 +43,6 @@ from lutgen.effects.shapes import POWER, SATURATION, growth, over_screen
         "eotf-drift": "window patches",
     },
     says="a white screen loses {size} of its light",
-    says_less="a white screen gains {size} of light",
     source="Elze, Taylor & Bex 2013, doi:10.1118/1.4818056 (effect on OLEDs); size: an assumption",
     new=Parameter(0.03, (0.0, 0.6), "1", "share of the light that a white screen loses, at hour 0"),
     grown=Parameter(0.03, (-0.2, 0.35), "1", "growth of that share by 18 000 h"),

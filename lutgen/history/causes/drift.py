@@ -16,7 +16,7 @@ def _proof(pair: SessionPair) -> str:
     changes = [
         f"within {whose} luminance changed by {in_percent(each.change, 1, signed=True)}, {_HOW[each.by]}"
         for each, whose in zip(pair.drifts, ("the reference", "the session"), strict=True)
-        if each.ran_away
+        if each.drifted
     ]
     return f"{listed(changes)}; levels of this pair are uncertain by as much" if changes else ""
 
