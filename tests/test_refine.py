@@ -16,6 +16,7 @@ from lutgen.criticism.compare.comparison import compare_problem
 from lutgen.criticism.diagnose import diagnose
 from lutgen.criticism.display_model import terms_of
 from lutgen.criticism.refine import Course, Refinement, refine
+from lutgen.criticism.search.candidates import family
 from lutgen.display import DisplayModel, load_model, save_model
 from lutgen.display.tips import luminance_law
 from lutgen.errors import LutgenError
@@ -29,6 +30,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from lutgen.colorimetry import Array
+    from lutgen.criticism.fit.least_squares import Fit
+    from lutgen.criticism.search.candidates import Family
+    from lutgen.effects import Effect
     from lutgen.readings import Measurements
 
 pytestmark = pytest.mark.numbers
@@ -240,6 +244,7 @@ def tips_only() -> Measurements:
 
 @pytest.mark.parametrize(("add", "baseline", "told"), [
     (["backlight-decay"], "colour-points", r"hidden by white and primaries .* Add --baseline first-hour"),
+    (["backlight-decay"], "native", r"hidden by white and primaries .* Add --baseline native-first-hour"),
     (["yellowing"], "colour-points", "only a fit from the hour-0 display shows it"),
     (["leakage"], "colour-points", r"effect 'leakage'.*Pick one of"),
     (["crosstalk", "crosstalk"], "colour-points", "in the model already"),
@@ -247,6 +252,19 @@ def tips_only() -> Measurements:
 def test_what_cannot_be_added_is_refused(add: list[str], baseline: str, told: str) -> None:
     with pytest.raises(LutgenError, match=told):
         refine(readings(), add, baseline=baseline)
+
+
+def test_forms_are_chosen_again_beside_an_effect_without_free_parameters(monkeypatch: pytest.MonkeyPatch) -> None:
+    fitted: list[str] = []
+
+    def noted(base: Fit, effect: Effect, *, freely: bool) -> Family:
+        fitted.append(effect.name)
+        return family(base, effect, freely=freely)
+
+    monkeypatch.setattr("lutgen.criticism.refine.family", noted)
+    final = Course.of(readings()).fit(["crosstalk", "quantization"])
+    assert {term.effect.name: len(term.free) for term in final.terms} == {"crosstalk": 1, "quantization": 0}
+    assert fitted == ["crosstalk", "quantization", "crosstalk"]
 
 
 def test_an_effect_that_the_model_has_is_not_added_again() -> None:

@@ -20,6 +20,7 @@ from lutgen.criticism.search.influence import without_exchanged
 from lutgen.display.carried import what_luts_carry
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError, pick_one
+from lutgen.names import NATIVE_BASELINES
 from lutgen.numerals import times
 
 if TYPE_CHECKING:
@@ -295,7 +296,7 @@ def _with_effect(current: Fit, effect: Effect) -> Fit:
     """Add an effect in its best form, then choose the forms of all other effects again."""
     _check_enough(current, effect)
     joint = family(current, effect, freely=True).best.fit
-    for name in [term.effect.name for term in joint.terms if term.free][:-1]:
+    for name in [term.effect.name for term in current.terms if term.free]:
         term = next(each for each in joint.terms if each.effect.name == name)
         rest = fit(joint.problem, tuple(each for each in joint.terms if each is not term))
         again = family(rest, term.effect, freely=True).best.fit
@@ -305,9 +306,10 @@ def _with_effect(current: Fit, effect: Effect) -> Fit:
 
 def _check_visible(effect: Effect, baseline: str) -> None:
     if not candidates({effect.name: effect}, baseline, ()):
+        foretelling = "native-first-hour" if baseline in NATIVE_BASELINES else "first-hour"
         raise LutgenError(
             f"effect {effect.name!r} is hidden by white and primaries that are measured again at each hour: only a fit "
-            f"from the hour-0 display shows it. Add --baseline first-hour."
+            f"from the hour-0 display shows it. Add --baseline {foretelling}."
         )
 
 
