@@ -38,7 +38,8 @@ if TYPE_CHECKING:
 
 __all__ = ["VERDICTS", "Diagnosis", "Ranked", "diagnose"]
 
-#: The search is repeated if the estimated drift of the gain within sessions changes by more than this factor.
+#: The search is repeated if the estimated dark offset, or drift of the gain within sessions, changes by more than this
+#: factor.
 UNSTEADIER = 2.0
 
 #: Number of effects, from the best, whose held-out error is computed.
@@ -186,25 +187,28 @@ def diagnose(
     """
     problem = Problem.of(readings, baseline=baseline, selection=selection, instrument=instrument)
     problem, exchanged = without_exchanged(problem)
-    problem, rows = with_shared_errors(problem, terms), tuple(row for pair in exchanged for row in pair)
+    left_out = [row for pair in exchanged for row in pair]
+    problem = with_shared_errors(problem, terms)
     choices = candidates(effects, baseline, (*without, *(term.effect.name for term in terms)))
     if problem.first_readings:
         # The choice among the paper's matrices has no influence if a colour is predicted from its own first reading.
         choices = [each for each in choices if each.stage != "selection"]
     base, error = fit(problem, terms), PureError.of(problem)
     if wrong := (*wrong_rows(base), *misread_rows(problem)):
-        problem, rows = problem.without(wrong), (*rows, *wrong)
+        left_out += wrong
+        problem = problem.without(wrong)
         base, error = fit(problem, terms), PureError.of(problem)
     seen = tuple(visibility(base, choices))
     explanation = explain(base, choices, error, progress)
-    # A misfit can hide a drift of the gain or look like a drift: estimate the drift again after effects explain the
-    # misfit.
+    # A misfit can hide a drift of the gain or a dark offset, or look like one: estimate both again after effects
+    # explain the misfit.
     again = with_shared_errors(problem, explanation.final.terms) if explanation.steps else problem
     if _differ(again.wander, problem.wander) or _differ(again.offset_cd_m2, problem.offset_cd_m2):
         problem = again
         base = fit(problem, terms)
         explanation = explain(base, choices, error, progress, known=[step.chosen for step in explanation.steps])
-    suspicion = _suspicion(base, error, rows, exchanged)
+    rows = tuple(sorted({*problem.noise.outliers, *left_out}))
+    suspicion = Suspicion(rows, wrong_sessions(base, error.variance), suspicious_noise(problem), exchanged)
     verdict = pronounce(explanation, error, seen, suspicion)
     named = [step for step in explanation.steps if step.name in verdict.effects]
     rivals = {(step.name, rival.name) for step in named for rival in step.rivals}
@@ -240,18 +244,10 @@ def candidates(effects: Mapping[str, Effect] | None, baseline: str, without: Seq
     return [each for each in usable if baseline in FORETELLING_BASELINES or each.baseline == "colour-points"]
 
 
-def _suspicion(base: Fit, error: PureError, rows: Sequence[int], exchanged: tuple[tuple[int, int], ...]) -> Suspicion:
-    problem = base.problem
-    scale = error.variance
-    wrong = tuple(sorted({*problem.noise.outliers, *rows}))
-    return Suspicion(wrong, wrong_sessions(base, scale), suspicious_noise(problem), exchanged)
-
-
 def _ranking(explanation: Explanation, seen: Sequence[Visibility], error: PureError) -> list[Ranked]:
     base = explanation.base
     absorbed = {each.effect: each.absorbed for each in seen}
-    noise = error.variance
-    excess = max(base.chi2 - base.freedom * noise, 1e-9)
+    excess = max(base.chi2 - base.freedom * error.variance, 1e-9)
     rows = []
     for place, family in enumerate(explanation.first):
         best = family.best

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -82,7 +81,7 @@ def _tips_of(current: Fit, after: Comparison) -> Array:
 
 
 def _at_rest(problem: Problem, effects: Sequence[Effect]) -> Conditions:
-    """Return the campaign's rest in the columns that effects need; a bake uses it unless ``--at`` states others."""
+    """Return the rest conditions of the campaign that effects need; a bake uses them unless ``--at`` states others."""
     needed = {name for effect in effects for name in effect.needs}
     return conditions_of({name: value for name, value in problem.readings.usual().items() if name in needed})
 
@@ -91,7 +90,7 @@ def terms_of(model: DisplayModel) -> tuple[Term, ...]:
     """Return the effects of a saved model as terms of a fit, with the same free parameters."""
     terms = []
     for applied in model.effects:
-        grids = tuple(name for name in applied.free if applied.effect.parameters[name].grid)
-        free = tuple(name for name in applied.free if name not in grids)
-        terms.append(replace(Term(applied.effect, dict(applied.values)), free=free, gridded=grids))
+        gridded = tuple(name for name in applied.free if applied.effect.parameters[name].grid)
+        free = tuple(name for name in applied.free if name not in gridded)
+        terms.append(Term(applied.effect, dict(applied.values), free, gridded))
     return tuple(terms)

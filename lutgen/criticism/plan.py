@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from math import isnan
 from typing import TYPE_CHECKING, Any
 
 from lutgen.criticism.diagnose import candidates, known_under
@@ -50,6 +51,8 @@ class MeasurementPlan:
     gains
         Set of patches → smallest detectable size, or separation, (before, after). For general coverage: (None, number
         of effects that become visible).
+    separation
+        With ``between``: the patches that best distinguish the two effects; otherwise None.
 
     """
 
@@ -97,7 +100,7 @@ class MeasurementPlan:
 def _rest(name: str) -> str:
     """Return the cell of a condition at rest."""
     value = OPTIONAL[name]
-    return "" if value != value else f"{value:g}"  # noqa: PLR0124 - NaN: warm, or unknown
+    return "" if isnan(value) else f"{value:g}"  # NaN: warm, or unknown
 
 
 def plan(
@@ -175,8 +178,8 @@ def _told_apart(base: Fit, fitted: Mapping[str, Fit], separations: Sequence[Sepa
     if all(base.chi2 - each.chi2 < THREE_TIMES_DETECTABLE**2 for each in fitted.values()):
         before = min(each.before for each in separations)
         return (
-            f"These readings show neither {better} nor {worse}, and would tell them apart: either at three times its "
-            f"detectable size differs from the other by a χ² of {before:.3g}; {CLEAR:g} is clear."
+            f"These readings show neither {better} nor {worse}, and would tell them apart: at three times its "
+            f"detectable size, each differs from the other by a χ² of at least {before:.3g}; {CLEAR:g} is clear."
         )
     # Where neither explains half of the excess, other errors decide which of the two fits better.
     excess = base.chi2 - base.freedom
@@ -189,7 +192,7 @@ def _told_apart(base: Fit, fitted: Mapping[str, Fit], separations: Sequence[Sepa
 
 
 def _hidden(base: Fit, effects: Sequence[Effect]) -> str:
-    """Return the reason and the remedy if re-measured white and primaries hide effects of these; else ""."""
+    """Return the reason and the remedy if re-measured white and primaries hide some of the effects; else ""."""
     hidden = [each.name for each in effects if each.baseline == "first-hour"]
     if base.problem.from_first_hour or not hidden:
         return ""
@@ -216,7 +219,7 @@ def _as_truth(base: Fit, fitted: Fit, effect: Effect) -> Fit:
     score, term = base.score, Term.at_rest(effect, effect.forms[0])
     sizes = {}
     for name in term.free:
-        strength = float(abs(score.seen(term, name)[1]).max() and (score.seen(term, name)[1] ** 2).sum() ** 0.5)
+        strength = float((score.seen(term, name)[1] ** 2).sum() ** 0.5)
         low, high = effect.parameters[name].bounds
         rest, typical = term.values[name], effect.parameters[name].value
         size = THREE_TIMES_DETECTABLE / strength if strength > 0 else abs(typical - rest)
@@ -226,15 +229,14 @@ def _as_truth(base: Fit, fitted: Fit, effect: Effect) -> Fit:
 
 def _fit_of_tips(truth: Fit) -> Fit:
     """Return the fit of the tips alone to noise-free readings of ``truth``."""
-    exact = truth.problem.readings.with_light(truth.problem.readings.xyz_cd_m2.copy())
-    exact.xyz_cd_m2[truth.problem.rows] = truth.predicted
-    return fit(replace(truth.problem, readings=exact), (), truth.state)
+    return fit(truth.problem.with_light(truth.predicted), (), truth.state)
 
 
 def _for_effect(base: Fit, effect: Effect) -> MeasurementPlan:
     if why := _hidden(base, [effect]):
         raise LutgenError(f"no patch in one more session would show {effect.name}: {why}")
-    before = visibility(base, [effect])[0].smallest_detectable
+    seen = visibility(base, [effect])[0]
+    before = seen.smallest_detectable
     gains = {}
     for name, patches in POOL.items():
         problem = with_patches(base.problem, patches)
@@ -243,12 +245,12 @@ def _for_effect(base: Fit, effect: Effect) -> MeasurementPlan:
     if not useful:
         raise LutgenError(
             f"no patch in one more session would show {effect.name}: on every set of patches that a plan knows, it "
-            "changes less than the noise, or the rest of the model takes its place. A better meter may show it."
+            "changes the light by less than the noise, or the rest of the model absorbs the change. A better meter may "
+            "show it."
         )
     # The information is 1/size². Its increase is divided by the root of the number of patches, which take time to read.
     already = before**-2 if before else 0.0
     best = max(useful, key=lambda name: (useful[name] ** -2 - already) / len(POOL[name]) ** 0.5)
-    seen = visibility(base, [effect])[0]
     unit = f" {seen.unit}" if seen.unit not in {"1", ""} else ""
     was = "cannot be seen" if before is None else f"is seen from {before:.3g}{unit}"
     sentence = f"To see {effect.name}: {best}. Today it {was}; with these patches from {useful[best]:.3g}{unit}."
@@ -257,9 +259,7 @@ def _for_effect(base: Fit, effect: Effect) -> MeasurementPlan:
 
 def _noise_free(base: Fit, problem: Problem) -> Fit:
     """Return the fit of the base's effects to noise-free readings of a problem with added patches."""
-    exact = problem.readings.with_light(problem.readings.xyz_cd_m2.copy())
-    exact.xyz_cd_m2[problem.rows] = predict(problem, base.state)
-    return fit(replace(problem, readings=exact), base.terms, base.state)
+    return fit(problem.with_light(predict(problem, base.state)), base.terms, base.state)
 
 
 def _coverage(base: Fit, effects: Sequence[Effect]) -> MeasurementPlan:
@@ -280,7 +280,7 @@ def _coverage(base: Fit, effects: Sequence[Effect]) -> MeasurementPlan:
         chosen.append(best)
     if not chosen:
         chosen = ["nine greys", "ramps of red, green, blue", "secondaries", "mixtures"]
-    effects_shown = sorted({name for each in chosen for name in shown.get(each, set())})
+    effects_shown = sorted({name for each in chosen for name in shown[each]})
     result = f" They make visible: {', '.join(effects_shown)}." if effects_shown else ""
     sentence = f"For general coverage: {'; '.join(chosen)}.{result}"
     return MeasurementPlan(sentence, (*BASICS, *(patch for name in chosen for patch in POOL[name])), gains)

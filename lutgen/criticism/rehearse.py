@@ -18,6 +18,7 @@ from lutgen.criticism.fit.linear import State, Term, predict, whiten
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.pure_error import PureError
 from lutgen.criticism.search.candidates import family
+from lutgen.criticism.search.forms import grid_values
 from lutgen.criticism.search.stepwise import explain
 from lutgen.criticism.verdict.visibility import threshold, visibility
 from lutgen.effects.declare import PROPOSED
@@ -39,10 +40,10 @@ SEED = 20150319
 #: Size of the added effect in units of the smallest detectable size: nearly every campaign finds this size.
 TIMES = 3.0
 
-#: Number of standard errors within which a size is recovered.
+#: A size is recovered if it differs from the added size by at most this number of standard errors.
 WITHIN = 3.0
 
-#: Largest number of effects that the search may name in place of one recovered effect.
+#: An effect is recovered if the search names at most this number of effects in its place, itself included.
 MOST_ALIKE = 2
 
 
@@ -142,7 +143,6 @@ def _is_amplitude(effect: Effect, name: str) -> bool:
 
 def _settings(problem: Problem, effect: Effect, forms: Sequence[tuple[str, ...]]) -> list[Term]:
     """Return an effect at rest in several forms, each with all settings of its grids."""
-    gaps = tuple((problem.hours[1:] + problem.hours[:-1]) / 2)
     terms = []
     for form in forms or ((),):
         given = {
@@ -150,7 +150,7 @@ def _settings(problem: Problem, effect: Effect, forms: Sequence[tuple[str, ...]]
             for name in form
             if effect.parameters[name].grid and effect.parameters[name].grid != PROPOSED
         }
-        values = [(gaps if isinstance(each.grid, str) else each.grid) or (each.value,) for each in given.values()]
+        values = [grid_values(each, problem.hours) or [each.value] for each in given.values()]
         terms += [Term.at_rest(effect, form, **dict(zip(given, each, strict=True))) for each in product(*values)]
     return terms
 
@@ -234,9 +234,7 @@ def with_readings_of(base: Fit, term: Term, rng: np.random.Generator) -> Problem
     gains = problem.noise.session * rng.standard_normal(int(session.max()) + 1)
     light = light * (1.0 + gains[session.reshape(-1)])[:, np.newaxis]
     root = np.linalg.cholesky(problem.covariance(light))
-    xyz = problem.readings.xyz_cd_m2.copy()
-    xyz[problem.rows] = light + np.einsum("nij,nj->ni", root, rng.standard_normal(light.shape))
-    return replace(problem, readings=problem.readings.with_light(xyz))
+    return problem.with_light(light + np.einsum("nij,nj->ni", root, rng.standard_normal(light.shape)))
 
 
 def _sessions(problem: Problem) -> Array:

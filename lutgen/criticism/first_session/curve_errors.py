@@ -37,7 +37,6 @@ LEAST_MODE = 1e-2
 #: Smallest size of a mode in standard deviations of the noise.
 NOTHING = 1e-9
 
-
 #: Error of an interpolation between two levels, as a share of its error between levels at twice the distance. The error
 #: of a smooth curve falls with the square of the distance, or faster.
 HALVED = 0.25
@@ -51,7 +50,7 @@ def drawn_displays(
 ) -> tuple[NativeDisplay, ...]:
     """Make native displays of ``DRAWS`` simulated first sessions with seeded noise, with the source of ``native``.
 
-    None for an own model, whose errors are a discrepancy.
+    Without a native display, or with an own model, whose errors are a discrepancy, there are no such displays.
     """
     if native is None or native.own:
         return ()
@@ -108,8 +107,9 @@ def _bent_between(curve: TransferCurve, change: Array) -> TransferCurve:
     places = [codes[:-1] + share * np.diff(codes) for share in BETWEEN]
     moved = [code_to_linear(linear_to_code(curve(at)) + each) for at, each in zip(places, change, strict=True)]
     inside = np.clip(np.sort(moved, axis=0), light[:-1], light[1:])
-    order = np.argsort(all_codes := np.concatenate([codes, *places]), kind="stable")
-    return TransferCurve(curve.channel, all_codes[order].tolist(), np.concatenate([light, *inside])[order].tolist())
+    all_codes, all_light = np.concatenate([codes, *places]), np.concatenate([light, *inside])
+    order = np.argsort(all_codes, kind="stable")
+    return TransferCurve(curve.channel, all_codes[order].tolist(), all_light[order].tolist())
 
 
 def curve_deviations(problem: FitData) -> Array:

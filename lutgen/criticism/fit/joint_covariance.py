@@ -1,8 +1,8 @@
 """Joint covariance of the estimates of a fit: parameters of effects, and the latent white and primaries.
 
-If a parameter is correlated with another one or with white, the standard error of a picture is smaller than the
-standard errors of both suggest. The eliminated unknowns t follow from the global ones δ: t = R⁻¹ (z − U δ), with the
-blocks of :mod:`lutgen.criticism.fit.system`.
+Correlated errors of two estimates may cancel each other in a predicted colour, so its standard error needs the whole
+covariance. The eliminated unknowns t follow from the global ones δ: t = R⁻¹ (z − U δ), with the blocks of
+:mod:`lutgen.criticism.fit.system`.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ def joint_covariance(fitted: Fit) -> FitCovariance:
     """Covariance of the free parameters and of the latent tips, cd/m², of each hour at which tips were read."""
     problem = fitted.problem
     system = System(problem, fitted.linear, fitted.state, fitted.first_errors)
-    spread, blind = system.spread(fitted.terms)
+    spread, undetermined = system.spread(fitted.terms)
     scale = tip_scale(problem).ravel()
     names = [(term.effect.name, name) for term in fitted.terms for name in term.free]
-    known = [place for place in range(len(names)) if not blind[place]]
+    known = [place for place in range(len(names)) if not undetermined[place]]
     factor = spread[known]
     if problem.from_first_hour:
         tips = spread[len(names) : len(names) + 12] * scale[:, np.newaxis]

@@ -122,6 +122,5 @@ def _p_of_parts(squares: Array, labels: NDArray[np.generic], fitted: Fit) -> flo
 
 def _unevenness(sums: Array, freedom: Array) -> Array:
     """Σ of the squared standardised deviations of the sums of parts (..., parts) from their expected values."""
-    expected = freedom * (sums.sum(axis=-1, keepdims=True) / freedom.sum())
     scale = sums.sum(axis=-1, keepdims=True) / freedom.sum()
-    return np.asarray((((sums - expected) / scale) ** 2 / (2.0 * freedom)).sum(axis=-1))
+    return np.asarray((((sums - freedom * scale) / scale) ** 2 / (2.0 * freedom)).sum(axis=-1))

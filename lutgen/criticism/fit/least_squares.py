@@ -169,7 +169,7 @@ class Fit:
         """
         if self.withheld.squares.size - self.withheld.left_out > 1:
             return self.withheld.gain_over(base.withheld)[0]
-        mine, before = (held_out(fit.problem, fit.terms, fit.projection, by_cells=True) for fit in (self, base))
+        mine, before = (held_out(each.problem, each.terms, each.projection, by_cells=True) for each in (self, base))
         return mine.gain_over(before)[0]
 
     @property
@@ -214,7 +214,8 @@ def switching_penalty(problem: Problem) -> float:
     """Penalty in χ² for another selection of the paper's matrices, which has no parameter that BIC would count.
 
     Each selection fits the non-additivity (three numbers an hour) to different colours. On an additive display the
-    difference in χ² of two selections has a variance of at most 12 an hour: two correlated χ²(3) variables.
+    difference in χ² of two selections has a variance of at most 12 an hour: two correlated χ²(3) variables. The penalty
+    is 3.7 standard deviations of this difference.
     """
     return 3.7 * float(np.sqrt(12.0 * problem.is_knot.sum()))
 

@@ -44,7 +44,7 @@ class Term:
 
     @classmethod
     def at_rest(cls, effect: Effect, form: tuple[str, ...], **values: float) -> Term:
-        """Return the term with ``values``, and otherwise values of no effect; grid parameters of a form are fixed."""
+        """Return the term with ``values``, else values of no effect; parameters of the form with a grid are fixed."""
         free = tuple(name for name in form if not effect.parameters[name].grid)
         gridded = tuple(name for name in form if effect.parameters[name].grid)
         return cls(effect, effect.rest() | values, free, gridded)
@@ -158,7 +158,7 @@ def _by_tips(problem: Problem, state: State, before: Panel, xyz: Array) -> Array
 def mixes(term: Term) -> bool:
     """Whether an effect behind the panel mixes X, Y and Z: tested on two colours."""
     stage = term.effect.stage
-    if stage not in {"emission", "optics", "viewing", "instrument"}:
+    if stage not in BEHIND_PANEL:
         return False
     light = np.array([[[0.9, 1.0, 1.1], [0.4, 0.2, 0.1], [0.3, 0.6, 0.1], [0.2, 0.1, 0.9]]] * 2)
     light = light if stage == "emission" else light[:, 0]

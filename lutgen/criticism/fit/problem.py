@@ -79,13 +79,22 @@ class Problem(FitData):
         if baseline not in BASELINES:
             raise pick_one("baseline", baseline, BASELINES)
         noise = estimate_noise(readings, instrument)
-        rows = np.setdiff1d(np.arange(readings.hours.size), outliers := list(noise.outliers))
+        outliers = list(noise.outliers)
         native = NativeDisplay.of(readings, outliers) if baseline in NATIVE_BASELINES else None
         drawn = curve_errors.drawn_displays(readings, noise, outliers, native)
         discrepancy = discrepancy_of_native(native, drawn, readings, noise, outliers)
         drawn = drawn if discrepancy else curve_errors.bent_between_levels(drawn, native)
-        held = is_held(readings)
-        return cls(readings, noise, baseline, selection, held, rows, (), native, drawn, discrepancy)
+        return cls(
+            readings,
+            noise,
+            baseline,
+            selection,
+            held=is_held(readings),
+            rows=np.setdiff1d(np.arange(readings.hours.size), outliers),
+            native=native,
+            drawn=drawn,
+            discrepancy=discrepancy,
+        )
 
     def unlogged(self, columns: Sequence[str]) -> Problem | None:
         """Return the problem with assumed values of unlogged conditions ``columns``; None if any of them was logged."""
@@ -96,6 +105,12 @@ class Problem(FitData):
     def without(self, rows: Sequence[int]) -> Problem:
         """Return the problem without some readings, by their indices in the file."""
         return replace(self, rows=np.setdiff1d(self.rows, rows))
+
+    def with_light(self, xyz_cd_m2: Array) -> Problem:
+        """Return the problem with other XYZ of its readings, (n, 3), cd/m²."""
+        light = self.readings.xyz_cd_m2.copy()
+        light[self.rows] = xyz_cd_m2
+        return replace(self, readings=self.readings.with_light(light))
 
     def with_outliers(self) -> Problem:
         """Return the problem with the readings that replicates show to be outliers."""

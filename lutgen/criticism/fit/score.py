@@ -118,12 +118,11 @@ class Score:
         """Settings that an effect proposes for jagged shifts of code values, best first, and how many it examined."""
         if effect.name not in self._proposed:
             shifts = self.code_shifts
-            settings, examined = (
+            self._proposed[effect.name] = (
                 effect.propose(shifts.code, shifts.pull, shifts.information)
                 if effect.propose and shifts.is_jagged
                 else ([], 1)
             )
-            self._proposed[effect.name] = settings, examined
         return self._proposed[effect.name]
 
     def switched(self, term: Term) -> tuple[float, float]:

@@ -44,16 +44,16 @@ class Move(NamedTuple):
 
 
 class System:
-    """The linearised problem with local unknowns eliminated: χ² = ‖z − A δ‖² + rest."""
+    """The linearised problem with local unknowns eliminated: χ² = ‖z − A δ‖², for a step δ of the global unknowns."""
 
     def __init__(self, problem: Problem, linear: Linear, state: State, first_errors: FirstErrors | None) -> None:
         """Reduce every block of readings."""
         self.problem, self.linear, self.first_errors = problem, linear, first_errors
         self.global_count = len(linear.free)
         self.effect_count = sum(len(term.free) for term in state.terms)
-        self.corrected, self.rest = without_first_errors(linear, first_errors)
-        self.blocks = [Block.of(problem, self.corrected, state, here) for here in problem.blocks]
-        reduced = np.concatenate([*(block.reduced for block in self.blocks), self.rest])
+        corrected, prior_of_errors = without_first_errors(linear, first_errors)
+        self.blocks = [Block.of(problem, corrected, state, here) for here in problem.blocks]
+        reduced = np.concatenate([*(block.reduced for block in self.blocks), prior_of_errors])
         self.A, self.z = reduced[:, :-1], reduced[:, -1]
         self.mode_count = len(problem.curve_modes) if problem.native else 0
         modes = self.A[:, self.global_count - self.mode_count :]
@@ -135,7 +135,7 @@ def limits(terms: Sequence[Term], count: int) -> tuple[Array, Array]:
 class Block:
     """Readings that share local unknowns, reduced by QR: of one hour, or of one session under ``from_first_hour``.
 
-    The shared errors of sessions are not unknowns of a whole block, but part of its covariance. The rows ``upper``
+    The shared errors of sessions are no unknowns here, but part of the covariance of the readings. The rows ``upper``
     (L, L + p + 1) determine the local unknowns; the rows ``reduced`` (≤ p + 1, p + 1) are free of local unknowns.
     """
 
@@ -150,23 +150,14 @@ class Block:
         columns, gains = own_columns(problem, linear.local, whole, whole)
         at = readings_at(whole)
         parts = np.concatenate([columns, linear.free[:, at], linear.residual[np.newaxis, at]])
-        rows = problem.marginal[int(whole[0])].whitened(parts.reshape(len(parts), -1))
-        return cls._reduced(
-            rows, prior_rows(problem, state, int(problem.hour_of[whole[0]]), gains, 0), gains, problem, whole
-        )
-
-    @classmethod
-    def _reduced(
-        cls, rows: Array, priors: tuple[Array, Array], gains: tuple[int, ...], problem: Problem, whole: NDArray[np.intp]
-    ) -> Block:
-        """Reduce columns of readings (L + p + 1, m) together with prior equations."""
-        prior, off = priors
+        by_readings = problem.marginal[int(whole[0])].whitened(parts.reshape(len(parts), -1))
+        hour = int(problem.hour_of[whole[0]])
+        prior, off = prior_rows(problem, state, hour, gains, 0)
         local = prior.shape[1]
-        prior_columns = np.zeros((len(rows), off.size))
-        prior_columns[:local], prior_columns[-1] = prior.T, off
-        upper = np.asarray(np.linalg.qr(np.concatenate([rows, prior_columns], axis=1).T, mode="r"))
-        hour = None if problem.from_first_hour else int(problem.hour_of[whole[0]])
-        return cls(upper[:local], upper[local:, local:], hour, gains)
+        by_priors = np.zeros((len(parts), off.size))
+        by_priors[:local], by_priors[-1] = prior.T, off
+        upper = np.asarray(np.linalg.qr(np.concatenate([by_readings, by_priors], axis=1).T, mode="r"))
+        return cls(upper[:local], upper[local:, local:], None if problem.from_first_hour else hour, gains)
 
     def local_step(self, parameters: Array) -> Array:
         """Best step of the local unknowns, given a step of the global ones."""
@@ -210,8 +201,8 @@ def bounded(A: Array, z: Array, low: Array, high: Array, damping: float = 0.0) -
         fixed = high <= low
         delta = np.where(fixed, low, 0.0)
         if not fixed.all():
-            limits = low[~fixed] * size[~fixed], high[~fixed] * size[~fixed]
-            delta[~fixed] = _within(unit[:, ~fixed], right - unit @ (size * delta), limits) / size[~fixed]
+            scaled = low[~fixed] * size[~fixed], high[~fixed] * size[~fixed]
+            delta[~fixed] = _within(unit[:, ~fixed], right - unit @ (size * delta), scaled) / size[~fixed]
     residual = z - A @ delta
     return Move(delta, float(residual @ residual))
 

@@ -1,10 +1,10 @@
 """Standard deviation of a meter's dark offset between sessions, if the display may also leak light.
 
-Readings of the capped lens show the offset alone. Black shows the sum of both. A leak has one colour, near that of
-white: a difference between sessions in other colours is the offset. In the colour of the leak, two models are compared:
-the offsets of sessions are independent, but a leak grows along a smooth course in time. The evidence of a model is the
-likelihood of the sessions' estimates, averaged over its unknowns: the standard deviation of the offsets, the size of
-the leak, and its course.
+Readings of the capped lens show the offset alone. Black shows the sum of offset and leak. A leak has one colour, near
+that of white: a difference between sessions in other colours is the offset. In the colour of the leak, two models are
+compared: the offsets of sessions are independent, but a leak grows along a smooth course in time. The evidence of a
+model is the likelihood of the sessions' estimates, averaged over its unknowns: the standard deviation of the offsets,
+the size of the leak, and its course.
 """
 
 from __future__ import annotations
@@ -77,8 +77,8 @@ def offset_sd(estimates: Sequence[SessionEstimate], problem: Problem, *, capped:
     noise = np.mean([each.covariance for each in complete], axis=0) + ordinary**2 * np.eye(most)
     best = np.linalg.solve(noise, _colour_of_white(complete[0].names, problem))
     along = [_in_colours(each, best[np.newaxis] / np.linalg.norm(best)) for each in complete]
-    # A leak may be tinted: its colour is that of the estimates' changes with this combination. Other colours show
-    # offsets alone.
+    # A leak may be tinted: its colour is the direction in which the estimates change together with this combination.
+    # Other colours show offsets alone.
     values, light = (np.array([each.estimate for each in some]) for some in (complete, along))
     tinted = (light - light.mean()).T @ (values - values.mean(axis=0))
     others = [_in_colours(each, np.linalg.svd(tinted)[2][1:]) for each in complete]
@@ -119,11 +119,10 @@ def _reml_sd(estimates: Sequence[SessionEstimate], ordinary: float, trend: int) 
     hours = np.array([each.hour for each in estimates])
     tau = hours / max(float(hours.max()), 1.0)
     count = min(len(each.estimate) for each in estimates)
-
-    powers = np.arange(-REACH, REACH, STEP)
-    variance = (ordinary * np.exp(powers)) ** 2
-    loss = -2.0 * _log_prior(powers)
-    information, right = np.zeros((powers.size, *(trend * count,) * 2)), np.zeros((powers.size, trend * count))
+    logs = np.arange(-REACH, REACH, STEP)
+    variance = (ordinary * np.exp(logs)) ** 2
+    loss = -2.0 * _log_prior(logs)
+    information, right = np.zeros((logs.size, *(trend * count,) * 2)), np.zeros((logs.size, trend * count))
     for share, (_, _, estimate, covariance) in zip(tau, estimates, strict=True):
         sigma = covariance[:count, :count] + variance[:, np.newaxis, np.newaxis] * np.eye(count)
         inverse = np.linalg.inv(sigma)
@@ -134,7 +133,7 @@ def _reml_sd(estimates: Sequence[SessionEstimate], ordinary: float, trend: int) 
         right += weighted @ design
     solved = np.linalg.solve(information, right[..., np.newaxis])[..., 0]
     loss += np.linalg.slogdet(information)[1] - (right * solved).sum(axis=1)
-    return float(ordinary * np.exp(powers[np.argmin(loss)]))
+    return float(ordinary * np.exp(logs[np.argmin(loss)]))
 
 
 def _sd_beside_leak(estimates: Sequence[SessionEstimate], ordinary: float) -> float:

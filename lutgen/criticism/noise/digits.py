@@ -1,8 +1,9 @@
 """Quantisation by the last printed digit: the step between the values that an instrument can print.
 
 An instrument prints a fixed number of decimals, or of significant digits. Both are inferred from the values and not
-from their text, since zeros may have been appended. A step q adds an error of variance q²/12 to a reading. If it prints
-chromaticities, X and Z have the steps of x and y: three decimals are coarser than most meters, above all in blue.
+from their text, since zeros may have been appended. A step q adds an error of variance q²/12 to a reading. If an
+instrument prints chromaticities, X and Z have the steps of x and y: with three decimals these steps exceed the noise of
+most meters, above all in blue.
 """
 
 from __future__ import annotations

@@ -182,7 +182,8 @@ def discrepancy_of_native(
     estimate = discrepancy_of(residual, light, noise.covariance(light), sample.white, rows)
     if not estimate.misread:
         return estimate
-    # A curve without its own level cuts a corner, such as the end of a clipped ramp; a curve with its level meets it.
+    # Where a ramp bends sharply, such as where it is clipped, a curve that is fitted without this level is wrong there,
+    # and a curve that is fitted with it is right. Such a reading is not misread.
     misread = {int(rows[place]) for place in np.flatnonzero(_visibly_missed(native.ladder)[in_fold])}
     return replace(estimate, misread=tuple(row for row in estimate.misread if row in misread))
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from lutgen.colorimetry import Array
     from lutgen.criticism.fit.least_squares import Fit
-    from lutgen.criticism.fit.linear import Linear, State, Term
+    from lutgen.criticism.fit.linear import Linear, Term
     from lutgen.criticism.fit.problem import Problem
 
     #: Departure of a gain from a line between two sessions, as a contrast: index of a session → index of its gain,
@@ -56,35 +56,31 @@ LEAST_SEEN = 1e-2
 def with_shared_errors(problem: Problem, terms: Sequence[Term] = ()) -> Problem:
     """Return a problem with estimated weights and standard deviations of offset and ``wander``, for given ``terms``."""
     problem = replace(problem, offset_cd_m2=0.0, wander=0.0, weights=None)
-    plain, fixed = problem, [replace(term, free=()) for term in terms]
-    if tails := tails_of(plain):
+    fixed = [replace(term, free=()) for term in terms]
+    if tails := tails_of(problem):
         # With heavy tails, outliers are expected: they get small weights, and are not left out.
         weights = np.ones(problem.readings.hours.size)
         # Errors far beyond the tails would change the fit, and so the residuals of other readings.
         weights[[*problem.noise.outliers, *problem.noise.contradictory]] = NEARLY_NONE
-        problem, plain = problem.with_outliers(), plain.with_outliers()
-        fitted = fit(replace(plain, weights=weights), fixed)
+        problem = problem.with_outliers()
+        fitted = fit(replace(problem, weights=weights), fixed)
         residual = fitted.residual / np.sqrt(weights[problem.rows])[:, np.newaxis]
-        weights[problem.rows] = weights_of(plain, residual, tails)
-        first_errors = FirstErrors.of(plain) if plain.first_readings else None
-        if plain.first_readings and first_errors:
+        weights[problem.rows] = weights_of(problem, residual, tails)
+        first_errors = FirstErrors.of(problem) if problem.first_readings else None
+        if problem.first_readings and first_errors:
             # An outlier of the first session affects all later readings of its colour.
             sizes = first_errors.subtracted_from(fitted.linear.residual)[1]
-            errors = plain.first_session_model.errors_of_exact(sizes)
-            exact = plain.first_readings.exact
+            errors = problem.first_session_model.errors_of_exact(sizes)
+            exact = problem.first_readings.exact
             weights[problem.rows[exact]] = weights_at((errors[exact] ** 2).sum(axis=1) / tails.scale**2, tails)
-        problem, plain = replace(problem, weights=weights), replace(plain, weights=weights)
-    fitted = fit(plain, fixed)
-    linear = fitted.linear
-    everything = np.ones(problem.rows.size, dtype=bool)
-    gains = _session_estimates(
-        plain, fitted.state, linear._replace(residual=fitted.residual), everything, replace(plain, wander=1.0)
-    )
-    return replace(problem, offset_cd_m2=_offset(problem, plain, fitted), wander=_wander(problem, gains))
+        problem = replace(problem, weights=weights)
+    fitted = fit(problem, fixed)
+    return replace(problem, offset_cd_m2=_offset(fitted), wander=_wander(fitted))
 
 
-def _offset(problem: Problem, plain: Problem, fitted: Fit) -> float:
+def _offset(fitted: Fit) -> float:
     """Standard deviation of the dark offset between sessions: stated by the instrument, or estimated."""
+    problem = fitted.problem
     if problem.noise.states_offset:
         return problem.noise.offset_cd_m2
     capped = problem.is_capped
@@ -96,18 +92,21 @@ def _offset(problem: Problem, plain: Problem, fitted: Fit) -> float:
     has_capped = np.unique(problem.hour_of[capped]).size > 1
     # Only a capped lens is free of the display's black. ``native=None``: here the first session has an offset of its
     # own, as later sessions have.
-    offsets = _session_estimates(
-        plain, fitted.state, fitted.linear, capped if has_capped else dark,
-        replace(plain, offset_cd_m2=1.0, native=None),
-    )  # fmt: skip
+    unit = replace(problem, offset_cd_m2=1.0, native=None)
+    offsets = _session_estimates(fitted, fitted.linear, capped if has_capped else dark, unit)
     return offset_sd(offsets, problem, capped=has_capped)
 
 
-def _wander(problem: Problem, estimates: list[SessionEstimate]) -> float:
+def _wander(fitted: Fit) -> float:
     """Standard deviation of the gain drift within a session."""
+    problem = fitted.problem
     # With a baseline from hour 0, residuals of aging look like gains, so the drift of the instrument cannot be
     # estimated: return the usual value.
-    return problem.noise.wander if problem.from_first_hour else _gain_sd(estimates, problem.noise.wander)
+    if problem.from_first_hour:
+        return problem.noise.wander
+    linear = fitted.linear._replace(residual=fitted.residual)
+    everything = np.ones(problem.rows.size, dtype=bool)
+    return _gain_sd(_session_estimates(fitted, linear, everything, replace(problem, wander=1.0)), problem.noise.wander)
 
 
 def _gain_sd(estimates: list[SessionEstimate], least: float) -> float:
@@ -191,21 +190,20 @@ def _departures(sessions: list[SessionEstimate], place: int) -> tuple[Array, Arr
     return departure, np.array([[covariance(left, right) for right in lines] for left in lines]), gain
 
 
-def _session_estimates(
-    plain: Problem, state: State, linear: Linear, rows: NDArray[np.bool_], unit: Problem
-) -> list[SessionEstimate]:
+def _session_estimates(fitted: Fit, linear: Linear, rows: NDArray[np.bool_], unit: Problem) -> list[SessionEstimate]:
     """Estimate the shared errors of one kind in each block, tips and gains of the block marginalised.
 
-    ``unit``: the problem with a standard deviation of 1 of these errors; ``rows``: the readings to use.
+    ``linear``: the fit, linearised, with the residuals to use. ``rows``: the readings to use. ``unit``: the problem
+    with a standard deviation of 1 of these errors.
     """
-    estimates = []
-    for whole in plain.blocks:
+    problem, estimates = fitted.problem, []
+    for whole in problem.blocks:
         here = whole[rows[whole]]
         if not here.size:
             continue
-        hour = int(plain.hour_of[whole[0]])
-        columns, gains = local_columns(plain, linear.local, whole, here)
-        prior, off = prior_rows(plain, state, hour, gains, 0)
+        hour = int(problem.hour_of[whole[0]])
+        columns, gains = local_columns(problem, linear.local, whole, here)
+        prior, off = prior_rows(problem, fitted.state, hour, gains, 0)
         names, shared = shared_columns(unit, whole, unit.whitener)
         shared = shared[:, np.searchsorted(whole, here)]
         count = len(shared)
@@ -224,7 +222,7 @@ def _session_estimates(
             scale = _misfit(signatures[:, estimable] != 0, right - unabsorbed[:, estimable] @ estimate)
             covariance = covariance * np.outer(scale, scale)
             estimates.append(
-                SessionEstimate(float(plain.hours[hour]), list(compress(names, estimable)), estimate, covariance)
+                SessionEstimate(float(problem.hours[hour]), list(compress(names, estimable)), estimate, covariance)
             )
     return estimates
 

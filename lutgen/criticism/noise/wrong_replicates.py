@@ -61,7 +61,10 @@ def wrong_replicates(
 
 
 def unlike_other_hours(readings: Measurements, contradictory: Sequence[int]) -> tuple[int, ...]:
-    """Return the readings of contradictory pairs that differ ``UNLIKE`` times more from the patch at other hours."""
+    """Return of each pair the reading that differs from the patch at other hours ``UNLIKE`` times as much as the other.
+
+    ``contradictory``: the pairs, one after another. A pair without such a reading is left out.
+    """
     wrong = []
     patch, xyz = patch_numbers(readings), readings.xyz_cd_m2
     for pair in zip(contradictory[::2], contradictory[1::2], strict=True):
@@ -69,5 +72,6 @@ def unlike_other_hours(readings: Measurements, contradictory: Sequence[int]) -> 
         if others.size:
             light = np.abs(xyz[others]) + FLOOR_CD_M2
             near, far = sorted((float((np.abs(xyz[row] - xyz[others]) / light).max(axis=1).min()), row) for row in pair)
-            wrong += [far[1]] if far[0] > UNLIKE * near[0] else []
+            if far[0] > UNLIKE * near[0]:
+                wrong.append(far[1])
     return tuple(wrong)

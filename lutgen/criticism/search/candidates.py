@@ -13,7 +13,15 @@ import numpy as np
 
 from lutgen.criticism.fit.code_shifts import FITTED
 from lutgen.criticism.fit.linear import Term
-from lutgen.criticism.search.forms import FORMULA, all_forms, is_formula, is_proposed, is_refined, simple_forms
+from lutgen.criticism.search.forms import (
+    FORMULA,
+    all_forms,
+    grid_values,
+    is_formula,
+    is_proposed,
+    is_refined,
+    simple_forms,
+)
 from lutgen.effects.shapes import COURSE
 from lutgen.errors import LutgenError
 
@@ -254,7 +262,7 @@ def best_start(base: Fit, effect: Effect) -> Term:
 
 def _one_session(base: Fit, effect: Effect) -> LutgenError:
     return LutgenError(
-        f"{effect.name} happens between two sessions, and {base.problem.readings.file} holds one. Add a later one."
+        f"{effect.name} happens between two sessions, but {base.problem.readings.file} holds one. Add a later session."
     )
 
 
@@ -337,9 +345,9 @@ def _fitted_forms(
         starts.sort(key=lambda start: -start[0])
         fits = [base.with_terms((*base.terms, term)) for _, term in starts[:2]]
         best = min(fits, key=lambda each: each.chi2)
-        ratio.update(linear_gain, base.chi2 - best.chi2)
-        settings = score.proposed(effect)[1] if is_proposed(effect, form) else 1
         gain = base.chi2 - best.chi2
+        ratio.update(linear_gain, gain)
+        settings = score.proposed(effect)[1] if is_proposed(effect, form) else 1
         fitted.append(Candidate(effect, form, best, gain, is_refined(effect, form), settings))
     return fitted
 
@@ -360,11 +368,9 @@ def _grids(score: Score, effect: Effect, form: tuple[str, ...]) -> list[dict[str
         return [setting for setting in score.proposed(effect)[0] if set(setting) == set(form)][:FITTED]
     settings: list[dict[str, float]] = [{}]
     for name in form:
-        grid = effect.parameters[name].grid
-        if grid:
-            hours = score.problem.hours
-            values = (hours[1:] + hours[:-1]) / 2 if isinstance(grid, str) else grid
-            settings = [{**setting, name: float(value)} for setting in settings for value in values]
+        if effect.parameters[name].grid:
+            values = grid_values(effect.parameters[name], score.problem.hours)
+            settings = [{**setting, name: value} for setting in settings for value in values]
     return settings
 
 

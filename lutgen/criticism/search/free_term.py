@@ -192,7 +192,7 @@ def _signatures(problem: Problem, predicted: Array, leave_out: Collection[str] =
             yield f"light by {name}{colour}", predicted * weight[:, np.newaxis] * part
     yield from _outside_catalogue(problem, predicted, leave_out)
     white = problem.measured_tips[:, 0][problem.hour_of]
-    for name, weight in _places(problem, leave_out):
+    for name, weight in _added_light(problem, leave_out):
         for colour, part in colours.items():
             yield f"light added {name}{colour}", white * weight[:, np.newaxis] * part
 
@@ -248,7 +248,7 @@ def _conditions(problem: Problem, leave_out: Collection[str]) -> Iterator[tuple[
             yield from condition.signatures(values, rest).items()
 
 
-def _places(problem: Problem, leave_out: Collection[str]) -> Iterator[tuple[str, Array]]:
+def _added_light(problem: Problem, leave_out: Collection[str]) -> Iterator[tuple[str, Array]]:
     """Yield names and weights (n,) of added light: everywhere, growing, under a lens cap, to black, by condition."""
     code, hours = problem.drive, problem.readings.hours[problem.rows]
     ones = np.ones(len(code))

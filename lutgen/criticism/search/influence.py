@@ -80,7 +80,7 @@ def exchanged_rows(problem: Problem) -> tuple[tuple[int, int], ...]:
             others = rows[hour_of[rows] != hour]
             if np.unique(hour_of[others]).size > 1:
                 usual[rows[hour_of[rows] == hour]] = np.median(lab[others], axis=0)
-    off = np.linalg.norm(lab - usual, axis=1)  # not a number where the patch shows nothing
+    off = np.linalg.norm(lab - usual, axis=1)  # NaN where ``usual`` is unknown
     pairs = []
     for hour in range(problem.hours.size):
         far = np.flatnonzero((hour_of == hour) & (off > FAR))
@@ -143,7 +143,8 @@ def _largest_outlier(current: Fit) -> int | None:
         return None
     patch = patch_numbers(problem.readings)[problem.rows]
     others = np.flatnonzero(patch == patch[worst])
-    # A native display goes through its first session, so that this session does not show a later reading to be wrong.
+    # A native display is made from its first session and fits it well: the small residuals of this session do not show
+    # that a later reading is wrong.
     showing = others[problem.hour_of[others] > 0] if problem.native and problem.hour_of[worst] else others
     if others.size < 3 or showing.size < 2:
         others = np.flatnonzero(problem.hour_of == problem.hour_of[worst])
@@ -152,9 +153,10 @@ def _largest_outlier(current: Fit) -> int | None:
 
 
 def wrong_sessions(current: Fit, scale: float) -> tuple[float, ...]:
-    """Return the hours with nearly all of the misfit, if the others are sound, later ones too: aging is not reversible.
+    """Return the hours with nearly all of the misfit, if all other sessions are sound.
 
-    ``scale`` is the variance of the noise in the units of the fit.
+    At least one sound session must be later, because a display that has aged does not recover. ``scale`` is the
+    variance of the noise in the units of the fit.
     """
     problem = current.problem
     if problem.from_first_hour or problem.hours.size < 4:
@@ -174,10 +176,10 @@ def wrong_sessions(current: Fit, scale: float) -> tuple[float, ...]:
     sure = all(chdtrc(3 * count[hour], mean[hour] * 3 * count[hour]) < SURE for hour in bad)
     if not 1 <= bad.size <= 2 or not sure:
         return ()
-    # White and primaries fit any model: a session of these alone is not sound, it shows nothing.
+    # Any model fits white and primaries: a session of these alone does not count as sound.
     shows = np.unique(problem.hour_of[rest & ~problem.is_tip_anchor])
     others = np.setdiff1d(shows, bad)
-    # A native display's first session shows nothing: the display goes through it.
+    # A native display is made from its first session: the small misfit of this session says nothing about later ones.
     judged = others[others > 0] if problem.native else others
     if not (others > bad[0]).any() or (mean[judged] > SOUND * usual).any():
         return ()
@@ -215,7 +217,7 @@ def suspicious_noise(problem: Problem) -> str:
     if noise.source == "replicates" and noise.copied > MOST_COPIES:
         return (
             f"replicates of {in_percent(noise.copied)} of the patches agree to the last digit, so they are copies of "
-            f"one reading and do not show the noise; give each reading of its own, or state the noise with --instrument"
+            f"one reading and do not show the noise; enter every single reading, or state the noise with --instrument"
         )
     if noise.source == "replicates" and noise.relative > WORST_INSTRUMENT:
         scatter = in_percent(noise.relative, 1)

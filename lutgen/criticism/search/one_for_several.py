@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from lutgen.criticism.search.candidates import Candidate, Family
     from lutgen.effects import Effect
 
-#: Factor by which an effect leaves far more χ² beyond noise than another that explains nearly all: it is no rival.
+#: An effect is no rival of the best one if it leaves this many times more χ² beyond noise.
 FAR_MORE = 10.0
 
 

@@ -44,16 +44,11 @@ def _greys(levels: tuple[float, ...], note: str = "") -> tuple[Patch, ...]:
     return tuple(Patch((level, level, level), {}, note) for level in levels)
 
 
-def _ramps(levels: tuple[float, ...]) -> tuple[Patch, ...]:
-    masks = ((1, 0, 0), (0, 1, 0), (0, 0, 1))
-    return tuple(Patch((r * level, g * level, b * level), {}) for r, g, b in masks for level in levels)
+def _ramps(colours: tuple[tuple[int, int, int], ...], levels: tuple[float, ...]) -> tuple[Patch, ...]:
+    return tuple(Patch((r * level, g * level, b * level), {}) for r, g, b in colours for level in levels)
 
 
-_PAIRS = tuple(
-    Patch((r * level, g * level, b * level), {})
-    for r, g, b in ((1, 1, 0), (1, 0, 1), (0, 1, 1))
-    for level in (1.0, 0.6)
-)
+_PRIMARIES, _SECONDARIES = ((1, 0, 0), (0, 1, 0), (0, 0, 1)), ((1, 1, 0), (1, 0, 1), (0, 1, 1))
 _MIXTURES = tuple(
     Patch((float(r), float(g), float(b)), {}) for r, g, b in np.random.default_rng(9).random((12, 3)).round(3)
 )
@@ -63,8 +58,8 @@ POOL: dict[str, tuple[Patch, ...]] = {
     "lens cap": _greys((0.0, 0.0, 0.0), "lens cap"),
     "black and dark greys": _greys((0.0, 0.0, 0.0, 0.05, 0.1, 0.2)),
     "nine greys": _greys((0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9)),
-    "ramps of red, green, blue": _ramps((0.15, 0.3, 0.45, 0.6, 0.75, 0.9)),
-    "secondaries": _PAIRS,
+    "ramps of red, green, blue": _ramps(_PRIMARIES, (0.15, 0.3, 0.45, 0.6, 0.75, 0.9)),
+    "secondaries": _ramps(_SECONDARIES, (1.0, 0.6)),
     "mixtures": _MIXTURES,
 } | {name: tuple(Patch(*patch) for patch in patches) for name, patches in (each.varied for each in CONDITIONS)}
 
@@ -116,10 +111,8 @@ def _chi2_of(terms: tuple[Term, ...], truth: Fit, patches: tuple[Patch, ...]) ->
     number = {key: place for place, key in enumerate(truth.problem.gain_keys)}
     gains = [truth.gains[number[key]] if key in number else 0.0 for key in problem.gain_keys]
     state = State(truth.terms, truth.tips, np.array(gains or [0.0]))
-    exact = problem.readings.with_light(problem.readings.xyz_cd_m2.copy())
-    exact.xyz_cd_m2[problem.rows] = predict(problem, state)
     # The weights follow from the prediction, because the added rows have no reading.
-    return fit(replace(problem, readings=exact), terms, state).chi2
+    return fit(problem.with_light(predict(problem, state)), terms, state).chi2
 
 
 def with_patches(problem: Problem, patches: tuple[Patch, ...]) -> Problem:

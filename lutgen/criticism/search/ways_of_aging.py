@@ -44,11 +44,11 @@ def light_alone(chosen: list[Candidate], base: Fit, first: Sequence[Family], err
 
 
 def even_fading(chosen: Sequence[Candidate], base: Fit, first: Sequence[Family]) -> list[Family]:
-    """Return the effects that dim all colours alike, in place of one that does so only here, best first.
+    """Return effects that dim all colours alike at typical sizes, in place of one that does so only as fitted.
 
-    An effect that changes colours, such as the wear of phosphors, fits an even fading if its parts fade alike. With
-    more shapes of its course it may even fit better. The list is empty if ``chosen`` is no such effect, or if no effect
-    that always dims evenly explains half as much.
+    The best effect is first. The list is empty if ``chosen`` is no such single effect, or if no effect that always dims
+    evenly explains half as much. An effect that changes colours, such as the wear of phosphors, fits an even fading if
+    its parts fade alike. With more shapes of its course it may even fit better.
     """
     if not base.problem.from_first_hour or len(chosen) != 1:
         return []

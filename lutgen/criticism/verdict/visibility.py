@@ -13,6 +13,7 @@ from lutgen.criticism.fit.linear import Term
 from lutgen.criticism.noise.pure_error import PureError
 from lutgen.criticism.search.candidates import STRONG
 from lutgen.criticism.search.explanation import UNCHANGED
+from lutgen.criticism.search.forms import grid_values
 from lutgen.criticism.search.stepwise import UNDOUBTED
 from lutgen.effects.declare import PROPOSED
 
@@ -91,7 +92,7 @@ def _of(score: Score, effect: Effect, needed: Callable[[int], float]) -> Visibil
         return _without_amplitude(score, effect, needed)
     visibilities = []
     for name in names:
-        raw, left = (float(np.linalg.norm(each)) for each in score.seen(_typical(score, effect), name))
+        raw, left = (float(np.linalg.norm(each)) for each in score.seen(_at_rest(score, effect), name))
         low, high = effect.parameters[name].bounds
         if raw == 0.0 and (typical := abs(effect.parameters[name].value)):
             # An effect with a threshold has no gradient at rest: its typical size is used.
@@ -114,20 +115,19 @@ def _of(score: Score, effect: Effect, needed: Callable[[int], float]) -> Visibil
     return min(visibilities, key=lambda each: np.inf if each.smallest_detectable is None else each.smallest_detectable)
 
 
-def _typical(score: Score, effect: Effect) -> Term:
+def _at_rest(score: Score, effect: Effect) -> Term:
     """Return an effect at rest, with each grid parameter in the middle of its grid."""
-    hours = score.problem.hours
     middle = {}
     for name, parameter in effect.parameters.items():
         if parameter.grid and parameter.grid != PROPOSED:
-            grid = (hours[1:] + hours[:-1]) / 2 if isinstance(parameter.grid, str) else np.array(parameter.grid)
-            middle[name] = float(grid[len(grid) // 2]) if len(grid) else parameter.value
+            values = grid_values(parameter, score.problem.hours)
+            middle[name] = values[len(values) // 2] if values else parameter.value
     return Term.at_rest(effect, effect.forms[0], **middle)
 
 
 def _at_typical(score: Score, effect: Effect) -> Term:
     values = {name: effect.parameters[name].value for name in effect.forms[0] if not effect.parameters[name].grid}
-    return Term(effect, {**_typical(score, effect).values, **values})
+    return Term(effect, {**_at_rest(score, effect).values, **values})
 
 
 def _without_amplitude(score: Score, effect: Effect, needed: Callable[[int], float]) -> Visibility:
