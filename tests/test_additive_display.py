@@ -114,7 +114,7 @@ def test_a_drift_of_the_meter_states_the_assumption_that_a_sensor_holds_the_lumi
     readings = campaign(fade=lambda hour: 1.0 - 0.03 * hour / 18_000.0, luminance=luminance)
     verdict = diagnose(readings, baseline="first-hour").verdict
     assert verdict.effects == ("meter-drift",)
-    assert ("without a sensor (a line # luminance: free) it may be backlight-decay" in verdict.sentence) is (
+    assert ("add a line # luminance: free to the file: the cause may then be backlight-decay" in verdict.sentence) is (
         not luminance
     )
 

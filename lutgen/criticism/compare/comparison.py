@@ -182,8 +182,8 @@ def compare(
     readings
         The measurements.
     baseline
-        ``colour-points``: white and primaries re-measured at each hour; ``first-hour``: only hour 0 known; ``native``:
-        as ``colour-points``, starting from the first session's own transfer curves and black.
+        ``colour-points``: white and primaries re-measured at each hour; ``first-hour``: only hour 0 known; ``native``,
+        ``native-first-hour``: the same, starting from the first session's own transfer curves and black.
     selection
         The paper's choice of matrix.
     instrument

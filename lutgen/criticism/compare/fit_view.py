@@ -133,11 +133,6 @@ class View:
         """Horizontal axis: the condition that the effect needs; otherwise code value or hours, by its stage."""
         problem, needs = self.problem, self.effect.needs
         scene = problem.scene(problem.measured_tips)
-        full = problem.rows.size
-
-        def spread(values: Array) -> Array:
-            return np.broadcast_to(values[:, 0], (full,))
-
         for condition in CONDITIONS:
             names = tuple(column.name for column in condition.columns)
             if set(names) & set(needs):
@@ -145,7 +140,7 @@ class View:
                 # A session has only one or two temperatures; therefore a curve joins readings of all hours.
                 return Way(
                     condition.axis or condition.columns[0].words,
-                    spread(values),
+                    np.broadcast_to(values[:, 0], problem.rows.size),
                     (*names, *(("hour",) if condition.scatters else ())),
                 )
         if self.effect.stage in {"drive", "transfer", "mixing"} or (

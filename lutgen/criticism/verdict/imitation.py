@@ -39,7 +39,6 @@ OWN = 1e-4
 #: effects' forms. Chosen on seeds 617 to 619 of ``python -m tests.generators``, below all hidden pairs that were found.
 APART = 0.75
 
-
 #: A curve may depart from its formula by this share of its change. If two effects on curves differ by less, readings
 #: prove neither. An assumption.
 DEPARTURE = 0.05
@@ -98,7 +97,7 @@ def unproved(step: Step, final: Fit, scale: float) -> str:
     capped = problem.is_capped
     shown = (step.without.residual[capped] ** 2).sum() - (final.residual[capped] ** 2).sum()
     if asks_for_cap and shown < STRONG:
-        return "No reading with the lens capped shows that it is the meter, and no light of the display."
+        return "No reading with the lens capped shows that the meter, and not the display, adds this light."
     return ""
 
 
@@ -112,8 +111,8 @@ def assumes_held_luminance(step: Step, problem: Problem) -> str:
     if stated or not problem.holds_white or effect.stage != "instrument" or not ages:
         return ""
     return (
-        f"This assumes that a sensor holds the luminance, which the file does not say: without a sensor (a line "
-        f"# luminance: free) it may be {ages[0]}."
+        f"This assumes that a sensor holds the luminance, which the file does not say. If no sensor does, add a line "
+        f"# luminance: free to the file: the cause may then be {ages[0]}."
     )
 
 
@@ -122,12 +121,13 @@ def overlap(chosen: Sequence[Candidate], base: Fit) -> bool:
 
     A greedy search combines effects with overlapping forms to imitate another effect; separate effects do not overlap.
     """
+    if len(chosen) < 2:
+        return False
     score = base.score
     forms = [_form(score, each) for each in chosen]
     return any(
         _outside(_basis(np.column_stack([*forms[:at], *forms[at + 1 :]])), score, each.term) < APART
         for at, each in enumerate(chosen)
-        if len(chosen) > 1
     )
 
 

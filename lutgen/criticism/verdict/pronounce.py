@@ -38,8 +38,8 @@ if TYPE_CHECKING:
     from lutgen.criticism.search.influence import Suspicion
     from lutgen.criticism.verdict.visibility import Visibility
 
-#: The objection to a rounding behind tables that nobody knows.
-JAGGED = "Each code value is shifted by another part of a step, as behind a calibration table that the file lacks."
+#: The objection to a rounding behind unknown calibration tables.
+JAGGED = "Each code value is shifted by a different part of a step, as behind a calibration table that the file lacks."
 
 AGREES = "Nothing is above the noise: the model agrees with these readings."
 
@@ -53,7 +53,7 @@ def pronounce(explanation: Explanation, error: PureError, seen: Sequence[Visibil
     """Return the verdict of a search."""
     named = {name for step in explanation.steps for name in (step.name, *(rival.name for rival in step.rivals))}
     if not explanation.steps and black.is_beyond_zero(explanation.base.problem):
-        named |= {*black.CAUSES}
+        named.update(black.CAUSES)
     blind = [each.effect for each in seen if not each.visible and each.effect not in named]
     remarks = remarks_of(explanation, blind, suspicion)
     if suspicion.hours:
@@ -227,7 +227,7 @@ def _sound(explanation: Explanation, weighed: Weighed, error: PureError, remarks
     what = (
         "what remains is no larger than noise but has a pattern"
         if weighed.leaves_noise
-        else "its formula leaves a residual"
+        else f"{'its' if len(kept) == 1 else 'one'} formula leaves a residual"
     )
     left = "" if weighed.clean else f"{what}: {structure(explanation.final, weighed.final_free_term)}."
     if len(kept) == 1:
@@ -301,9 +301,7 @@ def _without_imitations(
 ) -> Verdict | None:
     """Name the kept effects without the imitations if they leave only noise; otherwise return None."""
     rest = explanation.of([step.name for step in weighed.kept if step.name not in imitations])
-    if not leaves_only_noise(rest.final, error):
-        return None
-    if _overlap(rest.steps, rest):
+    if not leaves_only_noise(rest.final, error) or _overlap(rest.steps, rest):
         return None
     seen = shares_of_delta_e(rest.base, rest.final, rest.steps)
     sizes = {step.name: clause(step) for step in rest.steps}

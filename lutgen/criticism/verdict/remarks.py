@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 #: A remark names a relative noise of replicates above this: twice that of the noisiest of ``readings/instruments``.
 NOISY = 0.005
 
-#: Share of all changes of white from session to session that is in one sudden change.
+#: White changed suddenly if the change between two sessions is at least this share of all changes from session to
+#: session.
 MOST_OF_STEPS = 0.75
 
 #: Largest number of lines of readings that a remark names.

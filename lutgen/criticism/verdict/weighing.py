@@ -181,13 +181,13 @@ def _needed(
 
 
 def evidence_against(step: Step, final: Fit) -> float:
-    """Return how much the error that white and primaries from their own readings leave speaks against an effect.
+    """Return the evidence against an effect, from predictions with white and primaries as their own readings give them.
 
     A fit moves white and primaries together with an effect, a baked LUT does not: an effect that only improves the fit
-    does not improve the LUT. The error is the sum of squares in σ over the colours that the first session has read. If
-    the effect lowers the error, nothing speaks against the effect. If not, the noise of white and primaries may hide
-    that the effect is real: the result is the squared deviation from simulated campaigns in which the effect is real,
-    in standard deviations, which is a difference in -2 ln of the likelihood like BIC; infinite above ``SIGMAS``.
+    does not improve the LUT. The error of a prediction is the sum of squares in σ over the colours that the first
+    session has read. If the effect lowers the error, the evidence against it is 0. If not, the noise of white and
+    primaries may be the reason: the evidence is the squared deviation, in standard deviations, from simulated campaigns
+    in which the effect is real. It is a difference in -2 ln of the likelihood, like BIC; infinite above ``SIGMAS``.
     """
     problem = final.problem
     judged = _judged(problem)
@@ -224,9 +224,9 @@ def _is_minor(step: Step, share: float, final: Fit) -> bool:
 def is_changed_curve(explanation: Explanation, weighed: Weighed) -> bool:
     """Whether several admitted effects are a changed curve and effects that only fit the residual of its formula.
 
-    A residual that explains almost none of the error, or an effect that readings prove, is no part of a changed curve.
-    What a wrong formula misses is hardly ever, to within the noise, what one or two parameters of another effect
-    explain: two effects of so few parameters are separate if χ² more than doubles without either of them.
+    An effect that explains almost none of the error does not count, and an effect that readings of its own prove is no
+    part of a changed curve. One or two parameters of another effect hardly ever explain all that a wrong formula
+    misses: two effects of so few parameters are separate if χ² more than doubles without either of them.
     """
     steps, kept, chi2 = explanation.steps, weighed.kept, explanation.final.chi2
     # An effect with a small share of χ² may only fit the residual of a curve effect's formula.

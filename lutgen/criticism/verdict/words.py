@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.colorimetry import delta_e_2000, xyz_to_lab, xyz_to_uv
-from lutgen.criticism.fit.families import condition_of, family_of
+from lutgen.criticism.fit.families import kind_of
 from lutgen.criticism.fit.linear import State, predict
 from lutgen.criticism.search.candidates import HALF, MOST_OF_IT, STRONG
 from lutgen.criticism.search.explanation import ages_light, bends_curves, changes_colours
@@ -87,11 +87,9 @@ def _change(name: str) -> str:
 def strongest(fitted: Fit) -> tuple[str, str]:
     """Return the family or condition with the largest residual of a fit, and the residual's course in time."""
     problem = fitted.problem
-    size = (fitted.residual**2).sum(axis=1) / 3.0
-    family, condition = family_of(problem), condition_of(problem)
-    named = np.where(condition == "", family, condition)
-    share = {str(name): float(np.maximum(size[named == name] - 1.0, 0.0).mean()) for name in np.unique(named)}
-    worst = max(share, key=lambda name: share[name])
+    size, kinds = (fitted.residual**2).sum(axis=1) / 3.0, kind_of(problem)
+    excess_of = {str(kind): float(np.maximum(size[kinds == kind] - 1.0, 0.0).mean()) for kind in np.unique(kinds)}
+    worst = max(excess_of, key=lambda kind: excess_of[kind])
     hours = [float(size[problem.hour_of == hour].mean()) for hour in range(problem.hours.size)]
     late = np.corrcoef(problem.hours, hours)[0, 1] if np.ptp(hours) > 0 else 0.0
     course = "growing with the hours" if late > 0.6 else "at all hours alike" if late > -0.3 else "more in early hours"
@@ -126,8 +124,7 @@ def several(
         for step in steps
     )
     sentence = (
-        f"More than one effect is missing{'' if is_visible else NOT_SEEN}: {effects}"
-        f"{'; ' + left.replace('its', 'one', 1) if left else '.'}"
+        f"More than one effect is missing{'' if is_visible else NOT_SEEN}: {effects}{f'; {left}' if left else '.'}"
     )
     return Verdict("several", sentence, names, rivals)
 
@@ -249,9 +246,10 @@ def _imitates(step: Step, imitated: Imitated) -> bool:
 
 
 def _explains_as_much(step: Step, imitated: Imitated) -> bool:
-    """Whether the form of a curve, or of aging light, could imitate another that itself explains nearly all.
+    """Whether the form of an effect could imitate another of its kind that itself explains nearly all.
 
-    No formula of a real display is exact: a better fit of a form with more parameters does not decide.
+    The kinds are changes of curves, and aging of the light. No formula of a real display is exact: a better fit of a
+    form with more parameters does not decide between the two.
     """
     other = next((each for each in step.effects if each.name == imitated.name), step.effect)
     is_akin = any(kind(step.effect) and kind(other) for kind in (bends_curves, ages_light))
@@ -262,11 +260,12 @@ def _objection(step: Step, freed: str, simplest: float, imitated: Imitated | Non
     """Say why the fit of a form does not prove its effect; "" if it does."""
     form = f"The form that fits ({freed} free)" if step.chosen.refined else "Its formula"
     if imitated and _imitates(step, imitated):
-        known = imitated.alone is not None
-        itself = f" (which itself explains {percent(imitated.alone)} of the misfit)" if known else ""
-        if known and (imitated.alone or 0.0) < HALF:
+        if imitated.alone is None:
+            return f"{form} could also imitate most of {imitated.name}."
+        if imitated.alone < HALF:
             return f"{form} is free enough to imitate other effects too, such as {imitated.name}."
-        return f"{form} could also imitate most of {imitated.name}{itself}."
+        itself = f"which itself explains {percent(imitated.alone)} of the misfit"
+        return f"{form} could also imitate most of {imitated.name} ({itself})."
     if at_bounds := _at_bounds(step):
         return f"{form} has {listed(at_bounds)} at the limit of the allowed range."
     if step.chosen.refined and simplest < HALF:
