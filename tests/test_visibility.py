@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
@@ -16,13 +17,17 @@ from lutgen.criticism.noise.session_errors import with_shared_errors
 from lutgen.criticism.rehearse import with_readings_of
 from lutgen.criticism.verdict.verdict import Verdict
 from lutgen.criticism.verdict.visibility import Visibility, threshold, visibility
-from lutgen.effects import Effect, catalogue
+from lutgen.effects import Effect, Parameter, catalogue, effect
 from lutgen.effects.expression import parse
 from tests.detection_rate import names_it, report
 from tests.readings_text import read
 from tests.virtual_display.campaign import Campaign, csv_text
 from tests.virtual_display.designs import DESIGNS
 from tests.virtual_display.strength import strength
+
+if TYPE_CHECKING:
+    from lutgen.colorimetry import Array
+    from lutgen.effects import Scene
 
 pytestmark = pytest.mark.numbers
 
@@ -198,3 +203,19 @@ def test_an_effect_without_a_size_is_visible_at_its_mildest_setting() -> None:
         exact = replace(base.problem.readings, xyz_cd_m2=light)
         distance = fit(replace(base.problem, readings=exact)).chi2 ** 0.5
         assert (distance >= threshold(base)) == (bits <= entry.smallest_detectable)
+
+
+@effect(stage="optics", neutral={"hour": 1e5}, hour=Parameter(9000.0, (0.0, 1e5), "h", "date of the film", "gaps"))
+def film(xyz: Array, scene: Scene, /, *, hour: float) -> Array:
+    """A film on the screen dims the display and adds stray light from a date on."""
+    return np.where(scene.hours >= hour, 0.95 * xyz + 0.001 * scene.white, xyz)
+
+
+def test_of_an_effect_that_is_a_date_the_latest_visible_date_is_given() -> None:
+    found = seen(film)
+    assert (found.parameter, found.visible, found.smallest_detectable) == ("hour", True, 14_750.0)
+
+
+def test_an_effect_whose_sizes_are_all_held_is_not_visible() -> None:
+    held = replace(catalogue()["crosstalk"], forms=())
+    assert seen(held) == Visibility("crosstalk", "", "", visible=False, smallest_detectable=None, absorbed=None)

@@ -13,7 +13,7 @@ from lutgen.criticism.fit.linear import Term
 from lutgen.criticism.noise.pure_error import PureError
 from lutgen.criticism.search.candidates import STRONG
 from lutgen.criticism.search.explanation import UNCHANGED
-from lutgen.criticism.search.forms import grid_values
+from lutgen.criticism.search.forms import all_forms, grid_values
 from lutgen.criticism.search.stepwise import UNDOUBTED
 from lutgen.effects.declare import PROPOSED
 
@@ -86,7 +86,7 @@ def with_steady_zero(base: Fit, effect: Effect) -> Visibility:
 
 
 def _of(score: Score, effect: Effect, needed: Callable[[int], float]) -> Visibility:
-    simple = [*effect.forms[0], *(form[0] for form in effect.forms if len(form) == 1)]
+    simple = [*all_forms(effect)[0], *(form[0] for form in effect.forms if len(form) == 1)]
     names = [name for name in dict.fromkeys(simple) if name in effect.neutral and not effect.parameters[name].grid]
     if not names:
         return _without_amplitude(score, effect, needed)
@@ -132,7 +132,8 @@ def _at_typical(score: Score, effect: Effect) -> Term:
 
 def _without_amplitude(score: Score, effect: Effect, needed: Callable[[int], float]) -> Visibility:
     """Return the visibility of an effect without amplitude; with a grid, the mildest setting that the readings show."""
-    grids = [name for name in effect.forms[0] if effect.parameters[name].grid]
+    form = all_forms(effect)[0]
+    grids = [name for name in form if effect.parameters[name].grid not in {(), PROPOSED}]
     if not grids:
         raw, left = score.switched(Term.at_rest(effect, ()))
         absorbed = 1.0 - (left / raw) ** 2 if raw > 0 else None
@@ -140,11 +141,11 @@ def _without_amplitude(score: Score, effect: Effect, needed: Callable[[int], flo
         return Visibility(effect.name, "", "", is_visible, None, absorbed)
     name, strength = grids[0], needed(1)
     visible, absorbed = [], None
-    for value in effect.parameters[name].grid:
-        raw, left = score.switched(Term.at_rest(effect, effect.forms[0], **{name: float(value)}))
+    for value in grid_values(effect.parameters[name], score.problem.hours):
+        raw, left = score.switched(Term.at_rest(effect, form, **{name: value}))
         absorbed = 1.0 - (left / raw) ** 2 if raw > 0 else absorbed
         if left >= strength:
-            visible.append(float(value))
+            visible.append(value)
     mildest = max(visible) if visible else None
     return Visibility(effect.name, name, effect.parameters[name].unit, bool(visible), mildest, absorbed)
 
