@@ -254,6 +254,18 @@ def test_what_cannot_be_added_is_refused(add: list[str], baseline: str, told: st
         refine(readings(), add, baseline=baseline)
 
 
+def test_a_misread_reading_that_the_diagnosis_leaves_out_counts_neither_before_nor_after() -> None:
+    right = readings(*TWO)
+    is_mixture = (np.diff(np.sort(right.drive, axis=1), prepend=0.0, axis=1) > 0.0).all(axis=1)
+    mixture = np.flatnonzero(is_mixture & (right.hours == 6000.0))[0]
+    light = right.xyz_cd_m2.copy()
+    light[mixture] *= 3.0
+    refinement = refine(right.with_light(light), auto=True)
+    for comparison in (refinement.before, refinement.after):
+        assert np.setdiff1d(np.arange(right.hours.size), comparison.problem.rows).tolist() == [mixture]
+    assert refinement.before.ratio == pytest.approx(both().before.ratio, rel=0.05)
+
+
 def test_forms_are_chosen_again_beside_an_effect_without_free_parameters(monkeypatch: pytest.MonkeyPatch) -> None:
     fitted: list[str] = []
 

@@ -186,16 +186,19 @@ def refine(
     )
     if not auto:
         return course.refinement(add)
-    current, steps = course.fit(add), list(course.steps(add))
+    current = course.fit(add)
     diagnosis = diagnose(
         readings, baseline=baseline, selection=selection, instrument=instrument, effects=known, terms=current.terms,
         progress=progress,
     )  # fmt: skip
-    if diagnosis.verdict.effects:
-        explanation = diagnosis.explanation
-        steps += [_added(each, step.name) for step, each in zip(explanation.steps, explanation.trail, strict=True)]
-        current = explanation.final
-    return course.refinement_of(current, steps, diagnosis)
+    if not diagnosis.verdict.effects:
+        return course.refinement_of(current, course.steps(add), diagnosis)
+    if not np.array_equal(diagnosis.problem.rows, course.base.problem.rows):
+        # The diagnosis leaves out misread readings: the errors before and after must be those of the same readings.
+        course = Course(fit(diagnosis.problem, terms), course.effects)
+    explanation = diagnosis.explanation
+    found = [_added(each, step.name) for step, each in zip(explanation.steps, explanation.trail, strict=True)]
+    return course.refinement_of(explanation.final, [*course.steps(add), *found], diagnosis)
 
 
 @dataclass(frozen=True)
