@@ -131,6 +131,13 @@ def test_the_size_that_is_said_to_be_smallest_is_that_of_the_visibility_table() 
     assert put == pytest.approx(3.0 * rehearsal.smallest_detectable, rel=0.01)
 
 
+def test_a_size_that_only_a_later_form_frees_is_found_again() -> None:
+    rehearsal = rehearse(catalogue()["black-level"], readings("colours"), ())
+    assert rehearsal.parameter not in catalogue()["black-level"].forms[0]
+    assert rehearsal.recovered, rehearsal.sentence
+    assert "it is found again" in rehearsal.sentence
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("design", "seconds"), [
     ("colours", 8.0),

@@ -18,7 +18,7 @@ from lutgen.criticism.fit.linear import State, Term, predict, whiten
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.pure_error import PureError
 from lutgen.criticism.search.candidates import family
-from lutgen.criticism.search.forms import grid_values
+from lutgen.criticism.search.forms import all_forms, grid_values, simple_forms
 from lutgen.criticism.search.stepwise import explain
 from lutgen.criticism.verdict.visibility import threshold, visibility
 from lutgen.effects.declare import PROPOSED
@@ -123,11 +123,11 @@ def likeness(base: Fit, effect: Effect, seen: Visibility, others: Sequence[Effec
     if seen.absorbed is None or (_is_amplitude(effect, seen.parameter) and seen.smallest_detectable is None):
         return []
     amplitudes = (seen.parameter,) if _is_amplitude(effect, seen.parameter) else ()
-    mine = _signatures(base, _settings(base.problem, effect, effect.forms[:1])[0], amplitudes)[0]
+    mine = _signatures(base, _settings(base.problem, effect, [_form_of(effect, seen)])[0], amplitudes)[0]
     cosine_of = []
     for other in others:
         cosines = [0.0]
-        for term in _settings(base.problem, other, other.forms[: other.refined]):
+        for term in _settings(base.problem, other, simple_forms(other)):
             columns = _signatures(base, term, [name for name in term.free if name in other.neutral])
             u, s, _ = np.linalg.svd(columns.T, full_matrices=False)
             along = u[:, s > 1e-6 * max(float(s[0]), 1e-300)].T @ mine
@@ -141,10 +141,16 @@ def _is_amplitude(effect: Effect, name: str) -> bool:
     return name in effect.neutral and not effect.parameters[name].grid
 
 
+def _form_of(effect: Effect, seen: Visibility) -> tuple[str, ...]:
+    """Return the first form of an effect that frees the parameter of its visibility."""
+    forms = all_forms(effect)
+    return next((form for form in forms if seen.parameter in form), forms[0])
+
+
 def _settings(problem: Problem, effect: Effect, forms: Sequence[tuple[str, ...]]) -> list[Term]:
     """Return an effect at rest in several forms, each with all settings of its grids."""
     terms = []
-    for form in forms or ((),):
+    for form in forms:
         given = {
             name: effect.parameters[name]
             for name in form
@@ -167,7 +173,7 @@ def _put_in(base: Fit, effect: Effect, seen: Visibility) -> Term | None:
     """Return the effect at the size of the rehearsal; None if the readings show no possible size."""
     if not seen.visible:
         return None
-    settings = _settings(base.problem, effect, effect.forms[:1])
+    settings = _settings(base.problem, effect, [_form_of(effect, seen)])
     if not _is_amplitude(effect, seen.parameter):
         strength = [base.score.switched(term)[1] for term in settings]
         enough = [each for each in strength if each >= TIMES * threshold(base)]
@@ -259,7 +265,7 @@ def _recovered_size(simulated: Fit, term: Term, seen: Visibility) -> tuple[str, 
     """Fit the effect in the form that was added, and say its size; also return whether this size is right."""
     if not seen.parameter:
         return "", True
-    simple = replace(term.effect, forms=term.effect.forms[:1], refined=1)
+    simple = replace(term.effect, forms=(_form_of(term.effect, seen),), refined=1)
     recovered = family(simulated, simple).best
     value, true_value = recovered.term.values[seen.parameter], term.values[seen.parameter]
     error = recovered.fit.stderr[-1].get(seen.parameter)
