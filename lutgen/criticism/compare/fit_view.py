@@ -12,7 +12,6 @@ from lutgen.criticism.fit.anchored import anchored
 from lutgen.criticism.fit.families import condition_of
 from lutgen.numerals import spaced
 from lutgen.readings.conditions import CONDITIONS, OF_COLUMN
-from lutgen.readings.table import is_capped
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -265,9 +264,9 @@ class View:
 
     def _condition(self, index: int) -> str:
         """Return the condition of a reading in words; "" if the reading is at rest."""
-        row, kind = self.problem.rows[index], str(condition_of(self.problem)[index])
-        if is_capped(self.problem.readings)[row]:
+        if self.problem.is_capped[index]:
             return "lens cap"
+        row, kind = self.problem.rows[index], str(condition_of(self.problem)[index])
         condition = next((each for each in CONDITIONS if each.cell == kind), None)
         if condition is None:
             return ""

@@ -105,11 +105,11 @@ class FirstSessionModel:
     def held_out_gain(self) -> Array | None:
         """Ratio (n, 3) of the own model's held-out prediction to its prediction, at first readings; None if unknown."""
         native, drive = self.problem.native, self.problem.drive
-        gain, first = native.own_gain(drive) if native else None, self.problem.hour_of == 0
+        gain = native.own_gain(drive) if native else None
         if native is None or native.ladder is None or gain is None:
             return None
         share = native.ladder.held_out_of(drive)
-        seen = first & np.isfinite(share).all(axis=1)
+        seen = (self.problem.hour_of == 0) & np.isfinite(share).all(axis=1)
         factor = np.ones_like(gain)
         factor[seen] = native.own_gain(drive[seen], share[seen]) / gain[seen]
         return factor

@@ -49,6 +49,13 @@ class Term:
         gridded = tuple(name for name in form if effect.parameters[name].grid)
         return cls(effect, effect.rest() | values, free, gridded)
 
+    def nudged(self, name: str) -> tuple[Term, float]:
+        """Return the term after a small step of one parameter inside its bounds, and this step."""
+        low, high = self.effect.parameters[name].bounds
+        value, step = self.values[name], STEP * (high - low)
+        step = step if value + step <= high else -step
+        return replace(self, values={**self.values, name: value + step}), step
+
     def moved(self, values: Sequence[float]) -> Term:
         """Return the term with other values of its free parameters."""
         return replace(self, values={**self.values, **dict(zip(self.free, values, strict=True))})
@@ -118,11 +125,8 @@ def _by_parameters(problem: Problem, state: State, before: Panel, xyz: Array) ->
     """Numerical derivatives by the free parameters of effects, (p, n, 3)."""
     columns = []
     for index, term in enumerate(state.terms):
-        for name, (low, high) in zip(term.free, term.bounds, strict=True):
-            value, step = term.values[name], STEP * (high - low)
-            if value + step > high:
-                step = -step
-            moved = replace(term, values={**term.values, name: value + step})
+        for name in term.free:
+            moved, step = term.nudged(name)
             terms = (*state.terms[:index], moved, *state.terms[index + 1 :])
             behind = before if term.effect.stage in BEHIND_PANEL else problem.panel(terms)
             columns.append((problem.predict(terms, behind, state.tips) - xyz) / step)

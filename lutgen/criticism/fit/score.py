@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lutgen.criticism.fit.code_shifts import CodeShifts
-from lutgen.criticism.fit.linear import BEHIND_PANEL, STEP, Term, whiten
+from lutgen.criticism.fit.linear import BEHIND_PANEL, Term, whiten
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -51,10 +50,7 @@ class Score:
 
     def signature(self, term: Term, name: str) -> Array:
         """Whitened change of the readings per unit of a parameter, tips fixed: (n, 3)."""
-        low, high = term.effect.parameters[name].bounds
-        value = term.values[name]
-        step = STEP * (high - low) * (1 if value + STEP * (high - low) <= high else -1)
-        moved = replace(term, values={**term.values, name: value + step})
+        moved, step = term.nudged(name)
         return whiten(self.problem, self._change_by(moved) / step)
 
     def seen(self, term: Term, name: str) -> tuple[Array, Array]:

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.special import chdtrc, chdtri, fdtrc, fdtri
 
 from lutgen.criticism.first_session.model import ALLOWANCE
-from lutgen.criticism.noise.replicates import Replicates
+from lutgen.criticism.noise.replicates import ENOUGH, Replicates
 
 if TYPE_CHECKING:
     from lutgen.criticism.fit.least_squares import Fit
@@ -58,7 +58,7 @@ class PureError:
     @property
     def measured(self) -> bool:
         """Whether there are enough replicates for an F test."""
-        return self.freedom >= 18
+        return self.freedom >= 3 * ENOUGH
 
     @property
     def variance(self) -> float:

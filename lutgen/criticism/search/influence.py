@@ -11,7 +11,7 @@ from scipy.special import chdtrc, chdtri, fdtrc
 
 from lutgen.colorimetry import xyz_to_lab
 from lutgen.criticism.fit.least_squares import fit
-from lutgen.criticism.noise.replicates import patch_numbers
+from lutgen.criticism.noise.replicates import ENOUGH, patch_numbers
 from lutgen.numerals import in_percent, percent
 from lutgen.readings.rest import TIP_DRIVES
 
@@ -204,7 +204,7 @@ def _agrees_with_first(current: Fit, bad: list[int], scale: float) -> bool:
 def suspicious_noise(problem: Problem) -> str:
     """Say what is wrong with the scatter of replicates, or of a first session; "" if nothing is wrong."""
     noise = problem.noise
-    if noise.source == "instrument" and noise.contrasts >= 6:
+    if noise.source == "instrument" and noise.contrasts >= ENOUGH:
         ratio = noise.scatter / (3 * noise.contrasts)
         if fdtrc(3 * noise.contrasts, 1e6, ratio) < 1e-6 and ratio > 2.0:
             return f"replicates scatter {np.sqrt(ratio):.1f} times as much as the stated noise of the instrument allows"
