@@ -18,6 +18,7 @@ from lutgen.criticism.search.candidates import family
 from lutgen.criticism.search.separate import POOL, separation, with_patches
 from lutgen.criticism.verdict.visibility import visibility
 from lutgen.effects import catalogue
+from lutgen.effects.expression import parse
 from lutgen.errors import LutgenError
 from lutgen.report.measurement_plan import plan_page
 from lutgen.report.parts import Headline
@@ -77,6 +78,12 @@ def test_a_healthy_display_may_show_neither_of_two_effects() -> None:
     assert proposal.sentence.startswith("These readings show neither ")
     assert "would tell them apart" in proposal.sentence
     assert not proposal.patches
+
+
+def test_an_effect_that_may_only_take_light_away_is_planned_with_a_loss() -> None:
+    sag = parse("sag: linear*(1 + k*tau*code); k=-0.01[-0.5,0]")
+    proposal = plan(readings("colours"), between=("sag", "crosstalk"), effects={**catalogue(), "sag": sag})
+    assert proposal.sentence.startswith("These readings show neither ")
 
 
 def test_of_two_effects_that_do_not_explain_the_readings_none_is_told_apart() -> None:

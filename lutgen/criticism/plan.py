@@ -13,7 +13,7 @@ from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.session_errors import with_shared_errors
 from lutgen.criticism.search.candidates import HALF, family
 from lutgen.criticism.search.separate import POOL, Patch, Separation, separation, with_patches
-from lutgen.criticism.verdict.visibility import visibility
+from lutgen.criticism.verdict.visibility import away_from_rest, typical_size, visibility
 from lutgen.errors import LutgenError, pick_one
 from lutgen.readings.rest import TIP_DRIVES
 from lutgen.readings.table import OPTIONAL
@@ -219,11 +219,10 @@ def _as_truth(base: Fit, fitted: Fit, effect: Effect) -> Fit:
     score, term = base.score, Term.at_rest(effect, effect.forms[0])
     sizes = {}
     for name in term.free:
-        strength = float((score.seen(term, name)[1] ** 2).sum() ** 0.5)
-        low, high = effect.parameters[name].bounds
-        rest, typical = term.values[name], effect.parameters[name].value
-        size = THREE_TIMES_DETECTABLE / strength if strength > 0 else abs(typical - rest)
-        sizes[name] = min(max(rest + size, low), high)
+        if name in effect.neutral:
+            strength = float((score.seen(term, name)[1] ** 2).sum() ** 0.5)
+            size = THREE_TIMES_DETECTABLE / strength if strength > 0 else typical_size(effect, name)
+            sizes[name] = away_from_rest(effect, name, size)
     return fit(base.problem, (*base.terms, Term(effect, {**term.values, **sizes}, ())))
 
 

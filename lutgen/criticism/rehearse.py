@@ -20,7 +20,7 @@ from lutgen.criticism.noise.pure_error import PureError
 from lutgen.criticism.search.candidates import family
 from lutgen.criticism.search.forms import all_forms, grid_values, simple_forms
 from lutgen.criticism.search.stepwise import explain
-from lutgen.criticism.verdict.visibility import threshold, visibility
+from lutgen.criticism.verdict.visibility import away_from_rest, threshold, visibility
 from lutgen.effects.declare import PROPOSED
 from lutgen.errors import listed
 from lutgen.numerals import in_percent
@@ -178,12 +178,7 @@ def _put_in(base: Fit, effect: Effect, seen: Visibility) -> Term | None:
         strength = [base.score.switched(term)[1] for term in settings]
         enough = [each for each in strength if each >= TIMES * threshold(base)]
         return settings[strength.index(min(enough) if enough else max(strength))]
-    parameter, rest = effect.parameters[seen.parameter], effect.neutral[seen.parameter]
-    low, high = parameter.bounds
-    size = TIMES * (seen.smallest_detectable or 0.0)
-    # The size has the sign of the typical value, unless only the other side of the bounds is wide enough.
-    up = high - rest >= min(size, rest - low) if parameter.value >= rest else rest - low < min(size, high - rest)
-    value = min(rest + size, high) if up else max(rest - size, low)
+    value = away_from_rest(effect, seen.parameter, TIMES * (seen.smallest_detectable or 0.0))
     middle = settings[len(settings) // 2]
     return replace(middle, values={**middle.values, seen.parameter: value})
 

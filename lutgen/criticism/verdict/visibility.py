@@ -150,6 +150,17 @@ def _without_amplitude(score: Score, effect: Effect, needed: Callable[[int], flo
     return Visibility(effect.name, name, effect.parameters[name].unit, bool(visible), mildest, absorbed)
 
 
+def away_from_rest(effect: Effect, amplitude: str, size: float) -> float:
+    """Return the value of an amplitude at the distance ``size`` from its neutral value, or as far as its bounds allow.
+
+    The value lies on the side of the typical value, unless only the other side of the bounds is wide enough.
+    """
+    parameter, rest = effect.parameters[amplitude], effect.neutral[amplitude]
+    low, high = parameter.bounds
+    up = high - rest >= min(size, rest - low) if parameter.value >= rest else rest - low < min(size, high - rest)
+    return min(rest + size, high) if up else max(rest - size, low)
+
+
 def typical_size(effect: Effect, parameter: str) -> float:
     """Return the distance of a parameter's typical value from its neutral value, in the parameter's unit."""
     return abs(effect.parameters[parameter].value - effect.neutral.get(parameter, 0.0))
