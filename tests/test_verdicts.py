@@ -292,3 +292,15 @@ def test_a_luminance_that_the_file_calls_held_and_that_falls_is_taken_as_free() 
         diagnosis.verdict.sentence
     )
     assert any("Luminance is taken as free" in remark for remark in diagnosis.verdict.remarks)
+
+
+def test_a_misread_reading_does_not_hide_the_error_of_the_others() -> None:
+    right = Case("consistent").measured()
+    top, mixed = right.drive.max(axis=1), np.diff(np.sort(right.drive, axis=1), prepend=0.0, axis=1).min(axis=1) > 0.0
+    waves = 0.009 * np.sin(40.0 * top) * (top < 1.0) * right.hours / HOURS[-1]
+    light = right.xyz_cd_m2 * (1.0 + waves)[:, np.newaxis]
+    light[np.flatnonzero(mixed & (right.hours == 6000.0))[0]] *= 3.0
+    verdict = diagnose(right.with_light(light)).verdict
+    assert verdict.name == "measurement-problem"
+    assert verdict.sentence.startswith("A fault is in the measurement: other readings contradict line ")
+    assert "The others hold an error that no known effect explains: it is largest in " in verdict.sentence

@@ -96,17 +96,19 @@ def _without_steps(
     explanation: Explanation, error: PureError, suspicion: Suspicion, remarks: tuple[str, ...]
 ) -> Verdict:
     """Return the verdict of a search that has admitted no effect."""
-    if suspicion.rows:
-        sentence = (
-            f"The fault is in the measurement, not in the display: other readings contradict "
-            f"{lines_of(explanation, suspicion)}. Nothing else is above the noise."
-        )
-        return Verdict("measurement-problem", sentence, remarks=remarks)
     base = explanation.base
     # The free term is judged under the same noise as an effect.
     residual_term = probe(base, replace(error, squares=max(error.squares, error.allowance * error.freedom)))
     within = is_within_scatter(error, base)
-    if within and not residual_term.names:
+    agrees = within and not residual_term.names
+    if suspicion.rows:
+        fault, rest = "The fault is in the measurement, not in the display", "Nothing else is above the noise"
+        if not agrees:
+            fault = "A fault is in the measurement"
+            rest = f"The others hold an error that no known effect explains: {structure(base, residual_term)}"
+        sentence = f"{fault}: other readings contradict {lines_of(explanation, suspicion)}. {rest}."
+        return Verdict("measurement-problem", sentence, remarks=remarks)
+    if agrees:
         compared = not base.problem.is_tip_anchor.all()
         return Verdict("consistent", _agrees(base) if compared else NOTHING_COMPARED, remarks=remarks)
     if residual_term.names == (IN_ORDER,):
