@@ -1,10 +1,10 @@
 """Cross-validation: whether an effect predicts readings to which it was not fitted.
 
-Readings are withheld by cell, one colour family of one hour at a time, and not at random, because the errors of the
-readings of a cell are correlated. The readings of the tips are never withheld. Each cell is predicted from all other
-cells by one Gauss-Newton step from the full fit. The step is exact if the model is linear, and accurate for small
-effects. A cell with nearly all the information on a parameter cannot be predicted from the rest: it is left out, and
-counted.
+Readings are withheld by cell, one colour family of one hour (or of one session, if sessions have gains) at a time, and
+not at random, because the errors of the readings of a cell are correlated. The readings of the tips are never withheld.
+Each cell is predicted from all other cells by one Gauss-Newton step from the full fit. The step is exact if the model
+is linear, and accurate for small effects. A cell with nearly all the information on a parameter cannot be predicted
+from the rest: it is left out, and counted.
 """
 
 from __future__ import annotations
@@ -99,16 +99,15 @@ class HeldOut:
 
 
 def cells(problem: Problem) -> list[NDArray[np.intp]]:
-    """Indices of the readings to withhold together: those of one colour family, or one condition, of one hour.
+    """Indices of the readings to withhold together: those of one colour family, or one condition, of one block.
 
     Anchors are never withheld: tips at rest, and the readings that a native display is made from.
     """
     kinds = kind_of(problem)
-    anchored = problem.is_anchor
     groups = []
-    for hour in range(problem.hours.size):
-        here = (problem.hour_of == hour) & ~anchored
-        groups += [np.flatnonzero(here & (kinds == name)) for name in np.unique(kinds[here])]
+    for block in problem.blocks:
+        here = block[~problem.is_anchor[block]]
+        groups += [here[kinds[here] == name] for name in np.unique(kinds[here])]
     return groups
 
 
