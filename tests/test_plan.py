@@ -248,7 +248,7 @@ def test_a_ti1_is_cgats_with_codes_in_percent() -> None:
     ),
     (
         {"between": ("backlight-decay", "meter-drift"), "baseline": "first-hour"},
-        r": fitted to all of them, .* shows the same light as .* tells them apart: a second meter or a check",
+        r": fitted to all patches that a plan knows, .* shows the same light as .*: a second meter or a check",
     ),
 ])  # fmt: skip
 def test_what_cannot_be_planned_is_refused(asked: dict[str, object], told: str) -> None:

@@ -162,7 +162,7 @@ def _between(base: Fit, known: Mapping[str, Effect], pair: tuple[str, str]) -> M
     )
     if differ:
         sentence += (
-            " Their formulas differ clearly on the present readings already, but these readings fit both about equally "
+            " Their formulas differ clearly on the present readings already, but both fit these readings about equally "
             "well, or another error is larger than either."
         )
     return MeasurementPlan(sentence, (*BASICS, *best.patches), {best.name: (best.before, best.after)}, best)
@@ -172,7 +172,7 @@ def _told_apart(base: Fit, fitted: Mapping[str, Fit], separations: Sequence[Sepa
     """Return a sentence on how the present readings tell two effects apart; "" if they do not.
 
     ``separations`` say that either effect, if true, differs clearly from the other on these readings. That does not
-    suffice if the readings fit both about equally well, or if neither explains most of what the model misses.
+    suffice if both fit the readings about equally well, or if neither explains most of what the model misses.
     """
     better, worse = sorted(fitted, key=lambda name: fitted[name].chi2)
     if all(base.chi2 - each.chi2 < THREE_TIMES_DETECTABLE**2 for each in fitted.values()):
@@ -198,7 +198,7 @@ def _hidden(base: Fit, effects: Sequence[Effect]) -> str:
         return ""
     which = "it" if len(effects) == 1 else "both" if len(hidden) == len(effects) else hidden[0]
     foretelling = "native-first-hour" if base.problem.native else "first-hour"
-    spectrum = ", or a spectrum" if len(effects) > 1 else ""
+    spectrum = ", or measure spectra" if len(effects) > 1 else ""
     return f"re-measured white and primaries hide {which}. Use --baseline {foretelling}{spectrum}."
 
 
@@ -207,8 +207,8 @@ def _imitated(known: Mapping[str, Effect], each: Separation) -> str:
     one, other = each.separates
     remedy = known[one].confused_with.get(other) or known[other].confused_with.get(one) or "a second meter"
     return (
-        f"fitted to all of them, {other} shows the same light as {one} to within the noise (χ² {each.after:.3g}; "
-        f"{CLEAR:g} is clear). What tells them apart: {remedy}."
+        f"fitted to all patches that a plan knows, {other} shows the same light as {one} to within the noise (χ² "
+        f"{each.after:.3g}; {CLEAR:g} is clear). What tells them apart: {remedy}."
     )
 
 

@@ -149,7 +149,8 @@ class _Rest:
         kept = s > SINGULAR * s.max(initial=0.0)
         self.columns = q @ u[:, kept]
         self.right = self.columns.T @ self.residual
-        #: Coordinates of the columns by the global unknowns, (k, p), and effects by these coordinates, (e, k).
+        #: Derivatives of the coordinates along the columns by the global unknowns, (k, p), and of the parameters of
+        #: effects by these coordinates, (e, k).
         self.of_unknowns = (s[kept, np.newaxis] * vt[kept]) * size
         count = sum(len(term.free) for term in terms)
         self.effects = (vt[kept].T / s[kept] / size[:, np.newaxis])[:count]

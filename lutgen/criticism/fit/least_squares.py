@@ -34,7 +34,7 @@ CONVERGED = 0.005
 #: jumps of an effect or because of interpolated tips.
 NEGLIGIBLE = 0.3
 
-#: The same two limits as shares of the misfit; they apply to wrong models, whose last digits do not matter.
+#: The same two limits as shares of the misfit. They apply to models with a large misfit, whose χ² need not be exact.
 CONVERGED_SHARE, NEGLIGIBLE_SHARE = 1e-4, 1e-3
 
 MAX_ITERATIONS = 30
