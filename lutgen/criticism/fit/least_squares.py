@@ -143,11 +143,6 @@ class Fit:
         return self._system.covariance(self.terms)
 
     @cached_property
-    def modes(self) -> Array:
-        """Estimated sizes of the curve modes of a native display, (q,)."""
-        return self._system.mode_step[self._system.global_count - self._system.mode_count :]
-
-    @cached_property
     def projection(self) -> Projection:
         """Changes of the readings without what tips, gains and shared errors absorb."""
         return Projection(self.problem, self.linear, self.state, self.whitened, self.first_errors)

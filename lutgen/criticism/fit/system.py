@@ -55,12 +55,12 @@ class System:
         self.blocks = [Block.of(problem, corrected, state, here) for here in problem.blocks]
         reduced = np.concatenate([*(block.reduced for block in self.blocks), prior_of_errors])
         self.A, self.z = reduced[:, :-1], reduced[:, -1]
-        self.mode_count = len(problem.curve_modes) if problem.native else 0
-        modes = self.A[:, self.global_count - self.mode_count :]
+        others = self.global_count - (len(problem.curve_modes) if problem.native else 0)
+        modes = self.A[:, others:]
         sizes = np.linalg.lstsq(modes, self.z, rcond=1e-9)[0]
         #: The step that changes no effect and sets the curve modes to their best sizes: a state holds no sizes of
         #: modes.
-        self.mode_step = np.concatenate([np.zeros(self.global_count - self.mode_count), sizes])
+        self.mode_step = np.concatenate([np.zeros(others), sizes])
         residual = self.z - modes @ sizes
         self.chi2 = float(residual @ residual)
 
