@@ -14,11 +14,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lutgen.criticism.fit.least_squares import fit
-from lutgen.criticism.fit.linear import State, Term, predict, whiten
+from lutgen.criticism.fit.linear import State, Term, grid_values, predict, whiten
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.pure_error import PureError
 from lutgen.criticism.search.candidates import family
-from lutgen.criticism.search.forms import all_forms, grid_values, simple_forms
+from lutgen.criticism.search.forms import all_forms, simple_forms
 from lutgen.criticism.search.stepwise import explain
 from lutgen.criticism.verdict.visibility import away_from_rest, threshold, visibility
 from lutgen.effects.declare import PROPOSED

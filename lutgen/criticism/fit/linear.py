@@ -18,8 +18,7 @@ if TYPE_CHECKING:
     from lutgen.colorimetry import Array
     from lutgen.criticism.fit.problem import Problem
     from lutgen.display.trace import Panel
-    from lutgen.effects import Effect
-
+    from lutgen.effects import Effect, Parameter
 #: Conditions of two readings under which every effect changes the prediction.
 UNUSUAL: dict[str, Any] = {name: np.full((2, 1), column.shown) for name, column in COLUMNS.items()}
 
@@ -64,6 +63,12 @@ class Term:
     def bounds(self) -> Array:
         """Lower and upper bounds of the free parameters, (p, 2)."""
         return np.array([self.effect.parameters[name].bounds for name in self.free]).reshape(-1, 2)
+
+
+def grid_values(parameter: Parameter, hours: Array) -> list[float]:
+    """Return the values of a parameter's grid; of a date: the midpoints between neighbouring ``hours`` of sessions."""
+    grid = (hours[1:] + hours[:-1]) / 2 if isinstance(parameter.grid, str) else parameter.grid
+    return [float(value) for value in grid]
 
 
 class State(NamedTuple):

@@ -12,16 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.criticism.fit.code_shifts import FITTED
-from lutgen.criticism.fit.linear import Term
-from lutgen.criticism.search.forms import (
-    FORMULA,
-    all_forms,
-    grid_values,
-    is_formula,
-    is_proposed,
-    is_refined,
-    simple_forms,
-)
+from lutgen.criticism.fit.linear import Term, grid_values
+from lutgen.criticism.search.forms import FORMULA, all_forms, is_formula, is_proposed, is_refined, simple_forms
 from lutgen.effects.shapes import COURSE
 from lutgen.errors import LutgenError
 

@@ -9,8 +9,7 @@ from lutgen.effects.declare import PROPOSED
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from lutgen.colorimetry import Array
-    from lutgen.effects import Effect, Parameter
+    from lutgen.effects import Effect
 
     Form = tuple[str, ...]
 
@@ -41,9 +40,3 @@ def is_formula(effect: Effect, form: Form) -> bool:
 def is_proposed(effect: Effect, form: Form) -> bool:
     """Whether a form has parameters whose settings the effect proposes from the residuals."""
     return any(effect.parameters[name].grid == PROPOSED for name in form)
-
-
-def grid_values(parameter: Parameter, hours: Array) -> list[float]:
-    """Return the values of a parameter's grid; of a date: the midpoints between neighbouring ``hours`` of sessions."""
-    grid = (hours[1:] + hours[:-1]) / 2 if isinstance(parameter.grid, str) else parameter.grid
-    return [float(value) for value in grid]

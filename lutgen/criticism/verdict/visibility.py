@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lutgen.criticism.fit.least_squares import fit, switching_penalty
-from lutgen.criticism.fit.linear import Term
+from lutgen.criticism.fit.linear import Term, grid_values
 from lutgen.criticism.noise.pure_error import PureError
 from lutgen.criticism.search.candidates import STRONG
 from lutgen.criticism.search.explanation import UNCHANGED
-from lutgen.criticism.search.forms import all_forms, grid_values
+from lutgen.criticism.search.forms import all_forms
 from lutgen.criticism.search.stepwise import UNDOUBTED
 from lutgen.effects.declare import PROPOSED
 
