@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from lutgen.criticism.fit.problem import Problem
     from lutgen.display.trace import Panel
     from lutgen.effects import Effect, Parameter
+
 #: Conditions of two readings under which every effect changes the prediction.
 UNUSUAL: dict[str, Any] = {name: np.full((2, 1), column.shown) for name, column in COLUMNS.items()}
 
