@@ -11,14 +11,7 @@ from lutgen.criticism.fit.least_squares import Fit, fit
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.pure_error import PureError
 from lutgen.criticism.noise.session_errors import with_shared_errors
-from lutgen.criticism.search.influence import (
-    Suspicion,
-    misread_rows,
-    suspicious_noise,
-    without_exchanged,
-    wrong_rows,
-    wrong_sessions,
-)
+from lutgen.criticism.search.influence import Suspicion, sound_fit, suspicious_noise, wrong_sessions
 from lutgen.criticism.search.separate import Separation, what_separates
 from lutgen.criticism.search.stepwise import explain
 from lutgen.criticism.verdict.pronounce import pronounce
@@ -185,19 +178,13 @@ def diagnose(
         Unknown names, or readings that cannot be used.
 
     """
-    problem = Problem.of(readings, baseline=baseline, selection=selection, instrument=instrument)
-    problem, exchanged = without_exchanged(problem)
-    left_out = [row for pair in exchanged for row in pair]
-    problem = with_shared_errors(problem, terms)
+    everything = Problem.of(readings, baseline=baseline, selection=selection, instrument=instrument)
+    base, exchanged, wrong = sound_fit(everything, terms)
+    problem, error = base.problem, PureError.of(base.problem)
     choices = candidates(effects, baseline, (*without, *(term.effect.name for term in terms)))
     if problem.first_readings:
         # The choice among the paper's matrices has no influence if a colour is predicted from its own first reading.
         choices = [each for each in choices if each.stage != "selection"]
-    base, error = fit(problem, terms), PureError.of(problem)
-    if wrong := (*wrong_rows(base), *misread_rows(problem)):
-        left_out += wrong
-        problem = problem.without(wrong)
-        base, error = fit(problem, terms), PureError.of(problem)
     seen = tuple(visibility(base, choices))
     explanation = explain(base, choices, error, progress)
     # A misfit can hide a drift of the gain or a dark offset, or look like one: estimate both again after effects
@@ -207,7 +194,7 @@ def diagnose(
         problem = again
         base = fit(problem, terms)
         explanation = explain(base, choices, error, progress, known=[step.chosen for step in explanation.steps])
-    rows = tuple(sorted({*problem.noise.outliers, *left_out}))
+    rows = tuple(sorted({*problem.noise.outliers, *wrong, *(row for pair in exchanged for row in pair)}))
     suspicion = Suspicion(rows, wrong_sessions(base, error.variance), suspicious_noise(problem), exchanged)
     verdict = pronounce(explanation, error, seen, suspicion)
     named = [step for step in explanation.steps if step.name in verdict.effects]

@@ -14,9 +14,8 @@ from lutgen.criticism.diagnose import Diagnosis, candidates, diagnose, known_und
 from lutgen.criticism.display_model import model_of
 from lutgen.criticism.fit.least_squares import Fit, fit
 from lutgen.criticism.fit.problem import Problem
-from lutgen.criticism.noise.session_errors import with_shared_errors
 from lutgen.criticism.search.candidates import family
-from lutgen.criticism.search.influence import without_exchanged
+from lutgen.criticism.search.influence import sound_fit
 from lutgen.display.carried import what_luts_carry
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError, pick_one
@@ -232,7 +231,7 @@ class Course:
     ) -> Course:
         """Return the model before any effect is added; parameters and errors as for :func:`refine`."""
         problem = Problem.of(readings, baseline=baseline, selection=selection, instrument=instrument)
-        return cls(fit(with_shared_errors(without_exchanged(problem)[0], terms), terms), known_under(effects, baseline))
+        return cls(sound_fit(problem, terms)[0], known_under(effects, baseline))
 
     def with_effects(self, effects: Mapping[str, Effect]) -> Course:
         """Return the same model with other effects that may be added; fits of effects in both sets stay cached."""

@@ -12,11 +12,15 @@ from scipy.special import chdtrc, chdtri, fdtrc
 from lutgen.colorimetry import xyz_to_lab
 from lutgen.criticism.fit.least_squares import fit
 from lutgen.criticism.noise.replicates import ENOUGH, patch_numbers
+from lutgen.criticism.noise.session_errors import with_shared_errors
 from lutgen.numerals import in_percent, percent
 from lutgen.readings.rest import TIP_DRIVES
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from lutgen.criticism.fit.least_squares import Fit
+    from lutgen.criticism.fit.linear import Term
     from lutgen.criticism.fit.problem import Problem
 
 #: A reading is an outlier if the probability that noise gives a residual of this size anywhere in the file is below
@@ -96,6 +100,14 @@ def without_exchanged(problem: Problem) -> tuple[Problem, tuple[tuple[int, int],
     """Return the problem without exchanged readings, and the pairs of their rows."""
     pairs = exchanged_rows(problem)
     return problem.without([row for pair in pairs for row in pair]) if pairs else problem, pairs
+
+
+def sound_fit(problem: Problem, terms: Sequence[Term]) -> tuple[Fit, tuple[tuple[int, int], ...], tuple[int, ...]]:
+    """Return the fit of terms without wrong readings, the pairs of exchanged readings, and the other wrong readings."""
+    problem, exchanged = without_exchanged(problem)
+    base = fit(with_shared_errors(problem, terms), terms)
+    wrong = (*wrong_rows(base), *misread_rows(base.problem))
+    return fit(base.problem.without(wrong), terms) if wrong else base, exchanged, wrong
 
 
 def wrong_rows(current: Fit) -> tuple[int, ...]:
