@@ -19,6 +19,7 @@ from lutgen.bake.formats import lut_suffixes
 from lutgen.bindings import oiio
 from lutgen.colorimetry import code_to_linear, linear_to_code
 from lutgen.pictures.engines import ChainEngine, PaperEngine, engine_for
+from lutgen.pictures.images import open_source
 from tests.command import exit_code, here
 from tests.disk import mounted
 
@@ -499,6 +500,20 @@ def test_a_mirrored_image_has_its_un_aged_half_where_viewers_show_the_left(
     source = write(tmp_path / "in.tif", tissue, Orientation=2)
     apply_to_image(source, tmp_path / "both.tif", aged, side_by_side=True)
     np.testing.assert_array_equal(read(tmp_path / "both.tif").pixels[:, 128:], tissue)
+
+
+@pytest.mark.parametrize("suffix", [".jpg", ".tif", ".exr", ".png"])
+def test_the_orientation_is_kept_or_the_output_refused(
+    suffix: str, tissue: Pixels, aged: AgedDisplay, tmp_path: Path
+) -> None:
+    source, out = write(tmp_path / "in.tif", tissue, Orientation=6), tmp_path / f"out{suffix}"
+    if suffix == ".png":
+        with pytest.raises(LutgenError, match=r"Orientation 6.*\.png cannot say that.*turn the pixels first"):
+            apply_to_image(source, out, aged)
+        return
+    apply_to_image(source, out, aged)
+    with open_source(out) as written:
+        assert written.orientation == 6
 
 
 # The command ----------------------------------------------------------------------------------------------------------

@@ -260,6 +260,16 @@ def test_a_lut_of_somebody_else_is_checked_against_a_model(built: Path) -> None:
     assert check_lut(built / CUBE, model.at("chroma", 10_000)).passed
 
 
+def test_a_table_of_two_points_is_judged_though_no_colour_is_smooth(tmp_path: Path) -> None:
+    corners = ((red, green, blue) for blue in (0, 1) for green in (0, 1) for red in (0, 1))
+    for name, rows in {"black": ["0 0 0"] * 8, "identity": [f"{r} {g} {b}" for r, g, b in corners]}.items():
+        path = tmp_path / f"{name}.cube"
+        path.write_text("LUT_3D_SIZE 2\n" + "\n".join(rows) + "\n", encoding="utf-8")
+        result = check_lut(path, DisplayModel(read_measurements(default_display())).at("chroma", 10_000))
+        assert not result.passed
+        assert "no colour of this table is smooth" in result.findings[0].problem
+
+
 def test_a_folder_that_lutgen_did_not_make_is_bad_input(tmp_path: Path) -> None:
     with pytest.raises(LutgenError, match="no folder that `lutgen build` made"):
         check(tmp_path)

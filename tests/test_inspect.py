@@ -76,6 +76,26 @@ def test_the_primaries_are_srgbs_but_for_the_black_that_leaks(tmp_path: Path) ->
     assert black.coverage == pytest.approx(1.0, abs=1e-3)
 
 
+def test_a_black_within_the_scatter_of_dark_patches_has_no_contrast(tmp_path: Path) -> None:
+    drive, scatter = np.vstack([DRIVE, np.zeros((4, 3))]), 3.0 * LEAK * np.array([1.0, -1.0, 1.0, -1.0])
+    xyz = light(drive)
+    xyz[-4:] += scatter[:, np.newaxis] * xyz[:1]
+    inspection = changed(tmp_path, xyz, drive)
+    assert inspection.steadiness is not None
+    assert inspection.steadiness.dark_noise is not None
+    assert inspection.contrast is None
+    assert any("below the sensitivity of the meter; contrast is unknown" in each for each in inspection.remarks)
+
+
+def test_few_levels_are_told_from_none(tmp_path: Path) -> None:
+    ramp = np.array([[level, 0.0, 0.0] for level in (0.25, 0.5, 0.75)])
+    drive = np.vstack([np.eye(3), np.ones((1, 3)), np.zeros((1, 3)), ramp])
+    missing = changed(tmp_path, light(drive), drive).missing
+    assert "No ramp of green, blue: no γ of these channels alone." in missing
+    assert "Fewer than 5 levels of red below full drive: a coarse γ of these channels." in missing
+    assert any(each.startswith("Fewer than 5 greys below white") for each in missing)
+
+
 def test_deviation_from_srgb_is_that_of_gamma_2_2(tmp_path: Path) -> None:
     curve = inspected(tmp_path, ti3()).curves["grey"]
     place = int(np.argmin(np.abs(curve.drive - 0.1)))
@@ -236,6 +256,10 @@ def test_the_page_is_the_same_bytes_on_every_run_and_never_replaced_unasked(tmp_
 
 def test_two_pictures_of_one_name_are_refused() -> None:
     assert picture_names(["a/x.ti3", "a/y.ti3"]) == ["inspect-x.png", "inspect-y.png"]
+    of_table = ["a/x.csv, hour 0", "a/x.csv, hour 0.5", "a/x.csv, hour 0, session dark room"]
+    assert picture_names(of_table) == [
+        "inspect-x-hour-0.png", "inspect-x-hour-0.5.png", "inspect-x-hour-0-session-dark-room.png"
+    ]  # fmt: skip
     with pytest.raises(LutgenError, match="two sessions would be drawn"):
         picture_names(["a/x.ti3", "b/x.csv"])
 

@@ -161,6 +161,7 @@ def test_a_search_path_outside_the_folder_is_led_there_again(built: Path, first:
     [
         (Merging(WANTED), "no role aces_interchange.*--source-space NAME.*linear, raw, sRGB"),
         (Merging(WANTED, source_space="raw"), "holds data"),
+        (Merging(WANTED, source_space="linear"), "is linear light, and the LUT takes code values"),
         (Merging(WANTED, source_space="nope"), "unknown colour space 'nope'. Pick one of: linear, raw, sRGB"),
         (Merging([("chroma", 5.0)], source_space="sRGB"), "has no LUT for chroma at 5h. It has chroma at"),
         (Merging(WANTED, source_space="sRGB", onto=("TV",)), "unknown display 'TV'. Pick one of: Screen sRGB"),

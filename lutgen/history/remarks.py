@@ -57,11 +57,18 @@ def on_steadiness(steady: Steadiness | None) -> Iterator[str]:
         yield f"Noisy: repeated patches scatter by {scatter} (1 σ); a colorimeter in contact has 0.1 to 0.3 %."
 
 
-def on_black(session: Session, white: Array | None, black: Array | None) -> Iterator[str]:
+def is_readable(black: Array, steady: Steadiness | None) -> bool:
+    """Whether the luminance of black is above 0, and above three times the scatter of repeated dark patches, if any."""
+    return bool(black[1] > 3.0 * ((steady.dark_noise or 0.0) if steady else 0.0))
+
+
+def on_black(
+    session: Session, white: Array | None, black: Array | None, steady: Steadiness | None = None
+) -> Iterator[str]:
     """Report a black that the meter cannot read, and a low contrast."""
     if black is None or white is None:
         return
-    if black[1] <= 0:
+    if not is_readable(black, steady):
         yield f"Black reads {black[1]:.4f}: below the sensitivity of the meter; contrast is unknown."
     elif black[1] > white[1] / 200.0:
         unit = " cd/m²" if session.absolute else " of white"
@@ -191,17 +198,21 @@ def missing_patches(session: Session) -> Iterator[str]:
     full = [name for name in CHANNELS if name not in read]
     if mean_xyz(session, "white") is None:
         full.insert(0, "white")
-    short = [name for name in CHANNELS if ramp(session, name).drive.size <= FEWEST_LEVELS]
+    levels = {name: int((ramp(session, name).drive < 1.0 - DRIVE_TOLERANCE).sum()) for name in (*CHANNELS, "grey")}
+    none = [name for name in CHANNELS if not levels[name]]
+    few = [name for name in CHANNELS if 0 < levels[name] < FEWEST_LEVELS]
     if full:
         yield f"No {listed(full, 'or')} at full drive: no model of the display, no gamut, no additivity."
     if mean_xyz(session, "black") is None:
         yield "No black: no contrast, no black-level or ambient light, and γ is fitted without subtracting black."
     if not any(rows.size > 1 for rows in repeats(session)):
         yield "No patch was read twice: no noise, no drift within the session (warm-up, automatic brightness)."
-    if (ramp(session, "grey").drive < 1.0 - DRIVE_TOLERANCE).sum() < FEWEST_LEVELS:
+    if levels["grey"] < FEWEST_LEVELS:
         yield f"Fewer than {FEWEST_LEVELS} greys below white: a coarse transfer curve, no drift of γ."
-    if short:
-        yield f"No ramp of {', '.join(short)}: no γ of these channels alone."
+    if none:
+        yield f"No ramp of {', '.join(none)}: no γ of these channels alone."
+    if few:
+        yield f"Fewer than {FEWEST_LEVELS} levels of {', '.join(few)} below full drive: a coarse γ of these channels."
     if session.kinds.count("mixture") < FEWEST_MIXTURES:
         yield "Hardly any mixtures: no crosstalk, no loading, and no check of the model on the colours of pictures."
 

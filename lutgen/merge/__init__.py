@@ -219,6 +219,8 @@ def _lut(build: Path, mode: str, hours: float) -> FileRecord:
 
 def _load(lib: Any, path: Path) -> Any:
     lib.ClearAllCaches()
+    if path.is_dir():
+        raise LutgenError(f"{path}: is a folder. Give the OpenColorIO config itself, such as {path / 'config.ocio'}.")
     if not path.is_file():
         raise LutgenError(f"{path}: there is no such file. Give an OpenColorIO config (config.ocio).")
     bindings.refuse_unlikely(path)

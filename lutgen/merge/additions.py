@@ -51,6 +51,12 @@ def check_source(config: Any, name: str) -> None:
             f"--source-space {name}: this colour space {why}. Name a scene-referred one whose code values are sent to "
             "the display, such as sRGB's."
         )
+    linear = config.getColorSpace(lib.ROLE_SCENE_LINEAR)
+    if space.getEncoding() == "scene-linear" or (linear is not None and linear.getName() == space.getName()):
+        raise LutgenError(
+            f"--source-space {name}: this colour space is linear light, and the LUT takes code values. Name the colour "
+            "space whose code values are sent to the display, such as sRGB's."
+        )
 
 
 def add_source_signal(config: Any, name: str) -> None:

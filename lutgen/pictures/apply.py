@@ -162,6 +162,11 @@ def apply_to_images(
                 raise LutgenError(
                     f"{image}: is stored on its side (Orientation): its rows have no left and right. Turn it first."
                 )
+            if opened.orientation > 1 and not format_of_suffix(output).turns:
+                raise LutgenError(
+                    f"{image}: asks viewers to turn it (Orientation {opened.orientation}), and {output.suffix} cannot "
+                    "say that. Write .jpg, .tif or .exr, or turn the pixels first."
+                )
             rows.append(opened.height)
     done: list[AppliedImage] = []
     with _new_folders({output.parent for _, output in pairs}), ExitStack() as stack:

@@ -39,6 +39,8 @@ class ImageFormat:
     #: Whether files may have alpha, and tiles.
     alpha: bool = True
     tiles: bool = False
+    #: Whether a written file keeps the Orientation, by which viewers turn the picture.
+    turns: bool = True
     #: Lossless compressions, which are kept. Other compressions become ``zip``, so that written numbers are exact.
     lossless: tuple[str, ...] = ()
 
@@ -46,7 +48,13 @@ class ImageFormat:
 DTYPES = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float16, "float": np.float32}
 
 FORMATS = (
-    ImageFormat("png", (".png",), (b"\x89PNG\r\n\x1a\n",), dict.fromkeys(DTYPES, "uint16") | {"uint8": "uint8"}),
+    ImageFormat(
+        "png",
+        (".png",),
+        (b"\x89PNG\r\n\x1a\n",),
+        dict.fromkeys(DTYPES, "uint16") | {"uint8": "uint8"},
+        turns=False,
+    ),
     ImageFormat("jpeg", (".jpg", ".jpeg"), (b"\xff\xd8\xff",), dict.fromkeys(DTYPES, "uint8"), alpha=False),
     ImageFormat(
         "tiff",

@@ -148,8 +148,16 @@ _REMARK_LETTERS, _REMARK_LINES = 63, 12
 
 
 def picture_names(files: Sequence[str]) -> list[str]:
-    """Return the name of each session's picture. Raises LutgenError if two names are equal."""
-    return named_once([f"inspect-{Path(file).stem}.png" for file in files], "sessions")
+    """Return the name of each session's picture. Raises LutgenError if two names are equal.
+
+    A session of a table is called "aged.csv, hour 2000" or "aged.csv, hour 2000, session A".
+    """
+    names = []
+    for file in files:
+        table, of_table, session = Path(file).name.partition(", hour ")
+        hour = f"-hour-{session.replace(', ', '-').replace(' ', '-')}" if of_table else ""
+        names.append(f"inspect-{Path(table).stem}{hour}.png")
+    return named_once(names, "sessions")
 
 
 def plot_inspection(inspection: Inspection, path: Path, *, force: bool = False) -> None:

@@ -112,7 +112,9 @@ def _report(path: str, result: Checked) -> None:
     count = f"{result.files} file{'s' if result.files != 1 else ''}"
     if result.passed:
         beside = f", and {edges:.4f} at its jumps and at the edge of the gamut" if edges > worst else ""
-        say(f"{path}: {count} checked, all true to the model (largest ΔE2000 {worst:.4f} where it is smooth{beside})")
+        is_smooth = not of_files or any(each.smooth.colours for each in of_files)
+        smooth = f"{worst:.4f} where it is smooth" if is_smooth else "nowhere smooth"
+        say(f"{path}: {count} checked, all true to the model (largest ΔE2000 {smooth}{beside})")
     else:
         wrong = len({finding.path for finding in result.findings})
         say(f"{path}: {count} checked, {wrong} with faults")

@@ -147,10 +147,12 @@ def _typical(effect: Effect) -> Iterator[list[Term]]:
 
 
 def _form(score: Score, chosen: Candidate) -> Array:
-    """Return an orthonormal basis of a form near its fit: the signatures of its parameters and of the whole effect."""
-    term = chosen.term
-    columns = [score.project(score.signature(term, name)) for name in term.free]
-    columns.append(score.project(score.switched_on(term)))
+    """Return an orthonormal basis of a form near its fit: of the effect as fitted and after a step of each parameter.
+
+    A parameter whose step changes the effect by a share of less than about ``OWN`` adds no direction.
+    """
+    nudged = (chosen.term.nudged(name)[0] for name in chosen.term.free)
+    columns = [score.project(score.switched_on(each)) for each in (*nudged, chosen.term)]
     sizes = np.linalg.norm(columns, axis=1, keepdims=True)
     return _basis((np.array(columns) / np.where(sizes > 0, sizes, 1.0)).T)
 
