@@ -218,6 +218,13 @@ def test_an_effect_says_in_a_clause_what_it_does(name: str, values: dict[str, fl
     assert in_words(effect, effect.rest() | values) == says
 
 
+def test_a_size_is_told_at_the_last_session() -> None:
+    leak = catalogue()["black-level"]
+    values = leak.rest() | {"new": 0.001, "grown": 0.004, "power": 2.0}
+    assert in_words(leak, values, (0.0, 4500.0, 9000.0)) == "black leaks 0.1 % of white, growing to 0.2 % by 9 000 h"
+    assert in_words(leak, values, (0.0,)) == "black leaks 0.1 % of white, growing to 0.5 % by 18 000 h"
+
+
 def test_a_date_is_told_as_the_gap_between_two_sessions() -> None:
     recalibration = catalogue()["recalibration"]
     values = recalibration.rest() | {"hour": 11_000.0, "gamma": 0.1}

@@ -273,8 +273,10 @@ def test_a_study_without_aged_images_takes_no_difference(run: Callable[..., Done
 
 
 def test_the_title_of_the_picture_says_the_finding(examples: dict[str, Analysis]) -> None:
-    assert title(examples["figures"]) == "chroma-luma against none: time +10.2 s, ease −1.3, agreement −19.2 points"
-    assert title(examples["counts"]) == "chroma-luma against none: agreement −19.2 points"
+    agreement = "agreement −19.2 points (p = 0.042)"
+    expected = f"chroma-luma against none: time +10.2 s (p = 0.02), ease −1.3 (p < 0.001), {agreement}"
+    assert title(examples["figures"]) == expected
+    assert title(examples["counts"]) == f"chroma-luma against none: {agreement}"
     assert title(examples["one condition"]) == "none alone: nothing to compare with"
     time = changes(examples["figures"], "time")
     assert time["chroma"] == pytest.approx((9.1, 0.054), abs=5e-4)
@@ -310,9 +312,9 @@ def test_one_answer_has_a_dash_for_its_interval(run: Callable[..., Done], tmp_pa
     assert (done.code, "nan" in done.out, "± –" in done.out) == (0, False, True)
 
 
-def test_what_is_not_significant_is_said_in_the_title() -> None:
+def test_the_title_states_the_chance_of_a_difference() -> None:
     analysis = analyse_figures(read_counts(COUNTS)[1][1:], ())
-    assert title(analysis) == "chroma-luma against chroma: agreement −2.5 points (not significant)"
+    assert title(analysis) == "chroma-luma against chroma: agreement −2.5 points (p = 0.41)"
 
 
 def test_answers_of_one_height_lie_side_by_side() -> None:

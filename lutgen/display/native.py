@@ -310,8 +310,8 @@ def _or_srgb(native: NativeDisplay, sample: Sample) -> NativeDisplay:
     own, srgb = (added_up(sample, each, sample.drive) for each in (native.curves, srgb_curves()))
     if clearly_better(sample, own, srgb):
         return native
-    errors = f"{native.source} {mixtures_error(sample, own):.2f}; sRGB {mixtures_error(sample, srgb):.2f}"
-    remark = f"Curves are those of sRGB: mean ΔE2000 on mixtures: {errors}. Its own are not clearly nearer."
+    errors = f"{native.source} {mixtures_error(sample, own):.2f}, sRGB {mixtures_error(sample, srgb):.2f}"
+    remark = f"Curves are those of sRGB: the display's own are not clearly better (mean ΔE2000 on mixtures: {errors})."
     return replace(native, curves=srgb_curves(), source="srgb", remarks=(*native.remarks, remark))
 
 

@@ -244,14 +244,15 @@ def plot_study(analysis: Analysis, folder: str | Path, *, force: bool = False) -
 
 
 def title(analysis: Analysis) -> str:
-    """Return the title: each measure's change from the first to the last condition, and its significance at 5 %."""
+    """Return the title: each measure's change from the first to the last condition, with p."""
     conditions = [row.condition for row in (analysis.table2.means or analysis.table3)]
     first, last = conditions[0], conditions[-1]
     parts = []
     for measure, unit in _UNITS.items():
         change, p = changes(analysis, measure).get(last, (float("nan"), float("nan")))
         if isfinite(change):
-            parts.append(f"{measure} {signed(change)}{unit}{'' if p < 0.05 else ' (not significant)'}")
+            chance = "p < 0.001" if p < 0.001 else f"p = {p:.2g}" if isfinite(p) else "p unknown"
+            parts.append(f"{measure} {signed(change)}{unit} ({chance})")
     return f"{last} against {first}: {', '.join(parts)}" if parts else f"{first} alone: nothing to compare with"
 
 

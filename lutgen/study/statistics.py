@@ -280,8 +280,13 @@ def _kappa(condition: str, of: str, readings: Sequence[tuple[str, str]]) -> Kapp
 
 
 def cohen(table: Array) -> tuple[float, float]:
-    """κ of counts (k, k), Cohen 1960, and its error, Fleiss, Cohen & Everitt 1969, doi:10.1037/h0028106; or NaN."""
+    """κ of counts (k, k), Cohen 1960, and its error, Fleiss, Cohen & Everitt 1969, doi:10.1037/h0028106.
+
+    Both are NaN for fewer than two pairs, and where chance alone agrees always.
+    """
     n = table.sum()
+    if n < 2:
+        return nan, nan
     share = table / n
     rows, columns = share.sum(axis=1), share.sum(axis=0)
     seen, chance = float(np.trace(share)), float(rows @ columns)
