@@ -11,7 +11,13 @@ import numpy as np
 import pytest
 
 from lutgen.criticism.diagnose import VERDICTS, Diagnosis, diagnose
+from lutgen.criticism.fit.least_squares import fit
+from lutgen.criticism.fit.linear import Term
+from lutgen.criticism.fit.problem import Problem
+from lutgen.criticism.refine import refine
 from lutgen.criticism.search.candidates import forms_of
+from lutgen.criticism.search.influence import seen_again, sound_fit
+from lutgen.effects import catalogue
 from lutgen.errors import LutgenError
 from tests.quick import mostly_slow
 from tests.readings_text import read
@@ -236,6 +242,38 @@ def test_a_wrong_row_does_not_hide_the_effect_beside_it() -> None:
     diagnosis = diagnose(replace(readings, xyz_cd_m2=xyz))
     assert diagnosis.verdict.effects == ("crosstalk",)
     assert any(f"line {int(readings.lines[30])}" in remark for remark in diagnosis.verdict.remarks)
+
+
+def with_a_misread_mixture() -> tuple[Measurements, int]:
+    """A drifting transfer curve, and a reading of a mixture that is 4 % too bright, which the drift hides."""
+    readings = CASES["a drifting transfer curve"].measured()
+    mixed = np.diff(np.sort(readings.drive, axis=1), prepend=0.0, axis=1).min(axis=1) > 0.0
+    row = int(np.flatnonzero(mixed & (readings.hours == HOURS[1]) & (readings.xyz_cd_m2[:, 1] > 50.0))[0])
+    light = readings.xyz_cd_m2.copy()
+    light[row] *= 1.04
+    return readings.with_light(light), row
+
+
+def test_a_misread_reading_is_seen_once_an_effect_explains_the_misfit() -> None:
+    readings, row = with_a_misread_mixture()
+    base, _, wrong = sound_fit(Problem.of(readings), ())
+    assert wrong == ()
+    drift = Term.at_rest(catalogue()["eotf-drift"], ("grown",))
+    again, hidden = seen_again(fit(base.problem, (drift,)))
+    assert hidden == (row,)
+    assert row not in again.rows
+
+
+@pytest.mark.slow
+def test_diagnose_and_refine_leave_out_the_same_readings_and_state_the_same_errors() -> None:
+    readings, row = with_a_misread_mixture()
+    diagnosis, refinement = diagnose(readings), refine(readings, ["eotf-drift"])
+    assert diagnosis.verdict.effects == ("eotf-drift",)
+    for result in (diagnosis.as_json(), refinement.as_json()):
+        assert result["left_out"] == [int(readings.lines[row])]
+    assert refinement.before.ratio == pytest.approx(diagnosis.comparison.ratio)
+    assert refinement.after.ratio == pytest.approx(diagnosis.after.ratio, rel=0.01)
+    assert diagnosis.after.agrees
 
 
 SAME_TWICE = "test_a_diagnosis_is_the_same_twice_to_the_last_digit"

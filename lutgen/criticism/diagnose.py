@@ -10,8 +10,7 @@ from lutgen.criticism.compare.comparison import Comparison, compare_problem
 from lutgen.criticism.fit.least_squares import Fit, fit
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.pure_error import PureError
-from lutgen.criticism.noise.session_errors import with_shared_errors
-from lutgen.criticism.search.influence import Suspicion, sound_fit, suspicious_noise, wrong_sessions
+from lutgen.criticism.search.influence import Suspicion, seen_again, sound_fit, suspicious_noise, wrong_sessions
 from lutgen.criticism.search.separate import Separation, what_separates
 from lutgen.criticism.search.stepwise import explain
 from lutgen.criticism.verdict.pronounce import pronounce
@@ -30,10 +29,6 @@ if TYPE_CHECKING:
     from lutgen.readings import Measurements
 
 __all__ = ["VERDICTS", "Diagnosis", "Ranked", "diagnose"]
-
-#: The search is repeated if the estimated dark offset, or drift of the gain within sessions, changes by more than this
-#: factor.
-UNSTEADIER = 2.0
 
 #: Number of effects, from the best, whose held-out error is computed.
 RANKED = 8
@@ -187,12 +182,10 @@ def diagnose(
         choices = [each for each in choices if each.stage != "selection"]
     seen = tuple(visibility(base, choices))
     explanation = explain(base, choices, error, progress)
-    # A misfit can hide a drift of the gain or a dark offset, or look like one: estimate both again after effects
-    # explain the misfit.
-    again = with_shared_errors(problem, explanation.final.terms) if explanation.steps else problem
-    if _differ(again.wander, problem.wander) or _differ(again.offset_cd_m2, problem.offset_cd_m2):
-        problem = again
-        base = fit(problem, terms)
+    again, hidden = seen_again(explanation.final) if explanation.steps else (problem, ())
+    if again is not problem:
+        problem, wrong = again, (*wrong, *hidden)
+        base, error = fit(problem, terms), PureError.of(problem)
         explanation = explain(base, choices, error, progress, known=[step.chosen for step in explanation.steps])
     rows = tuple(sorted({*problem.noise.outliers, *wrong, *(row for pair in exchanged for row in pair)}))
     suspicion = Suspicion(rows, wrong_sessions(base, error.variance), suspicious_noise(problem), exchanged)
@@ -207,10 +200,6 @@ def diagnose(
         tuple(what_separates(explanation, pair) for pair in sorted(rivals)),
         error,
     )
-
-
-def _differ(left: float, right: float) -> bool:
-    return max(left, right) > UNSTEADIER * min(left, right)
 
 
 def known_under(effects: Mapping[str, Effect] | None, baseline: str) -> Mapping[str, Effect]:

@@ -15,7 +15,7 @@ from lutgen.criticism.display_model import model_of
 from lutgen.criticism.fit.least_squares import Fit, fit
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.search.candidates import family
-from lutgen.criticism.search.influence import sound_fit
+from lutgen.criticism.search.influence import seen_again, sound_fit
 from lutgen.display.carried import what_luts_carry
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError, pick_one
@@ -183,6 +183,7 @@ def refine(
     course = Course.of(
         readings, baseline=baseline, selection=selection, instrument=instrument, effects=known, terms=terms
     )
+    course = course.sound(add)
     if not auto:
         return course.refinement(add)
     current = course.fit(add)
@@ -190,11 +191,10 @@ def refine(
         readings, baseline=baseline, selection=selection, instrument=instrument, effects=known, terms=current.terms,
         progress=progress,
     )  # fmt: skip
+    # The errors before and after must be those of the same readings, under the same noise.
+    course = Course(fit(diagnosis.problem, terms), course.effects)
     if not diagnosis.verdict.effects:
-        return course.refinement_of(current, course.steps(add), diagnosis)
-    if not np.array_equal(diagnosis.problem.rows, course.base.problem.rows):
-        # The diagnosis leaves out misread readings: the errors before and after must be those of the same readings.
-        course = Course(fit(diagnosis.problem, terms), course.effects)
+        return course.refinement_of(course.fit(add), course.steps(add), diagnosis)
     explanation = diagnosis.explanation
     found = [_added(each, step.name) for step, each in zip(explanation.steps, explanation.trail, strict=True)]
     return course.refinement_of(explanation.final, [*course.steps(add), *found], diagnosis)
@@ -217,6 +217,7 @@ class Course:
     effects: Mapping[str, Effect]
     _fits: dict[tuple[str, ...], Fit] = field(default_factory=dict)
     _steps: dict[tuple[str, ...], Added] = field(default_factory=dict)
+    _sound: dict[tuple[str, ...], Course] = field(default_factory=dict)
 
     @classmethod
     def of(
@@ -238,7 +239,7 @@ class Course:
         other = copy(self)
         other.__dict__["effects"] = effects
         shared = other.shared_with(self)
-        for cache in ("_fits", "_steps"):
+        for cache in ("_fits", "_steps", "_sound"):
             cached = getattr(self, cache).items()
             other.__dict__[cache] = {names: each for names, each in cached if shared.issuperset(names)}
         return other
@@ -273,6 +274,15 @@ class Course:
         if add not in self._fits:
             self._fits[add] = _with_effect(self._fit(add[:-1]), self.effects[add[-1]])
         return self._fits[add]
+
+    def sound(self, add: Sequence[str]) -> Course:
+        """Return the same model, with wrong readings and errors of sessions as found after these effects are added."""
+        names = tuple(add)
+        if names not in self._sound:
+            again = seen_again(self.fit(add))[0] if add else self.base.problem
+            same = again is self.base.problem
+            self._sound[names] = self if same else Course(fit(again, self.base.terms), self.effects)
+        return self._sound[names]
 
     def steps(self, add: Sequence[str]) -> tuple[Added, ...]:
         """Return each added effect with the comparison after it was added."""

@@ -86,10 +86,11 @@ def _fitted(comparison: Comparison, opened: Opened, refinement: Refinement | Non
 
 def _support(opened: Opened, refinement: Refinement) -> dict[str, tuple[bool, str]]:
     """Return for each added effect, in turn, whether the readings support it, and the reason if not: BIC and error."""
-    support, before, error = {}, opened.course.base, refinement.before.ratio
     names = tuple(step.effect for step in refinement.steps)
+    course = opened.course.sound(names)
+    support, before, error = {}, course.base, refinement.before.ratio
     for place, step in enumerate(refinement.steps):
-        fit = opened.course.fit(names[: place + 1])
+        fit = course.fit(names[: place + 1])
         gain, ratio = before.bic - fit.bic, step.comparison.ratio
         supported = bool(gain > STRONG and ratio < error)
         falls = f"BIC falls by {gain:.1f}, where {STRONG:g} is strong"

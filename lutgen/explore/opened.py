@@ -133,7 +133,8 @@ class Opened:
         from lutgen.criticism.refine import Refinement
 
         if names not in self.fits:
-            fit, steps, before = self.course.fit(names), self.course.steps(names), self.course.before
+            course = self.course.sound(names)
+            fit, steps, before = course.fit(names), course.steps(names), course.before
             model = model_of(fit, None, before, steps[-1].comparison if steps else before)
             self.fits[names] = Refinement(before, steps, fit, model).of_saved(self.saved)
         return self.fits[names]
@@ -141,7 +142,7 @@ class Opened:
     def refinement(self, names: tuple[str, ...]) -> Refinement:
         """Return the result of ``lutgen refine --add`` for these effects."""
         if names not in self._refined:
-            self._refined[names] = self.course.refinement(names).of_saved(self.saved)
+            self._refined[names] = self.course.sound(names).refinement(names).of_saved(self.saved)
         return self._refined[names]
 
     def supposed(
@@ -152,7 +153,8 @@ class Opened:
         from lutgen.criticism.display_model import model_of
         from lutgen.criticism.fit.least_squares import fit
 
-        fitted: Fit = self.course.fit(names)
+        course = self.course.sound(names)
+        fitted: Fit = course.fit(names)
         term = next((each for each in fitted.terms if each.effect.name == effect), None)
         if term is None or parameter not in term.values:
             raise LutgenError(f"{effect} {parameter}: no such parameter is switched on.")
@@ -164,7 +166,7 @@ class Opened:
             for each in fitted.terms
         )
         comparison = compare_problem(fitted.problem, terms)
-        return comparison, model_of(fit(fitted.problem, terms), None, self.course.before, comparison)
+        return comparison, model_of(fit(fitted.problem, terms), None, course.before, comparison)
 
     def diagnosis(self, progress: Progress) -> Diagnosis:
         """Return the diagnosis, as ``lutgen diagnose``."""

@@ -303,9 +303,13 @@ def plot_fit(views: Sequence[View], path: Path, *, title: str, foot: str, force:
             _against(figure.add_axes((0.77, inner, 0.21, tall)), view)
 
 
+#: First word of a curve's name → its colour.
+_COLOURS = {"black": BLACK, "grey": GREY, "red": RED, "green": GREEN, "blue": BLUE}
+
+
 def _curves(axes: Axes, view: View) -> None:
-    # Colours and marks of the curves.
-    for curve, (colour, mark) in zip(view.curves, ((BLUE, "o"), (RED, "s"), (GREEN, "^")), strict=False):
+    for curve, usual, mark in zip(view.curves, (BLUE, RED, GREEN), "os^", strict=False):
+        colour = _COLOURS.get(curve.name.partition(" ")[0], usual)
         places = np.where(np.isinf(curve.places), _warm(curve.places), curve.places)
         axes.errorbar(
             places, curve.measured, curve.sigma, fmt=mark, color=colour, markersize=5, capsize=2, label=curve.name

@@ -11,6 +11,7 @@ import re
 import textwrap
 from base64 import b64encode
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -102,9 +103,12 @@ def new_figure(path: str | Path, size: tuple[float, float], *, force: bool) -> I
 
 
 def _wrapped(text: str, letters: int, lines: int) -> list[str]:
-    """Wrap a text at words, never within a number such as 18 000."""
+    """Wrap a text at words, never within a number such as 18 000. A text that is too long loses its last sentences."""
     whole = re.sub(r"(?<=\d) (?=\d{3}\b)", "\N{NO-BREAK SPACE}", text)
-    return textwrap.wrap(whole, letters, max_lines=lines, placeholder=" …", break_on_hyphens=False)
+    wrap = partial(textwrap.wrap, width=letters, break_on_hyphens=False)
+    sentences = [whole[: end.start()] + "." for end in re.finditer(r"\.(?= )", whole)]
+    fitting = (wrapped for part in (whole, *reversed(sentences)) if len(wrapped := wrap(part)) <= lines)
+    return next(fitting, None) or wrap(whole, max_lines=lines, placeholder=" …")
 
 
 @contextmanager

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.special import chdtrc, chdtri, fdtrc
 
 from lutgen.colorimetry import xyz_to_lab
+from lutgen.criticism.fit.families import kind_of
 from lutgen.criticism.fit.least_squares import fit
 from lutgen.criticism.noise.replicates import ENOUGH, patch_numbers
 from lutgen.criticism.noise.session_errors import with_shared_errors
@@ -19,6 +20,9 @@ from lutgen.readings.rest import TIP_DRIVES
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
+    from lutgen.colorimetry import Array
     from lutgen.criticism.fit.least_squares import Fit
     from lutgen.criticism.fit.linear import Term
     from lutgen.criticism.fit.problem import Problem
@@ -39,6 +43,9 @@ SURE = 1e-12
 #: Ratio of an hour's misfit to that of the median hour: above the first value the hour is bad; up to the second value a
 #: later hour is sound.
 BAD, SOUND = 4.0, 2.0
+
+#: Offset and drift of sessions are estimated again if they change by more than this factor.
+UNSTEADIER = 2.0
 
 #: Largest number of wrong rows. More outliers than this have another cause.
 MOST_ROWS = 5
@@ -110,6 +117,22 @@ def sound_fit(problem: Problem, terms: Sequence[Term]) -> tuple[Fit, tuple[tuple
     return fit(base.problem.without(wrong), terms) if wrong else base, exchanged, wrong
 
 
+def seen_again(final: Fit) -> tuple[Problem, tuple[int, ...]]:
+    """Return the problem after effects explain a misfit, and the wrong readings that the misfit hid.
+
+    A misfit can hide a wrong reading, a drift of the gain or a dark offset, or look like one of them. The problem stays
+    the same object if no reading is wrong, and offset and drift change by a factor of at most ``UNSTEADIER``.
+    """
+    problem, hidden = final.problem, wrong_rows(final)
+    again = with_shared_errors(problem.without(hidden), final.terms)
+    differ = _differ(again.wander, problem.wander) or _differ(again.offset_cd_m2, problem.offset_cd_m2)
+    return again if hidden or differ else problem, hidden
+
+
+def _differ(left: float, right: float) -> bool:
+    return max(left, right) > UNSTEADIER * min(left, right)
+
+
 def wrong_rows(current: Fit) -> tuple[int, ...]:
     """Return the indices of outliers: they contradict the fit, and the same patch at other hours or in replicates.
 
@@ -139,29 +162,57 @@ def misread_rows(problem: Problem) -> tuple[int, ...]:
     return once if len(once) <= MOST_ROWS else ()
 
 
-def _is_only_tip(problem: Problem, index: int) -> bool:
-    """Whether a reading is the only one of a tip at its hour: without it the model has no tip to start from."""
-    drive = problem.drive
-    same = (drive == drive[index]).all(axis=1) & (problem.hour_of == problem.hour_of[index])
-    return bool((drive[index] == TIP_DRIVES).all(axis=1).any() and same.sum() == 1)
+def _is_only_tip(problem: Problem) -> NDArray[np.bool_]:
+    """Whether each reading, (n,), is the only one of a tip at its hour: without it the model has no tip there."""
+    is_tip = (problem.drive[:, np.newaxis] == TIP_DRIVES).all(axis=2).any(axis=1)
+    _, place, count = np.unique(
+        np.column_stack([problem.drive, problem.hour_of]), axis=0, return_inverse=True, return_counts=True
+    )
+    return np.asarray(is_tip & (count[place.reshape(-1)] == 1))
 
 
 def _largest_outlier(current: Fit) -> int | None:
-    """Return the index of the reading with the largest residual if it is an outlier; otherwise None."""
+    """Return the index of the reading that stands out most, or None.
+
+    An outlier stands out from the other readings of its patch, and from those of its colour family, or condition, in
+    its session. Where these are too few, it stands out from its whole session.
+    """
     problem = current.problem
-    size = (current.residual**2).sum(axis=1)
-    worst = int(np.argmax(size))
-    if size[worst] < 1.5 * float(chdtri(3, UNLIKELY / max(size.size, 1))) or _is_only_tip(problem, worst):
-        return None
+    size, is_later = (current.residual**2).sum(axis=1), problem.hour_of > 0
     patch = patch_numbers(problem.readings)[problem.rows]
-    others = np.flatnonzero(patch == patch[worst])
+    of_patch, count = _largest_of_others(size, patch)
+    of_cell, in_cell = _largest_of_others(size, np.char.add(problem.hour_of.astype(str), kind_of(problem)))
+    of_session, _ = _largest_of_others(size, problem.hour_of)
     # A native display is made from its first session and fits it well: the small residuals of this session do not show
     # that a later reading is wrong.
-    showing = others[problem.hour_of[others] > 0] if problem.native and problem.hour_of[worst] else others
-    if others.size < 3 or showing.size < 2:
-        others = np.flatnonzero(problem.hour_of == problem.hour_of[worst])
-    usual = float(np.max(size[others[others != worst]], initial=0.0))
-    return int(problem.rows[worst]) if size[worst] > ALONE**2 * max(usual, 3.0) else None
+    showing = np.bincount(patch, is_later)[patch] if problem.native else count
+    too_few = (count < 3) | (is_later & (showing < 2))
+    usual = np.maximum(np.where(too_few, of_session, of_patch), np.where(in_cell > 1, of_cell, of_session))
+    ratio = size / np.maximum(usual, 3.0)
+    is_noise = size < 1.5 * float(chdtri(3, UNLIKELY / max(size.size, 1)))
+    # An effect that grows may show in few readings of the last session alone; it does not pass over a later session.
+    may_grow = (problem.hour_of == _last_session(problem, patch)) & (size < size.max())
+    ratio[is_noise | may_grow | _is_only_tip(problem)] = 0.0
+    worst = int(np.argmax(ratio))
+    return int(problem.rows[worst]) if ratio[worst] > ALONE**2 else None
+
+
+def _last_session(problem: Problem, patch: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Index of the last session that read the patch of each reading, (n,)."""
+    last = np.zeros(int(patch.max()) + 1, dtype=np.intp)
+    np.maximum.at(last, patch, problem.hour_of)
+    return last[patch]
+
+
+def _largest_of_others(size: Array, group: NDArray[Any]) -> tuple[Array, NDArray[np.intp]]:
+    """Return for each reading the largest ``size`` of the others in its group (0: none), and the size of the group."""
+    order = np.lexsort((-size, group))
+    _, first, place, count = np.unique(group[order], return_index=True, return_inverse=True, return_counts=True)
+    ordered = size[order]
+    others = ordered[first][place]
+    others[first] = np.where(count > 1, ordered[np.minimum(first + 1, size.size - 1)], 0.0)
+    back = np.argsort(order)
+    return others[back], count[place][back]
 
 
 def wrong_sessions(current: Fit, scale: float) -> tuple[float, ...]:
