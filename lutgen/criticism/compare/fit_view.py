@@ -279,7 +279,8 @@ class View:
         same = (np.abs(drive - drive[strong]).max(axis=1) < 1e-9) & self._same_condition(strong)
         measured = float((self.problem.xyz - self.without)[same, self.axis].mean())
         left = float((self.problem.xyz - self.with_it)[same, self.axis].mean())
-        size, rest = f"{abs(measured):.3g} cd/m²", f"{abs(left):.2g} cd/m²"
+        size = f"{abs(measured):.3g} cd/m²"
+        rest = f"{abs(left):.2g} cd/m²" if abs(left) >= 0.001 else "less than 0.001 cd/m²"
         more = (
             ("brighter", "darker") if self.axis == 1 else (f"richer in {self.component}", f"poorer in {self.component}")
         )
