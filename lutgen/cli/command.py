@@ -142,7 +142,7 @@ class Command(click.Command):
         given = [(option, _paths(ctx.params.get(option.name or ""))) for option in self.get_params(ctx)]
         inputs = [path for option, paths in given if option.name not in OUTPUTS for path in paths if is_file(path)]
         read = [*inputs, *(named for path in inputs if path.suffix == ".toml" for named in _named_in(path))]
-        written: dict[Path, str] = {}
+        written: dict[str, str] = {}
         for option, paths in given:
             name = option.opts[0]
             for path in paths if option.name in OUTPUTS else ():
@@ -150,10 +150,10 @@ class Command(click.Command):
                     raise LutgenError(
                         f"{path}: is an input of this command, and is never written to. Choose another name for {name}."
                     )
-                if other := written.get(path.resolve()):
+                if other := written.get(os.path.realpath(path)):
                     both = f"twice with {name}" if other == name else f"with {other} and with {name}"
                     raise LutgenError(f"{path}: is given {both}. Give each output a name of its own.")
-                written[path.resolve()] = name
+                written[os.path.realpath(path)] = name
         try:
             return super().invoke(ctx)
         except LutgenError as error:
