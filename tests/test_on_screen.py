@@ -170,6 +170,12 @@ def test_places_of_any_pattern_are_met_within_the_table_that_pixels_are_looked_u
     assert luminance == pytest.approx(ratio, abs=0.05 / SIDE)
 
 
+def test_the_place_of_the_picture_is_told() -> None:
+    (told,) = OnScreen(0.25, 0.5, 0.5, 0.125).sentences()
+    assert "lies from 25 % to 75 % of the screen's width and from 50 % to 62 % of its height" in told
+    assert "fills the screen" in OnScreen().sentences()[0]
+
+
 def test_the_brightest_grey_is_taken_and_the_table_is_said() -> None:
     table = MeasuredUniformity.of(session(grey=0.75))
     assert table.grey == 0.75

@@ -197,6 +197,11 @@ def test_json_has_every_measured_hour_and_no_nan(tmp_path: Path, model: DisplayM
     assert last["cct_k"] == shown.cct[-1]
 
 
+def test_json_names_the_hue_to_which_white_moves(model: DisplayModel) -> None:
+    first, *_, last = show(model).as_json()["hours"]
+    assert (first["direction"], last["direction"]) == (None, "yellow")
+
+
 def test_json_of_a_white_without_cct_has_null(tmp_path: Path) -> None:
     tips = moved(x=-0.02, y=0.17)
     row = show(display(tmp_path, tips)).as_json()["hours"][-1]
