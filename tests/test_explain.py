@@ -14,6 +14,7 @@ import pytest
 from colour.models import normalised_primary_matrix
 
 from lutgen import LutgenError
+from lutgen.display import default_display
 from lutgen.history.causes import ON_THE_DISPLAY, Cause, causes
 from lutgen.history.colour_points import COLOURS, PARAMETERS, ColourPoints, changed, covariance, fit
 from lutgen.history.explain import SECOND, explain, explanations
@@ -103,6 +104,24 @@ def test_a_simulated_cause_is_named_alone_or_among_its_rivals(size: tuple[str, f
 def test_a_cause_with_a_signature_of_its_own_is_named_alone(cause: str, tmp_path: Path) -> None:
     verdict, label = judged(tmp_path, cause, SIZES[cause][1], 903)
     assert (verdict.kind, verdict.names) == ("named", (label,))
+
+
+@pytest.mark.parametrize("seed", [904, 905, 906])
+def test_aging_behind_a_sensor_that_holds_white_is_no_change_of_the_meter(seed: int, tmp_path: Path) -> None:
+    rng = np.random.default_rng(seed)
+    display = panel(rng)
+    aged = State(aged=np.array([0.80, 0.77, 0.66]), brightness=1.0 / 0.77)
+    texts = texts_of([display, (display, aged)], chart(steps=9), rng, ONE_METER + "# luminance: held\n")
+    verdict = two(tmp_path, texts, 1500)
+    assert "aging" in verdict.names, verdict
+    assert verdict.display != "unchanged"
+
+
+def test_the_default_display_ages() -> None:
+    explained = explain(read_campaign(default_display()))
+    later = [each for pair, each in zip(explained.pairs, explained.verdicts, strict=True) if (pair.hours or 0) >= 3000]
+    assert all("aging" in each.names for each in later)
+    assert sum(each.kind == "named" for each in later) >= len(later) / 2
 
 
 def test_light_changes_as_each_parameter_says() -> None:

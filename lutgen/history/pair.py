@@ -216,6 +216,11 @@ class SessionPair:
         return ""
 
     @property
+    def holds_luminance(self) -> bool:
+        """Whether the records of both sessions say that a sensor holds the luminance of white."""
+        return all(each.metadata.get("luminance") == "held" for each in self.sessions)
+
+    @property
     def same_instrument(self) -> bool:
         """Whether the records name one instrument for both sessions."""
         return bool(self.before.instrument) and self.before.instrument == self.after.instrument
