@@ -273,7 +273,7 @@ def test_diagnose_and_refine_leave_out_the_same_readings_and_state_the_same_erro
         assert result["left_out"] == [int(readings.lines[row])]
     assert refinement.before.ratio == pytest.approx(diagnosis.comparison.ratio)
     assert refinement.after.ratio == pytest.approx(diagnosis.after.ratio, rel=0.01)
-    assert diagnosis.after.agrees
+    assert diagnosis.after.ratio < 1.3
 
 
 SAME_TWICE = "test_a_diagnosis_is_the_same_twice_to_the_last_digit"

@@ -12,10 +12,12 @@ import numpy as np
 from lutgen.criticism.compare.comparison import SCHEMA, Comparison, compare_problem, lines_left_out
 from lutgen.criticism.diagnose import Diagnosis, candidates, diagnose, known_under, parameters_of
 from lutgen.criticism.display_model import model_of
+from lutgen.criticism.fit.lack_of_fit import is_noise
 from lutgen.criticism.fit.least_squares import Fit, fit
 from lutgen.criticism.fit.problem import Problem
+from lutgen.criticism.noise.pure_error import PureError
 from lutgen.criticism.search.candidates import family
-from lutgen.criticism.search.influence import seen_again, sound_fit
+from lutgen.criticism.search.influence import seen_again, sound_fit, wrong_rows
 from lutgen.display.carried import what_luts_carry
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError, pick_one
@@ -276,13 +278,23 @@ class Course:
         return self._fits[add]
 
     def sound(self, add: Sequence[str]) -> Course:
-        """Return the same model, with wrong readings and errors of sessions as found after these effects are added."""
+        """Return the same model without wrong readings that a misfit hides while these effects are missing.
+
+        Where only noise is left, errors of sessions are estimated again, as in a diagnosis. Elsewhere they would take up
+        a part of the misfit.
+        """
         names = tuple(add)
         if names not in self._sound:
-            again = seen_again(self.fit(add))[0] if add else self.base.problem
-            same = again is self.base.problem
-            self._sound[names] = self if same else Course(fit(again, self.base.terms), self.effects)
+            self._sound[names] = self._seen_again(self.fit(add)) if add else self
         return self._sound[names]
+
+    def _seen_again(self, final: Fit) -> Course:
+        if hidden := wrong_rows(final):
+            final = fit(final.problem.without(hidden), final.terms)
+        problem = final.problem
+        if is_noise(final, PureError.of(problem)):
+            problem, _ = seen_again(final)
+        return self if problem is self.base.problem else Course(fit(problem, self.base.terms), self.effects)
 
     def steps(self, add: Sequence[str]) -> tuple[Added, ...]:
         """Return each added effect with the comparison after it was added."""
