@@ -280,8 +280,8 @@ class Course:
     def sound(self, add: Sequence[str]) -> Course:
         """Return the same model without wrong readings that a misfit hides while these effects are missing.
 
-        Where only noise is left, errors of sessions are estimated again, as in a diagnosis. Elsewhere they would take up
-        a part of the misfit.
+        Where only noise is left, errors of sessions are estimated again, as in a diagnosis. Elsewhere they would take
+        up a part of the misfit.
         """
         names = tuple(add)
         if names not in self._sound:
