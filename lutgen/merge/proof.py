@@ -59,7 +59,9 @@ def _named_parts(config: Any) -> Iterator[str]:
         yield from (f"view {view} of {display}" for view in config.getViews(display))
     yield from (f"look {name}" for name in config.getLookNames())
     yield from (f"named transform {name}" for name in config.getNamedTransformNames())
-    yield f"active views {config.getActiveViews()}"
+    # A text in OpenColorIO 2.1, an iterator in 2.6.
+    active = config.getActiveViews()
+    yield f"active views {active if isinstance(active, str) else ', '.join(active)}"
     yield f"inactive colour spaces {config.getInactiveColorSpaces()}"
 
 
