@@ -312,6 +312,12 @@ def endless_file(config: Any) -> Path | None:
     return None
 
 
+def active_views(config: Any) -> list[str]:
+    """Return the names of a config's active views. OpenColorIO 2.1 gives a text, 2.6 an iterator."""
+    active = config.getActiveViews()
+    return [view.strip() for view in active.split(",") if view.strip()] if isinstance(active, str) else list(active)
+
+
 def search_path(config: Any) -> list[str]:
     """Return the folders of a config's search path, without empty entries."""
     return [entry for entry in config.getSearchPaths() if entry]

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from lutgen.bindings import ocio
+from lutgen.bindings import active_views, ocio
 from lutgen.colorimetry import XYZ_TO_LINEAR
 from lutgen.display import hour_name
 from lutgen.errors import LutgenError, pick_one
@@ -118,10 +118,7 @@ def add_aged(config: Any, names: AgedNames, *, source: str, onto: Sequence[str],
     for display in onto:
         _free(names.view, config.getViews(display), f"view of {display}")
         config.addDisplayView(display, names.view, names.space, "")
-    active = config.getActiveViews()
-    # OpenColorIO 2.1 returns a string, and 2.6 a list of names.
-    active = [view.strip() for view in active.split(",") if view.strip()] if isinstance(active, str) else list(active)
-    if active:
+    if active := active_views(config):
         config.setActiveViews(", ".join([*active, names.view]))
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lutgen.bake.config import AGED_VIEW, CONFIG, SOURCE
-from lutgen.bindings import all_parts, first_space, ocio, ocio_errors
+from lutgen.bindings import active_views, all_parts, first_space, ocio, ocio_errors
 from lutgen.colorimetry import Array
 from lutgen.errors import LutgenError, in_one_line
 
@@ -59,9 +59,7 @@ def _named_parts(config: Any) -> Iterator[str]:
         yield from (f"view {view} of {display}" for view in config.getViews(display))
     yield from (f"look {name}" for name in config.getLookNames())
     yield from (f"named transform {name}" for name in config.getNamedTransformNames())
-    # A text in OpenColorIO 2.1, an iterator in 2.6.
-    active = config.getActiveViews()
-    yield f"active views {active if isinstance(active, str) else ', '.join(active)}"
+    yield f"active views {', '.join(active_views(config))}"
     yield f"inactive colour spaces {config.getInactiveColorSpaces()}"
 
 
