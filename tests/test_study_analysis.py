@@ -225,6 +225,10 @@ def test_kappa_and_its_error_are_statsmodels_s(seed: int) -> None:
     assert cohen(table) == pytest.approx((expected.kappa, expected.std_kappa))
 
 
+def test_one_pair_has_no_kappa() -> None:
+    assert np.isnan(cohen(np.array([[0.0, 1.0], [0.0, 0.0]]))).all()
+
+
 def test_kappa_is_none_where_all_gave_one_answer() -> None:
     tables = pairs([answer("i1", "none"), answer("i1", "none", session=2)])
     assert [isnan(row.kappa) for row in kappas(["none"], tables)] == [True, True]
