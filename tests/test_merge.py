@@ -176,9 +176,7 @@ def test_what_cannot_be_merged_is_a_clear_error_and_nothing_is_written(
 
 
 def test_a_folder_in_place_of_the_config_is_named_so(built: Path, first: Path, tmp_path: Path) -> None:
-    with pytest.raises(
-        LutgenError, match=r"mine: is a folder\. Give the OpenColorIO config itself, .*mine/config"
-    ):
+    with pytest.raises(LutgenError, match=r"mine: is a folder\. Give the OpenColorIO config itself, .*mine/config"):
         merge(built, first.parent, tmp_path / "merged", Merging(WANTED, source_space="sRGB"))
 
 
