@@ -87,6 +87,16 @@ def test_a_black_within_the_scatter_of_dark_patches_has_no_contrast(tmp_path: Pa
     assert any("below the sensitivity of the meter; contrast is unknown" in each for each in inspection.remarks)
 
 
+def test_the_scatter_of_a_repeated_dark_grey_does_not_hide_black(tmp_path: Path) -> None:
+    drive = np.vstack([DRIVE, np.full((4, 3), 0.25)])
+    xyz = light(drive)
+    xyz[-4:] *= 1.0 + 0.1 * np.array([[1.0], [-1.0], [1.0], [-1.0]])
+    inspection = changed(tmp_path, xyz, drive)
+    assert inspection.steadiness is not None
+    assert (inspection.steadiness.dark_noise or 0.0) > LEAK * WHITE_CD_M2
+    assert inspection.contrast == pytest.approx(1.0 / LEAK, rel=1e-5)
+
+
 def test_few_levels_are_told_from_none(tmp_path: Path) -> None:
     ramp = np.array([[level, 0.0, 0.0] for level in (0.25, 0.5, 0.75)])
     drive = np.vstack([np.eye(3), np.ones((1, 3)), np.zeros((1, 3)), ramp])

@@ -10,7 +10,14 @@ from lutgen.criticism.compare.comparison import Comparison, compare_problem
 from lutgen.criticism.fit.least_squares import Fit, fit
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.pure_error import PureError
-from lutgen.criticism.search.influence import Suspicion, seen_again, sound_fit, suspicious_noise, wrong_sessions
+from lutgen.criticism.search.influence import (
+    Suspicion,
+    estimated_again,
+    sound_fit,
+    suspicious_noise,
+    wrong_rows,
+    wrong_sessions,
+)
 from lutgen.criticism.search.separate import Separation, what_separates
 from lutgen.criticism.search.stepwise import explain
 from lutgen.criticism.verdict.pronounce import pronounce
@@ -182,7 +189,9 @@ def diagnose(
         choices = [each for each in choices if each.stage != "selection"]
     seen = tuple(visibility(base, choices))
     explanation = explain(base, choices, error, progress)
-    again, hidden = seen_again(explanation.final) if explanation.steps else (problem, ())
+    # Effects that explain a misfit may uncover wrong readings.
+    hidden = wrong_rows(explanation.final) if explanation.steps else ()
+    again = estimated_again(explanation.final, hidden) if explanation.steps else problem
     if again is not problem:
         problem, wrong = again, (*wrong, *hidden)
         base, error = fit(problem, terms), PureError.of(problem)

@@ -17,7 +17,7 @@ from lutgen.criticism.fit.least_squares import Fit, fit
 from lutgen.criticism.fit.problem import Problem
 from lutgen.criticism.noise.pure_error import PureError
 from lutgen.criticism.search.candidates import family
-from lutgen.criticism.search.influence import seen_again, sound_fit, wrong_rows
+from lutgen.criticism.search.influence import estimated_again, sound_fit, wrong_rows
 from lutgen.display.carried import what_luts_carry
 from lutgen.effects import catalogue
 from lutgen.errors import LutgenError, pick_one
@@ -285,15 +285,13 @@ class Course:
         """
         names = tuple(add)
         if names not in self._sound:
-            self._sound[names] = self._seen_again(self.fit(add)) if add else self
+            self._sound[names] = self._without_hidden(self.fit(add)) if add else self
         return self._sound[names]
 
-    def _seen_again(self, final: Fit) -> Course:
-        if hidden := wrong_rows(final):
-            final = fit(final.problem.without(hidden), final.terms)
-        problem = final.problem
-        if is_noise(final, PureError.of(problem)):
-            problem, _ = seen_again(final)
+    def _without_hidden(self, final: Fit) -> Course:
+        hidden = wrong_rows(final)
+        rest = fit(final.problem.without(hidden), final.terms) if hidden else final
+        problem = estimated_again(final, hidden) if is_noise(rest, PureError.of(rest.problem)) else rest.problem
         return self if problem is self.base.problem else Course(fit(problem, self.base.terms), self.effects)
 
     def steps(self, add: Sequence[str]) -> tuple[Added, ...]:

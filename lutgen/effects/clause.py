@@ -11,6 +11,7 @@ import numpy as np
 from lutgen.effects.scene import LIFE_H
 from lutgen.effects.shapes import growth
 from lutgen.errors import listed
+from lutgen.numerals import spaced
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -72,7 +73,7 @@ def _grown(values: Mapping[str, float], hour: float) -> float:
 def _course(new: float, grown: float, hour: float) -> str:
     """Return the end of a clause: how a share of ``new`` at hour 0 changes by an hour."""
     first, last = f"{100 * new:.2g} %", f"{100 * (new + grown):.2g} %"
-    at = f"{hour:,.0f}".replace(",", " ")
+    at = spaced(hour).replace("\N{NO-BREAK SPACE}", " ")
     if not grown or first == last:
         return ""
     if not new:

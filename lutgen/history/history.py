@@ -12,7 +12,7 @@ from lutgen.colorimetry import Array, xyz_to_uv
 from lutgen.errors import LutgenError, refuse_unknown
 from lutgen.history.colour_points import ALIKE, BLACK, FLOOR_CD_M2
 from lutgen.history.inspect import Inspection, inspect_session
-from lutgen.history.remarks import is_readable
+from lutgen.history.remarks import is_black_readable
 from lutgen.history.transfer import ContrastResponse, contrast_response
 from lutgen.readings.campaign import Campaign
 
@@ -102,7 +102,7 @@ def _figures(
 ) -> tuple[dict[str, Array], dict[str, Array]]:
     read = [each.white for each in inspections], [each.black for each in inspections]
     white, black = (np.array([np.nan if xyz is None else float(xyz[1]) for xyz in each]) for each in read)
-    readable = np.array([each.black is not None and is_readable(each.black, each.steadiness) for each in inspections])
+    readable = np.array([is_black_readable(each.session) for each in inspections])
     with np.errstate(divide="ignore", invalid="ignore"):
         contrast = np.where(
             (readable | (ambient > 0)) & (black + ambient > 0), (white + ambient) / (black + ambient), np.nan

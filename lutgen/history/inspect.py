@@ -45,7 +45,7 @@ class Inspection:
             *self.session.remarks,
             *(f"Misread: {each}." for each in self.misread),
             *remarks.on_steadiness(self.steadiness),
-            *remarks.on_black(self.session, self.white, self.black, self.steadiness),
+            *remarks.on_black(self.session, self.white, self.black),
             *remarks.on_additivity(self.additivity, self.black),
             *remarks.on_calibration(self.calibration),
             *remarks.on_white(self.session, self.white, self.calibration),
@@ -64,7 +64,7 @@ class Inspection:
     @property
     def contrast(self) -> float | None:
         """Y of white over Y of black; None if white or black was not read, or the meter cannot read so dark a black."""
-        if self.white is None or self.black is None or not remarks.is_readable(self.black, self.steadiness):
+        if self.white is None or self.black is None or not remarks.is_black_readable(self.session):
             return None
         return float(self.white[1] / self.black[1])
 

@@ -57,18 +57,17 @@ def on_steadiness(steady: Steadiness | None) -> Iterator[str]:
         yield f"Noisy: repeated patches scatter by {scatter} (1 σ); a colorimeter in contact has 0.1 to 0.3 %."
 
 
-def is_readable(black: Array, steady: Steadiness | None) -> bool:
-    """Whether the luminance of black is above 0, and above three times the scatter of repeated dark patches, if any."""
-    return bool(black[1] > 3.0 * ((steady.dark_noise or 0.0) if steady else 0.0))
+def is_black_readable(session: Session) -> bool:
+    """Whether the mean luminance of black is above 0 and above three times the scatter of its readings, if repeated."""
+    light = session.xyz[session.rows("black"), 1]
+    return bool(light.size and light.mean() > (3.0 * light.std(ddof=1) if light.size > 1 else 0.0))
 
 
-def on_black(
-    session: Session, white: Array | None, black: Array | None, steady: Steadiness | None = None
-) -> Iterator[str]:
+def on_black(session: Session, white: Array | None, black: Array | None) -> Iterator[str]:
     """Report a black that the meter cannot read, and a low contrast."""
     if black is None or white is None:
         return
-    if not is_readable(black, steady):
+    if not is_black_readable(session):
         yield f"Black reads {black[1]:.4f}: below the sensitivity of the meter; contrast is unknown."
     elif black[1] > white[1] / 200.0:
         unit = " cd/m²" if session.absolute else " of white"

@@ -265,7 +265,7 @@ def copy_files(config: Any, folder: Path, output: Path) -> list[str]:
             remarks.append(f"{source} was not copied: your config names it, and there is no such file")
             continue
         below = os.path.relpath(path, folder)
-        if Path(below).parts[0] != os.pardir:
+        if not bindings.leads_out(below):
             (output / below).parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(path, output / below)
     return remarks

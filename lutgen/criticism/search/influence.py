@@ -15,7 +15,7 @@ from lutgen.criticism.fit.least_squares import fit
 from lutgen.criticism.noise.replicates import ENOUGH, patch_numbers
 from lutgen.criticism.noise.session_errors import with_shared_errors
 from lutgen.numerals import in_percent, percent
-from lutgen.readings.rest import TIP_DRIVES
+from lutgen.readings.rest import is_tip
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -117,16 +117,16 @@ def sound_fit(problem: Problem, terms: Sequence[Term]) -> tuple[Fit, tuple[tuple
     return fit(base.problem.without(wrong), terms) if wrong else base, exchanged, wrong
 
 
-def seen_again(final: Fit) -> tuple[Problem, tuple[int, ...]]:
-    """Return the problem after effects explain a misfit, and the wrong readings that the misfit hid.
+def estimated_again(final: Fit, hidden: Sequence[int]) -> Problem:
+    """Return a fit's problem without the rows ``hidden``, with errors of sessions estimated under the fit's effects.
 
-    A misfit can hide a wrong reading, a drift of the gain or a dark offset, or look like one of them. The problem stays
-    the same object if no reading is wrong, and offset and drift change by a factor of at most ``UNSTEADIER``.
+    A misfit can hide a drift of the gain or a dark offset, or look like one of them. The problem stays the same object
+    if no row is hidden, and offset and drift change by a factor of at most ``UNSTEADIER``.
     """
-    problem, hidden = final.problem, wrong_rows(final)
+    problem = final.problem
     again = with_shared_errors(problem.without(hidden), final.terms)
     differ = _differ(again.wander, problem.wander) or _differ(again.offset_cd_m2, problem.offset_cd_m2)
-    return again if hidden or differ else problem, hidden
+    return again if hidden or differ else problem
 
 
 def _differ(left: float, right: float) -> bool:
@@ -164,11 +164,9 @@ def misread_rows(problem: Problem) -> tuple[int, ...]:
 
 def _is_only_tip(problem: Problem) -> NDArray[np.bool_]:
     """Whether each reading, (n,), is the only one of a tip at its hour: without it the model has no tip there."""
-    is_tip = (problem.drive[:, np.newaxis] == TIP_DRIVES).all(axis=2).any(axis=1)
-    _, place, count = np.unique(
-        np.column_stack([problem.drive, problem.hour_of]), axis=0, return_inverse=True, return_counts=True
-    )
-    return np.asarray(is_tip & (count[place.reshape(-1)] == 1))
+    tips = is_tip(problem.drive)
+    count = np.stack([np.bincount(problem.hour_of, tip)[problem.hour_of] for tip in tips.T], axis=1)
+    return np.asarray((tips & (count == 1)).any(axis=1))
 
 
 def _largest_outlier(current: Fit) -> int | None:
