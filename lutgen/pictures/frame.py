@@ -25,7 +25,7 @@ from lutgen.pictures.blocks import Blocks, Place, open_blocks
 from lutgen.pictures.difference import DifferenceCurve, curves_of, differences, statistics
 from lutgen.pictures.distinct import count_colours
 from lutgen.pictures.encoding import Decoder, Storage, Stored, joined, levels_of
-from lutgen.pictures.images import turned
+from lutgen.pictures.images import turned, turned_size
 from lutgen.progress import Progress, part_of, unseen
 
 #: Pixels converted to double precision at a time.
@@ -214,17 +214,12 @@ def read_pixels(
         high, wide = fitting(opened.height, opened.width, pixels, width)
         grid = Grid(np.linspace(0.0, opened.height, high + 1), np.linspace(0.0, opened.width, wide + 1))
         linear = light_means(opened, grid, progress)
-        size = _size_in_viewers(opened)
+        size = turned_size(opened.width, opened.height, opened.orientation)
     linear = turned(linear, opened.orientation)
     code = np.empty(linear.shape, np.uint8)
     for rows in bands(*linear.shape[:2]):
         code[rows] = np.rint(linear_to_code(np.clip(np.nan_to_num(linear[rows]), 0.0, 1.0)) * 255.0)
     return code, np.isfinite(linear[..., 0]), size
-
-
-def _size_in_viewers(blocks: Blocks) -> tuple[int, int]:
-    """Return width and height of a picture as viewers turn it."""
-    return (blocks.width, blocks.height) if blocks.orientation < 5 else (blocks.height, blocks.width)
 
 
 def fitting(height: int, width: int, pixels: int, most: int) -> tuple[int, int]:
@@ -304,7 +299,7 @@ def aged_series(
         factor = whole_factor(blocks.height, blocks.width, longest)
         grid = Grid.squares(blocks.height, blocks.width, factor)
         light = turned(light_means(blocks, grid, part_of(progress, 400, 400)), blocks.orientation)
-        size = _size_in_viewers(blocks)
+        size = turned_size(blocks.width, blocks.height, blocks.orientation)
     seen = np.isfinite(light)
     code = np.rint(255.0 * np.where(seen, linear_to_code(np.nan_to_num(light)), GREY / 255.0)).astype(np.uint8)
     frame = Frame.of(code, seen[..., 0], *size, on_screen)

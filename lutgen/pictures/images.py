@@ -344,3 +344,8 @@ def turned(frame: Any, orientation: int) -> Any:
     if orientation in (3, 4, 7, 8):
         frame = frame[::-1]
     return frame[:, ::-1] if orientation in (2, 3, 6, 7) else frame
+
+
+def turned_size(width: int, height: int, orientation: int) -> tuple[int, int]:
+    """Return width and height of a picture after :func:`turned`."""
+    return (width, height) if orientation < 5 else (height, width)

@@ -24,7 +24,7 @@ from lutgen.bindings import optional
 from lutgen.errors import LutgenError, listed, refuse_unknown
 from lutgen.names import STAINS
 from lutgen.pictures.blocks import Field, Mask
-from lutgen.pictures.images import FORMATS, first_bytes, opened_by_oiio, turned
+from lutgen.pictures.images import FORMATS, first_bytes, opened_by_oiio, turned, turned_size
 
 #: Least share of brown pixels among the stained pixels for the stain DAB. Eosin and haematoxylin absorb blue least.
 BROWN = 0.1
@@ -268,7 +268,7 @@ def _read(file: str | Path, field: Field) -> NDArray[Any]:
         raise LutgenError(f"{file}: the mask is damaged and cannot be read. Get a whole copy.")
     spec = image.spec()
     orientation = int(spec.get_int_attribute("Orientation", 1))
-    height, width = (spec.height, spec.width) if orientation < 5 else (spec.width, spec.height)
+    width, height = turned_size(spec.width, spec.height, orientation)
     if (height, width) != field.shape:
         rows, columns = field.shape
         raise LutgenError(
